@@ -1,0 +1,73 @@
+# make demo | test | nightly | benchmark | lock | clean. Set-up happens by itself, in .venv.
+
+# The first Python that is new enough; PYTHON=... on the command line chooses another.
+CANDIDATES = python3 python3.14 python3.13 python3.12 python3.11
+NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))'
+PYTHON = $(shell for p in $(CANDIDATES); do \
+	$$p $(NEW_ENOUGH) 2>/dev/null && command -v $$p && break; done)
+
+BIN = .venv/bin
+# Debian's venv has no pip of its own unless python3-venv is installed: then the system's pip fills it.
+PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo $(PYTHON)) \
+	-m pip --python $(BIN)/python --disable-pip-version-check --quiet
+
+STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
+
+.PHONY: demo test nightly benchmark check lock clean
+.DELETE_ON_ERROR:
+
+demo: .venv/run.stamp
+	@mkdir -p demo
+	@set -e; for study in $(STUDIES); do \
+		echo "percuss run $$study"; \
+		$(BIN)/percuss run $$study --out demo/$$(basename $$study .toml) --force; \
+	done
+	$(BIN)/python examples/graze_and_chatter.py --out demo/graze_and_chatter.png
+
+test: check
+	$(BIN)/python -m pytest
+
+nightly: check
+	$(BIN)/python -m pytest -m "nightly or not nightly"
+
+check: .venv/dev.stamp
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+benchmark: .venv/benchmark.stamp
+	$(BIN)/python benchmarks/run.py
+
+# Once a stamp is there nothing is downloaded, until the lock or pyproject.toml changes.
+.venv/%.stamp: requirements/%.txt pyproject.toml | .venv/made.stamp
+	@echo "installing $< into .venv"
+	@$(PIP) install --require-hashes -r $<
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# An environment that works is adopted, a half-made one is made again.
+.venv/made.stamp:
+	@test -n "$(PYTHON)" && "$(PYTHON)" $(NEW_ENOUGH) 2>/dev/null || { \
+		echo "percuss needs Python 3.11 or newer: none of $(or $(PYTHON),$(CANDIDATES)) is;" \
+			"name one with make PYTHON=/path/to/python3" >&2; exit 1; }
+	@$(BIN)/python $(NEW_ENOUGH) 2>/dev/null && $(BIN)/python -m pip --version >/dev/null 2>&1 || { \
+		rm -rf .venv; "$(PYTHON)" -m venv .venv >/dev/null 2>&1; } || { \
+		rm -rf .venv; "$(PYTHON)" -m pip --version >/dev/null 2>&1 || { \
+			echo "percuss needs pip: $(PYTHON) has none (on Debian: apt install python3-pip)" >&2; \
+			exit 1; }; \
+		"$(PYTHON)" -m venv --without-pip .venv; }
+	@touch $@
+
+# Needs uv. Keeps the versions that stand in the locks; make lock UPGRADE=--upgrade renews them.
+LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" uv pip compile pyproject.toml --quiet --universal \
+	--python-version 3.11 --generate-hashes --no-annotate --no-emit-index-url \
+	--no-emit-find-links $(UPGRADE)
+lock:
+	$(LOCK) --group build --group dev -o requirements/dev.txt
+	$(LOCK) --group build -c requirements/dev.txt -o requirements/run.txt
+	$(LOCK) --group build --extra benchmark -c requirements/dev.txt -o requirements/benchmark.txt
+
+clean:
+	rm -rf demo dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,123 @@
+"""The commands and their options; each loads what it needs when it is called."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from percuss import __version__
+from percuss.errors import PercussError
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+app = typer.Typer(
+    name="percuss",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def main() -> None:
+    """Run the command line."""
+    app(prog_name="percuss")
+
+
+@contextmanager
+def _faults_on_stderr() -> Iterator[None]:
+    """Turn what percuss raises into one line a fault and the exit status 2."""
+    try:
+        yield
+    except PercussError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(BAD_INPUT) from error
+    except KeyboardInterrupt as error:
+        typer.echo("interrupted; nothing was written", err=True)
+        raise typer.Exit(INTERRUPTED) from error
+
+
+def _print_version(is_wanted: bool) -> None:
+    if is_wanted:
+        typer.echo(f"percuss {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def percuss(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Show the version and exit.", callback=_print_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    """Exact motion of oscillators that hit stops, soft or rigid."""
+
+
+@app.command()
+def run(
+    study: Annotated[
+        Path,
+        typer.Argument(help="A study file (TOML), or a file of an earlier run, to repeat it."),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Folder for the results; default: the study's name."),
+    ] = None,
+    *,
+    force: Annotated[
+        bool, typer.Option("--force", "-f", help="Replace the files of an earlier run.")
+    ] = False,
+) -> None:
+    """Run a study and write NetCDF, CSV and pictures."""
+    with _faults_on_stderr():
+        from percuss.cli.report import print_report
+        from percuss.cli.watch import Watch
+        from percuss.studies.reading import load_study
+
+        folder = Path(study.stem) if out is None else out
+        options = ["--out", str(out)] if out is not None else []
+        options += ["--force"] if force else []
+        question = load_study(study)
+        # Only now: what draws and saves takes a second to import.
+        from percuss.studies.running import run_study
+
+        with Watch() as watch:
+            result = run_study(
+                question,
+                folder,
+                command=shlex.join(["percuss", "run", str(study), *options]),
+                force=force,
+                progress=watch,
+            )
+        print_report(question, result)
+    if result.run.outcome.name == "interrupted":
+        raise typer.Exit(INTERRUPTED)
+
+
+@app.command()
+def new(
+    path: Annotated[Path, typer.Argument(help="The file to write.")] = Path("study.toml"),
+    *,
+    template: Annotated[
+        str,
+        typer.Option("--template", "-t", help="impact, bilinear, ball or backlash."),
+    ] = "impact",
+    force: Annotated[bool, typer.Option("--force", "-f", help="Replace the file.")] = False,
+) -> None:
+    """Write a commented study file to begin with."""
+    with _faults_on_stderr():
+        from percuss.io.files import OutputFiles
+        from percuss.studies.templates import template_text
+
+        text = template_text(template)
+        with OutputFiles(path, force=force) as files:
+            files[path].write_text(text, encoding="utf-8")
+        typer.echo(f"wrote {path}; run it with: percuss run {shlex.quote(str(path))}")

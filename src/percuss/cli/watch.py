@@ -1,0 +1,67 @@
+"""Watching a long run: a bar after two seconds, and Ctrl-C that keeps what is done."""
+
+from __future__ import annotations
+
+import signal
+import time
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+# A run that is over sooner needs no bar [s].
+PATIENCE = 2.0
+
+
+class Watch:
+    """The progress of a run, as `simulate` reports it.
+
+    Inside the ``with`` block the first Ctrl-C ends the run where it is, and the second one ends
+    the program.
+    """
+
+    def __init__(self) -> None:
+        self._began = time.monotonic()
+        self._bar: Progress | None = None
+        self._task: Any = None
+        self._handler: Any = None
+        self.is_stopped = False
+
+    def __call__(self, done: float, total: float) -> bool:
+        """Note the progress, and return whether to go on."""
+        if self._bar is None and time.monotonic() - self._began > PATIENCE:
+            self._show()
+        if self._bar is not None:
+            self._bar.update(self._task, completed=done, total=total)
+        return not self.is_stopped
+
+    def _show(self) -> None:
+        self._bar = Progress(
+            TextColumn("simulating"),
+            BarColumn(),
+            TaskProgressColumn(),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            transient=True,
+        )
+        self._task = self._bar.add_task("simulating")
+        self._bar.start()
+
+    def __enter__(self) -> Self:
+        self._handler = signal.signal(signal.SIGINT, self._stop)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        signal.signal(signal.SIGINT, self._handler)
+        if self._bar is not None:
+            self._bar.stop()
+
+    def _stop(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002
+        self.is_stopped = True
+        signal.signal(signal.SIGINT, self._handler)

@@ -1,0 +1,122 @@
+"""What percuss raises, in one place; every layer imports it and it imports nothing.
+
+Every message is a sentence with the numbers in it: what was given, what is wrong, what to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+__all__ = [
+    "MissingExtraError",
+    "OutputError",
+    "ParameterError",
+    "PercussError",
+    "StudyError",
+]
+
+
+class PercussError(Exception):
+    """Base of everything percuss raises on purpose."""
+
+
+class ParameterError(PercussError, ValueError):
+    """A parameter has a value that the model or a call cannot take.
+
+    Parameters
+    ----------
+    name
+        Name of the parameter, a dotted path where it belongs to a larger value.
+    value
+        What was given.
+    reason
+        What is wrong with it, and what would be right.
+
+    Examples
+    --------
+    >>> print(ParameterError("damping", -0.1, "negative; the motion would gain energy at rest"))
+    damping = -0.1: negative; the motion would gain energy at rest
+    """
+
+    def __init__(self, name: str, value: object, reason: str) -> None:
+        # All three go to args, or the exception cannot travel back from a worker process.
+        super().__init__(name, value, reason)
+        self.name = name
+        self.value = value
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return f"{self.name} = {self.value!r}: {self.reason}"
+
+
+class StudyError(PercussError, ValueError):
+    """A study has faults; all of them are listed, one a line.
+
+    Parameters
+    ----------
+    faults
+        The faults found; the text of each is one line of the message.
+
+    Examples
+    --------
+    >>> print(StudyError(["run.t_end = -1: not after t0 = 0", "unknown key 'strat'"]))
+    run.t_end = -1: not after t0 = 0
+    unknown key 'strat'
+    """
+
+    def __init__(self, faults: Iterable[object]) -> None:
+        self.faults = tuple(faults)
+        super().__init__(self.faults)
+
+    def __str__(self) -> str:
+        return "\n".join(str(fault) for fault in self.faults)
+
+
+class OutputError(PercussError):
+    """A result cannot be written where it was asked for.
+
+    Parameters
+    ----------
+    path
+        The file or folder.
+    reason
+        Why not, and what to do.
+
+    Examples
+    --------
+    >>> print(OutputError("out", "holds files already; --force overwrites them"))
+    out: holds files already; --force overwrites them
+    """
+
+    def __init__(self, path: object, reason: str) -> None:
+        super().__init__(path, reason)
+        self.path = path
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.reason}"
+
+
+class MissingExtraError(PercussError, ImportError):
+    """An optional dependency is not installed.
+
+    Parameters
+    ----------
+    what
+        What needs it, and what is missing.
+    extra
+        The extra of percuss that installs it.
+
+    Examples
+    --------
+    >>> print(MissingExtraError("certified mode needs python-flint", "certified"))
+    certified mode needs python-flint: install percuss[certified]
+    """
+
+    def __init__(self, what: str, extra: str) -> None:
+        super().__init__(what, extra)
+        self.what = what
+        self.extra = extra
+
+    def __str__(self) -> str:
+        return f"{self.what}: install percuss[{self.extra}]"

@@ -1,0 +1,149 @@
+"""Writing files so that nothing is half-written and nothing is overwritten unasked."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from percuss.errors import OutputError
+
+
+def check_output(paths: Iterable[Path | str], *, force: bool = False) -> None:
+    """Refuse, before any work is done, an output that could not be written in the end.
+
+    Parameters
+    ----------
+    paths
+        The files that will be written.
+    force
+        Whether files of these names may be replaced.
+
+    Raises
+    ------
+    OutputError
+        If a file exists and `force` is false, or if a folder is missing and cannot be made, or
+        cannot be written to.
+
+    Examples
+    --------
+    >>> check_output(["no-such-folder/motion.nc"])
+    """
+    for path in map(Path, paths):
+        try:
+            _check_folder(path.parent)
+            if path.is_dir():
+                raise OutputError(str(path), "is a folder; choose another name")
+            if path.exists() and not force:
+                raise OutputError(str(path), "exists already; --force (force=True) replaces it")
+        except OSError as error:
+            raise OutputError(str(path), _reason(error)) from error
+
+
+def _check_folder(folder: Path) -> None:
+    """Raise unless `folder` is, or could be made, a folder that can be written to."""
+    for ancestor in (folder, *folder.parents):
+        if ancestor.exists() or ancestor.is_symlink():
+            if not ancestor.is_dir():
+                raise OutputError(str(ancestor), "is a file, not a folder")
+            if not os.access(ancestor, os.W_OK | os.X_OK):
+                raise OutputError(str(ancestor), "the folder cannot be written to")
+            return
+
+
+def _reason(error: OSError) -> str:
+    """Return the operating system's words for an error, in our form: lower case, no full stop."""
+    words = error.strerror or str(error) or type(error).__name__
+    return words[:1].lower() + words[1:]
+
+
+class OutputFiles:
+    """A group of files that appear together at the end of a ``with`` block, or not at all.
+
+    Each file is written under a temporary name in its own folder and renamed at the end. An
+    exception inside the block, Ctrl-C included, removes what was written, and the folders that
+    were made for it. What the operating system refuses is raised as an `OutputError`.
+
+    Parameters
+    ----------
+    *paths
+        The files to write.
+    force
+        Whether files of these names may be replaced.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> with OutputFiles(folder / "a.txt") as files:
+    ...     _ = files[folder / "a.txt"].write_text("done")
+    ...     (folder / "a.txt").exists()
+    False
+    >>> (folder / "a.txt").read_text()
+    'done'
+    """
+
+    def __init__(self, *paths: Path | str, force: bool = False) -> None:
+        self._paths = [Path(path) for path in paths]
+        self._force = force
+        self._made: list[Path] = []
+
+    def __getitem__(self, path: Path | str) -> Path:
+        """Return the temporary name under which to write the file `path`."""
+        final = Path(path)
+        return final.with_name(f".{final.name}.{os.getpid()}.part")
+
+    def __enter__(self) -> Self:
+        check_output(self._paths, force=self._force)
+        try:
+            for path in self._paths:
+                self._make_folder(path.parent)
+        except OSError as error:
+            self._discard()
+            raise OutputError(str(error.filename or path.parent), _reason(error)) from error
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        try:
+            if error is None:
+                self._publish()
+        except BaseException as late:
+            error = late
+            raise
+        finally:
+            if error is not None:
+                self._discard()
+        if isinstance(error, OSError):
+            raise OutputError(str(self._paths[0].parent), _reason(error)) from error
+
+    def _make_folder(self, folder: Path) -> None:
+        missing = [part for part in (folder, *folder.parents) if not part.exists()]
+        for part in reversed(missing):
+            part.mkdir(exist_ok=True)
+            self._made.append(part)
+
+    def _publish(self) -> None:
+        # Checked once more: another process may have written here during a long run.
+        check_output(self._paths, force=self._force)
+        for path in self._paths:
+            try:
+                self[path].replace(path)
+            except OSError as error:
+                raise OutputError(str(path), _reason(error)) from error
+
+    def _discard(self) -> None:
+        for path in self._paths:
+            with suppress(OSError):
+                self[path].unlink(missing_ok=True)
+        for folder in reversed(self._made):
+            # A folder in which something else has appeared meanwhile stays.
+            with suppress(OSError):
+                folder.rmdir()

@@ -1,0 +1,119 @@
+"""What every file says about itself, so that its run can be repeated."""
+
+from __future__ import annotations
+
+import platform
+import tomllib
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
+
+from percuss import __version__
+from percuss.io.study_text import motion_text
+from percuss.io.toml import toml_string
+from percuss.motion.trajectory import Trajectory
+
+_PACKAGES = ("numpy", "numba")
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """The study a file came from, and how and when it was made.
+
+    Parameters
+    ----------
+    study
+        The study as TOML text; `percuss.studies.parse_study` reads it.
+    command
+        The command or call that made the file, empty if unknown.
+    date
+        Date and time, ISO 8601, UTC.
+    outcome
+        Why the run stopped, as shown to the user.
+    versions
+        Pairs of a package (or ``python``) and its version.
+    """
+
+    study: str
+    command: str
+    date: str
+    outcome: str
+    versions: tuple[tuple[str, str], ...]
+
+    def text(self) -> str:
+        """Return the record as a TOML text that is itself a study file.
+
+        Returns
+        -------
+        str
+            A ``[record]`` table, which a study ignores, and the study.
+        """
+        facts = {
+            "command": self.command,
+            "date": self.date,
+            "outcome": self.outcome,
+            **{f"{package}_version": version for package, version in self.versions},
+        }
+        lines = [f"{key} = {toml_string(value)}" for key, value in facts.items()]
+        return "\n".join(["[record]", *lines, "", self.study])
+
+
+def make_record(run: Trajectory, *, study: str | None = None, command: str | None = None) -> Record:
+    """Return the record of a run that has just been made.
+
+    Parameters
+    ----------
+    run
+        The run.
+    study
+        Its study as TOML text; default: one written from the run itself.
+    command
+        The command or call that made it.
+
+    Returns
+    -------
+    Record
+        The record, dated now.
+    """
+    versions = [(package, metadata.version(package)) for package in _PACKAGES]
+    return Record(
+        study=motion_text(run) if study is None else study,
+        command=command or "",
+        date=datetime.now(UTC).isoformat(timespec="seconds"),
+        outcome=str(run.outcome.value),
+        versions=(("percuss", __version__), ("python", platform.python_version()), *versions),
+    )
+
+
+def parse_record(text: str) -> Record:
+    """Return the record that `Record.text` wrote.
+
+    Parameters
+    ----------
+    text
+        The text found in a file.
+
+    Returns
+    -------
+    Record
+        The record.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a record.
+    """
+    try:
+        facts = tomllib.loads(text)["record"]
+        head, gap, study = text.partition("\n\n")
+        versions = tuple(
+            (key.removesuffix("_version"), str(value))
+            for key, value in facts.items()
+            if key.endswith("_version")
+        )
+        record = Record(study, facts["command"], facts["date"], facts["outcome"], versions)
+    except (tomllib.TOMLDecodeError, KeyError, AttributeError) as error:
+        raise ValueError("no record of percuss") from error
+    if not gap or not head.startswith("[record]"):
+        raise ValueError("no record of percuss at its beginning")
+    return record

@@ -1,0 +1,129 @@
+"""The model as the tables of a study file, without losing a digit."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+
+from percuss.io.toml import toml_text
+from percuss.model.exact import Phase, PiTimes
+from percuss.model.forcing import Forcing
+from percuss.model.harmonics import FourierTerm, Harmonic
+from percuss.model.oscillator import Oscillator
+from percuss.model.start import Start
+from percuss.model.stops import Stop, Wall
+from percuss.motion.trajectory import Trajectory
+
+Table = dict[str, object]
+
+
+def number(value: Phase) -> int | float | str:
+    """Return a number as a study file holds it: floats bare, exact numbers as quoted texts.
+
+    Examples
+    --------
+    >>> number(0.5), number(Fraction(1, 3)), number(Decimal("2.80")), number(PiTimes(Fraction(3, 4)))
+    (0.5, '1/3', '2.80', '3*pi/4')
+    """
+    if isinstance(value, Fraction):
+        return f"{value.numerator}/{value.denominator}"
+    if isinstance(value, Decimal):
+        return str(value)
+    if isinstance(value, PiTimes):
+        return _pi_text(value)
+    return value
+
+
+def _pi_text(value: PiTimes) -> str:
+    times, plus = value.times, value.plus
+    if times == 0:
+        return str(plus)
+    text = {1: "pi", -1: "-pi"}.get(times.numerator, f"{times.numerator}*pi")
+    text = text if times.denominator == 1 else f"{text}/{times.denominator}"
+    return text if plus == 0 else f"{text} + {plus}"
+
+
+def stop_table(stop: Stop) -> Table:
+    """Return a stop as a ``[[oscillator.stops]]`` table."""
+    if isinstance(stop, Wall):
+        law: Table = {"restitution": number(stop.restitution)}
+    else:
+        law = {"stiffness": number(stop.stiffness), "damping": number(stop.damping)}
+    kind = "wall" if isinstance(stop, Wall) else "soft"
+    return {"type": kind, "at": number(stop.at), "side": stop.side, **law}
+
+
+def oscillator_table(oscillator: Oscillator) -> Table:
+    """Return an oscillator as an ``[oscillator]`` table."""
+    return {
+        "stiffness": number(oscillator.stiffness),
+        "damping": number(oscillator.damping),
+        "stops": [stop_table(stop) for stop in oscillator.stops] or None,
+    }
+
+
+def forcing_table(forcing: Forcing) -> Table:
+    """Return a forcing as a ``[forcing]`` table, a Fourier sum by its coefficients."""
+    table: Table = {"constant": number(forcing.constant)}
+    terms = [part for part in forcing.harmonics if isinstance(part, FourierTerm)]
+    if forcing.base is not None:
+        cos, sin = (
+            {term.n: number(value) for term, value in pairs}
+            for pairs in (
+                [(term, term.cos) for term in terms],
+                [(term, term.sin) for term in terms],
+            )
+        )
+        orders = range(1, max(cos, default=0) + 1)
+        return {
+            **table,
+            "omega": number(forcing.base),
+            "cos": [cos.get(n, 0.0) for n in orders],
+            "sin": [sin.get(n, 0.0) for n in orders],
+        }
+    harmonics = [
+        {
+            "amplitude": number(part.amplitude),
+            "omega": number(part.omega),
+            "phase": number(part.phase),
+        }
+        for part in forcing.harmonics
+        if isinstance(part, Harmonic)
+    ]
+    period = None if forcing.given_period is None else number(forcing.given_period)
+    return {**table, "period": period, "harmonics": harmonics or None}
+
+
+def model_tables(oscillator: Oscillator, forcing: Forcing | None, start: Start) -> Table:
+    """Return what is moving, under what force and from where, as the tables of a study."""
+    tables: Table = {"oscillator": oscillator_table(oscillator)}
+    if forcing is not None:
+        tables["forcing"] = forcing_table(forcing)
+    tables["start"] = {name: number(getattr(start, name)) for name in ("x0", "v0", "t0")}
+    return tables
+
+
+def motion_text(run: Trajectory) -> str:
+    """Return a study that repeats a run, as TOML text.
+
+    Parameters
+    ----------
+    run
+        The run.
+
+    Returns
+    -------
+    str
+        A study with every parameter exactly; it ends where the run ended.
+    """
+    start = Start(run.x0, run.v0, run.t0)
+    limit: Table = {"t_end": float(run.t_end)}
+    if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
+        limit = {"max_impacts": max(len(run.impacts), 1)}
+    return toml_text(
+        {
+            "study": {"kind": "motion"},
+            **model_tables(run.oscillator, run.forcing, start),
+            "run": limit,
+        }
+    )

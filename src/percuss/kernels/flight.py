@@ -1,0 +1,178 @@
+"""How the oscillator moves between two events: the closed form, and bounds on its derivatives.
+
+A flight is told by its region, its start (an instant, a velocity, the constant force there) and
+the displacement y from where it starts. Measuring from the start is what lets a hop far below
+one ulp of x be seen. ``phases`` holds cos and sin of w_j t at the start, one row a harmonic.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from percuss.kernels.angles import cos_sin
+from percuss.kernels.compile import kernel
+from percuss.kernels.law import (
+    AMPLITUDE,
+    BOUND_OF_V,
+    BOUND_OF_X,
+    COSINE,
+    DAMPING,
+    FIRST_HARMONIC,
+    FORCE_BOUND,
+    GAIN_IM,
+    GAIN_RE,
+    LOWER,
+    LOWER_FORCE,
+    NEAR,
+    OMEGA,
+    ORIGIN,
+    ORIGIN_FORCE,
+    RATE,
+    SINE,
+    STIFFNESS,
+    TURNS,
+    TURNS_LOW,
+    UPPER,
+    UPPER_FORCE,
+    Law,
+    Table,
+)
+from percuss.kernels.response import free_response, harmonic_response
+
+# A flight's start: (t, t_low, velocity, constant force).
+Start: TypeAlias = tuple[float, float, float, float]
+
+# Relative error allowed for each term of a flight: the sum of the roundings in S, D, Q_j and in
+# the velocity and forces they multiply (docs/theory/first-event.md counts them).
+ROUNDING = 16 * 2.220446049250313e-16
+
+
+@kernel
+def constant_force(law: Law, region: int, x: float) -> float:
+    """Return G - K x: the constant force at x, without cancellation at the region's bounds."""
+    if x == law[region, LOWER]:
+        return law[region, LOWER_FORCE]
+    if x == law[region, UPPER]:
+        return law[region, UPPER_FORCE]
+    return law[region, ORIGIN_FORCE] - law[region, STIFFNESS] * (x - law[region, ORIGIN])
+
+
+@kernel
+def set_phases(law: Law, t: float, t_low: float, phases: Table) -> None:
+    """Write cos and sin of w_j (t + t_low) into the rows of ``phases``."""
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        cosine, sine = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], t, t_low)
+        phases[j, 0] = cosine
+        phases[j, 1] = sine
+
+
+@kernel
+def force_derivative(law: Law, phases: Table, order: int) -> float:
+    """Return the derivative of that order of the harmonic force, at the instant of ``phases``."""
+    total = 0.0
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        # The derivative turns the phasor (in_phase, quadrature) by a quarter and scales it by w.
+        in_phase = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
+        quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
+        part = in_phase if order % 2 == 0 else quadrature
+        if order % 4 > 1:
+            part = -part
+        total += part * law[harmonic, OMEGA] ** order
+    return total
+
+
+@kernel
+def move(
+    law: Law,
+    region: int,
+    start: Start,
+    phases: Table,
+    s: float,
+    arrival: Table,
+) -> tuple[float, float]:
+    """Return (y, v) a time s after the start, and write the phases there into ``arrival``."""
+    _, _, v0, force = start
+    blow, even, rise = free_response(law, region, s)
+    y = v0 * blow + force * rise
+    v = v0 * (even - law[region, DAMPING] * blow) + force * blow
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        cos0 = phases[j, 0]
+        sin0 = phases[j, 1]
+        turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
+        arrival[j, 0] = cos0 * turn[0] - sin0 * turn[1]
+        arrival[j, 1] = sin0 * turn[0] + cos0 * turn[1]
+        to_cos, to_sin = harmonic_response(law, region, j, s, blow, even, turn)
+        in_phase = law[harmonic, COSINE] * cos0 + law[harmonic, SINE] * sin0
+        quadrature = law[harmonic, SINE] * cos0 - law[harmonic, COSINE] * sin0
+        y += in_phase * to_cos + quadrature * to_sin
+        # Q' = S + i w Q.
+        omega = law[harmonic, OMEGA]
+        v += in_phase * (blow - omega * to_sin) + quadrature * omega * to_cos
+    return y, v
+
+
+@kernel
+def uncertainty(law: Law, region: int, start: Start, phases: Table, s: float) -> float:
+    """Return a bound on the rounding error of the displacement a time s after the start.
+
+    It is the error of evaluation and that of a relative rounding of the starting velocity and of
+    each force, which no later care can undo.
+    """
+    _, _, v0, force = start
+    blow, even, rise = free_response(law, region, s)
+    size = abs(v0 * blow) + abs(force * rise)
+    n = phases.shape[0]
+    for j in range(n):
+        response = region + 1 + j
+        omega = law[FIRST_HARMONIC + j, OMEGA]
+        # No response to a bounded force exceeds the one to its bound while S >= 0.
+        limit = 0.5 * s * s
+        if s * max(law[region, RATE], omega) > 1.0 or law[region, DAMPING] * s > 1.0:
+            terms = 1.0 + abs(even) + (law[region, DAMPING] + omega) * abs(blow)
+            limit = terms * (abs(law[response, GAIN_RE]) + abs(law[response, GAIN_IM]))
+            if law[response, NEAR] == 1.0:
+                limit = (
+                    s * (abs(even) + law[region, RATE] * abs(blow)) / law[region, RATE]
+                    + terms / omega**2
+                )
+        size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
+    return ROUNDING * size
+
+
+@kernel
+def acceleration_and_jerk(
+    law: Law, region: int, force: float, phases: Table, y: float, v: float
+) -> tuple[float, float]:
+    """Return x'' and x''' at displacement y and velocity v, at the instant of ``phases``."""
+    pull = 0.0
+    slope = 0.0
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        pull += law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
+        slope += law[harmonic, OMEGA] * (
+            law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
+        )
+    second = force + pull - 2.0 * law[region, DAMPING] * v - law[region, STIFFNESS] * y
+    third = slope - 2.0 * law[region, DAMPING] * second - law[region, STIFFNESS] * v
+    return second, third
+
+
+@kernel
+def derivative_bound(
+    law: Law, region: int, order: int, lower: float, upper: float, s: float
+) -> float:
+    """Return a bound on abs(x^(order + 2)) over the next s, given x^(order) and x^(order + 1).
+
+    Both obey the equation of motion with the force's derivative in place of the force, and its
+    energy, or where K < 0 its norm, grows no faster than that force (docs/theory/first-event.md).
+    Valid for s up to one step of the region.
+    """
+    force = law[0, FORCE_BOUND + order]
+    return (
+        force
+        + law[region, BOUND_OF_X] * abs(lower)
+        + law[region, BOUND_OF_V] * (abs(upper) + s * force)
+    )

@@ -1,0 +1,141 @@
+"""Where a flight meets a bound, once it is known to do so exactly once on a stretch."""
+
+from __future__ import annotations
+
+from percuss.kernels.compile import kernel
+from percuss.kernels.flight import (
+    Start,
+    acceleration_and_jerk,
+    derivative_bound,
+    force_derivative,
+    move,
+    uncertainty,
+)
+from percuss.kernels.law import DAMPING, FIRST_HARMONIC, OMEGA, QUICKEST, STIFFNESS, Law, Table
+
+# The last correction is made with the series alone when it is this small a phase.
+SMALL_PHASE = 1e-3
+ULP = 2.220446049250313e-16
+MAX_ITERATIONS = 80
+
+
+@kernel
+def land(
+    law: Law,
+    region: int,
+    start: Start,
+    phases: Table,
+    arrival: Table,
+    sign: float,
+    distance: float,
+    bracket: tuple[float, float, float],
+) -> tuple[float, float]:
+    """Return (s, v) at which the clearance sign * (y - distance) falls to zero.
+
+    ``bracket`` is (left, right, guess): positive at the left, not positive at the right, one
+    root between. ``arrival`` receives the phases there.
+    """
+    left, right, s = bracket
+    force = start[3]
+    v = 0.0
+    for _ in range(MAX_ITERATIONS):
+        y, v = move(law, region, start, phases, s, arrival)
+        clearance = sign * (y - distance)
+        if clearance > 0.0:
+            left = s
+        else:
+            right = s
+        second, third = acceleration_and_jerk(law, region, force, arrival, y, v)
+        fourth = (
+            force_derivative(law, arrival, 2)
+            - 2.0 * law[region, DAMPING] * third
+            - law[region, STIFFNESS] * second
+        )
+        step = series_root(clearance, sign * v, sign * second, sign * third, sign * fourth)
+        if left <= s + step <= right:
+            fifth = derivative_bound(law, region, 3, third, fourth, 0.0)
+            missed = fifth * step**4
+            if abs(step) <= 2.0 * ULP * s or (
+                abs(step) * law[region, QUICKEST] <= SMALL_PHASE
+                and abs(step * second) <= SMALL_PHASE * abs(v)
+                and missed <= 8.0 * ULP * abs(v)
+                and missed * abs(step) <= 8.0 * ULP * abs(v) * s
+            ):
+                turn_by(law, arrival, step)
+                return s + step, v + step * (second + step * (0.5 * third + step * fourth / 6.0))
+            s += step
+        else:
+            middle = 0.5 * (left + right)
+            if not left < middle < right:
+                break
+            s = middle
+    return s, v
+
+
+@kernel
+def series_root(value: float, first: float, second: float, third: float, fourth: float) -> float:
+    """Return the root next to 0 of the quartic with these derivatives at 0, to fourth order."""
+    if first == 0.0:
+        return 0.0
+    over = 1.0 / first
+    q = -value * over
+    c2 = 0.5 * second * over
+    c3 = third * over * (1.0 / 6.0)
+    c4 = fourth * over * (1.0 / 24.0)
+    # The series of the inverse function, and one step of Newton's method for what it lacks.
+    root = q * (1.0 - q * (c2 - q * (2.0 * c2 * c2 - c3 - q * (5.0 * c2 * (c2 * c2 - c3) + c4))))
+    slope = 1.0 + root * (2.0 * c2 + root * (3.0 * c3 + root * 4.0 * c4))
+    if slope <= 0.0:
+        return q
+    return root - (root - q + root * root * (c2 + root * (c3 + root * c4))) / slope
+
+
+@kernel
+def turn_by(law: Law, phases: Table, step: float) -> None:
+    """Advance ``phases`` by a step of a small phase."""
+    for j in range(phases.shape[0]):
+        angle = law[FIRST_HARMONIC + j, OMEGA] * step
+        square = angle * angle
+        less = square * (0.5 - square / 24.0)
+        sine_of_angle = angle * (1.0 - square * (1.0 - square / 20.0) / 6.0)
+        cosine = phases[j, 0]
+        sine = phases[j, 1]
+        phases[j, 0] = cosine - sine_of_angle * sine - less * cosine
+        phases[j, 1] = sine + sine_of_angle * cosine - less * sine
+
+
+@kernel
+def lowest(
+    law: Law,
+    region: int,
+    start: Start,
+    phases: Table,
+    arrival: Table,
+    sign: float,
+    distance: float,
+    left: float,
+    right: float,
+) -> tuple[float, float, float]:
+    """Return (s, clearance, rounding bound) at the one turning point of a convex stretch."""
+    force = start[3]
+    s = 0.5 * (left + right)
+    clearance = 0.0
+    for _ in range(MAX_ITERATIONS):
+        y, v = move(law, region, start, phases, s, arrival)
+        clearance = sign * (y - distance)
+        speed = sign * v
+        if speed < 0.0:
+            left = s
+        else:
+            right = s
+        second, _ = acceleration_and_jerk(law, region, force, arrival, y, v)
+        step = -v / second if second != 0.0 else 0.0
+        if abs(step) <= 2.0 * ULP * s:
+            break
+        s += step
+        if not left < s < right:
+            s = 0.5 * (left + right)
+            if not left < s < right:
+                break
+    error = uncertainty(law, region, start, phases, s) + ULP * abs(distance)
+    return s, clearance, error

@@ -1,0 +1,67 @@
+"""The table of numbers that all kernels read: one fixed type for every oscillator and forcing.
+
+The line is cut at the stops into *regions*; inside one, the equation is linear,
+
+    x'' + 2 a x' + K x = G + sum_j [ A_j cos(w_j t) + B_j sin(w_j t) ],
+
+with the springs and dashpots of the stops in touch added to k and a. The bounds of a region are
+walls, edges of soft stops, or at infinity.
+
+A law is one C-contiguous float64 array, because numba counts the references to each array that it
+takes out of a tuple, which cost more than the arithmetic (2,000 ns an impact against 200). Its
+rows: row 0, what holds for all; then one row a harmonic; then, for each region upwards, a row of
+its own followed by one row a harmonic with the region's response to it. A region is handed about
+as the number of its row, so the row of its response to harmonic j is ``region + 1 + j``.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Table: TypeAlias = NDArray[np.float64]
+Law: TypeAlias = NDArray[np.float64]
+
+# Columns of row 0. The period's entries are 0 without one.
+N_HARMONICS, N_REGIONS = 0, 1
+PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW = 2, 3, 4
+# From here on: sum_j force_j w_j**m for m = 0, 1, ..., a bound of the force's m-th derivative.
+FORCE_BOUND = 5
+N_FORCE_BOUNDS = 10
+
+# Columns of a harmonic's row, the rows from FIRST_HARMONIC on.
+FIRST_HARMONIC = 1
+COSINE, SINE, OMEGA, TURNS, TURNS_LOW, AMPLITUDE = 0, 1, 2, 3, 4, 5
+
+# Columns of a region's row.
+LOWER, UPPER = 0, 1  # the positions of its two bounds
+LOWER_KIND, UPPER_KIND = 2, 3
+LOWER_RESTITUTION, UPPER_RESTITUTION = 4, 5
+NUMBER = 6  # of the region, upwards from 0; its bounds have the numbers NUMBER and NUMBER + 1
+STIFFNESS, DAMPING = 7, 8  # K and a
+OVERDAMPED = 9  # 1 where a**2 > K, else 0
+RATE = 10  # sqrt(abs(K - a**2)): a frequency, or half the difference of two real roots
+HALF_TURNS, HALF_TURNS_LOW = 11, 12  # RATE / (4 pi): half the phase of the free motion, in turns
+SLOW_ROOT, FAST_ROOT = 13, 14  # the real characteristic roots where overdamped
+QUICKEST = 15  # the largest rate of the free motion
+ORIGIN, ORIGIN_FORCE = 16, 17  # a point of the region and the constant force G - K x there
+LOWER_FORCE, UPPER_FORCE = 18, 19  # the constant force at the bounds
+STEP = 20  # length of one step of the search for events; 0 where the acceleration is constant
+X_OF_X, X_OF_V, V_OF_X, V_OF_V = 21, 22, 23, 24  # (x, v) after a step, from (x, v) before it,
+X_OF_FORCE, V_OF_FORCE = 25, 26  # and from a constant force
+BOUND_OF_X, BOUND_OF_V = 27, 28  # see flight.derivative_bound
+TWICE_PER_RATE, PER_STIFFNESS = 29, 30  # 2 / RATE and 1 / K, 0 where infinite
+
+# Values of a bound's kind: at infinity, a wall, the edge of a soft stop.
+NOTHING, WALL, EDGE = 0.0, 1.0, 2.0
+
+# Columns of the row of a region's response to a harmonic.
+GAIN_RE, GAIN_IM = 0, 1  # 1 / (K - w**2 + 2 i a w), of the steady motion; 0 where infinite
+NEAR = 2  # 1 where i w lies so near to a characteristic root that the steady motion is useless
+GAP_RE, GAP_IM = 3, 4  # i w minus that root
+X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN = 5, 6, 7, 8  # (x, v) after a step, from the force's
+STEP_COS, STEP_SIN = 9, 10  # two parts at its start; and the turn of its phase
+
+COLUMNS = 31

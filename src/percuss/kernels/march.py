@@ -1,0 +1,326 @@
+"""What follows: events in turn, from one state to the limits of a run.
+
+The state lives in small arrays, so that a run can be left at any event and taken up again with
+the same bits; what happened is written into arrays of the caller's: ``events``, ``marks`` and
+``grazes``, whose columns are named below.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.kernels.compile import kernel
+from percuss.kernels.contact import chatter_time, push, release_time
+from percuss.kernels.doubled import later
+from percuss.kernels.flight import constant_force, force_derivative, set_phases
+from percuss.kernels.law import (
+    EDGE,
+    FIRST_HARMONIC,
+    LOWER,
+    LOWER_FORCE,
+    LOWER_KIND,
+    LOWER_RESTITUTION,
+    NUMBER,
+    UPPER,
+    UPPER_FORCE,
+    UPPER_KIND,
+    UPPER_RESTITUTION,
+    WALL,
+    Law,
+    Table,
+)
+from percuss.kernels.reach import never_meets
+from percuss.kernels.search import PAUSE, next_event
+from percuss.kernels.touch import GRAZE, NONE
+
+Integers = NDArray[np.int64]
+Integers32 = NDArray[np.int32]
+
+# What an event is: column KIND of the marks.
+IMPACT, CROSSING, CONTACT, RELEASE, START = 0, 1, 2, 3, 4
+
+# Why `march` came back.
+MOVING, REACHED_END, REACHED_LIMIT, AT_REST, OVERFLOW, NO_MORE, FULL, SPENT = range(8)
+
+# Entries of the state: the last event's instant, place, velocity after it, and constant force;
+# how far the flight, or contact, from it has been searched; the greatest impact speed so far.
+T, T_LOW, X, V, FORCE, FREE_BELOW, FREE_ABOVE, HELD, FASTEST = range(9)
+STATE_ENTRIES = 9
+# Entries of the counters: the region's row; the wall touched, as the sign of its normal (0 in
+# flight); and what was recorded.
+REGION, TOUCHED, N_EVENTS, N_IMPACTS, N_GRAZES = range(5)
+COUNTERS = 5
+
+# Columns of `events`. For a CONTACT, V_BEFORE holds the error bound of its instant.
+EVENT_T, EVENT_T_LOW, V_BEFORE, V_AFTER = range(4)
+EVENT_COLUMNS = 4
+# Columns of `marks`: kind of the event, number of the bound, row of the region that follows.
+KIND, BOUND, NEXT_REGION = range(3)
+MARK_COLUMNS = 3
+# Columns of `grazes`.
+GRAZE_T, GRAZE_T_LOW, GRAZE_BOUND, GRAZE_CLEARANCE, GRAZE_ERROR = range(5)
+GRAZE_COLUMNS = 5
+
+# Beyond this the squares in a bound would overflow.
+HUGE = 1e150
+
+
+@kernel
+def march(
+    law: Law,
+    state: Table,
+    counters: Integers,
+    phases: Table,
+    arrival: Table,
+    walker: Table,
+    events: Table,
+    marks: Integers32,
+    grazes: Table,
+    t_end: float,
+    max_impacts: int,
+    patience: int,
+) -> int:
+    """Go on from event to event; return why it stopped.
+
+    ``phases`` (n_harmonics, 2) are those at the last event, ``arrival`` and ``walker`` room for
+    as many. ``patience`` bounds the searches made before control is handed back (SPENT).
+    """
+    status = MOVING
+    while status == MOVING:
+        if counters[N_EVENTS] + 2 > len(events) or counters[N_GRAZES] + 1 > len(grazes):
+            return FULL
+        if patience == 0:
+            return SPENT
+        patience -= 1
+        if counters[TOUCHED] != 0:
+            status = stay(law, state, counters, phases, events, marks, t_end)
+        else:
+            status = fly(
+                law, state, counters, phases, arrival, walker, events, marks, grazes, t_end
+            )
+        if counters[N_IMPACTS] >= max_impacts and status == MOVING:
+            return REACHED_LIMIT
+    return status
+
+
+@kernel
+def begin(
+    law: Law,
+    state: Table,
+    counters: Integers,
+    phases: Table,
+    events: Table,
+    marks: Integers32,
+) -> None:
+    """Complete a state of which t, x and v are given, and record it as the START.
+
+    On the edge of a soft stop, and on a wall, the first derivative that is not zero tells where
+    the motion goes; a mass at rest that a wall holds is in CONTACT.
+    """
+    x = state[X]
+    v = state[V]
+    n = phases.shape[0]
+    set_phases(law, state[T], state[T_LOW], phases)
+    region = FIRST_HARMONIC + n
+    while x > law[region, UPPER]:
+        region += 1 + n
+    heading = v
+    if v == 0.0:
+        heading = push(law, constant_force(law, region, x), phases)
+    if x == law[region, UPPER] and law[region, UPPER_KIND] == EDGE and heading > 0.0:
+        region += 1 + n
+    state[FORCE] = constant_force(law, region, x)
+    counters[REGION] = region
+    below = x == law[region, LOWER] and law[region, LOWER_KIND] == WALL
+    above = x == law[region, UPPER] and law[region, UPPER_KIND] == WALL
+    note(state, counters, events, marks, START, -1, v, v)
+    if v == 0.0 and below and heading <= 0.0:
+        counters[TOUCHED] = 1
+        note(state, counters, events, marks, CONTACT, int(law[region, NUMBER]), 0.0, 0.0)
+    elif v == 0.0 and above and heading >= 0.0:
+        counters[TOUCHED] = -1
+        note(state, counters, events, marks, CONTACT, int(law[region, NUMBER]) + 1, 0.0, 0.0)
+
+
+@kernel
+def fly(
+    law: Law,
+    state: Table,
+    counters: Integers,
+    phases: Table,
+    arrival: Table,
+    walker: Table,
+    events: Table,
+    marks: Integers32,
+    grazes: Table,
+    t_end: float,
+) -> int:
+    """Fly to the next event and through it."""
+    region = counters[REGION]
+    start = (state[T], state[T_LOW], state[V], state[FORCE])
+    free = (state[FREE_BELOW], state[FREE_ABOVE])
+    longest = (t_end - state[T]) - state[T_LOW]
+    verdict, s, side, value, error, free = next_event(
+        law, region, state[X], start, phases, arrival, walker, free, longest
+    )
+    if verdict == NONE or s > longest:
+        return REACHED_END if longest < math.inf else NO_MORE
+    state[FREE_BELOW], state[FREE_ABOVE] = free
+    if verdict == PAUSE:
+        if longest == math.inf and never_meets(law, region, state[X], start, phases, arrival, s):
+            return NO_MORE
+        return MOVING
+    t, t_low = later(state[T], state[T_LOW], s)
+    if verdict == GRAZE:
+        i = counters[N_GRAZES]
+        grazes[i, GRAZE_T] = t
+        grazes[i, GRAZE_T_LOW] = t_low
+        grazes[i, GRAZE_BOUND] = law[region, NUMBER] + (1.0 if side > 0.0 else 0.0)
+        grazes[i, GRAZE_CLEARANCE] = value
+        grazes[i, GRAZE_ERROR] = error
+        counters[N_GRAZES] = i + 1
+        return MOVING
+    if not abs(value) < HUGE:
+        return OVERFLOW
+    state[T] = t
+    state[T_LOW] = t_low
+    state[FREE_BELOW] = 0.0
+    state[FREE_ABOVE] = 0.0
+    # Afresh from the instant: turned along from flight to flight they would drift from it.
+    set_phases(law, t, t_low, phases)
+    if law[region, LOWER_KIND if side < 0.0 else UPPER_KIND] == WALL:
+        strike(law, state, counters, phases, events, marks, side, value)
+    else:
+        cross(law, state, counters, events, marks, side, value, phases.shape[0])
+    return MOVING
+
+
+@kernel
+def cross(
+    law: Law,
+    state: Table,
+    counters: Integers,
+    events: Table,
+    marks: Integers32,
+    side: float,
+    v: float,
+    n_harmonics: int,
+) -> None:
+    """Pass the edge of a soft stop: the velocity stays, springs and dashpots change."""
+    region = counters[REGION]
+    bound = int(law[region, NUMBER])
+    if side > 0.0:
+        state[X] = law[region, UPPER]
+        bound += 1
+        region += 1 + n_harmonics
+    else:
+        state[X] = law[region, LOWER]
+        region -= 1 + n_harmonics
+    counters[REGION] = region
+    state[V] = v
+    state[FORCE] = constant_force(law, region, state[X])
+    note(state, counters, events, marks, CROSSING, bound, v, v)
+
+
+@kernel
+def strike(
+    law: Law,
+    state: Table,
+    counters: Integers,
+    phases: Table,
+    events: Table,
+    marks: Integers32,
+    side: float,
+    v: float,
+) -> None:
+    """Rebound from a wall, and where this is the tail of a chatter go to its end."""
+    region = counters[REGION]
+    bound = int(law[region, NUMBER])
+    if side > 0.0:
+        bound += 1
+        state[X] = law[region, UPPER]
+        state[FORCE] = law[region, UPPER_FORCE]
+        restitution = law[region, UPPER_RESTITUTION]
+    else:
+        state[X] = law[region, LOWER]
+        state[FORCE] = law[region, LOWER_FORCE]
+        restitution = law[region, LOWER_RESTITUTION]
+    speed = restitution * abs(v)
+    state[V] = -side * speed if speed > 0.0 else 0.0
+    note(state, counters, events, marks, IMPACT, bound, v, state[V])
+    counters[N_IMPACTS] += 1
+    if speed == 0.0:
+        if side * push(law, state[FORCE], phases) >= 0.0:
+            counters[TOUCHED] = -1 if side > 0.0 else 1
+            note(state, counters, events, marks, CONTACT, bound, 0.0, 0.0)
+        return
+    state[FASTEST] = max(state[FASTEST], abs(v))
+    time, error = chatter_time(
+        law, region, side, restitution, speed, state[FASTEST], state[FORCE], phases
+    )
+    if time >= 0.0:
+        state[T], state[T_LOW] = later(state[T], state[T_LOW], time)
+        state[V] = 0.0
+        set_phases(law, state[T], state[T_LOW], phases)
+        counters[TOUCHED] = -1 if side > 0.0 else 1
+        note(state, counters, events, marks, CONTACT, bound, error, 0.0)
+
+
+@kernel
+def stay(
+    law: Law,
+    state: Table,
+    counters: Integers,
+    phases: Table,
+    events: Table,
+    marks: Integers32,
+    t_end: float,
+) -> int:
+    """Wait at a wall until the force lets go."""
+    region = counters[REGION]
+    normal = counters[TOUCHED]
+    longest = (t_end - state[T]) - state[T_LOW]
+    instant = (state[T], state[T_LOW])
+    released, s = release_time(
+        law, float(normal), state[FORCE], instant, state[HELD], longest, phases
+    )
+    if s > longest:
+        return REACHED_END if s < math.inf else AT_REST
+    if not released:
+        state[HELD] = s
+        return AT_REST if s == math.inf else MOVING
+    state[T], state[T_LOW] = later(state[T], state[T_LOW], s)
+    state[HELD] = 0.0
+    counters[TOUCHED] = 0
+    set_phases(law, state[T], state[T_LOW], phases)
+    # The force is zero at a release; what rounding has left of it would decide the take-off.
+    state[FORCE] = -force_derivative(law, phases, 0)
+    bound = int(law[region, NUMBER]) + (1 if normal < 0 else 0)
+    note(state, counters, events, marks, RELEASE, bound, 0.0, 0.0)
+    return MOVING
+
+
+@kernel
+def note(
+    state: Table,
+    counters: Integers,
+    events: Table,
+    marks: Integers32,
+    kind: int,
+    bound: int,
+    v_before: float,
+    v_after: float,
+) -> None:
+    """Write the event at the state's instant into the record."""
+    i = counters[N_EVENTS]
+    events[i, EVENT_T] = state[T]
+    events[i, EVENT_T_LOW] = state[T_LOW]
+    events[i, V_BEFORE] = v_before
+    events[i, V_AFTER] = v_after
+    marks[i, KIND] = kind
+    marks[i, BOUND] = bound
+    marks[i, NEXT_REGION] = counters[REGION]
+    counters[N_EVENTS] = i + 1

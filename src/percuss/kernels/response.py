@@ -1,0 +1,197 @@
+"""How an oscillator at rest responds: to a blow, to a constant force, to a harmonic.
+
+A flight that starts from y = 0 with velocity v is, in every linear regime,
+
+    y(s) = v S(s) + g D(s) + sum_j Re[ (force phasor)_j Q_j(s) ],
+
+where with the characteristic roots r1, r2 and divided differences of the exponential
+
+    S = s exp[r1 s, r2 s],   D = s^2 exp[r1 s, r2 s, 0],   Q = s^2 exp[r1 s, r2 s, i w s].
+
+These are entire functions of all their arguments: critical damping, k = 0, resonance are no
+special cases of the formula, only of its evaluation. Each function below takes the form that
+loses no digits where it is used (docs/theory/flight.md).
+"""
+
+from __future__ import annotations
+
+import math
+
+from percuss.kernels.angles import cos_sin
+from percuss.kernels.compile import kernel
+from percuss.kernels.law import (
+    DAMPING,
+    FAST_ROOT,
+    FIRST_HARMONIC,
+    GAIN_IM,
+    GAIN_RE,
+    GAP_IM,
+    GAP_RE,
+    HALF_TURNS,
+    HALF_TURNS_LOW,
+    NEAR,
+    OMEGA,
+    OVERDAMPED,
+    PER_STIFFNESS,
+    QUICKEST,
+    RATE,
+    SLOW_ROOT,
+    STIFFNESS,
+    TWICE_PER_RATE,
+    Law,
+)
+
+# Below this phase the power series is used: there the closed forms lose digits to cancellation,
+# and above it the series needs more than its terms.
+SERIES_LIMIT = 0.5
+# With abs(rate * s) <= 1/2 the first neglected term is below 0.5**17 / 17! = 2e-20.
+SERIES_TERMS = 16
+
+
+@kernel
+def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]:
+    """Return (S, c, D) at s: the response to a unit blow, S' + a S, the response to a unit force.
+
+    S'' + 2 a S' + K S = 0 with S(0) = 0, S'(0) = 1; c is exp(-a s) cos(RATE s) or its hyperbolic
+    form, so that S' = c - a S; D is the integral of S.
+    """
+    damping = law[region, DAMPING]
+    rate = law[region, RATE]
+    if law[region, OVERDAMPED] == 1.0:
+        slow = math.exp(law[region, SLOW_ROOT] * s)
+        shrink = math.expm1(-2.0 * rate * s)
+        blow = slow * (-shrink) / (2.0 * rate)
+        even = slow * (1.0 + 0.5 * shrink)
+        if law[region, QUICKEST] * s < SERIES_LIMIT:
+            force = force_series(damping, law[region, STIFFNESS], s)
+        elif abs(law[region, SLOW_ROOT]) < -0.5 * law[region, FAST_ROOT]:
+            fast = math.expm1(law[region, FAST_ROOT] * s) / law[region, FAST_ROOT]
+            late = s
+            if law[region, SLOW_ROOT] != 0.0:
+                late = math.expm1(law[region, SLOW_ROOT] * s) / law[region, SLOW_ROOT]
+            force = (late - fast) / (2.0 * rate)
+        else:
+            force = (1.0 - even - damping * blow) * law[region, PER_STIFFNESS]
+        return blow, even, force
+    shrink = 1.0
+    if damping > 0.0:
+        shrink = math.exp(-damping * s)
+    if rate == 0.0:
+        blow = shrink * s
+        even = shrink
+        square = 0.0
+    else:
+        half_cos, half_sin = cos_sin(law[region, HALF_TURNS], law[region, HALF_TURNS_LOW], s, 0.0)
+        square = 2.0 * half_sin * half_sin
+        blow = shrink * half_sin * half_cos * law[region, TWICE_PER_RATE]
+        even = shrink * (1.0 - square)
+    if law[region, QUICKEST] * s < SERIES_LIMIT:
+        force = force_series(damping, law[region, STIFFNESS], s)
+    elif damping == 0.0:
+        force = square * law[region, PER_STIFFNESS]
+    else:
+        force = (1.0 - even - damping * blow) * law[region, PER_STIFFNESS]
+    return blow, even, force
+
+
+@kernel
+def force_series(damping: float, stiffness: float, s: float) -> float:
+    """Return D(s) by its power series, for small s."""
+    before = 0.0
+    term = 0.5 * s * s
+    total = term
+    for n in range(3, SERIES_TERMS + 2):
+        following = -(2.0 * damping * s * term + stiffness * s * s * before / (n - 1)) / n
+        before = term
+        term = following
+        total += term
+    return total
+
+
+@kernel
+def harmonic_response(
+    law: Law, region: int, j: int, s: float, blow: float, even: float, turn: tuple[float, float]
+) -> tuple[float, float]:
+    """Return (Re Q_j, Im Q_j) at s: the responses to cos(w_j s) and to sin(w_j s).
+
+    ``blow`` and ``even`` are S(s) and c(s); ``turn`` is (cos, sin) of w_j s.
+    """
+    omega = law[FIRST_HARMONIC + j, OMEGA]
+    response = region + 1 + j
+    if max(law[region, QUICKEST], omega) * s < SERIES_LIMIT:
+        return harmonic_series(law[region, DAMPING], law[region, STIFFNESS], omega, s)
+    if law[response, NEAR] == 1.0:
+        return near_response(law, region, j, s, blow, even, turn)
+    over_re = turn[0] - even - law[region, DAMPING] * blow
+    over_im = turn[1] - omega * blow
+    gain_re = law[response, GAIN_RE]
+    gain_im = law[response, GAIN_IM]
+    return (
+        over_re * gain_re - over_im * gain_im,
+        over_im * gain_re + over_re * gain_im,
+    )
+
+
+@kernel
+def harmonic_series(
+    damping: float, stiffness: float, omega: float, s: float
+) -> tuple[float, float]:
+    """Return (Re Q, Im Q) at s by the power series, for small s."""
+    phase = omega * s
+    force_re = 1.0
+    force_im = 0.0
+    term_re = 0.5 * s * s
+    term_im = 0.0
+    before_re = 0.0
+    before_im = 0.0
+    total_re = term_re
+    total_im = term_im
+    for n in range(3, SERIES_TERMS + 2):
+        # The force's own term, (i w s)**(n - 2) / (n - 2)!.
+        force_re, force_im = -phase * force_im / (n - 2), phase * force_re / (n - 2)
+        share = 1.0 / (n * (n - 1))
+        next_re = s * s * share * (force_re - stiffness * before_re) - 2 * damping * s * term_re / n
+        next_im = s * s * share * (force_im - stiffness * before_im) - 2 * damping * s * term_im / n
+        before_re = term_re
+        before_im = term_im
+        term_re = next_re
+        term_im = next_im
+        total_re += term_re
+        total_im += term_im
+    return total_re, total_im
+
+
+@kernel
+def near_response(
+    law: Law, region: int, j: int, s: float, blow: float, even: float, turn: tuple[float, float]
+) -> tuple[float, float]:
+    """Return (Re Q_j, Im Q_j) at s with i w_j at, or near, a characteristic root r1.
+
+    Q = [F(r1) - F(r2)] / (r1 - r2) with F(r) = (exp(i w s) - exp(r s)) / (i w - r), and
+    F(r1) = exp(r1 s) expm1(gap s) / gap, smooth as the gap closes.
+    """
+    response = region + 1 + j
+    gap = complex(law[response, GAP_RE], law[response, GAP_IM])
+    difference = complex(0.0, 2.0 * law[region, RATE])
+    if law[region, OVERDAMPED] == 1.0:
+        difference = complex(2.0 * law[region, RATE], 0.0)
+    root_part = 0.5 * difference * blow
+    near_exponential = even + root_part
+    far_exponential = even - root_part
+    near = near_exponential * mean_exponential(gap.real * s, gap.imag * s) * s
+    # i w - r2 = (i w - r1) + (r1 - r2).
+    far = (complex(turn[0], turn[1]) - far_exponential) / (gap + difference)
+    quotient = (near - far) / difference
+    return quotient.real, quotient.imag
+
+
+@kernel
+def mean_exponential(x: float, y: float) -> complex:
+    """Return (exp(z) - 1) / z for z = x + i y, and 1 at z = 0."""
+    if x == 0.0 and y == 0.0:
+        return complex(1.0, 0.0)
+    half = math.sin(0.5 * y)
+    grow = math.expm1(x)
+    real = grow * math.cos(y) - 2.0 * half * half
+    imaginary = (1.0 + grow) * math.sin(y)
+    return complex(real, imaginary) / complex(x, y)

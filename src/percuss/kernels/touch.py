@@ -1,0 +1,165 @@
+"""The first touch of one bound on a stretch of a flight, decided with proof.
+
+The stretch is cut until on each piece the clearance is provably positive, or provably has at most
+one zero or one turning point, which is then looked at. The bounds are Taylor's theorem with the
+remainder of ``derivative_bound``; docs/theory/first-event.md has the proof.
+"""
+
+from __future__ import annotations
+
+from percuss.kernels.compile import kernel
+from percuss.kernels.flight import (
+    Start,
+    acceleration_and_jerk,
+    derivative_bound,
+    force_derivative,
+    move,
+    uncertainty,
+)
+from percuss.kernels.landing import ULP, land, lowest
+from percuss.kernels.law import DAMPING, STIFFNESS, Law, Table
+
+# Verdicts.
+NONE, HIT, GRAZE = 0, 1, 2
+# Shapes of the clearance on a piece.
+UNKNOWN, CLEAR, ONE_ZERO, ONE_MINIMUM = 0, 1, 2, 3
+# A departure is decided by its first derivative that is not zero, up to this order.
+LAST_ORDER = 6
+
+
+@kernel
+def first_touch(
+    law: Law,
+    region: int,
+    start: Start,
+    phases: Table,
+    arrival: Table,
+    sign: float,
+    distance: float,
+    left: float,
+    right: float,
+) -> tuple[int, float, float, float, float]:
+    """Return (verdict, s, v or clearance, rounding bound, free up to) of the first touch.
+
+    The clearance sign * (y - distance) is positive at ``left``. For a HIT the third entry is the
+    velocity, for a GRAZE the clearance there. ``arrival`` holds the phases of a HIT.
+    """
+    force = start[3]
+    y, v = move(law, region, start, phases, left, arrival)
+    second, third = acceleration_and_jerk(law, region, force, arrival, y, v)
+    doubt = uncertainty(law, region, start, phases, left)
+    doubt = 2.0 * max(doubt, uncertainty(law, region, start, phases, right)) + ULP * abs(distance)
+    width = right - left
+    while left < right:
+        width = min(width, right - left)
+        fourth = derivative_bound(law, region, 2, second, third, width)
+        gap = sign * (y - distance)
+        speed = sign * v
+        shape = shape_of(gap, speed, sign * second, sign * third, fourth, width, doubt)
+        if shape == UNKNOWN and width > 8.0 * ULP * (left + width):
+            width *= 0.5
+            continue
+        after = left + width
+        y, v = move(law, region, start, phases, after, arrival)
+        if shape != CLEAR:
+            if sign * (y - distance) <= 0.0:
+                guess = 0.5 * (left + after)
+                s, v = land(
+                    law, region, start, phases, arrival, sign, distance, (left, after, guess)
+                )
+                return HIT, s, v, 0.0, s
+            if shape == ONE_MINIMUM and speed <= 0.0 < sign * v:
+                s, least, error = lowest(
+                    law, region, start, phases, arrival, sign, distance, left, after
+                )
+                if abs(least) <= error:
+                    return GRAZE, s, least, error, after
+                if least < 0.0:
+                    guess = 0.5 * (left + s)
+                    s, v = land(
+                        law, region, start, phases, arrival, sign, distance, (left, s, guess)
+                    )
+                    return HIT, s, v, 0.0, s
+                y, v = move(law, region, start, phases, after, arrival)
+        second, third = acceleration_and_jerk(law, region, force, arrival, y, v)
+        left = after
+        width *= 2.0
+    return NONE, right, 0.0, 0.0, right
+
+
+@kernel
+def shape_of(
+    gap: float,
+    speed: float,
+    second: float,
+    third: float,
+    fourth: float,
+    width: float,
+    doubt: float,
+) -> int:
+    """Tell what the clearance can do over ``width``, from its derivatives at the left end.
+
+    Each derivative is a polynomial plus a remainder that ``fourth`` bounds; a polynomial lies
+    between the least and the greatest of its Bernstein coefficients.
+    """
+    end_second = second + third * width
+    middle_speed = speed + 0.5 * second * width
+    end_speed = middle_speed + 0.5 * end_second * width
+    rise = speed * width
+    bend = second * width * width
+    end_gap = gap + rise + 0.5 * bend + third * width**3 / 6.0
+    least = min(gap, gap + rise / 3.0, gap + 2.0 * rise / 3.0 + bend / 6.0, end_gap)
+    if least - fourth * width**4 / 24.0 > doubt:
+        return CLEAR
+    slack = fourth * width**3 / 6.0
+    if min(speed, middle_speed, end_speed) - slack > 0.0:
+        return CLEAR
+    if max(speed, middle_speed, end_speed) + slack < 0.0:
+        return ONE_ZERO
+    slack = 0.5 * fourth * width * width
+    if max(second, end_second) + slack < 0.0:
+        return ONE_ZERO
+    if min(second, end_second) - slack > 0.0:
+        return ONE_MINIMUM
+    return UNKNOWN
+
+
+@kernel
+def departure(
+    law: Law,
+    region: int,
+    start: Start,
+    phases: Table,
+    sign: float,
+    longest: float,
+) -> float:
+    """Return a time up to which a flight that starts on a bound is free of it, 0 if not at all.
+
+    With m the first derivative that is not zero, the clearance is at least
+    s^m / m! (abs(y^(m)) - s / (m + 1) * bound of y^(m+1)). Infinite for a motion that is none.
+    """
+    _, _, value, force = start
+    following, _ = acceleration_and_jerk(law, region, force, phases, 0.0, value)
+    order = 1
+    while value == 0.0:
+        if order == LAST_ORDER:
+            return longest
+        jerk = force_derivative(law, phases, order)
+        value, following = (
+            following,
+            jerk - 2.0 * law[region, DAMPING] * following - law[region, STIFFNESS] * value,
+        )
+        order += 1
+    if sign * value < 0.0:
+        return 0.0
+    width = longest
+    for _ in range(64):
+        bound = abs(following) + width * derivative_bound(
+            law, region, order, value, following, width
+        )
+        free = 0.9 * (order + 1) * abs(value) / bound if bound > 0.0 else longest
+        if free >= width:
+            return width
+        # A shorter width has a smaller bound: this goes up to the best of the two.
+        width = max(free, 0.25 * width)
+    return free

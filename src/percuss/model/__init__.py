@@ -1,0 +1,36 @@
+"""What the user describes: oscillators, forcings and starts, as frozen values."""
+
+from __future__ import annotations
+
+from percuss.model.ball import ball_on_table as ball_on_table
+from percuss.model.exact import Exact as Exact
+from percuss.model.exact import Phase as Phase
+from percuss.model.exact import PiTimes as PiTimes
+from percuss.model.exact import as_float as as_float
+from percuss.model.exact import as_fraction as as_fraction
+from percuss.model.exact import pi_times as pi_times
+from percuss.model.faults import Fault as Fault
+from percuss.model.faults import draft as draft
+from percuss.model.faults import faults as faults
+from percuss.model.forcing import Forcing as Forcing
+from percuss.model.forcing import cosine as cosine
+from percuss.model.forcing import fourier as fourier
+from percuss.model.forcing import sine as sine
+from percuss.model.harmonics import Component as Component
+from percuss.model.harmonics import FourierTerm as FourierTerm
+from percuss.model.harmonics import Harmonic as Harmonic
+from percuss.model.oscillator import Oscillator as Oscillator
+from percuss.model.oscillator import backlash_oscillator as backlash_oscillator
+from percuss.model.oscillator import bilinear_oscillator as bilinear_oscillator
+from percuss.model.oscillator import impact_oscillator as impact_oscillator
+from percuss.model.paths import get_parameter as get_parameter
+from percuss.model.paths import long_form as long_form
+from percuss.model.paths import parameter_paths as parameter_paths
+from percuss.model.paths import replace_parameter as replace_parameter
+from percuss.model.paths import replace_parameters as replace_parameters
+from percuss.model.start import Start as Start
+from percuss.model.start import start_faults as start_faults
+from percuss.model.stops import Side as Side
+from percuss.model.stops import SoftStop as SoftStop
+from percuss.model.stops import Stop as Stop
+from percuss.model.stops import Wall as Wall

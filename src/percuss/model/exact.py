@@ -1,0 +1,389 @@
+"""Numbers that keep what the user gave.
+
+A float means that double exactly, a decimal string or a ``Decimal`` that decimal, and
+multiples of pi are kept as such, so that nothing is rounded before the equation is set up.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from typing import TypeAlias, cast
+
+from percuss.errors import ParameterError
+
+__all__ = [
+    "Exact",
+    "Phase",
+    "PiTimes",
+    "angle",
+    "as_float",
+    "as_fraction",
+    "cos_sin",
+    "kept",
+    "number_problem",
+    "phase_problem",
+    "pi_times",
+    "plain",
+    "scaled",
+    "square_root",
+]
+
+Exact: TypeAlias = int | float | Fraction | Decimal | str
+
+# 80 decimals: phases up to 1e40 are reduced with more than 1e-30 to spare.
+PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899")
+_LARGEST_REDUCED = 10**40
+
+_DECIMAL_TEXT = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,6})?"
+_QUOTIENT_TEXT = r"[+-]?\d+/\d+"
+_DECIMAL = re.compile(_DECIMAL_TEXT, re.ASCII)
+_QUOTIENT = re.compile(_QUOTIENT_TEXT, re.ASCII)
+_PI_TEXT = re.compile(
+    rf"(?:(?P<plus>{_QUOTIENT_TEXT}|{_DECIMAL_TEXT})(?=[+-]))?"
+    r"(?P<sign>[+-]?)(?:(?P<times>\d+(?:\.\d+|/\d+)?)\*?)?pi(?:/(?P<over>\d+))?",
+    re.ASCII,
+)
+_SPACES = re.compile(r"\s*([-+*/])\s*|(?<=\d)\s+(?=pi)", re.ASCII)
+_NOT_FINITE_TEXTS = frozenset({"nan", "inf", "infinity"})
+# A longer text is no physical parameter, and its conversion takes quadratic time.
+_LONGEST_TEXT = 1000
+
+NOT_A_NUMBER = (
+    'not a number; give an int, float, Fraction, Decimal or a decimal string such as "2.8"'
+)
+NOT_FINITE = "not finite"
+DIVISION_BY_ZERO = "a division by zero"
+OUT_OF_RANGE = "beyond the range of floats, 5e-324 to 1.8e308"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class PiTimes:
+    """The number ``times * pi + plus``, exactly.
+
+    Made by `pi_times`; numbers can be added to it and subtracted from it.
+
+    Parameters
+    ----------
+    times
+        Multiple of pi.
+    plus
+        Rational part.
+
+    Examples
+    --------
+    >>> pi_times(1, 2) + "0.25"
+    pi_times(1, 2) + 0.25
+    """
+
+    times: Fraction
+    plus: Fraction = Fraction(0)
+
+    def __add__(self, other: Phase) -> PiTimes:
+        times, plus = angle(other)
+        return PiTimes(self.times + times, self.plus + plus)
+
+    def __neg__(self) -> PiTimes:
+        return PiTimes(-self.times, -self.plus)
+
+    def __sub__(self, other: Phase) -> PiTimes:
+        times, plus = angle(other)
+        return PiTimes(self.times - times, self.plus - plus)
+
+    __radd__ = __add__
+
+    def __rsub__(self, other: Phase) -> PiTimes:
+        return -self + other
+
+    def __float__(self) -> float:
+        return float(self.times * PI + self.plus)
+
+    def __repr__(self) -> str:
+        p, q = self.times.numerator, self.times.denominator
+        text = f"pi_times({p})" if q == 1 else f"pi_times({p}, {q})"
+        return f"{text} + {kept(self.plus)!r}" if self.plus else text
+
+    def __str__(self) -> str:
+        """Return the text that a phase of the same value can be given as."""
+        plus = f"{self.plus} + " if self.plus else ""
+        return f"{plus}{self.times}*pi".replace("+ -", "- ")
+
+
+Phase: TypeAlias = Exact | PiTimes
+
+
+def pi_times(p: Exact, q: Exact = 1) -> PiTimes:
+    """Return the exact number pi p/q, for a phase or a period.
+
+    Parameters
+    ----------
+    p
+        Numerator, any number.
+    q
+        Denominator, not 0.
+
+    Returns
+    -------
+    PiTimes
+        The exact multiple of pi.
+
+    Raises
+    ------
+    ParameterError
+        If p or q is not a finite number, or q is 0.
+
+    Examples
+    --------
+    >>> pi_times(-1, 2)
+    pi_times(-1, 2)
+    >>> as_float(pi_times(2))
+    6.283185307179586
+    """
+    denominator = as_fraction(q)
+    if denominator == 0:
+        raise ParameterError("q", q, "zero; pi p/q needs a denominator")
+    return PiTimes(as_fraction(p) / denominator)
+
+
+def plain(value: object) -> object:
+    """Return a NumPy scalar as its Python value, a subclass as its base, others unchanged."""
+    if type(value) in _PLAIN_TYPES or isinstance(value, bool):
+        return value
+    # NumPy scalars and arrays without dimensions, recognised without importing NumPy.
+    if getattr(value, "shape", None) == () and hasattr(value, "item"):
+        return cast("object", value.item())
+    for base in (int, float, str):
+        if isinstance(value, base):
+            return base(value)
+    return value
+
+
+_PLAIN_TYPES = frozenset({int, float, Fraction, Decimal, str, PiTimes})
+
+
+def number_problem(value: object) -> str | None:
+    """Return what keeps a plain value from being a finite real number, None if nothing does."""
+    if isinstance(value, float):
+        return None if math.isfinite(value) else NOT_FINITE
+    if isinstance(value, bool) or not isinstance(value, int | Fraction | Decimal | str):
+        return NOT_A_NUMBER
+    if isinstance(value, str):
+        return _text_problem(value)
+    if isinstance(value, Decimal):
+        return _decimal_problem(value)
+    return _range_problem(value)
+
+
+def _text_problem(text: str) -> str | None:
+    if len(text) > _LONGEST_TEXT:
+        return NOT_A_NUMBER
+    bare = _without_spaces(text)
+    if _DECIMAL.fullmatch(bare):
+        return _decimal_problem(Decimal(bare))
+    if _QUOTIENT.fullmatch(bare):
+        numerator, denominator = (int(part) for part in bare.split("/"))
+        if denominator == 0:
+            return DIVISION_BY_ZERO
+        return _range_problem(Fraction(numerator, denominator))
+    return NOT_FINITE if bare.lower().lstrip("+-") in _NOT_FINITE_TEXTS else NOT_A_NUMBER
+
+
+def _without_spaces(text: str) -> str:
+    """Return a text without the spaces around it and around its signs of operation."""
+    return _SPACES.sub(r"\1", text.strip())
+
+
+def _decimal_problem(value: Decimal) -> str | None:
+    if not value.is_finite():
+        return NOT_FINITE
+    # Checked on the exponent: the fraction of 1e999999 would have a million digits.
+    number = float(value)
+    return OUT_OF_RANGE if math.isinf(number) or (number == 0.0 and value != 0) else None
+
+
+def _range_problem(value: int | Fraction) -> str | None:
+    try:
+        number = float(value)
+    except OverflowError:
+        return OUT_OF_RANGE
+    return OUT_OF_RANGE if number == 0.0 and value != 0 else None
+
+
+def phase_problem(value: object) -> str | None:
+    """Return what keeps a plain value from being a phase, None if nothing does."""
+    try:
+        multiple = value if isinstance(value, PiTimes) else _multiple_in_text(value)
+    except ZeroDivisionError:
+        return DIVISION_BY_ZERO
+    if multiple is None:
+        return number_problem(value)
+    return _range_problem(multiple.times) or _range_problem(multiple.plus)
+
+
+def _multiple_in_text(value: object) -> PiTimes | None:
+    if not isinstance(value, str) or "pi" not in value or len(value) > _LONGEST_TEXT:
+        return None
+    match = _PI_TEXT.fullmatch(_without_spaces(value))
+    if match is None:
+        return None
+    times = Fraction(match["times"] or 1) / int(match["over"] or 1)
+    plus = match["plus"]
+    if plus is not None and number_problem(plus) is not None:
+        return None
+    return PiTimes(-times if match["sign"] == "-" else times, Fraction(plus or 0))
+
+
+def as_fraction(value: Exact) -> Fraction:
+    """Return a number as the exact fraction it means.
+
+    Parameters
+    ----------
+    value
+        A float means that double exactly, a decimal string that decimal.
+
+    Returns
+    -------
+    Fraction
+        The exact value.
+
+    Raises
+    ------
+    ParameterError
+        If the value is not a finite number.
+
+    Examples
+    --------
+    >>> as_fraction("2.8")
+    Fraction(14, 5)
+    >>> as_fraction(0.5)
+    Fraction(1, 2)
+    """
+    number = plain(value)
+    problem = number_problem(number)
+    if problem is not None:
+        raise ParameterError("value", value, problem)
+    if isinstance(number, str):
+        number = _without_spaces(number)
+    return Fraction(cast("Exact", number))
+
+
+def as_float(value: Phase) -> float:
+    """Return a number, or a phase, as the nearest double.
+
+    Parameters
+    ----------
+    value
+        Anything a physical parameter takes, or a multiple of pi.
+
+    Returns
+    -------
+    float
+        The value, correctly rounded.
+
+    Raises
+    ------
+    ParameterError
+        If the value is not a finite number.
+
+    Examples
+    --------
+    >>> as_float("2.8"), as_float(pi_times(1, 2))
+    (2.8, 1.5707963267948966)
+    """
+    if type(value) is float and math.isfinite(value):
+        return value
+    times, plus = angle(value)
+    return float(times * PI + plus) if times else float(plus)
+
+
+def angle(value: Phase) -> tuple[Fraction, Fraction]:
+    """Return ``(times, plus)`` such that the value is exactly ``times * pi + plus``.
+
+    Examples
+    --------
+    >>> angle("-3*pi/4")
+    (Fraction(-3, 4), Fraction(0, 1))
+    """
+    problem = phase_problem(value)
+    if problem is not None:
+        raise ParameterError("value", value, problem)
+    multiple = value if isinstance(value, PiTimes) else _multiple_in_text(value)
+    if multiple is not None:
+        return multiple.times, multiple.plus
+    return Fraction(0), as_fraction(cast("Exact", value))
+
+
+def cos_sin(phase: Phase) -> tuple[float, float]:
+    """Return the cosine and the sine of a phase, exact at multiples of pi/2 and pi/6.
+
+    Parameters
+    ----------
+    phase
+        The phase [rad].
+
+    Returns
+    -------
+    tuple of float
+        Cosine and sine.
+
+    Examples
+    --------
+    >>> cos_sin(pi_times(-1, 2))
+    (0.0, -1.0)
+    >>> cos_sin("pi/3")[0]
+    0.5
+    """
+    if type(phase) is float:
+        return math.cos(phase), math.sin(phase)
+    times, plus = angle(phase)
+    if times == 0 and abs(plus) > _LARGEST_REDUCED:
+        return math.cos(float(plus)), math.sin(float(plus))
+    quarters = round(2 * times if plus == 0 else 2 * (times + plus / PI))
+    rest = times - Fraction(quarters, 2)
+    if plus == 0 and abs(rest) == Fraction(1, 6):
+        cosine, sine = math.sqrt(0.75), math.copysign(0.5, rest)
+    else:
+        remainder = float(rest * PI + plus)
+        cosine, sine = math.cos(remainder), math.sin(remainder)
+    # Adding zero turns -0.0 into 0.0.
+    return (
+        (cosine, sine),
+        (-sine + 0.0, cosine),
+        (-cosine, -sine + 0.0),
+        (sine, -cosine),
+    )[quarters % 4]
+
+
+def kept(value: Fraction) -> float | Fraction:
+    """Return a computed number as a float where that is exact, else as the fraction."""
+    if _range_problem(value) is not None:
+        return value
+    number = float(value)
+    return number if number.as_integer_ratio() == value.as_integer_ratio() else value
+
+
+def scaled(value: Exact, factor: Fraction) -> float | Fraction:
+    """Return the exact product of a kept number and a factor."""
+    return kept(as_fraction(value) * factor)
+
+
+def square_root(value: Fraction) -> float | Fraction:
+    """Return the square root of a fraction, exact where it is rational, else correctly rounded.
+
+    Examples
+    --------
+    >>> square_root(Fraction(4, 9))
+    Fraction(2, 3)
+    >>> square_root(Fraction(2))
+    1.4142135623730951
+    """
+    p, q = math.isqrt(value.numerator), math.isqrt(value.denominator)
+    if p * p == value.numerator and q * q == value.denominator:
+        return kept(Fraction(p, q))
+    # An integer root with more than 80 significant bits decides the rounding to 53.
+    shift = max(0, 80 + (value.denominator.bit_length() - value.numerator.bit_length()) // 2)
+    root = math.isqrt((value.numerator << (2 * shift)) // value.denominator)
+    return float(Fraction(root, 1 << shift))

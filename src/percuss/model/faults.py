@@ -1,0 +1,175 @@
+"""What is wrong with the values a user gave: all of it, as a list.
+
+A constructor raises the first fault; a study reports every one with its dotted path.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import singledispatch
+from typing import Any, TypeVar, cast
+
+from percuss.errors import ParameterError
+from percuss.model.exact import Exact, as_float, number_problem, phase_problem, plain
+
+__all__ = ["Fault", "draft", "faults"]
+
+Model = TypeVar("Model")
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One thing that is wrong with one parameter.
+
+    Parameters
+    ----------
+    name
+        Dotted path of the parameter.
+    value
+        What was given.
+    reason
+        What is wrong with it, and what would be right.
+
+    Examples
+    --------
+    >>> print(Fault("oscillator.damping", -0.1, "negative; the motion would gain energy at rest"))
+    oscillator.damping = -0.1: negative; the motion would gain energy at rest
+    """
+
+    name: str
+    value: object
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.name} = {self.value!r}: {self.reason}"
+
+
+@singledispatch
+def faults(value: object, prefix: str | None = None) -> list[Fault]:
+    """Return all faults of a part of the model.
+
+    A value that was constructed has none; `draft` gives one that may.
+
+    Parameters
+    ----------
+    value
+        A stop, an oscillator, a harmonic, a forcing or a start.
+    prefix
+        Dotted path of the value, put before the names; by default ``oscillator``, ``forcing``
+        or ``start``, and nothing for a stop or a harmonic of its own.
+
+    Returns
+    -------
+    list of Fault
+        Empty if nothing is wrong.
+
+    Raises
+    ------
+    TypeError
+        If the value is no part of the model.
+
+    Examples
+    --------
+    >>> from percuss.model import Wall
+    >>> for fault in faults(draft(Wall, at="here", side="below", restitution=1.1), "wall"):
+    ...     print(fault.name)
+    wall.at
+    wall.restitution
+    """
+    raise TypeError(f"{type(value).__name__} is no part of the model ({prefix or 'no prefix'})")
+
+
+def draft(kind: type[Model], **fields: object) -> Model:
+    """Return a part of the model that has not been checked, for `faults` to list what is wrong.
+
+    Parameters
+    ----------
+    kind
+        Wall, SoftStop, Oscillator, Harmonic, FourierTerm, Forcing or Start.
+    **fields
+        Its fields by name, the parts of a part as drafts themselves.
+
+    Returns
+    -------
+    Model
+        The value; without faults it is as good as one that was constructed.
+
+    Raises
+    ------
+    TypeError
+        If a field is unknown, or one without default is missing.
+
+    Examples
+    --------
+    >>> from percuss.model import Oscillator, Wall
+    >>> wall = draft(Wall, at=0, side="left", restitution=2)
+    >>> [fault.name for fault in faults(draft(Oscillator, damping=-1, stops=(wall,)))]
+    ['oscillator.damping', 'oscillator.stops.0.side', 'oscillator.stops.0.restitution']
+    """
+    value = object.__new__(kind)
+    for field in dataclasses.fields(cast("Any", kind)):
+        # Forcing keeps the period that was given under another name.
+        name = field.metadata.get("given_as", field.name)
+        if name not in fields and field.default is dataclasses.MISSING:
+            raise TypeError(f"{kind.__name__} needs {name}")
+        object.__setattr__(value, field.name, as_tuple(plain(fields.pop(name, field.default))))
+    if fields:
+        raise TypeError(f"{kind.__name__} has no {', '.join(fields)}")
+    return value
+
+
+def raise_first(found: Iterable[Fault]) -> None:
+    """Raise the first fault, if there is one, as a `ParameterError`."""
+    for fault in found:
+        raise ParameterError(fault.name, fault.value, fault.reason)
+
+
+def make_plain(value: object, *names: str) -> None:
+    """Turn NumPy scalars in the fields of a frozen value into Python numbers."""
+    for name in names:
+        object.__setattr__(value, name, plain(getattr(value, name)))
+
+
+def as_tuple(value: object) -> object:
+    """Return a list or another iterable as a tuple, a text and anything else unchanged."""
+    return tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else value
+
+
+def dotted(prefix: str | None, name: str) -> str:
+    """Return the path of a name below a prefix, which may be empty."""
+    return f"{prefix}.{name}" if prefix else name
+
+
+def number_faults(name: str, value: object) -> list[Fault]:
+    """Return the fault of a value that is no finite number."""
+    problem = number_problem(value)
+    return [] if problem is None else [Fault(name, value, problem)]
+
+
+def phase_faults(name: str, value: object) -> list[Fault]:
+    """Return the fault of a value that is no phase."""
+    problem = phase_problem(value)
+    return [] if problem is None else [Fault(name, value, problem)]
+
+
+def positive_faults(name: str, value: object, reason: str = "not positive") -> list[Fault]:
+    """Return the fault of a value that is no number above zero."""
+    found = number_faults(name, value)
+    if not found and as_float(cast("Exact", value)) <= 0.0:
+        return [Fault(name, value, reason)]
+    return found
+
+
+def not_negative_faults(name: str, value: object, reason: str) -> list[Fault]:
+    """Return the fault of a value that is no number of at least zero."""
+    found = number_faults(name, value)
+    if not found and as_float(cast("Exact", value)) < 0.0:
+        return [Fault(name, value, reason)]
+    return found
+
+
+def damping_faults(name: str, value: object) -> list[Fault]:
+    """Return the fault of a damping that is no number of at least zero."""
+    return not_negative_faults(name, value, "negative; the motion would gain energy at rest")

@@ -1,0 +1,379 @@
+"""The forcing: a constant and harmonics, as frozen values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from itertools import zip_longest
+from typing import cast
+
+from percuss.errors import ParameterError
+from percuss.model.exact import (
+    PI,
+    Exact,
+    Phase,
+    PiTimes,
+    angle,
+    as_float,
+    as_fraction,
+    phase_problem,
+    pi_times,
+    plain,
+    scaled,
+)
+from percuss.model.faults import (
+    Fault,
+    as_tuple,
+    dotted,
+    draft,
+    faults,
+    number_faults,
+    phase_faults,
+    positive_faults,
+    raise_first,
+)
+from percuss.model.harmonics import (
+    Component,
+    FourierTerm,
+    Harmonic,
+    Part,
+    coefficients,
+    frequency_faults,
+    scaled_part,
+)
+
+__all__ = ["Forcing", "cosine", "fourier", "sine"]
+
+# How far omega period / (2 pi) may be from a whole number: far more than what rounding does.
+PERIOD_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, init=False, repr=False)
+class Forcing:
+    """The force per unit mass f(t) = constant + sum of A cos(omega t + phase).
+
+    Parameters
+    ----------
+    harmonics
+        The harmonics, any number.
+    constant
+        Constant part [length/time^2], finite.
+    period
+        A common period of the harmonics [time], > 0, which makes a sum of several periodic;
+        every omega period / (2 pi) is a whole number within 1e-9. May be a multiple of pi.
+    base
+        Base frequency of a sum made by `fourier`, which sets it.
+
+    Attributes
+    ----------
+    given_period
+        The period as it was given, or None; `period` is the one that holds.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its domain, or the period does not fit the harmonics.
+
+    Examples
+    --------
+    >>> force = Forcing((Harmonic(1.0, 2.0), Harmonic(0.5, 3.0)), period=pi_times(2))
+    >>> force.period, force.frequency
+    (6.283185307179586, Fraction(1, 1))
+    """
+
+    harmonics: tuple[Part, ...] = ()
+    constant: Exact = 0.0
+    given_period: Phase | None = field(default=None, metadata={"given_as": "period"})
+    base: Exact | None = None
+
+    def __init__(
+        self,
+        harmonics: Iterable[Part] = (),
+        constant: Exact = 0.0,
+        period: Phase | None = None,
+        *,
+        base: Exact | None = None,
+    ) -> None:
+        object.__setattr__(self, "harmonics", as_tuple(harmonics))
+        object.__setattr__(self, "constant", plain(constant))
+        object.__setattr__(self, "given_period", plain(period))
+        object.__setattr__(self, "base", plain(base))
+        raise_first(faults(self, ""))
+
+    def __repr__(self) -> str:
+        if self.base is not None:
+            terms = cast("tuple[FourierTerm, ...]", self.harmonics)
+            cos, sin = tuple(term.cos for term in terms), tuple(term.sin for term in terms)
+            return f"fourier({self.base!r}, cos={cos!r}, sin={sin!r}, constant={self.constant!r})"
+        period = "" if self.given_period is None else f", period={self.given_period!r}"
+        return f"Forcing(harmonics={self.harmonics!r}, constant={self.constant!r}{period})"
+
+    @property
+    def period(self) -> float | None:
+        """Period [time]; None without harmonics, and for several without a common period."""
+        frequency = self.frequency
+        if frequency is not None:
+            return float(2 * PI / frequency)
+        return None if self.given_period is None else as_float(self.given_period)
+
+    @property
+    def frequency(self) -> Fraction | None:
+        """Exact angular frequency of the period [1/time]; None where it is not known exactly.
+
+        With a given period it is known if the harmonics are exact multiples of one frequency.
+        """
+        return _frequency(self)
+
+    def components(self) -> tuple[Component, ...]:
+        """Return the harmonics as cosine and sine coefficients.
+
+        Terms of a Fourier sum that are zero are left out, other harmonics never.
+
+        Returns
+        -------
+        tuple of Component
+            One for each harmonic, in their order.
+
+        Examples
+        --------
+        >>> sine(3).components()
+        (Component(omega=Fraction(3, 1), cos=0.0, sin=1.0),)
+        """
+        return _components(self)
+
+    def per_mass(self, mass: Exact) -> Forcing:
+        """Return a force in the engineers' units divided by the mass it acts on.
+
+        Parameters
+        ----------
+        mass
+            Mass [mass], > 0.
+
+        Returns
+        -------
+        Forcing
+            With amplitudes and constant divided by the mass, exactly.
+
+        Raises
+        ------
+        ParameterError
+            If the mass is no number above zero.
+
+        Examples
+        --------
+        >>> cosine(3.0, amplitude=5.0).per_mass(2.0)
+        Forcing(harmonics=(Harmonic(amplitude=2.5, omega=3.0, phase=0.0),), constant=0.0)
+        """
+        raise_first(positive_faults("mass", plain(mass)))
+        factor = 1 / as_fraction(mass)
+        parts = tuple(scaled_part(part, factor) for part in self.harmonics)
+        constant = scaled(self.constant, factor)
+        return Forcing(parts, constant, self.given_period, base=self.base)
+
+
+def cosine(
+    omega: Exact, amplitude: Exact = 1.0, phase: Phase = 0.0, constant: Exact = 0.0
+) -> Forcing:
+    """Return the forcing constant + amplitude cos(omega t + phase).
+
+    Parameters
+    ----------
+    omega
+        Angular frequency [1/time], > 0.
+    amplitude
+        Amplitude per unit mass [length/time^2].
+    phase
+        Phase [rad].
+    constant
+        Constant part [length/time^2].
+
+    Returns
+    -------
+    Forcing
+        With one harmonic.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its domain.
+
+    Examples
+    --------
+    >>> cosine("2.8").harmonics
+    (Harmonic(amplitude=1.0, omega='2.8', phase=0.0),)
+    """
+    return Forcing((Harmonic(amplitude, omega, phase),), constant)
+
+
+def sine(
+    omega: Exact, amplitude: Exact = 1.0, phase: Phase = 0.0, constant: Exact = 0.0
+) -> Forcing:
+    """Return the forcing constant + amplitude sin(omega t + phase), which is exactly 0 at rest.
+
+    It is held as the cosine whose phase is less by pi/2, exactly.
+
+    Parameters
+    ----------
+    omega
+        Angular frequency [1/time], > 0.
+    amplitude
+        Amplitude per unit mass [length/time^2].
+    phase
+        Phase [rad].
+    constant
+        Constant part [length/time^2].
+
+    Returns
+    -------
+    Forcing
+        With one harmonic.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its domain.
+
+    Examples
+    --------
+    >>> sine(3.0).harmonics
+    (Harmonic(amplitude=1.0, omega=3.0, phase=pi_times(-1, 2)),)
+    """
+    raise_first(phase_faults("phase", plain(phase)))
+    return cosine(omega, amplitude, sine_phase(phase), constant)
+
+
+def sine_phase(phase: Phase) -> PiTimes:
+    """Return the phase of the cosine that is the sine of the given phase."""
+    return pi_times(-1, 2) + cast("Phase", plain(phase))
+
+
+def fourier(
+    omega: Exact,
+    cos: Sequence[Exact] = (),
+    sin: Sequence[Exact] = (),
+    constant: Exact = 0.0,
+) -> Forcing:
+    """Return the forcing constant + sum of cos[n-1] cos(n omega t) + sin[n-1] sin(n omega t).
+
+    Its frequencies are exact multiples of omega, which is its one parameter of frequency,
+    ``forcing.omega``.
+
+    Parameters
+    ----------
+    omega
+        Base frequency [1/time], > 0; the period is 2 pi/omega.
+    cos
+        Coefficients of the cosines [length/time^2], for n = 1, 2, ...
+    sin
+        Coefficients of the sines; the shorter of the two is filled with zeros.
+    constant
+        Constant part [length/time^2].
+
+    Returns
+    -------
+    Forcing
+        With one `FourierTerm` for each n.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its domain, or there are no coefficients.
+
+    Examples
+    --------
+    >>> fourier(2.0, cos=(1.0, 0.2), sin=(0.0, 0.1), constant=-0.5)
+    fourier(2.0, cos=(1.0, 0.2), sin=(0.0, 0.1), constant=-0.5)
+    """
+    for name, values in (("cos", cos), ("sin", sin)):
+        if isinstance(values, str) or not isinstance(values, Iterable):
+            raise ParameterError(name, values, "not a tuple of coefficients for n = 1, 2, ...")
+    # Forcing checks the terms, and knows the number of each.
+    terms = [
+        draft(FourierTerm, n=n, cos=c, sin=s)
+        for n, (c, s) in enumerate(zip_longest(cos, sin, fillvalue=0.0), 1)
+    ]
+    return Forcing(terms, constant, base=omega)
+
+
+@faults.register
+def _(value: Forcing, prefix: str | None = None) -> list[Fault]:
+    prefix = "forcing" if prefix is None else prefix
+    found = number_faults(dotted(prefix, "constant"), value.constant)
+    if value.base is not None:
+        found += frequency_faults(dotted(prefix, "omega"), value.base)
+    if not isinstance(value.harmonics, tuple):
+        return [*found, Fault(dotted(prefix, "harmonics"), value.harmonics, "not a tuple")]
+    for index, part in enumerate(value.harmonics):
+        name = dotted(prefix, f"harmonics.{index}")
+        if value.base is not None and isinstance(part, FourierTerm):
+            for coefficient in ("cos", "sin"):
+                name = dotted(prefix, f"{coefficient}.{index}")
+                found += number_faults(name, getattr(part, coefficient))
+        elif value.base is None and isinstance(part, Harmonic):
+            found += faults(part, name)
+        else:
+            wanted = "Harmonic" if value.base is None else "FourierTerm"
+            found.append(Fault(name, part, f"not a {wanted}"))
+    return found or _period_faults(value, prefix)
+
+
+def _period_faults(forcing: Forcing, prefix: str) -> list[Fault]:
+    if forcing.base is not None and not forcing.harmonics:
+        return [Fault(dotted(prefix, "cos"), (), "empty as sin is; give the coefficients")]
+    name, period = dotted(prefix, "period"), forcing.given_period
+    if period is None:
+        return []
+    problem = phase_problem(period)
+    if problem is None and as_float(period) <= 0.0:
+        problem = "not positive"
+    if problem is None and not forcing.harmonics:
+        problem = "given without harmonics; there is nothing to repeat"
+    if problem is not None:
+        return [Fault(name, period, problem)]
+    found = []
+    for index, omega in enumerate(_omegas(forcing)):
+        turns = _turns(omega, period)
+        if abs(turns - max(round(turns), 1)) > PERIOD_TOLERANCE:
+            reason = (
+                f"harmonic {index} of omega = {float(omega):.15g} makes {float(turns):.15g} turns"
+                " in it, not a whole number"
+            )
+            found.append(Fault(name, period, reason))
+    return found
+
+
+def _omegas(forcing: Forcing) -> tuple[Fraction, ...]:
+    if forcing.base is None:
+        harmonics = cast("tuple[Harmonic, ...]", forcing.harmonics)
+        return tuple(as_fraction(harmonic.omega) for harmonic in harmonics)
+    terms = cast("tuple[FourierTerm, ...]", forcing.harmonics)
+    return tuple(term.n * as_fraction(forcing.base) for term in terms)
+
+
+def _turns(omega: Fraction, period: Phase) -> Fraction:
+    times, plus = angle(period)
+    return omega * (times + plus / PI) / 2
+
+
+# The next two are asked for once a run; their answers only depend on the frozen value.
+@lru_cache(maxsize=1024)
+def _frequency(forcing: Forcing) -> Fraction | None:
+    omegas = _omegas(forcing)
+    if forcing.given_period is None:
+        if forcing.base is not None:
+            return as_fraction(forcing.base)
+        return omegas[0] if len(omegas) == 1 else None
+    turns = [round(_turns(omega, forcing.given_period)) for omega in omegas]
+    candidates = {omega / count for omega, count in zip(omegas, turns, strict=True)}
+    return candidates.pop() if len(candidates) == 1 else None
+
+
+@lru_cache(maxsize=1024)
+def _components(forcing: Forcing) -> tuple[Component, ...]:
+    return tuple(
+        Component(omega, *coefficients(part))
+        for omega, part in zip(_omegas(forcing), forcing.harmonics, strict=True)
+        if isinstance(part, Harmonic) or any(coefficients(part))
+    )

@@ -1,0 +1,236 @@
+"""From what the user describes to the tables the kernels read: where exact values become floats.
+
+Every entry is computed in exact rationals and rounded once. Rates of phase are kept as pairs of
+floats, so that a phase after a million periods has all its digits.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+
+from percuss.kernels import law as at
+from percuss.kernels.law import Law
+from percuss.kernels.steps import fill_steps
+from percuss.model.exact import PI, as_fraction
+from percuss.model.forcing import Forcing
+from percuss.model.harmonics import Component
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import SoftStop, Wall
+
+__all__ = ["Lines", "lines", "law"]
+
+# The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
+# radians; at 2 the cubic through a step's ends is off by 4 % of the amplitude at most.
+STEP_PHASE = 2.0
+# With K < 0 the bound over a step holds a factor exp(phase).
+GROWING_STEP_PHASE = 0.5
+# A harmonic is near a root when the gain's inverse is this small a part of its own terms.
+NEAR_PART = Fraction(1, 16)
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """The bounds of the regions, upwards, and which stops lie at each.
+
+    ``at[i]`` is None at infinity; ``wall[i]`` is the index of the wall there or None;
+    ``edges[i]`` are the indices of the soft stops there.
+    """
+
+    at: tuple[Fraction | None, ...]
+    wall: tuple[int | None, ...]
+    edges: tuple[tuple[int, ...], ...]
+
+
+@lru_cache(maxsize=256)
+def lines(oscillator: Oscillator) -> Lines:
+    """Return the bounds at which the oscillator's stops cut the line."""
+    lower: tuple[Fraction | None, int | None] = (None, None)
+    upper: tuple[Fraction | None, int | None] = (None, None)
+    edges: dict[Fraction, list[int]] = {}
+    for i, stop in enumerate(oscillator.stops):
+        at = as_fraction(stop.at)
+        if isinstance(stop, SoftStop):
+            # Stops that become the same double, as "0.2" and 0.2 do, share an edge.
+            same = [edge for edge in edges if float(edge) == float(at)]
+            edges.setdefault(same[0] if same else at, []).append(i)
+        elif stop.side == "below":
+            lower = (at, i)
+        else:
+            upper = (at, i)
+    inner = sorted(edges)
+    return Lines(
+        at=(lower[0], *inner, upper[0]),
+        wall=(lower[1], *(None for _ in inner), upper[1]),
+        edges=((), *(tuple(edges[at]) for at in inner), ()),
+    )
+
+
+@lru_cache(maxsize=256)
+def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
+    """Return the kernels' table of an oscillator under a forcing (None: free motion)."""
+    components = forcing.components() if forcing is not None else ()
+    constant = as_fraction(forcing.constant) if forcing is not None else Fraction(0)
+    bounds = lines(oscillator)
+    n, n_regions = len(components), len(bounds.at) - 1
+    table = np.zeros((at.FIRST_HARMONIC + n + n_regions * (1 + n), at.COLUMNS))
+    _fill_header(table[0], forcing, components, n_regions)
+    for j, component in enumerate(components):
+        _fill_harmonic(table[at.FIRST_HARMONIC + j], component)
+    for number in range(n_regions):
+        first = at.FIRST_HARMONIC + n + number * (1 + n)
+        region = _region(oscillator, bounds, number)
+        _fill_bounds(table[first], oscillator, bounds, number)
+        _fill_forces(table[first], region, bounds, constant)
+        _fill_motion(table[first], region, table[at.FIRST_HARMONIC :][:n, at.OMEGA])
+        for j, component in enumerate(components):
+            _fill_response(table[first + 1 + j], region, component.omega)
+    fill_steps(table)
+    return table
+
+
+def _pair(value: Fraction) -> tuple[float, float]:
+    """Return a rational as the sum of two floats."""
+    high = float(value)
+    return high, float(value - Fraction(high))
+
+
+def _root(value: Fraction) -> Fraction:
+    """Return the square root to 120 bits."""
+    shift = max(0, 120 + (value.denominator.bit_length() - value.numerator.bit_length()) // 2)
+    return Fraction(math.isqrt((value.numerator << (2 * shift)) // value.denominator), 1 << shift)
+
+
+@dataclass(frozen=True, slots=True)
+class _Region:
+    """What acts in one region: the oscillator, the stops in touch, and K and a of them all."""
+
+    number: int
+    oscillator: Oscillator
+    touched: tuple[SoftStop, ...]
+    stiffness: Fraction
+    damping: Fraction
+
+    def force_at(self, constant: Fraction, x: Fraction) -> float:
+        """Return the constant force at x: a stop's share is exactly zero at its own edge."""
+        force = constant - as_fraction(self.oscillator.stiffness) * x
+        for stop in self.touched:
+            force -= as_fraction(stop.stiffness) * (x - as_fraction(stop.at))
+        return float(force)
+
+
+def _region(oscillator: Oscillator, bounds: Lines, number: int) -> _Region:
+    touched = []
+    for i, edges in enumerate(bounds.edges):
+        for k in edges:
+            stop = oscillator.stops[k]
+            beyond = number >= i if stop.side == "above" else number < i
+            if isinstance(stop, SoftStop) and beyond:
+                touched.append(stop)
+    stiffness = sum((as_fraction(s.stiffness) for s in touched), as_fraction(oscillator.stiffness))
+    damping = sum((as_fraction(s.damping) for s in touched), as_fraction(oscillator.damping))
+    return _Region(number, oscillator, tuple(touched), stiffness, damping)
+
+
+def _fill_header(
+    row: at.Table, forcing: Forcing | None, components: tuple[Component, ...], n_regions: int
+) -> None:
+    row[at.N_HARMONICS], row[at.N_REGIONS] = len(components), n_regions
+    orders = np.arange(at.N_FORCE_BOUNDS)
+    for component in components:
+        amplitude = math.hypot(component.cos, component.sin)
+        row[at.FORCE_BOUND + orders] += amplitude * float(component.omega) ** orders
+    if forcing is None or forcing.period is None:
+        return
+    row[at.PERIOD] = forcing.period
+    frequency = forcing.frequency
+    turns = 1 / Fraction(forcing.period) if frequency is None else frequency / (2 * PI)
+    row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(turns)
+
+
+def _fill_harmonic(row: at.Table, component: Component) -> None:
+    row[at.COSINE], row[at.SINE] = component.cos, component.sin
+    row[at.OMEGA] = float(component.omega)
+    row[at.TURNS], row[at.TURNS_LOW] = _pair(component.omega / (2 * PI))
+    row[at.AMPLITUDE] = math.hypot(component.cos, component.sin)
+
+
+def _fill_bounds(row: at.Table, oscillator: Oscillator, bounds: Lines, number: int) -> None:
+    columns = (
+        (number, at.LOWER, at.LOWER_KIND, at.LOWER_RESTITUTION, -math.inf),
+        (number + 1, at.UPPER, at.UPPER_KIND, at.UPPER_RESTITUTION, math.inf),
+    )
+    row[at.NUMBER] = number
+    for i, place, kind, restitution, infinity in columns:
+        position, wall = bounds.at[i], bounds.wall[i]
+        row[place] = infinity if position is None else float(position)
+        row[kind] = at.NOTHING if position is None else at.EDGE
+        if wall is not None:
+            stop = oscillator.stops[wall]
+            row[kind] = at.WALL
+            row[restitution] = float(as_fraction(stop.restitution)) if isinstance(stop, Wall) else 0
+
+
+def _fill_forces(row: at.Table, region: _Region, bounds: Lines, constant: Fraction) -> None:
+    low, high = bounds.at[region.number], bounds.at[region.number + 1]
+    origin = low if low is not None else high if high is not None else Fraction(0)
+    row[at.ORIGIN], row[at.ORIGIN_FORCE] = float(origin), region.force_at(constant, origin)
+    if low is not None:
+        row[at.LOWER_FORCE] = region.force_at(constant, low)
+    if high is not None:
+        row[at.UPPER_FORCE] = region.force_at(constant, high)
+
+
+def _fill_motion(row: at.Table, region: _Region, omegas: at.Table) -> None:
+    """Fill the roots, the length of a search step, and the constants of ``derivative_bound``.
+
+    For K >= 0 the energy norm of (x, v) does not grow without force; for K < 0 the norm
+    max(p abs(x), abs(v)) with p = a + sqrt(a^2 + abs(K)) grows by exp(p s) at most
+    (docs/theory/first-event.md).
+    """
+    stiffness, damping = region.stiffness, region.damping
+    k, a = float(stiffness), float(damping)
+    discriminant = stiffness - damping**2
+    rate = _root(abs(discriminant))
+    row[at.STIFFNESS], row[at.DAMPING], row[at.RATE] = k, a, float(rate)
+    row[at.HALF_TURNS], row[at.HALF_TURNS_LOW] = _pair(rate / (4 * PI))
+    row[at.TWICE_PER_RATE] = 2.0 / row[at.RATE] if rate else 0.0
+    row[at.PER_STIFFNESS] = float(1 / stiffness) if stiffness else 0.0
+    if discriminant < 0:
+        row[at.OVERDAMPED] = 1.0
+        row[at.SLOW_ROOT] = float(-stiffness / (damping + rate))
+        row[at.FAST_ROOT] = float(-(damping + rate))
+    row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * a)
+    fastest = max(float(row[at.QUICKEST]), float(omegas.max(initial=0.0)))
+    if fastest > 0.0:
+        row[at.STEP] = (GROWING_STEP_PHASE if k < 0.0 else STEP_PHASE) / fastest
+    if k < 0.0:
+        pace = a + math.sqrt(a * a - k)
+        growth = math.exp(pace * row[at.STEP])
+        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * pace, growth * pace
+    else:
+        pace = 2.0 * a + math.sqrt(k)
+        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = pace * math.sqrt(k), pace
+
+
+def _fill_response(row: at.Table, region: _Region, omega: Fraction) -> None:
+    stiffness, damping = region.stiffness, region.damping
+    real, imaginary = stiffness - omega**2, 2 * damping * omega
+    square = real**2 + imaginary**2
+    if square > 0:
+        row[at.GAIN_RE], row[at.GAIN_IM] = float(real / square), float(-imaginary / square)
+    discriminant = stiffness - damping**2
+    if abs(real) + imaginary > NEAR_PART * (damping**2 + omega**2 + abs(discriminant)):
+        return
+    # (i w - r1) (i w - r2) is the gain; divided by the far factor it leaves the gap, unrounded.
+    row[at.NEAR] = 1.0
+    rate = float(_root(abs(discriminant)))
+    far = complex(float(damping), float(omega) + rate)
+    if discriminant < 0:
+        far = complex(float(damping) + rate, float(omega))
+    gap = complex(float(real), float(imaginary)) / far
+    row[at.GAP_RE], row[at.GAP_IM] = gap.real, gap.imag

@@ -1,0 +1,305 @@
+"""The oscillator: a spring, a dashpot and stops, as frozen values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from percuss.errors import ParameterError
+from percuss.model.exact import Exact, as_fraction, kept, plain, scaled, square_root
+from percuss.model.faults import (
+    Fault,
+    as_tuple,
+    damping_faults,
+    dotted,
+    faults,
+    make_plain,
+    not_negative_faults,
+    number_faults,
+    positive_faults,
+    raise_first,
+)
+from percuss.model.stops import Side, SoftStop, Stop, Wall, stops_faults
+
+__all__ = [
+    "Oscillator",
+    "backlash_oscillator",
+    "bilinear_oscillator",
+    "impact_oscillator",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Oscillator:
+    """The oscillator x'' + 2 a x' + k x = f(t) + stops, of unit mass.
+
+    Parameters
+    ----------
+    stiffness
+        Stiffness k per unit mass [1/time^2], of any sign; 0 is free flight.
+    damping
+        Damping a [1/time], >= 0.
+    stops
+        Soft stops, any number, and at most one wall a side. They keep their order, which is
+        the ``stop`` index in results.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its domain, the walls leave no room between them, or a soft stop
+        is not in front of the walls.
+
+    Examples
+    --------
+    >>> Oscillator(damping=0.01, stops=(Wall(at=0.0, side="below"),))
+    Oscillator(stiffness=1.0, damping=0.01, stops=(Wall(at=0.0, side='below', restitution=1.0),))
+    """
+
+    stiffness: Exact = 1.0
+    damping: Exact = 0.0
+    stops: tuple[Stop, ...] = ()
+
+    def __post_init__(self) -> None:
+        make_plain(self, "stiffness", "damping")
+        object.__setattr__(self, "stops", as_tuple(self.stops))
+        raise_first(faults(self, ""))
+
+    @classmethod
+    def from_mass(
+        cls,
+        mass: Exact,
+        stiffness: Exact,
+        damping_coefficient: Exact | None = None,
+        damping_ratio: Exact | None = None,
+        stops: Iterable[Stop] = (),
+    ) -> Oscillator:
+        """Return the oscillator m x'' + c x' + k x = F(t) + stops, divided by its mass.
+
+        Everything is in the engineers' units, the stops too: the stiffness of a `SoftStop` is
+        a force per length and its ``damping`` the coefficient c_s of the force c_s x'. They
+        become k_s/m and c_s/(2 m), as k becomes k/m and c becomes a = c/(2 m). Forces are
+        divided by the mass as well: give `Forcing.per_mass` of the force.
+
+        Parameters
+        ----------
+        mass
+            Mass m [mass], > 0.
+        stiffness
+            Stiffness k [force/length].
+        damping_coefficient
+            Coefficient c [force time/length], >= 0; 0 if neither it nor the ratio is given.
+        damping_ratio
+            Fraction of critical damping c / (2 sqrt(k m)), >= 0, in place of the coefficient;
+            needs k > 0.
+        stops
+            Stops in the same units; restitutions and positions stay as they are.
+
+        Returns
+        -------
+        Oscillator
+            The oscillator of unit mass; quotients are exact, as fractions where no float is.
+
+        Raises
+        ------
+        ParameterError
+            If a value is outside its domain, or both forms of damping are given.
+
+        Examples
+        --------
+        >>> Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_coefficient=0.5)
+        Oscillator(stiffness=25.0, damping=0.125, stops=())
+        >>> Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_ratio="0.25").damping
+        1.25
+        """
+        raise_first(positive_faults("mass", plain(mass)))
+        per_mass = 1 / as_fraction(mass)
+        raise_first(number_faults("stiffness", plain(stiffness)))
+        if damping_ratio is None:
+            damping = _damping_of_coefficient(damping_coefficient, per_mass)
+        elif damping_coefficient is None:
+            damping = _damping_of_ratio(damping_ratio, stiffness, per_mass)
+        else:
+            raise ParameterError(
+                "damping_ratio",
+                damping_ratio,
+                f"given together with damping_coefficient = {damping_coefficient!r}; give one",
+            )
+        return cls(
+            stiffness=scaled(stiffness, per_mass),
+            damping=damping,
+            stops=tuple(_stop_per_mass(stop, per_mass) for stop in stops),
+        )
+
+
+def impact_oscillator(
+    restitution: Exact = 1.0,
+    *,
+    wall: Exact = 0.0,
+    side: Side = "below",
+    stiffness: Exact = 1.0,
+    damping: Exact = 0.0,
+) -> Oscillator:
+    """Return an oscillator with one wall.
+
+    Parameters
+    ----------
+    restitution
+        Coefficient of restitution, in [0, 1].
+    wall
+        Position of the wall [length].
+    side
+        On which side of the motion the wall lies.
+    stiffness
+        Stiffness k per unit mass [1/time^2].
+    damping
+        Damping a [1/time], >= 0.
+
+    Returns
+    -------
+    Oscillator
+        With the wall as its only stop.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its domain.
+
+    Examples
+    --------
+    >>> impact_oscillator(restitution=0.8).stops
+    (Wall(at=0.0, side='below', restitution=0.8),)
+    """
+    return Oscillator(stiffness, damping, (Wall(wall, side, restitution),))
+
+
+def bilinear_oscillator(
+    stiffness_above: Exact = 1.0, *, stiffness_below: Exact, damping: Exact = 0.0
+) -> Oscillator:
+    """Return an oscillator with one stiffness on x > 0 and another on x < 0.
+
+    It is a spring with one soft stop at 0 that adds the exact difference (Dyskin et al. 2012,
+    eq. 1).
+
+    Parameters
+    ----------
+    stiffness_above
+        Stiffness per unit mass on x > 0 [1/time^2].
+    stiffness_below
+        Stiffness per unit mass on x < 0 [1/time^2].
+    damping
+        Damping a on either side [1/time], >= 0.
+
+    Returns
+    -------
+    Oscillator
+        With one soft stop at 0, ``side="below"``.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its domain.
+
+    Examples
+    --------
+    >>> bilinear_oscillator(stiffness_below=400.0).stops
+    (SoftStop(at=0.0, side='below', stiffness=399.0, damping=0.0),)
+    """
+    for name, value in (
+        ("stiffness_above", stiffness_above),
+        ("stiffness_below", stiffness_below),
+    ):
+        raise_first(number_faults(name, plain(value)))
+    difference = kept(as_fraction(stiffness_below) - as_fraction(stiffness_above))
+    return Oscillator(stiffness_above, damping, (SoftStop(0.0, "below", difference),))
+
+
+def backlash_oscillator(
+    gap: Exact,
+    stiffness: Exact,
+    damping: Exact = 0.0,
+    *,
+    stiffness_inside: Exact = 0.0,
+    stop_damping: Exact = 0.0,
+) -> Oscillator:
+    """Return a body that is free for |x| < gap and meets a soft stop on either side.
+
+    Parameters
+    ----------
+    gap
+        Distance of either stop from 0 [length], >= 0.
+    stiffness
+        Stiffness k_s of each stop per unit mass [1/time^2].
+    damping
+        Damping a everywhere [1/time], >= 0.
+    stiffness_inside
+        Stiffness k everywhere [1/time^2], to which the stops add.
+    stop_damping
+        Damping a_s of each stop [1/time], >= 0.
+
+    Returns
+    -------
+    Oscillator
+        With stop 0 below at -gap and stop 1 above at gap.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its domain.
+
+    Examples
+    --------
+    >>> [(stop.at, stop.side) for stop in backlash_oscillator(gap=1.0, stiffness=100.0).stops]
+    [(-1.0, 'below'), (1.0, 'above')]
+    """
+    raise_first(not_negative_faults("gap", plain(gap), "negative; the stops would overlap"))
+    stops = (
+        SoftStop(scaled(gap, Fraction(-1)), "below", stiffness, stop_damping),
+        SoftStop(gap, "above", stiffness, stop_damping),
+    )
+    return Oscillator(stiffness_inside, damping, stops)
+
+
+@faults.register
+def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
+    prefix = "oscillator" if prefix is None else prefix
+    found = [
+        *number_faults(dotted(prefix, "stiffness"), value.stiffness),
+        *damping_faults(dotted(prefix, "damping"), value.damping),
+    ]
+    if not isinstance(value.stops, tuple):
+        return [*found, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
+    wrong = []
+    for index, stop in enumerate(value.stops):
+        name = dotted(prefix, f"stops.{index}")
+        if isinstance(stop, Wall | SoftStop):
+            wrong += faults(stop, name)
+        else:
+            wrong.append(Fault(name, stop, "neither a Wall nor a SoftStop"))
+    return found + (wrong or stops_faults(value.stops, prefix))
+
+
+def _damping_of_coefficient(coefficient: Exact | None, per_mass: Fraction) -> Exact:
+    if coefficient is None:
+        return 0.0
+    raise_first(damping_faults("damping_coefficient", plain(coefficient)))
+    return scaled(coefficient, per_mass / 2)
+
+
+def _damping_of_ratio(ratio: Exact, stiffness: Exact, per_mass: Fraction) -> Exact:
+    raise_first(damping_faults("damping_ratio", plain(ratio)))
+    if as_fraction(stiffness) <= 0:
+        reason = f"needs a stiffness above 0, not {stiffness}; give damping_coefficient"
+        raise ParameterError("damping_ratio", ratio, reason)
+    return square_root(as_fraction(ratio) ** 2 * as_fraction(stiffness) * per_mass)
+
+
+def _stop_per_mass(stop: Stop, per_mass: Fraction) -> Stop:
+    if isinstance(stop, Wall):
+        return stop
+    return SoftStop(
+        stop.at,
+        stop.side,
+        scaled(stop.stiffness, per_mass),
+        scaled(stop.damping, per_mass / 2),
+    )

@@ -1,0 +1,319 @@
+"""Parameters by their dotted paths: list them, read them, replace them.
+
+A path is the way to a number through the frozen values: ``oscillator.damping``,
+``oscillator.stops.0.restitution``, ``forcing.constant``, ``forcing.harmonics.1.phase``,
+``start.x0``. With exactly one harmonic, ``forcing.omega``, ``forcing.amplitude`` and
+``forcing.phase`` are short for those of ``forcing.harmonics.0``. A Fourier sum has
+``forcing.omega``, its base frequency, and ``forcing.cos.0`` for the first of its ``cos``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Mapping
+from typing import Any, TypeAlias, TypeVar
+
+from percuss.errors import ParameterError
+from percuss.model.exact import Phase
+from percuss.model.faults import draft, faults, raise_first
+from percuss.model.forcing import Forcing
+from percuss.model.harmonics import FourierTerm, Part
+from percuss.model.oscillator import Oscillator
+from percuss.model.start import Start
+
+__all__ = [
+    "get_parameter",
+    "long_form",
+    "parameter_paths",
+    "replace_parameter",
+    "replace_parameters",
+]
+
+Parts: TypeAlias = tuple[Oscillator, Forcing | None, Start | None]
+
+Value = TypeVar("Value")
+
+_SHORT_FORMS = ("forcing.amplitude", "forcing.omega", "forcing.phase")
+
+
+def parameter_paths(
+    osc: Oscillator, force: Forcing | None = None, start: Start | None = None
+) -> tuple[str, ...]:
+    """Return the paths of all parameters, in their long form.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    force
+        The forcing, or None.
+    start
+        The start, or None.
+
+    Returns
+    -------
+    tuple of str
+        The paths, those of the oscillator first.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_oscillator
+    >>> parameter_paths(impact_oscillator())[2:]
+    ('oscillator.stops.0.at', 'oscillator.stops.0.restitution')
+    """
+    return tuple(_parameters(osc, force, start))
+
+
+def get_parameter(osc: Oscillator, force: Forcing | None, start: Start | None, path: str) -> Phase:
+    """Return the value of a parameter, as it was given.
+
+    Parameters
+    ----------
+    osc, force, start
+        The values to look in; the last two may be None.
+    path
+        Path of the parameter, in its long or short form.
+
+    Returns
+    -------
+    Phase
+        The value: a number, or a multiple of pi.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_oscillator, sine
+    >>> get_parameter(impact_oscillator(), sine("2.8"), None, "forcing.omega")
+    '2.8'
+    """
+    return _parameters(osc, force, start)[long_form(path, osc, force, start)]
+
+
+def replace_parameter(
+    osc: Oscillator, force: Forcing | None, start: Start | None, path: str, value: Phase
+) -> Parts:
+    """Return the same values with one parameter replaced.
+
+    Parameters
+    ----------
+    osc, force, start
+        The values to start from; the last two may be None.
+    path
+        Path of the parameter, in its long or short form.
+    value
+        Its new value.
+
+    Returns
+    -------
+    tuple of Oscillator, Forcing and Start
+        New values; what has not changed is the same object.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter, or it cannot have this value.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_oscillator
+    >>> osc, *_ = replace_parameter(
+    ...     impact_oscillator(), None, None, "oscillator.stops.0.restitution", 0.8
+    ... )
+    >>> osc == impact_oscillator(restitution=0.8)
+    True
+    """
+    return replace_parameters(osc, force, start, {path: value})
+
+
+def replace_parameters(
+    osc: Oscillator,
+    force: Forcing | None,
+    start: Start | None,
+    changes: Mapping[str, Phase],
+) -> Parts:
+    """Return the same values with several parameters replaced at once.
+
+    Two walls can so be moved together, past where either alone could go.
+
+    Parameters
+    ----------
+    osc, force, start
+        The values to start from; the last two may be None.
+    changes
+        New values by path, in long or short form.
+
+    Returns
+    -------
+    tuple of Oscillator, Forcing and Start
+        New values; what has not changed is the same object.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter, one is named twice, or the values do not fit.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_oscillator
+    >>> _, _, start = replace_parameters(
+    ...     impact_oscillator(), None, Start(0.0, 1.0), {"start.x0": 0.5, "start.v0": 0.0}
+    ... )
+    >>> start
+    Start(x0=0.5, v0=0.0, t0=0.0)
+    """
+    by_path: dict[str, Phase] = {}
+    for path, value in changes.items():
+        name = long_form(path, osc, force, start)
+        if name in by_path:
+            raise ParameterError("path", path, f"named twice, also as {name}")
+        by_path[name] = value
+    if _changed(by_path, "oscillator"):
+        osc = _replace_in_oscillator(osc, by_path)
+        raise_first(faults(osc))
+    if force is not None and _changed(by_path, "forcing"):
+        force = _replace_in_forcing(force, by_path)
+        raise_first(faults(force))
+    if start is not None and _changed(by_path, "start"):
+        start = _replace_fields(start, "start", by_path)
+        raise_first(faults(start))
+    return osc, force, start
+
+
+def long_form(
+    path: str,
+    osc: Oscillator,
+    force: Forcing | None = None,
+    start: Start | None = None,
+) -> str:
+    """Return the path of a parameter as it is printed.
+
+    Parameters
+    ----------
+    path
+        Path of a parameter, in its long or short form.
+    osc, force, start
+        The values that have the parameter; the last two may be None.
+
+    Returns
+    -------
+    str
+        The long form.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter; with the nearest ones that there are.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_oscillator, sine
+    >>> long_form("forcing.omega", impact_oscillator(), sine(3.0))
+    'forcing.harmonics.0.omega'
+    """
+    known = _parameters(osc, force, start)
+    if path in known:
+        return path
+    short_forms = {}
+    if force is not None and force.base is None and len(force.harmonics) == 1:
+        short_forms = {short: short.replace(".", ".harmonics.0.") for short in _SHORT_FORMS}
+    if path in short_forms:
+        return short_forms[path]
+    raise ParameterError("path", path, _unknown(path, [*known, *short_forms], force))
+
+
+def _unknown(path: object, known: list[str], force: Forcing | None) -> str:
+    if force is None and str(path).startswith("forcing."):
+        return "no such parameter; the motion is free, it has no forcing"
+    if force is not None and path in _SHORT_FORMS and len(force.harmonics) > 1:
+        wanted = str(path).replace(".", ".harmonics.0.")
+        if wanted in known:
+            return f"one of {len(force.harmonics)} harmonics; write {wanted} for the first"
+    near = difflib.get_close_matches(str(path), known, n=3, cutoff=0.6)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(known)}"
+    return f"no such parameter; {hint}"
+
+
+def _parameters(osc: Oscillator, force: Forcing | None, start: Start | None) -> dict[str, Phase]:
+    """Return all parameters by their long form."""
+    found: dict[str, Phase] = {
+        "oscillator.stiffness": osc.stiffness,
+        "oscillator.damping": osc.damping,
+    }
+    for index, stop in enumerate(osc.stops):
+        fields = _fields(stop)
+        del fields["side"]
+        found |= {f"oscillator.stops.{index}.{name}": value for name, value in fields.items()}
+    if force is not None:
+        found |= _forcing_parameters(force)
+    if start is not None:
+        found |= {f"start.{name}": value for name, value in _fields(start).items()}
+    return found
+
+
+def _forcing_parameters(force: Forcing) -> dict[str, Phase]:
+    found: dict[str, Phase] = {"forcing.constant": force.constant}
+    if force.given_period is not None:
+        found["forcing.period"] = force.given_period
+    if force.base is not None:
+        found["forcing.omega"] = force.base
+    for index, part in enumerate(force.harmonics):
+        found |= {path: _fields(part)[name] for path, name in _part_paths(index, part).items()}
+    return found
+
+
+def _part_paths(index: int, part: Part) -> dict[str, str]:
+    """Return the names of the fields of a part of a forcing by their paths."""
+    if isinstance(part, FourierTerm):
+        return {f"forcing.{name}.{index}": name for name in ("cos", "sin")}
+    return {f"forcing.harmonics.{index}.{name}": name for name in _fields(part)}
+
+
+def _changed(by_path: Mapping[str, Phase], owner: str) -> bool:
+    return any(path.startswith(f"{owner}.") for path in by_path)
+
+
+def _replace_in_oscillator(osc: Oscillator, by_path: Mapping[str, Phase]) -> Oscillator:
+    stops = tuple(
+        _replace_fields(stop, f"oscillator.stops.{index}", by_path)
+        for index, stop in enumerate(osc.stops)
+    )
+    return _replace_fields(
+        draft(Oscillator, **_fields(osc) | {"stops": stops}), "oscillator", by_path
+    )
+
+
+def _replace_in_forcing(force: Forcing, by_path: Mapping[str, Phase]) -> Forcing:
+    parts = tuple(
+        draft(
+            type(part),
+            **_fields(part)
+            | {
+                name: by_path[path]
+                for path, name in _part_paths(index, part).items()
+                if path in by_path
+            },
+        )
+        for index, part in enumerate(force.harmonics)
+    )
+    return draft(
+        Forcing,
+        harmonics=parts,
+        constant=by_path.get("forcing.constant", force.constant),
+        period=by_path.get("forcing.period", force.given_period),
+        base=by_path.get("forcing.omega", force.base),
+    )
+
+
+def _replace_fields(value: Value, prefix: str, by_path: Mapping[str, Phase]) -> Value:
+    fields = _fields(value)
+    new = {name: by_path.get(f"{prefix}.{name}", old) for name, old in fields.items()}
+    return draft(type(value), **new)
+
+
+def _fields(value: Any) -> dict[str, Any]:
+    return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}

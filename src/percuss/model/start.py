@@ -1,0 +1,142 @@
+"""Where a motion starts and how long it is followed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+from percuss.model.exact import Exact, as_float, plain
+from percuss.model.faults import Fault, dotted, faults, make_plain, number_faults, raise_first
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import Wall
+
+__all__ = ["Start", "start_faults"]
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """The state in which a motion starts.
+
+    Parameters
+    ----------
+    x0
+        Position [length], finite.
+    v0
+        Velocity [length/time], finite.
+    t0
+        Time [time], finite.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not a finite number.
+
+    Examples
+    --------
+    >>> Start(x0=0.0, v0="0.45")
+    Start(x0=0.0, v0='0.45', t0=0.0)
+    """
+
+    x0: Exact
+    v0: Exact
+    t0: Exact = 0.0
+
+    def __post_init__(self) -> None:
+        make_plain(self, "x0", "v0", "t0")
+        raise_first(faults(self, ""))
+
+
+@faults.register
+def _(value: Start, prefix: str | None = None) -> list[Fault]:
+    prefix = "start" if prefix is None else prefix
+    return [
+        fault
+        for name in ("x0", "v0", "t0")
+        for fault in number_faults(dotted(prefix, name), getattr(value, name))
+    ]
+
+
+def start_faults(
+    osc: Oscillator,
+    x0: object,
+    v0: object,
+    t0: object = 0.0,
+    t_end: object = None,
+    max_impacts: object = None,
+    *,
+    start: str | None = None,
+    run: str | None = None,
+) -> list[Fault]:
+    """Return all faults of the start of a run and of its limits.
+
+    Parameters
+    ----------
+    osc
+        The oscillator, without faults of its own.
+    x0
+        Position at the start [length], not inside a wall.
+    v0
+        Velocity at the start [length/time].
+    t0
+        Time of the start [time].
+    t_end
+        Time of the end [time], after t0; or None.
+    max_impacts
+        Number of impacts after which to stop, >= 1; or None, but not both.
+    start, run
+        Dotted paths put before the names of the start and of the limits.
+
+    Returns
+    -------
+    list of Fault
+        Empty if nothing is wrong.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_oscillator
+    >>> for fault in start_faults(impact_oscillator(), x0=-0.1, v0=0.0, t0=10.0, t_end=0.0):
+    ...     print(fault)
+    x0 = -0.1: below the wall at x = 0.0; use a SoftStop for a compliant one
+    t_end = 0.0: not after t0 = 10.0
+    """
+    x0, v0, t0, t_end, max_impacts = (plain(value) for value in (x0, v0, t0, t_end, max_impacts))
+    wrong_x0 = number_faults(dotted(start, "x0"), x0)
+    wrong_t0 = number_faults(dotted(start, "t0"), t0)
+    found = [
+        *(wrong_x0 or _wall_faults(osc, dotted(start, "x0"), cast("Exact", x0))),
+        *number_faults(dotted(start, "v0"), v0),
+        *wrong_t0,
+    ]
+    if t_end is None and max_impacts is None:
+        reason = "no limit at all; give t_end, max_impacts or both"
+        return [*found, Fault(dotted(run, "t_end"), None, reason)]
+    if t_end is not None:
+        name = dotted(run, "t_end")
+        wrong_t_end = number_faults(name, t_end)
+        found += wrong_t_end
+        if (
+            not wrong_t_end
+            and not wrong_t0
+            and as_float(cast("Exact", t_end)) <= as_float(cast("Exact", t0))
+        ):
+            found.append(Fault(name, t_end, f"not after t0 = {t0}"))
+    if max_impacts is not None:
+        found += _count_faults(dotted(run, "max_impacts"), max_impacts)
+    return found
+
+
+def _wall_faults(osc: Oscillator, name: str, x0: Exact) -> list[Fault]:
+    found = []
+    for stop in osc.stops:
+        sign = 1.0 if stop.side == "above" else -1.0
+        # Compared as the doubles they become: 0.2 lies at a wall at "0.2", not inside it.
+        if isinstance(stop, Wall) and sign * (as_float(x0) - as_float(stop.at)) > 0.0:
+            reason = f"{stop.side} the wall at x = {stop.at}; use a SoftStop for a compliant one"
+            found.append(Fault(name, x0, reason))
+    return found
+
+
+def _count_faults(name: str, count: object) -> list[Fault]:
+    if isinstance(count, bool) or not isinstance(count, int):
+        return [Fault(name, count, "not a whole number of at least 1")]
+    return [] if count >= 1 else [Fault(name, count, "not at least 1")]

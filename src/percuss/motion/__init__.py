@@ -1,0 +1,15 @@
+"""One motion: simulating it, and reading it."""
+
+from __future__ import annotations
+
+from percuss.motion.eigenset import eigenset as eigenset
+from percuss.motion.eigenset import resonant_frequency as resonant_frequency
+from percuss.motion.impact_times import ImpactTimes as ImpactTimes
+from percuss.motion.impact_times import classify_impact_times as classify_impact_times
+from percuss.motion.outcome import Outcome as Outcome
+from percuss.motion.simulate import simulate as simulate
+from percuss.motion.tables import Contacts as Contacts
+from percuss.motion.tables import Crossings as Crossings
+from percuss.motion.tables import Grazes as Grazes
+from percuss.motion.tables import Impacts as Impacts
+from percuss.motion.trajectory import Trajectory as Trajectory

@@ -1,0 +1,74 @@
+"""Forces and energy of a motion, from its positions and velocities."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.kernels.law import N_HARMONICS
+from percuss.kernels.sample import drive
+from percuss.model.exact import as_float
+from percuss.model.forcing import Forcing
+from percuss.model.law import law
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import SoftStop, Stop
+from percuss.motion.tables import Contacts
+
+__all__ = ["energy_at", "forces_at"]
+
+Floats = NDArray[np.float64]
+
+
+def forces_at(
+    oscillator: Oscillator,
+    forcing: Forcing | None,
+    contacts: Contacts,
+    t: Floats,
+    x: Floats,
+    v: Floats,
+) -> dict[str, object]:
+    """Return spring, damping, forcing (n,) and stops (n_stops, n) as xarray variables."""
+    spring = -as_float(oscillator.stiffness) * x
+    damping = -2.0 * as_float(oscillator.damping) * v
+    driving = _force_at(oscillator, forcing, t)
+    stops = np.zeros((len(oscillator.stops), len(t)))
+    for i, stop in enumerate(oscillator.stops):
+        if isinstance(stop, SoftStop):
+            depth = x - as_float(stop.at)
+            push = -as_float(stop.stiffness) * depth - 2.0 * as_float(stop.damping) * v
+            stops[i] = np.where(_is_beyond(stop, depth), push, 0.0)
+    # A mass that is held does not accelerate: the wall takes what all others leave.
+    others = spring + damping + driving + stops.sum(axis=0)
+    for wall, start, release in zip(contacts.stop, contacts.start, contacts.release, strict=True):
+        held = (t >= start) & ~(t >= release)
+        stops[wall] = np.where(held, -others, stops[wall])
+    return {
+        "spring": ("t", spring),
+        "damping": ("t", damping),
+        "forcing": ("t", driving),
+        "stops": (("stop", "t"), stops),
+    }
+
+
+def energy_at(oscillator: Oscillator, x: Floats, v: Floats) -> Floats:
+    """Return the kinetic energy and that of all springs, per unit mass."""
+    energy = 0.5 * v**2 + 0.5 * as_float(oscillator.stiffness) * x**2
+    for stop in oscillator.stops:
+        if isinstance(stop, SoftStop):
+            depth = x - as_float(stop.at)
+            stored = 0.5 * as_float(stop.stiffness) * depth**2
+            energy = energy + np.where(_is_beyond(stop, depth), stored, 0.0)
+    return np.asarray(energy)
+
+
+def _is_beyond(stop: Stop, depth: Floats) -> NDArray[np.bool_]:
+    return depth > 0.0 if stop.side == "above" else depth < 0.0
+
+
+def _force_at(oscillator: Oscillator, forcing: Forcing | None, t: Floats) -> Floats:
+    if forcing is None:
+        return np.zeros_like(t)
+    table = law(oscillator, forcing)
+    harmonic = np.empty_like(t)
+    drive(table, t, np.empty((int(table[0, N_HARMONICS]), 2)), harmonic)
+    return as_float(forcing.constant) + harmonic

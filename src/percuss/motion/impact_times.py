@@ -1,0 +1,201 @@
+"""What kind of set the impact times form (Dyskin et al. 2012, sections 3 to 5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from percuss.errors import ParameterError
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.motion.eigenset import resonant_frequency
+from percuss.motion.trajectory import Trajectory
+
+__all__ = ["ImpactTimes", "Kind", "classify_impact_times"]
+
+Kind: TypeAlias = Literal[
+    "eigenset",
+    "eigenset_subset",
+    "periodic",
+    "approaching_eigenset",
+    "no_period_found",
+    "too_few",
+]
+
+Floats = NDArray[np.float64]
+
+# Fewer times show no pattern: a period is believed when it is seen three times.
+FEWEST = 6
+REPETITIONS = 3
+# Times count as equal within this part of the eigenset's spacing, or of the mean interval; runs
+# of 1e6 impacts keep their times to 1e-9.
+TOLERANCE = 1e-8
+
+
+@dataclass(frozen=True, slots=True)
+class ImpactTimes:
+    """The kind of a set of impact times.
+
+    Attributes
+    ----------
+    kind
+        "eigenset": one impact at each multiple of the free oscillator's time between impacts;
+        "eigenset_subset": at some of them only; "periodic"; "approaching_eigenset": not on it,
+        but ever nearer to its intervals; "no_period_found"; "too_few".
+    n_impacts, n_periods
+        The smallest pattern that repeats: so many impacts in so many forcing periods; 0 where
+        there is none, n_periods also where the forcing has no period.
+    rate
+        NaN: the rate of approach is not computed here.
+    deviation
+        Largest distance of a time from the pattern [time]; for "approaching_eigenset" that of
+        the last intervals from the eigenset's. NaN without a pattern.
+    n_used
+        How many times the answer rests on: all, or the tail that repeats.
+    """
+
+    kind: Kind
+    n_impacts: int
+    n_periods: int
+    rate: float
+    deviation: float
+    n_used: int
+
+
+def classify_impact_times(
+    run: Trajectory | ArrayLike, osc: Oscillator | None = None, force: Forcing | None = None
+) -> ImpactTimes:
+    """Tell what kind of set the impact times of a run form.
+
+    Without walls, the entries into soft stops are taken. A period is looked for in the last two
+    thirds, so that a transient may come first, and is believed if it is seen three times.
+
+    Parameters
+    ----------
+    run
+        A run, or (n,) array of increasing times [time].
+    osc, force
+        What moved; needed with an array, ignored with a run.
+
+    Returns
+    -------
+    ImpactTimes
+        The kind and the pattern.
+
+    Raises
+    ------
+    ParameterError
+        If an array comes without an oscillator, or does not increase.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.45, t_end=200.0)
+    >>> classify_impact_times(run).kind
+    'periodic'
+    """
+    if isinstance(run, Trajectory):
+        osc, force = run.oscillator, run.forcing
+        times = run.impacts.t
+        if len(times) == 0:
+            times = run.crossings.t[run.crossings.direction == "in"]
+    elif osc is None:
+        raise ParameterError("osc", None, "an array of times needs the oscillator they are of")
+    else:
+        times = np.asarray(run, dtype=np.float64)
+        if times.ndim != 1 or not (np.diff(times) > 0.0).all():
+            raise ParameterError("run", times.shape, "not one array of increasing times")
+    period = force.period if force is not None else None
+    spacing = _spacing(osc)
+    if len(times) < FEWEST:
+        return ImpactTimes("too_few", 0, 0, np.nan, np.nan, len(times))
+    on_eigenset = None if spacing is None else _eigenset(times, spacing, period)
+    if on_eigenset is not None:
+        return on_eigenset
+    repeating = _periodic(times, period)
+    if repeating is not None:
+        return repeating
+    approaching = None if spacing is None else _approaching(times, spacing)
+    if approaching is not None:
+        return approaching
+    return ImpactTimes("no_period_found", 0, 0, np.nan, np.nan, len(times))
+
+
+def _spacing(osc: Oscillator) -> float | None:
+    """Return the time between impacts of the free oscillator, None where it is not one number."""
+    try:
+        return 2.0 * np.pi / resonant_frequency(osc)
+    except ParameterError:
+        return None
+
+
+def _eigenset(times: Floats, spacing: float, period: float | None) -> ImpactTimes | None:
+    steps = (times - times[0]) / spacing
+    nearest = np.round(steps)
+    deviation = float(np.abs(steps - nearest).max() * spacing)
+    gaps = np.diff(nearest)
+    if deviation > TOLERANCE * spacing or (gaps < 1.0).any():
+        return None
+    n = _shortest_pattern(gaps)
+    n_periods = _whole_periods(float(nearest[n] - nearest[0]) * spacing, period) if n else 0
+    if (gaps == 1.0).all():
+        # The least number of impacts that fill whole forcing periods.
+        return ImpactTimes(
+            "eigenset", *_commensurate(spacing, period), np.nan, deviation, len(times)
+        )
+    return ImpactTimes("eigenset_subset", n, n_periods, np.nan, deviation, len(times))
+
+
+def _commensurate(spacing: float, period: float | None) -> tuple[int, int]:
+    if period is None:
+        return 1, 0
+    for n in range(1, 65):
+        whole = _whole_periods(n * spacing, period)
+        if whole:
+            return n, whole
+    return 1, 0
+
+
+def _shortest_pattern(gaps: Floats) -> int:
+    """Return the length of the shortest sequence that repeats throughout, 0 if none does."""
+    for n in range(1, len(gaps) // REPETITIONS + 1):
+        if (gaps[n:] == gaps[:-n]).all():
+            return n
+    return 0
+
+
+def _periodic(times: Floats, period: float | None) -> ImpactTimes | None:
+    tail = times[len(times) // 3 :]
+    mean = float(tail[-1] - tail[0]) / (len(tail) - 1)
+    for n in range(1, (len(tail) - 1) // REPETITIONS + 1):
+        lags = tail[n:] - tail[:-n]
+        spread = float(lags.max() - lags.min())
+        if spread > TOLERANCE * n * mean:
+            continue
+        n_periods = _whole_periods(float(lags.mean()), period)
+        if period is None or n_periods:
+            return ImpactTimes("periodic", n, n_periods, np.nan, spread, len(tail))
+    return None
+
+
+def _whole_periods(time: float, period: float | None) -> int:
+    """Return how many forcing periods a time is, 0 if it is no whole number of them."""
+    if period is None:
+        return 0
+    count = round(time / period)
+    return count if abs(time - count * period) <= 10.0 * TOLERANCE * time else 0
+
+
+def _approaching(times: Floats, spacing: float) -> ImpactTimes | None:
+    """Compare the intervals of the second quarter with those of the last."""
+    off = np.abs(np.diff(times) - spacing)
+    quarter = len(off) // 4
+    if quarter < FEWEST:
+        return None
+    before, after = off[quarter : 2 * quarter].max(), off[-quarter:].max()
+    if after < 0.9 * before and after < 0.1 * spacing:
+        return ImpactTimes("approaching_eigenset", 0, 0, np.nan, float(after), len(times))
+    return None

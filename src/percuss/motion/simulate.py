@@ -1,0 +1,178 @@
+"""One motion, from its start to its limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from percuss.kernels import march as engine
+from percuss.kernels.law import N_HARMONICS, Law, Table
+from percuss.model.exact import Exact, as_float
+from percuss.model.faults import raise_first
+from percuss.model.forcing import Forcing
+from percuss.model.law import law
+from percuss.model.oscillator import Oscillator
+from percuss.model.start import start_faults
+from percuss.motion.outcome import Outcome
+from percuss.motion.progress import Progress
+from percuss.motion.trajectory import Trajectory
+
+__all__ = ["MOST_IMPACTS", "simulate"]
+
+# Without `max_impacts`. Ten million impacts take 1.5 GB: elastic hops on a wall can be that many.
+MOST_IMPACTS = 10_000_000
+
+# Searches between two looks at the keyboard and the progress, about 20 ms.
+PATIENCE = 50_000
+FIRST_CAPACITY = 1024
+LARGEST_GROWTH = 1_000_000
+
+_OUTCOMES = {
+    engine.REACHED_END: Outcome.reached_t_end,
+    engine.REACHED_LIMIT: Outcome.reached_max_impacts,
+    engine.AT_REST: Outcome.at_rest,
+    engine.OVERFLOW: Outcome.overflow,
+    engine.NO_MORE: Outcome.no_more_impacts,
+}
+
+
+def simulate(
+    osc: Oscillator,
+    force: Forcing | None = None,
+    x0: Exact = 0.0,
+    v0: Exact = 0.0,
+    t0: Exact = 0.0,
+    *,
+    t_end: Exact | None = None,
+    max_impacts: int | None = None,
+    progress: bool | Callable[[float, float], bool] | None = None,
+) -> Trajectory:
+    """Follow one motion from event to event, in closed form between them.
+
+    No impact is missed: a stretch is passed over only when a bound proves that it holds none
+    (docs/theory/first-event.md). A start on a wall with v0 into it is an impact at t0; with
+    v0 = 0 and a force into it, a contact.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    force
+        The forcing; None for free motion.
+    x0, v0, t0
+        Position [length], velocity [length/time] and time [time] of the start.
+    t_end
+        Time of the end [time], after t0.
+    max_impacts
+        Number of impacts after which to stop, >= 1. Without it the run stops at ten million,
+        which elastic hops on a wall can reach.
+    progress
+        True shows a line on the error stream for runs longer than two seconds; a function
+        ``(done, total) -> bool`` is called now and then, and stops the run by returning False.
+
+    Returns
+    -------
+    Trajectory
+        The motion, its events, and in `outcome` how it ended. Growth without bound, chatter and
+        rest are outcomes, no errors; Ctrl-C ends a run with what was done.
+
+    Raises
+    ------
+    ParameterError
+        If a number is not finite, the start lies inside a wall, t_end is not after t0, or there
+        is no limit at all.
+
+    Examples
+    --------
+    The third harmonic from just above its critical velocity (Dyskin et al. 2012, eq. 24):
+
+    >>> import percuss as pc
+    >>> run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.51, t_end=94.25)
+    >>> len(run.impacts), run.outcome.name
+    (30, 'reached_t_end')
+    >>> run.impacts.t[:3] / 3.141592653589793
+    array([1., 2., 3.])
+    """
+    raise_first(start_faults(osc, x0, v0, t0, t_end, max_impacts))
+    limit = MOST_IMPACTS if max_impacts is None else int(max_impacts)
+    end = math.inf if t_end is None else as_float(t_end)
+    march = _March(law(osc, force), as_float(x0), as_float(v0), as_float(t0), limit)
+    watch = Progress(progress, as_float(t0), end, limit)
+    outcome = march.run(end, limit, watch)
+    stopped = march.last_time
+    if outcome in (Outcome.reached_t_end, Outcome.at_rest) and end < math.inf:
+        stopped = end
+    return Trajectory.of_record(osc, force, march.record(), stopped, outcome)
+
+
+class _March:
+    """The engine's arrays during a run: they grow with the events."""
+
+    def __init__(self, table: Law, x0: float, v0: float, t0: float, limit: int) -> None:
+        self.law = table
+        n = int(table[0, N_HARMONICS])
+        self.state = np.zeros(engine.STATE_ENTRIES)
+        self.counters = np.zeros(engine.COUNTERS, dtype=np.int64)
+        self.phases, self.arrival, self.walker = (np.zeros((n, 2)) for _ in range(3))
+        capacity = min(limit + 4, FIRST_CAPACITY)
+        self.events = np.empty((capacity, engine.EVENT_COLUMNS))
+        self.marks = np.empty((capacity, engine.MARK_COLUMNS), dtype=np.int32)
+        self.grazes = np.empty((16, engine.GRAZE_COLUMNS))
+        self.state[engine.T], self.state[engine.X], self.state[engine.V] = t0, x0, v0
+        self.start = (x0, v0)
+        engine.begin(table, self.state, self.counters, self.phases, self.events, self.marks)
+
+    @property
+    def last_time(self) -> float:
+        """The time of the last event."""
+        return float(self.state[engine.T])
+
+    def run(self, end: float, limit: int, watch: Progress) -> Outcome:
+        """March to the limits, or until the user stops it."""
+        try:
+            while True:
+                status = engine.march(
+                    self.law,
+                    self.state,
+                    self.counters,
+                    self.phases,
+                    self.arrival,
+                    self.walker,
+                    self.events,
+                    self.marks,
+                    self.grazes,
+                    end,
+                    limit,
+                    PATIENCE,
+                )
+                if status in _OUTCOMES:
+                    return _OUTCOMES[status]
+                if status == engine.FULL:
+                    self._grow()
+                searched = max(self.state[engine.FREE_BELOW], self.state[engine.HELD])
+                if not watch.go_on(self.last_time + searched, self.counters[engine.N_IMPACTS]):
+                    return Outcome.interrupted
+        except KeyboardInterrupt:
+            return Outcome.interrupted
+        finally:
+            watch.close()
+
+    def _grow(self) -> None:
+        """Make room for more events and grazes."""
+        n = len(self.events)
+        if self.counters[engine.N_EVENTS] + 2 > n:
+            more = min(n, LARGEST_GROWTH)
+            self.events = np.concatenate([self.events, np.empty((more, engine.EVENT_COLUMNS))])
+            self.marks = np.concatenate(
+                [self.marks, np.empty((more, engine.MARK_COLUMNS), dtype=np.int32)]
+            )
+        if self.counters[engine.N_GRAZES] + 1 > len(self.grazes):
+            self.grazes = np.concatenate([self.grazes, np.empty_like(self.grazes)])
+
+    def record(self) -> tuple[Law, tuple[float, float], Table, engine.Integers32, Table]:
+        """Return what happened, without the unused room."""
+        n = int(self.counters[engine.N_EVENTS])
+        grazes = self.grazes[: int(self.counters[engine.N_GRAZES])].copy()
+        return self.law, self.start, self.events[:n].copy(), self.marks[:n].copy(), grazes

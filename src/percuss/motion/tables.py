@@ -1,0 +1,153 @@
+"""The events of a run as columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Contacts", "Crossings", "Grazes", "Impacts"]
+
+Floats = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Impacts:
+    """The impacts on walls, in order; the start of a run is none of them.
+
+    Attributes
+    ----------
+    t
+        (n,) array, instants [time].
+    v_before, v_after
+        (n,) arrays, velocity just before and just after [length/time].
+    stop
+        (n,) array, index into the oscillator's `stops`.
+    cycle
+        (n,) array in [0, 1), (t / period) mod 1; NaN for a forcing without a period.
+    intervals
+        (n,) array, flight times [time]: from the impact before, the first from the start.
+    """
+
+    t: Floats
+    v_before: Floats
+    v_after: Floats
+    stop: Numbers
+    cycle: Floats
+    intervals: Floats
+
+    @property
+    def impulse(self) -> Floats:
+        """(n,) array, the wall's impulse per unit mass, v_after - v_before [length/time]."""
+        return self.v_after - self.v_before
+
+    def __len__(self) -> int:
+        """Return the number of impacts."""
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        """Tell the number of impacts and when they were."""
+        return f"<Impacts: {len(self)}{_span(self.t)}>"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Crossings:
+    """The crossings of the edges of soft stops, in order.
+
+    Attributes
+    ----------
+    t
+        (n,) array, instants [time].
+    v
+        (n,) array, velocity [length/time]; a crossing leaves it as it is.
+    stop
+        (n,) array, index into the oscillator's `stops`.
+    direction
+        (n,) array of "in" and "out".
+    """
+
+    t: Floats
+    v: Floats
+    stop: Numbers
+    direction: NDArray[np.str_]
+
+    def __len__(self) -> int:
+        """Return the number of crossings."""
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        """Tell the number of crossings and when they were."""
+        return f"<Crossings: {len(self)}{_span(self.t)}>"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Contacts:
+    """The times of contact: the mass is held at a wall (sticks).
+
+    Attributes
+    ----------
+    start
+        (n,) array [time]: where chatter accumulates, or a touchdown.
+    release
+        (n,) array [time]: where the force lets go; NaN where the run ended before.
+    stop
+        (n,) array, index into the oscillator's `stops`.
+    n_impacts
+        (n,) array, how many of the run's impacts are listed before it.
+    error_bound
+        (n,) array [time], bound on the error of `start` by the summation of the chatter's tail.
+    """
+
+    start: Floats
+    release: Floats
+    stop: Numbers
+    n_impacts: Numbers
+    error_bound: Floats
+
+    def __len__(self) -> int:
+        """Return the number of contacts."""
+        return len(self.start)
+
+    def __repr__(self) -> str:
+        """Tell the number of contacts and when they began."""
+        return f"<Contacts: {len(self)}{_span(self.start)}>"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Grazes:
+    """Touches of a stop that rounding cannot decide, and exact tangencies.
+
+    A graze is no impact and changes nothing.
+
+    Attributes
+    ----------
+    t
+        (n,) array, instants of the turning points [time].
+    stop
+        (n,) array, index into the oscillator's `stops`.
+    clearance
+        (n,) array [length], computed distance to the stop, negative beyond it.
+    error_bound
+        (n,) array [length], bound on the error of `clearance`; never below its magnitude.
+    """
+
+    t: Floats
+    stop: Numbers
+    clearance: Floats
+    error_bound: Floats
+
+    def __len__(self) -> int:
+        """Return the number of grazes."""
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        """Tell the number of grazes and when they were."""
+        return f"<Grazes: {len(self)}{_span(self.t)}>"
+
+
+def _span(t: Floats) -> str:
+    if len(t) == 0:
+        return ""
+    return f" at t = {t[0]:.6g}" if len(t) == 1 else f", t = {t[0]:.6g} ... {t[-1]:.6g}"

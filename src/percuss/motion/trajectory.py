@@ -1,0 +1,357 @@
+"""The result of a run: its events, and the motion between them in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from percuss.errors import ParameterError
+from percuss.kernels import march as engine
+from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
+from percuss.kernels.sample import cycles, evaluate
+from percuss.model.forcing import Forcing
+from percuss.model.law import law, lines
+from percuss.model.oscillator import Oscillator
+from percuss.motion.energetics import energy_at, forces_at
+from percuss.motion.outcome import Outcome
+from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts
+
+if TYPE_CHECKING:
+    # A second of import, and only `sample`, `stroboscopic` and `forces` need it.
+    from xarray import Dataset
+
+__all__ = ["Trajectory"]
+
+Limit = Literal["after", "before"]
+_SIDES = ("after", "before")
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Trajectory:
+    """One motion; made by `simulate`. Called with times, it gives the motion there.
+
+    Attributes
+    ----------
+    oscillator, forcing
+        What moved; the forcing is None for free motion.
+    x0, v0, t0
+        Position [length], velocity [length/time] and time [time] of the start.
+    t_end
+        Time up to which the motion is known [time].
+    outcome
+        How the run ended.
+    impacts, crossings, contacts, grazes
+        The events, as columns.
+    """
+
+    oscillator: Oscillator
+    forcing: Forcing | None
+    x0: float
+    v0: float
+    t0: float
+    t_end: float
+    outcome: Outcome
+    impacts: Impacts
+    crossings: Crossings
+    contacts: Contacts
+    grazes: Grazes
+    _events: Table = field(repr=False)
+    _marks: engine.Integers32 = field(repr=False)
+
+    @classmethod
+    def of_record(
+        cls,
+        oscillator: Oscillator,
+        forcing: Forcing | None,
+        record: tuple[Law, tuple[float, float], Table, engine.Integers32, Table],
+        t_end: float,
+        outcome: Outcome,
+    ) -> Trajectory:
+        """Make a trajectory of what the engine wrote down."""
+        table, (x0, v0), events, marks, grazes = record
+        return cls(
+            oscillator=oscillator,
+            forcing=forcing,
+            x0=x0,
+            v0=v0,
+            t0=float(events[0, engine.EVENT_T]),
+            t_end=t_end,
+            outcome=outcome,
+            impacts=_impacts(oscillator, table, events, marks),
+            crossings=_crossings(oscillator, events, marks),
+            contacts=_contacts(oscillator, events, marks),
+            grazes=_grazes(oscillator, grazes),
+            _events=events,
+            _marks=marks,
+        )
+
+    def __repr__(self) -> str:
+        """Tell what happened in a line."""
+        parts = [
+            f"{len(table)} {name}"
+            for name, table in (
+                ("impacts", self.impacts),
+                ("crossings", self.crossings),
+                ("contacts", self.contacts),
+                ("grazes", self.grazes),
+            )
+            if len(table) > 0 or name == "impacts"
+        ]
+        span = f"t = {self.t0:.6g} ... {self.t_end:.6g}"
+        return f"<Trajectory: {span}, {', '.join(parts)}; {self.outcome.value}>"
+
+    def __call__(
+        self, t: ArrayLike, limit: Limit = "after"
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return (x, v) at times t, from the closed form.
+
+        Parameters
+        ----------
+        t
+            Times in [t0, t_end], of any shape [time].
+        limit
+            Which velocity to give at the very instant of an impact.
+
+        Returns
+        -------
+        tuple of arrays
+            x [length] and v [length/time], of t's shape.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside the run.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
+        >>> [float(run(run.impacts.t[0], limit)[1]) for limit in ("before", "after")]
+        [-1.0, 0.5]
+        """
+        if limit not in _SIDES:
+            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        instants = np.asarray(t, dtype=np.float64)
+        outside = ~((instants >= self.t0) & (instants <= self.t_end))
+        if outside.any():
+            wrong = float(instants[outside].flat[0])
+            raise ParameterError("t", wrong, f"outside the run, {self.t0!r} to {self.t_end!r}")
+        flat = np.ascontiguousarray(instants).reshape(-1)
+        table = law(self.oscillator, self.forcing)
+        n = int(table[0, N_HARMONICS])
+        motion = np.empty((2, len(flat)))
+        evaluate(
+            table,
+            self._events,
+            self._marks,
+            self.x0,
+            flat,
+            limit == "after",
+            np.empty((n, 2)),
+            np.empty((n, 2)),
+            motion,
+        )
+        return motion[0].reshape(instants.shape), motion[1].reshape(instants.shape)
+
+    def sample(self, n: int) -> Dataset:
+        """Return x and v at n equidistant times, both ends included.
+
+        Parameters
+        ----------
+        n
+            Number of points, >= 2.
+
+        Returns
+        -------
+        xarray.Dataset
+            x [length] and v [length/time] over t [time], (n,) each.
+
+        Raises
+        ------
+        ParameterError
+            If n is below 2.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(), v0=1.0, t_end=3.0)
+        >>> dict(run.sample(4).sizes)
+        {'t': 4}
+        """
+        if n < 2:
+            raise ParameterError("n", n, "fewer than the two ends")
+        times = np.linspace(self.t0, self.t_end, n)
+        x, v = self(times)
+        return _dataset({"x": ("t", x), "v": ("t", v)}, {"t": times}, str(self.outcome.value))
+
+    def stroboscopic(self) -> Dataset:
+        """Return x and v once every forcing period, from t0 on.
+
+        Returns
+        -------
+        xarray.Dataset
+            x, v and t over `period`, the number of periods since the start.
+
+        Raises
+        ------
+        ParameterError
+            If the forcing has no period.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.51, t_end=20.0)
+        >>> dict(run.stroboscopic().sizes)
+        {'period': 10}
+        """
+        period = float(law(self.oscillator, self.forcing)[0, PERIOD])
+        if period == 0.0:
+            reason = "a stroboscopic view needs a periodic forcing; give period= where it has one"
+            raise ParameterError("forcing.period", None, reason)
+        count = np.arange(int((self.t_end - self.t0) / period) + 2)
+        times = self.t0 + count * period
+        inside = times <= self.t_end
+        x, v = self(times[inside])
+        data = {"x": ("period", x), "v": ("period", v), "t": ("period", times[inside])}
+        return _dataset(data, {"period": count[inside]}, str(self.outcome.value))
+
+    def forces(self, t: ArrayLike) -> Dataset:
+        """Return what acts on the mass at times t, per unit mass.
+
+        Parameters
+        ----------
+        t
+            (n,) array of times in the run [time].
+
+        Returns
+        -------
+        xarray.Dataset
+            `spring`, `damping`, `forcing` over t and `stops` over (stop, t) [length/time^2]: a
+            soft stop's force, and a wall's reaction in contact (its impulses are in `impacts`).
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside the run.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.bilinear_oscillator(stiffness_below=9.0), v0=1.0, t_end=4.0)
+        >>> [float(abs(run.forces([0.5])[name].sum())) for name in ("damping", "stops")]
+        [0.0, 0.0]
+        """
+        times = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        x, v = self(times)
+        data = forces_at(self.oscillator, self.forcing, self.contacts, times, x, v)
+        stops = np.arange(len(self.oscillator.stops))
+        return _dataset(data, {"t": times, "stop": stops}, str(self.outcome.value))
+
+    def energy(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Return the mechanical energy per unit mass at times t.
+
+        Parameters
+        ----------
+        t
+            Times in the run, of any shape [time].
+
+        Returns
+        -------
+        array
+            v^2 / 2 + k x^2 / 2 and the springs of the soft stops [length^2/time^2], of t's shape.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside the run.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(), v0=2.0, t_end=9.0)
+        >>> run.energy([0.0, 4.0, 8.0])
+        array([2., 2., 2.])
+        """
+        x, v = self(t)
+        return energy_at(self.oscillator, x, v)
+
+
+def _dataset(data: dict[str, object], coords: dict[str, object], outcome: str) -> Dataset:
+    import xarray
+
+    return xarray.Dataset(data, coords=coords, attrs={"outcome": outcome})
+
+
+def _stop_of_bound(oscillator: Oscillator) -> NDArray[np.int64]:
+    """Return the wall's index for each bound, -1 where there is none."""
+    walls = lines(oscillator).wall
+    return np.array([-1 if wall is None else wall for wall in walls], dtype=np.int64)
+
+
+def _impacts(
+    oscillator: Oscillator, table: Law, events: Table, marks: engine.Integers32
+) -> Impacts:
+    which = np.flatnonzero(marks[:, engine.KIND] == engine.IMPACT)
+    t = events[which, engine.EVENT_T]
+    t_low = events[which, engine.EVENT_T_LOW]
+    cycle = np.full(len(t), np.nan)
+    if table[0, PERIOD] > 0.0:
+        cycles(table, t, t_low, cycle)
+    return Impacts(
+        t=t,
+        v_before=events[which, engine.V_BEFORE],
+        v_after=events[which, engine.V_AFTER],
+        stop=_stop_of_bound(oscillator)[marks[which, engine.BOUND]],
+        cycle=cycle,
+        intervals=np.diff(t, prepend=events[0, engine.EVENT_T])
+        + np.diff(t_low, prepend=events[0, engine.EVENT_T_LOW]),
+    )
+
+
+def _crossings(oscillator: Oscillator, events: Table, marks: engine.Integers32) -> Crossings:
+    which = np.flatnonzero(marks[:, engine.KIND] == engine.CROSSING)
+    edges = lines(oscillator).edges
+    # Stops that share an edge are crossed together, one line each.
+    sharing = np.array([len(edge) for edge in edges])[marks[which, engine.BOUND]]
+    stop = [k for bound in marks[which, engine.BOUND] for k in edges[bound]]
+    above = np.array([oscillator.stops[k].side == "above" for k in stop], dtype=bool)
+    v = np.repeat(events[which, engine.V_AFTER], sharing)
+    direction = np.where((v > 0.0) == above, "in", "out")
+    t = np.repeat(events[which, engine.EVENT_T], sharing)
+    return Crossings(t=t, v=v, stop=np.array(stop, dtype=np.int64), direction=direction)
+
+
+def _contacts(oscillator: Oscillator, events: Table, marks: engine.Integers32) -> Contacts:
+    kind = marks[:, engine.KIND]
+    which = np.flatnonzero(kind == engine.CONTACT)
+    released = np.flatnonzero(kind == engine.RELEASE)
+    release = np.full(len(which), np.nan)
+    # Nothing comes between a contact and its release; only the last contact may have none.
+    release[: len(released)] = events[released, engine.EVENT_T]
+    start = events[which, engine.EVENT_T]
+    return Contacts(
+        start=start,
+        release=release,
+        stop=_stop_of_bound(oscillator)[marks[which, engine.BOUND]],
+        n_impacts=np.cumsum(kind == engine.IMPACT)[which],
+        # The summation's own error is far below what a float can tell of the instant.
+        error_bound=events[which, engine.V_BEFORE] + np.spacing(np.abs(start)),
+    )
+
+
+def _grazes(oscillator: Oscillator, grazes: Table) -> Grazes:
+    bounds = grazes[:, engine.GRAZE_BOUND].astype(np.int64)
+    layout = lines(oscillator)
+    stop = [
+        wall if wall is not None else layout.edges[bound][0]
+        for bound, wall in ((bound, layout.wall[bound]) for bound in bounds)
+    ]
+    return Grazes(
+        t=grazes[:, engine.GRAZE_T],
+        stop=np.array(stop, dtype=np.int64),
+        clearance=grazes[:, engine.GRAZE_CLEARANCE],
+        error_bound=grazes[:, engine.GRAZE_ERROR],
+    )

@@ -1,0 +1,76 @@
+"""The phase portrait: velocity over displacement."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from percuss.motion.trajectory import Trajectory
+from percuss.plotting.jumps import draw_jumps
+from percuss.plotting.samples import (
+    DRAWN_POINTS,
+    distinct_jumps,
+    reduce_to_pixels,
+    sample_curve,
+    window_of,
+    within,
+)
+from percuss.plotting.stops import draw_rest_points, draw_stops, stop_places
+from percuss.plotting.style import BLUE, Units, axes_for, fix_ticks, style
+
+
+def plot_phase_portrait(
+    run: Trajectory,
+    ax: Axes | None = None,
+    *,
+    window: tuple[float, float] | None = None,
+    units: Units | None = None,
+) -> Axes:
+    """Draw the velocity over the displacement; an impact is a vertical dashed jump at its stop.
+
+    Parameters
+    ----------
+    run
+        The run.
+    ax
+        Axes to draw on; default: those of a new figure.
+    window
+        First and last time of the part that is drawn; default: the whole run.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes.
+    """
+    units = units or Units()
+    low, high = window_of(run, window)
+    curve = sample_curve(run, (low, high))
+    with style():
+        ax = axes_for(ax)
+        x, v = reduce_to_pixels(curve)
+        # Many flights are drawn finely, so that they stay apart; very long runs stay an image
+        # inside an SVG, which would be large otherwise.
+        width = float(np.clip(1.2 * math.sqrt(20.0 / (1 + curve.jumps.sum())), 0.35, 1.2))
+        ax.plot(x, v, color=BLUE, linewidth=width, rasterized=x.size > DRAWN_POINTS)
+        ax.plot(curve.x[0], curve.v[0], "o", color=BLUE, markersize=4.5, label="start")
+        _draw_jumps(ax, run, low, high)
+        draw_stops(ax, run, curve.x, "x")
+        draw_rest_points(ax, run, low, high)
+        ax.set_xlabel(f"displacement $x$ ({units.displacement})")
+        ax.set_ylabel(f"velocity $v$ ({units.velocity})")
+        fix_ticks(ax)
+    return ax
+
+
+def _draw_jumps(ax: Axes, run: Trajectory, low: float, high: float) -> None:
+    shown = within(run.impacts.t, low, high)
+    if shown.any():
+        impacts = run.impacts
+        places = stop_places(run, impacts.stop[shown])
+        before, after = impacts.v_before[shown], impacts.v_after[shown]
+        apart = distinct_jumps(places, before, after)
+        draw_jumps(ax, places[apart], before[apart], after[apart])

@@ -1,0 +1,229 @@
+"""A run as points dense enough to draw, and few enough to look at."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.model.exact import as_float
+from percuss.model.stops import SoftStop
+from percuss.motion.trajectory import Trajectory
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# A chord of 1/64 of a cycle stays within 0.12 % of the amplitude of its arc.
+POINTS_PER_CYCLE = 64
+FEWEST_POINTS, MOST_POINTS = 17, 4097
+# More are evaluated only for their extremes; above this the pieces get fewer points each.
+BUDGET = 1_000_000
+# Above this a curve is reduced to what can be seen.
+DRAWN_POINTS = 20_000
+# More dashed jumps than this would be a solid block.
+MOST_JUMPS = 2000
+# About one column for every pixel of an axes 7 inches wide at 200 dots per inch.
+COLUMNS = 1500
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Points of a motion in the order of time; both limits at an impact.
+
+    Parameters
+    ----------
+    t, x, v
+        (n,) arrays.
+    jumps
+        (n,) bool array, true where the velocity jumps between this point and the next.
+    """
+
+    t: Floats
+    x: Floats
+    v: Floats
+    jumps: npt.NDArray[np.bool_]
+
+
+def window_of(run: Trajectory, window: tuple[float, float] | None) -> tuple[float, float]:
+    """Return the part of [t0, t_end] that is drawn: all of it if the window lies outside.
+
+    A run may end before the window of its study begins: it was interrupted, or came to rest.
+    """
+    if window is None or window[0] >= run.t_end or window[1] <= run.t0:
+        return run.t0, run.t_end
+    return max(window[0], run.t0), min(window[1], run.t_end)
+
+
+def within(t: Floats, low: float, high: float) -> npt.NDArray[np.bool_]:
+    """Return which of the times lie in [low, high]."""
+    return np.asarray((t >= low) & (t <= high), dtype=np.bool_)
+
+
+def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> Curve:
+    """Evaluate a run between its events and on both sides of each impact.
+
+    Parameters
+    ----------
+    run
+        The run.
+    window
+        First and last time; default: the whole run.
+
+    Returns
+    -------
+    Curve
+        At least 64 points a cycle of the fastest part of the motion, 17 between two events,
+        fewer where these would be more than a million.
+    """
+    low, high = window_of(run, window)
+    cuts = _cuts(run, low, high)
+    counts = _counts(run, cuts)
+    t, ends = _spread(cuts, counts)
+
+    x, v = (np.array(values, dtype=np.float64) for values in run(t))
+    x[ends], v[ends] = run(t[ends], limit="before")
+    jumps = np.zeros(t.size, dtype=np.bool_)
+    jumps[ends] = np.isin(t[ends], run.impacts.t)
+    # After the last point nothing follows, not even a jump.
+    jumps[-1] = False
+    return Curve(t, x, v, jumps)
+
+
+def _cuts(run: Trajectory, low: float, high: float) -> Floats:
+    """Return the ends of the smooth pieces of the motion in [low, high]."""
+    release = run.contacts.release
+    times = np.concatenate(
+        [run.impacts.t, run.crossings.t, run.contacts.start, release[np.isfinite(release)]]
+    )
+    return np.unique(np.concatenate([[low], times[within(times, low, high)], [high]]))
+
+
+def _counts(run: Trajectory, cuts: Floats) -> Ints:
+    """Return how many points each piece between two cuts gets."""
+    durations = np.diff(cuts)
+    cycles = durations * _frequencies(run, cuts) / (2.0 * math.pi)
+    counts = np.clip(np.ceil(cycles * POINTS_PER_CYCLE) + 1, FEWEST_POINTS, MOST_POINTS)
+    if counts.sum() > BUDGET:
+        counts = np.clip(counts * (BUDGET / counts.sum()), 5, None)
+    return counts.astype(np.int64)
+
+
+def _frequencies(run: Trajectory, cuts: Floats) -> Floats:
+    """Return the highest angular frequency in each piece: of the forcing or of the springs."""
+    middle, _ = run(0.5 * (cuts[:-1] + cuts[1:]))
+    stiffness = np.full(cuts.size - 1, as_float(run.oscillator.stiffness))
+    for stop in run.oscillator.stops:
+        if isinstance(stop, SoftStop):
+            at = as_float(stop.at)
+            beyond = middle < at if stop.side == "below" else middle > at
+            stiffness[beyond] += as_float(stop.stiffness)
+    harmonics = () if run.forcing is None else run.forcing.components()
+    fastest = max((float(harmonic.omega) for harmonic in harmonics), default=0.0)
+    return np.maximum(np.sqrt(np.abs(stiffness)), fastest)
+
+
+def _spread(cuts: Floats, counts: Ints) -> tuple[Floats, Ints]:
+    """Return equally spaced times in each piece, its ends included, and where each ends."""
+    if counts.size == 0:
+        return cuts.copy(), np.zeros(1, dtype=np.int64)
+    ends = np.cumsum(counts) - 1
+    place = np.arange(ends[-1] + 1) - np.repeat(ends - counts + 1, counts)
+    share = place / np.repeat(counts - 1, counts)
+    t = np.repeat(cuts[:-1], counts) + share * np.repeat(np.diff(cuts), counts)
+    t[ends] = cuts[1:]
+    return t, ends
+
+
+def separated(values: Floats, jumps: npt.NDArray[np.bool_]) -> Floats:
+    """Return values with a NaN at each jump, so that no line is drawn across it."""
+    return np.insert(values, np.flatnonzero(jumps) + 1, np.nan)
+
+
+def reduce_to_columns(
+    t: Floats, values: Floats, jumps: npt.NDArray[np.bool_]
+) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
+    """Return the least and the greatest point of every pixel column, for a curve over time.
+
+    Parameters
+    ----------
+    t, values
+        (n,) arrays, t increasing.
+    jumps
+        (n,) bool array, as in `Curve`: columns are cut where the curve is.
+
+    Returns
+    -------
+    tuple of array
+        Times, values and jumps of the points that are left, in the order of time; the drawn
+        curve is the same to one pixel. Curves of at most 20,000 points are returned unchanged.
+    """
+    if t.size <= DRAWN_POINTS:
+        return t, values, jumps
+    column = np.floor((t - t[0]) * (COLUMNS / (t[-1] - t[0]))).astype(np.int64)
+    stretch = np.concatenate([[0], np.cumsum(jumps[:-1])])
+    starts = np.flatnonzero(np.diff(column, prepend=-1) | np.diff(stretch, prepend=-1))
+    order = np.lexsort((values, stretch, column))
+    # Sorted by value inside each cell, the first is the least and the last the greatest.
+    lasts = np.append(starts[1:], t.size) - 1
+    kept = np.unique(np.concatenate([order[starts], order[lasts]]))
+    left = np.zeros(kept.size, dtype=np.bool_)
+    left[:-1] = stretch[kept[1:]] != stretch[kept[:-1]]
+    return t[kept], values[kept], left
+
+
+def reduce_to_pixels(curve: Curve) -> tuple[Floats, Floats]:
+    """Return the points of a phase portrait, less the parts that lie on others.
+
+    Parameters
+    ----------
+    curve
+        The motion.
+
+    Returns
+    -------
+    tuple of array
+        Displacements and velocities with a NaN between parts that are not joined. Of the chords
+        that start in one pixel and end in one pixel only the first is left; curves of at most
+        20,000 points keep all.
+    """
+    if curve.t.size <= DRAWN_POINTS:
+        return separated(curve.x, curve.jumps), separated(curve.v, curve.jumps)
+    pixel = _pixels(curve.x) * COLUMNS + _pixels(curve.v)
+    chords = np.flatnonzero(~curve.jumps[:-1])
+    codes = pixel[chords] * COLUMNS**2 + pixel[chords + 1]
+    first = chords[np.sort(np.unique(codes, return_index=True)[1])]
+    is_last = np.append(np.diff(first) > 1, True)
+    kept = np.insert(first, np.flatnonzero(is_last) + 1, first[is_last] + 1)
+    apart = np.zeros(kept.size, dtype=np.bool_)
+    apart[np.flatnonzero(is_last) + np.arange(1, is_last.sum() + 1)] = True
+    return separated(curve.x[kept], apart), separated(curve.v[kept], apart)
+
+
+def distinct_jumps(places: Floats, before: Floats, after: Floats) -> Ints:
+    """Return which of the jumps at impacts to draw in a phase portrait.
+
+    Parameters
+    ----------
+    places, before, after
+        (n,) arrays: displacement, and velocity on either side.
+
+    Returns
+    -------
+    array
+        Indices of all of up to 2,000 jumps; of more, those no two of which share their pixels.
+    """
+    if places.size <= MOST_JUMPS:
+        return np.arange(places.size)
+    stop = np.unique(places, return_inverse=True)[1]
+    codes = (stop * COLUMNS + _pixels(before)) * COLUMNS + _pixels(after)
+    return np.sort(np.unique(codes, return_index=True)[1])
+
+
+def _pixels(values: Floats) -> Ints:
+    """Return the pixel, from 0 to COLUMNS - 1, of each value."""
+    low, high = values.min(), values.max()
+    if high <= low:
+        return np.zeros(values.size, dtype=np.int64)
+    return np.minimum((values - low) / (high - low) * COLUMNS, COLUMNS - 1).astype(np.int64)

@@ -1,0 +1,129 @@
+"""Stops, contacts and grazes on axes: what a motion meets."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from percuss.model.exact import as_float
+from percuss.model.stops import Stop, Wall
+from percuss.motion.trajectory import Trajectory
+from percuss.plotting.samples import within
+from percuss.plotting.style import GREY, ORANGE, PURPLE, VERMILION
+
+Floats = npt.NDArray[np.float64]
+
+# Share of the drawn range that lies beyond the motion on either side.
+MARGIN = 0.06
+# A stop further away than this share of the range is not shown: it would shrink the motion.
+NEARBY = 0.3
+CONTACT_STYLE: dict[str, Any] = {"color": VERMILION, "label": "contact"}
+GRAZE_STYLE: dict[str, Any] = {
+    "marker": "D",
+    "markersize": 6.0,
+    "markerfacecolor": "white",
+    "markeredgecolor": PURPLE,
+    "markeredgewidth": 1.6,
+    "linestyle": "none",
+    "label": "graze",
+    "zorder": 6.0,
+}
+
+
+def draw_stops(ax: Axes, run: Trajectory, x: Floats, axis: Literal["x", "y"]) -> None:
+    """Draw the stops near a motion and set the limits of the axis that carries x.
+
+    Parameters
+    ----------
+    ax
+        The axes.
+    run
+        The run.
+    x
+        (n,) array, displacements that are drawn.
+    axis
+        Which axis of the picture x is.
+    """
+    near = _nearby(run, x)
+    places = [as_float(stop.at) for stop in near]
+    low, high = min([x.min(), *places]), max([x.max(), *places])
+    margin = MARGIN * (high - low) or 0.5
+    low, high = low - margin, high + margin
+    (ax.set_xlim if axis == "x" else ax.set_ylim)(low, high)
+    for stop in near:
+        _draw_stop(ax, stop, 10.0 * (high - low), 0.7 * margin, axis)
+
+
+def _nearby(run: Trajectory, x: Floats) -> list[Stop]:
+    reach = NEARBY * (x.max() - x.min())
+    low, high = x.min() - reach, x.max() + reach
+    return [stop for stop in run.oscillator.stops if low <= as_float(stop.at) <= high]
+
+
+def _draw_stop(ax: Axes, stop: Stop, far: float, depth: float, axis: Literal["x", "y"]) -> None:
+    """Draw a wall as a line with a hatched strip behind it, a soft stop as a shaded region."""
+    span, line = (ax.axvspan, ax.axvline) if axis == "x" else (ax.axhspan, ax.axhline)
+    at = as_float(stop.at)
+    outward = -1.0 if stop.side == "below" else 1.0
+    if isinstance(stop, Wall):
+        span(at, at + outward * depth, facecolor="none", edgecolor=GREY, hatch="//////", lw=0.0)
+        line(at, color=GREY, linewidth=0.7, zorder=1.5, label="wall")
+    else:
+        span(at, at + outward * far, facecolor=ORANGE, alpha=0.15, lw=0.0, label="soft stop")
+        line(at, color=ORANGE, linewidth=0.9, zorder=1.5)
+
+
+def stop_places(run: Trajectory, stops: npt.NDArray[np.int64]) -> Floats:
+    """Return the displacement at each of the stops of an event table."""
+    at = np.array([as_float(stop.at) for stop in run.oscillator.stops], dtype=np.float64)
+    return at[stops] if at.size else np.zeros(stops.shape)
+
+
+def draw_contacts_in_time(
+    ax: Axes, run: Trajectory, low: float, high: float, *, velocity: bool
+) -> None:
+    """Draw each contact in [low, high] as a thick line, at the stop or at zero velocity."""
+    start = run.contacts.start
+    release = np.where(np.isnan(run.contacts.release), run.t_end, run.contacts.release)
+    shown = (start <= high) & (release >= low)
+    if shown.any():
+        places = stop_places(run, run.contacts.stop)
+        ax.hlines(
+            np.zeros(shown.sum()) if velocity else places[shown],
+            np.maximum(start[shown], low),
+            np.minimum(release[shown], high),
+            linewidth=3.5,
+            zorder=4.0,
+            **CONTACT_STYLE,
+        )
+
+
+def draw_grazes_in_time(
+    ax: Axes, run: Trajectory, low: float, high: float, *, velocity: bool
+) -> None:
+    """Mark each graze in [low, high], at the stop or at zero velocity."""
+    shown = within(run.grazes.t, low, high)
+    if shown.any():
+        places = stop_places(run, run.grazes.stop)
+        ax.plot(
+            run.grazes.t[shown],
+            np.zeros(shown.sum()) if velocity else places[shown],
+            **GRAZE_STYLE,
+        )
+
+
+def draw_rest_points(ax: Axes, run: Trajectory, low: float, high: float) -> None:
+    """Mark contacts and grazes in [low, high] in the phase plane."""
+    start = run.contacts.start
+    release = np.where(np.isnan(run.contacts.release), run.t_end, run.contacts.release)
+    held = (start <= high) & (release >= low)
+    if held.any():
+        places = stop_places(run, np.unique(run.contacts.stop[held]))
+        ax.plot(places, 0.0 * places, "s", markersize=6.5, zorder=5.0, **CONTACT_STYLE)
+    touched = within(run.grazes.t, low, high)
+    if touched.any():
+        places = stop_places(run, np.unique(run.grazes.stop[touched]))
+        ax.plot(places, 0.0 * places, **GRAZE_STYLE)

@@ -1,0 +1,126 @@
+"""How every picture looks: colours, fonts, axis labels. Nothing here is changed globally."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any, cast
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+# The palette of Okabe and Ito, which people with any of the colour blindnesses tell apart.
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY_BLUE = "#56B4E9"
+GREEN = "#009E73"
+BLUE = "#0072B2"
+VERMILION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "#6B6B6B"
+
+STYLE: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.size": 10.0,
+    "axes.labelsize": 11.0,
+    "axes.titlesize": 11.0,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "xtick.labelsize": 9.5,
+    "ytick.labelsize": 9.5,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "legend.fontsize": 9.5,
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "lines.solid_capstyle": "butt",
+    "hatch.linewidth": 0.7,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """Units of length and time for the axes; empty texts mean dimensionless.
+
+    Examples
+    --------
+    >>> Units("m", "s").velocity, Units().velocity
+    ('m/s', 'dimensionless')
+    """
+
+    length: str = ""
+    time: str = ""
+
+    @property
+    def displacement(self) -> str:
+        """Unit of a displacement."""
+        return _plain(self.length) or "dimensionless"
+
+    @property
+    def duration(self) -> str:
+        """Unit of a time."""
+        return _plain(self.time) or "dimensionless"
+
+    @property
+    def velocity(self) -> str:
+        """Unit of a velocity."""
+        if not self.length and not self.time:
+            return "dimensionless"
+        length, time = _plain(self.length), _plain(self.time)
+        return f"{length or '1'}/{time}" if time else length
+
+
+def _plain(text: str) -> str:
+    """Return a text in which a dollar is a dollar, not the beginning of mathematics."""
+    return text.replace("$", r"\$")
+
+
+def style() -> AbstractContextManager[None]:
+    """Return a context in which new artists look like percuss's, and no other do."""
+    # The names that matplotlib takes are typed from 3.11 on only.
+    return mpl.rc_context(cast("Any", STYLE))
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure that pyplot shows, of a size in inches."""
+    # pyplot chooses a backend when it is imported; the other functions here need none.
+    from matplotlib import pyplot as plt
+
+    return plt.figure(figsize=(width, height), layout="constrained")
+
+
+def offscreen_figure(width: float = 8.0, height: float = 9.0) -> Figure:
+    """Return an empty figure for a file, which no window ever shows.
+
+    Parameters
+    ----------
+    width, height
+        Size [inch].
+
+    Returns
+    -------
+    Figure
+        The figure, for the argument `figure` of `percuss.plotting.plot_motion`.
+    """
+    with style():
+        return Figure(figsize=(width, height), layout="constrained")
+
+
+def axes_for(ax: Axes | None) -> Axes:
+    """Return the axes to draw on: those given, or the only ones of a new figure."""
+    return new_figure(6.4, 4.0).add_subplot() if ax is None else ax
+
+
+def fix_ticks(ax: Axes) -> None:
+    """Keep the look of the ticks, which matplotlib makes when it draws, after the context."""
+    ax.tick_params(
+        direction=STYLE["xtick.direction"],
+        labelsize=STYLE["xtick.labelsize"],
+        width=0.8,
+        length=3.5,
+    )

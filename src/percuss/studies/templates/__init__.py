@@ -1,0 +1,43 @@
+"""Study files to begin with: one commented file for each kind of oscillator."""
+
+from __future__ import annotations
+
+from importlib import resources
+
+from percuss.errors import ParameterError
+
+
+def template_names() -> list[str]:
+    """Return the names of the templates.
+
+    Examples
+    --------
+    >>> template_names()
+    ['backlash', 'ball', 'bilinear', 'impact']
+    """
+    files = resources.files(__name__).iterdir()
+    return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
+
+
+def template_text(name: str) -> str:
+    """Return the text of a template.
+
+    Parameters
+    ----------
+    name
+        One of `template_names`.
+
+    Returns
+    -------
+    str
+        A study file with a comment for each key.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such template.
+    """
+    if name not in template_names():
+        known = ", ".join(template_names())
+        raise ParameterError("template", name, f"not a template; the templates are {known}")
+    return resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")

@@ -1,0 +1,128 @@
+"""Files appear whole or not at all, and replace nothing unasked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from percuss.errors import OutputError
+from percuss.io import OutputFiles, check_output
+
+
+def everything_in(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def test_files_appear_together_at_the_end(tmp_path: Path) -> None:
+    a, b = tmp_path / "new" / "a.txt", tmp_path / "new" / "b.txt"
+
+    with OutputFiles(a, b) as files:
+        files[a].write_text("a")
+        files[b].write_text("b")
+        assert not a.exists()
+        assert not b.exists()
+
+    assert everything_in(tmp_path) == ["new", "new/a.txt", "new/b.txt"]
+    assert (a.read_text(), b.read_text()) == ("a", "b")
+
+
+@pytest.mark.parametrize("reason", [ValueError("bad"), KeyboardInterrupt(), MemoryError()])
+def test_an_interrupted_group_leaves_neither_file_nor_folder(
+    tmp_path: Path, reason: BaseException
+) -> None:
+    a, b = tmp_path / "x" / "y" / "a.txt", tmp_path / "b.txt"
+
+    with pytest.raises(type(reason)), OutputFiles(a, b) as files:
+        files[a].write_text("half")
+        raise reason
+
+    assert everything_in(tmp_path) == []
+
+
+def test_what_the_system_refuses_is_one_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+
+    with pytest.raises(OutputError) as caught, OutputFiles(path) as files:
+        files[path].write_text("half")
+        raise OSError(28, "No space left on device")
+
+    assert str(caught.value) == f"{tmp_path}: no space left on device"
+    assert everything_in(tmp_path) == []
+
+
+def test_an_existing_file_is_refused_and_keeps_its_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("precious")
+
+    with pytest.raises(OutputError, match="exists already; --force"), OutputFiles(path):
+        pytest.fail("the block must not be entered")
+
+    assert path.read_text() == "precious"
+
+
+def test_force_replaces_the_named_files_and_no_others(tmp_path: Path) -> None:
+    path, other = tmp_path / "a.txt", tmp_path / "other.txt"
+    path.write_text("old")
+    other.write_text("mine")
+
+    with OutputFiles(path, force=True) as files:
+        files[path].write_text("new")
+
+    assert path.read_text() == "new"
+    assert other.read_text() == "mine"
+
+
+def test_a_file_that_appears_during_the_work_is_not_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+
+    with pytest.raises(OutputError, match="exists already"), OutputFiles(path) as files:
+        files[path].write_text("ours")
+        path.write_text("theirs")
+
+    assert path.read_text() == "theirs"
+    assert everything_in(tmp_path) == ["a.txt"]
+
+
+def test_a_folder_in_which_something_else_appeared_stays(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "a.txt"
+
+    with pytest.raises(ValueError, match="bad"), OutputFiles(path) as files:
+        files[path].write_text("ours")
+        (tmp_path / "new" / "theirs.txt").write_text("theirs")
+        raise ValueError("bad")
+
+    assert everything_in(tmp_path) == ["new", "new/theirs.txt"]
+
+
+def test_a_folder_below_a_file_is_refused_before_any_work(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+
+    with pytest.raises(OutputError) as caught:
+        check_output([tmp_path / "file" / "out" / "a.txt"])
+
+    assert str(caught.value) == f"{tmp_path / 'file'}: is a file, not a folder"
+
+
+def test_a_folder_in_the_place_of_a_file_is_refused_even_with_force(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").mkdir()
+
+    with pytest.raises(OutputError, match="is a folder"):
+        check_output([tmp_path / "a.txt"], force=True)
+
+
+def test_a_folder_without_permission_is_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The superuser, as whom tests may run, is refused nothing.
+    monkeypatch.setattr("percuss.io.files.os.access", lambda *_: False)
+
+    with pytest.raises(OutputError) as caught:
+        check_output([tmp_path / "out" / "a.txt"])
+
+    assert str(caught.value) == f"{tmp_path}: the folder cannot be written to"
+
+
+def test_a_name_that_the_system_cannot_take_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="name too long"):
+        check_output([tmp_path / ("x" * 5000)])

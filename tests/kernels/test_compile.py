@@ -1,0 +1,267 @@
+"""The cache of compiled kernels, seen from one process to the next on a small package."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from percuss.kernels import compile as compile_module
+
+LEAF = """
+from throwaway.compile import kernel
+
+@kernel
+def leaf(x):
+    return {value} * x
+"""
+CALLER = """
+from throwaway.compile import kernel
+from throwaway.leaf import leaf
+
+@kernel
+def caller(x):
+    return leaf(x) - 2.0
+"""
+CALL = """
+import json, sys
+from throwaway.caller import caller
+
+value = caller(float(sys.argv[1]))
+stats = caller.stats
+print(json.dumps([value, sum(stats.cache_hits.values()), sum(stats.cache_misses.values()),
+                  stats.cache_path]))
+"""
+KILLED_BEFORE_THE_CODE_IS_WRITTEN = """
+import os
+from numba.core.caching import IndexDataCacheFile
+from throwaway.caller import caller
+
+IndexDataCacheFile._save_data = lambda self, name, data: os._exit(9)
+caller(1.0)
+"""
+CALL_ON_A_FULL_DISK = """
+from numba.core.caching import IndexDataCacheFile
+
+def refuse(self, name, data):
+    raise OSError(28, "No space left on device")
+
+IndexDataCacheFile._save_data = refuse
+"""
+
+
+@dataclass
+class Called:
+    """What one process computed, and how it came by its machine code."""
+
+    value: float
+    hits: int
+    misses: int
+    cache: Path | None
+
+
+@dataclass
+class Package:
+    """A package of two kernels in two files, one calling the other, beside a user's folder."""
+
+    root: Path
+
+    @property
+    def folder(self) -> Path:
+        return self.root / "throwaway"
+
+    @property
+    def user_caches(self) -> Path:
+        return self.root / "user" / "caches"
+
+    def write_leaf(self, value: float) -> None:
+        """Give the leaf's factor as an edit does that leaves the file's time as it was."""
+        file = self.folder / "leaf.py"
+        file.write_text(LEAF.format(value=value))
+        os.utime(file, (1_000_000_000, 1_000_000_000))
+
+    def run(
+        self, script: str, x: float = 1.0, **environment: str
+    ) -> subprocess.CompletedProcess[str]:
+        inherited = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
+        home = str(self.root / "user")
+        places = {"HOME": home, "USERPROFILE": home, "LOCALAPPDATA": str(self.user_caches)}
+        return subprocess.run(
+            [sys.executable, "-B", "-c", script, str(x)],
+            cwd=self.root,
+            env=inherited | places | {"XDG_CACHE_HOME": str(self.user_caches)} | environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    def call(self, x: float = 1.0, *, before: str = "", **environment: str) -> Called:
+        """Call the caller in a new process."""
+        done = self.run(before + CALL, x, **environment)
+        assert done.returncode == 0, done.stderr
+        value, hits, misses, cache = json.loads(done.stdout)
+        return Called(value, hits, misses, None if cache is None else Path(cache))
+
+    def cache_files(self, name: str) -> set[str]:
+        return {file.name for file in (self.folder / "__pycache__").glob(f"{name}-*.nb[ci]")}
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Package:
+    made = Package(tmp_path)
+    made.folder.mkdir()
+    (made.folder / "__init__.py").touch()
+    shutil.copy(str(compile_module.__file__), made.folder / "compile.py")
+    (made.folder / "caller.py").write_text(CALLER)
+    made.write_leaf(-2.0)
+    return made
+
+
+def take_away(folder: Path) -> None:
+    """Make a folder of caches impossible to create, for root too: a file has its name."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.write_text("no folder")
+
+
+def test_the_second_process_loads_what_the_first_compiled(package: Package) -> None:
+    first = package.call(1.0)
+    second = package.call(3.0)
+
+    assert (first.value, first.hits, first.misses) == (-4.0, 0, 1)
+    assert (second.value, second.hits, second.misses) == (-8.0, 1, 0)
+    assert second.cache == package.folder / "__pycache__"
+
+
+def test_an_edit_of_a_callee_in_another_file_reaches_the_compiled_caller(package: Package) -> None:
+    """The file's time is unchanged, as it is for all files of a wheel built reproducibly."""
+    assert package.call(10.0).value == -22.0
+
+    package.write_leaf(-3.0)
+
+    edited = package.call(10.0)
+    assert (edited.value, edited.misses) == (-32.0, 1)
+    assert package.call(10.0).hits == 1
+
+
+def test_a_file_added_to_the_kernels_makes_them_compile_anew(package: Package) -> None:
+    package.call()
+
+    (package.folder / "added.py").touch()
+
+    assert package.call().misses == 1
+
+
+def test_files_compiled_from_older_sources_are_removed(package: Package) -> None:
+    package.call()
+    older = package.cache_files("caller.caller") | package.cache_files("leaf.leaf")
+    package.write_leaf(-3.0)
+
+    package.call()
+
+    newer = package.cache_files("caller.caller") | package.cache_files("leaf.leaf")
+    assert len(older) == len(newer) == 4
+    assert not older & newer
+
+
+def test_a_process_killed_while_it_saves_leaves_no_stale_code(package: Package) -> None:
+    """numba writes the new index first: for a moment it names the old machine code as new."""
+    package.call()
+    package.write_leaf(-3.0)
+
+    assert package.run(KILLED_BEFORE_THE_CODE_IS_WRITTEN).returncode == 9
+
+    assert package.call(10.0).value == -32.0
+    assert package.call(10.0).hits == 1
+
+
+@pytest.mark.parametrize(("suffix", "kept"), [("nbi", 0), ("nbi", 100), ("nbc", 1000)])
+def test_a_damaged_cache_file_is_compiled_anew(package: Package, suffix: str, kept: int) -> None:
+    package.call()
+    for file in (package.folder / "__pycache__").glob(f"*.{suffix}"):
+        file.write_bytes(file.read_bytes()[:kept])
+
+    assert package.call(10.0).value == -22.0
+    assert package.call(10.0).hits == 1
+
+
+def test_a_full_disk_costs_the_cache_and_not_the_answer(package: Package) -> None:
+    full = package.call(10.0, before=CALL_ON_A_FULL_DISK)
+
+    assert (full.value, full.hits, full.misses) == (-22.0, 0, 1)
+
+
+def test_a_package_that_cannot_be_written_is_cached_in_the_folder_of_the_user(
+    package: Package,
+) -> None:
+    take_away(package.folder / "__pycache__")
+
+    first = package.call(10.0)
+    second = package.call(10.0)
+
+    assert (first.value, second.value, second.hits) == (-22.0, -22.0, 1)
+    assert second.cache is not None
+    assert package.root / "user" in second.cache.parents
+
+
+def test_without_any_folder_to_write_to_each_process_compiles(package: Package) -> None:
+    take_away(package.folder / "__pycache__")
+    take_away(package.root / "user")
+
+    first = package.call(10.0)
+    second = package.call(10.0)
+
+    assert (first.value, second.value) == (-22.0, -22.0)
+    assert (second.hits, second.misses, second.cache) == (0, 1, None)
+
+
+def test_the_cache_folder_that_the_user_names_is_used(package: Package) -> None:
+    named = package.root / "named"
+
+    package.call(NUMBA_CACHE_DIR=str(named))
+    package.write_leaf(-3.0)
+
+    edited = package.call(10.0, NUMBA_CACHE_DIR=str(named))
+    assert (edited.value, edited.hits) == (-32.0, 0)
+    assert edited.cache is not None
+    assert named in edited.cache.parents
+    assert not package.cache_files("caller.caller")
+
+
+def test_with_the_compiler_off_a_kernel_is_the_function_itself(package: Package) -> None:
+    script = """
+import types
+from throwaway.caller import caller
+from throwaway.compile import python_of
+
+assert isinstance(caller, types.FunctionType)
+assert python_of(caller) is caller
+assert caller(10.0) == -22.0
+"""
+
+    done = package.run(script, NUMBA_DISABLE_JIT="1")
+
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_python_function_behind_a_kernel_gives_the_same_value() -> None:
+    @compile_module.kernel
+    def cubed(x: float) -> float:
+        return x * x * x
+
+    assert compile_module.python_of(cubed)(0.1) == cubed(0.1)
+    assert compile_module.python_of(cubed) is not cubed
+
+
+def test_a_division_by_zero_in_a_kernel_is_infinite() -> None:
+    @compile_module.kernel
+    def inverse(x: float) -> float:
+        return 1.0 / x
+
+    assert inverse(0.0) == float("inf")

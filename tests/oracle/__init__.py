@@ -1,0 +1,1 @@
+"""An independent reference: events of the general model in high-precision arithmetic."""

@@ -1,0 +1,1 @@
+"""Checked results of others, as data."""
