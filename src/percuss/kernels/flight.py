@@ -161,6 +161,30 @@ def acceleration_and_jerk(
 
 
 @kernel
+def four_derivatives(
+    law: Law, region: int, force: float, phases: Table, y: float, v: float
+) -> tuple[float, float, float, float]:
+    """Return the second to the fifth derivative of x, as `acceleration_and_jerk` does two."""
+    second, third = acceleration_and_jerk(law, region, force, phases, y, v)
+    bend = 0.0
+    twist = 0.0
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        omega = law[harmonic, OMEGA]
+        square = omega * omega
+        bend -= square * (law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1])
+        twist -= (
+            omega
+            * square
+            * (law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1])
+        )
+    drag = 2.0 * law[region, DAMPING]
+    fourth = bend - drag * third - law[region, STIFFNESS] * second
+    fifth = twist - drag * fourth - law[region, STIFFNESS] * third
+    return second, third, fourth, fifth
+
+
+@kernel
 def derivative_bound(
     law: Law, region: int, order: int, lower: float, upper: float, s: float
 ) -> float:

@@ -7,14 +7,14 @@ from percuss.kernels.flight import (
     Start,
     acceleration_and_jerk,
     derivative_bound,
-    force_derivative,
+    four_derivatives,
     move,
     uncertainty,
 )
-from percuss.kernels.law import DAMPING, FIRST_HARMONIC, OMEGA, QUICKEST, STIFFNESS, Law, Table
+from percuss.kernels.law import FIRST_HARMONIC, OMEGA, QUICKEST, Law, Table
 
 # The last correction is made with the series alone when it is this small a phase.
-SMALL_PHASE = 1e-3
+SMALL_PHASE = 2e-3
 ULP = 2.220446049250313e-16
 MAX_ITERATIONS = 80
 
@@ -45,24 +45,14 @@ def land(
             left = s
         else:
             right = s
-        second, third = acceleration_and_jerk(law, region, force, arrival, y, v)
-        fourth = (
-            force_derivative(law, arrival, 2)
-            - 2.0 * law[region, DAMPING] * third
-            - law[region, STIFFNESS] * second
-        )
+        second, third, fourth, fifth = four_derivatives(law, region, force, arrival, y, v)
         step = series_root(clearance, sign * v, sign * second, sign * third, sign * fourth)
         if left <= s + step <= right:
-            fifth = derivative_bound(law, region, 3, third, fourth, 0.0)
-            missed = fifth * step**4
-            if abs(step) <= 2.0 * ULP * s or (
-                abs(step) * law[region, QUICKEST] <= SMALL_PHASE
-                and abs(step * second) <= SMALL_PHASE * abs(v)
-                and missed <= 8.0 * ULP * abs(v)
-                and missed * abs(step) <= 8.0 * ULP * abs(v) * s
-            ):
+            sixth = derivative_bound(law, region, 4, fourth, fifth, 0.0)
+            if is_settled(law, region, step, s, v, (second, fifth, sixth)):
                 turn_by(law, arrival, step)
-                return s + step, v + step * (second + step * (0.5 * third + step * fourth / 6.0))
+                rest = third * 0.5 + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
+                return s + step, v + step * (second + step * rest)
             s += step
         else:
             middle = 0.5 * (left + right)
@@ -70,6 +60,31 @@ def land(
                 break
             s = middle
     return s, v
+
+
+@kernel
+def is_settled(
+    law: Law,
+    region: int,
+    step: float,
+    s: float,
+    v: float,
+    derivatives: tuple[float, float, float],
+) -> bool:
+    """Tell whether the series can make the last step to a root without loss.
+
+    ``derivatives`` are the second and the fifth, and a bound of the sixth.
+    """
+    second, fifth, sixth = derivatives
+    size = abs(step)
+    square = step * step
+    missed = (sixth * size + abs(fifth)) * square * square * size
+    return size <= 2.0 * ULP * s or (
+        size * law[region, QUICKEST] <= SMALL_PHASE
+        and size * abs(second) <= SMALL_PHASE * abs(v)
+        and sixth * square * square * size <= 32.0 * ULP * abs(v)
+        and missed <= 32.0 * ULP * abs(v) * s
+    )
 
 
 @kernel

@@ -9,9 +9,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from percuss.kernels.compile import kernel
 from percuss.kernels.contact import chatter_time, push, release_time
 from percuss.kernels.doubled import later
@@ -32,40 +29,57 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
+from percuss.kernels.plain import is_plain, plain_flights
 from percuss.kernels.reach import never_meets
+from percuss.kernels.record import (
+    AT_REST,
+    BOUND,
+    CONTACT,
+    CROSSING,
+    EVENT_T,
+    EVENT_T_LOW,
+    FASTEST,
+    FORCE,
+    FREE_ABOVE,
+    FREE_BELOW,
+    FULL,
+    GRAZE_BOUND,
+    GRAZE_CLEARANCE,
+    GRAZE_ERROR,
+    GRAZE_T,
+    GRAZE_T_LOW,
+    HELD,
+    HUGE,
+    IMPACT,
+    KIND,
+    MOVING,
+    N_EVENTS,
+    N_GRAZES,
+    N_IMPACTS,
+    NEXT_REGION,
+    NO_MORE,
+    OVERFLOW,
+    REACHED_END,
+    REACHED_LIMIT,
+    REGION,
+    RELEASE,
+    SPENT,
+    START,
+    T_LOW,
+    TOUCHED,
+    V_AFTER,
+    V_BEFORE,
+    Integers,
+    Integers32,
+    T,
+    V,
+    X,
+)
 from percuss.kernels.search import PAUSE, next_event
 from percuss.kernels.touch import GRAZE, NONE
 
-Integers = NDArray[np.int64]
-Integers32 = NDArray[np.int32]
-
-# What an event is: column KIND of the marks.
-IMPACT, CROSSING, CONTACT, RELEASE, START = 0, 1, 2, 3, 4
-
-# Why `march` came back.
-MOVING, REACHED_END, REACHED_LIMIT, AT_REST, OVERFLOW, NO_MORE, FULL, SPENT = range(8)
-
-# Entries of the state: the last event's instant, place, velocity after it, and constant force;
-# how far the flight, or contact, from it has been searched; the greatest impact speed so far.
-T, T_LOW, X, V, FORCE, FREE_BELOW, FREE_ABOVE, HELD, FASTEST = range(9)
-STATE_ENTRIES = 9
-# Entries of the counters: the region's row; the wall touched, as the sign of its normal (0 in
-# flight); and what was recorded.
-REGION, TOUCHED, N_EVENTS, N_IMPACTS, N_GRAZES = range(5)
-COUNTERS = 5
-
-# Columns of `events`. For a CONTACT, V_BEFORE holds the error bound of its instant.
-EVENT_T, EVENT_T_LOW, V_BEFORE, V_AFTER = range(4)
-EVENT_COLUMNS = 4
-# Columns of `marks`: kind of the event, number of the bound, row of the region that follows.
-KIND, BOUND, NEXT_REGION = range(3)
-MARK_COLUMNS = 3
-# Columns of `grazes`.
-GRAZE_T, GRAZE_T_LOW, GRAZE_BOUND, GRAZE_CLEARANCE, GRAZE_ERROR = range(5)
-GRAZE_COLUMNS = 5
-
-# Beyond this the squares in a bound would overflow.
-HUGE = 1e150
+# Plain impacts between two looks at the patience.
+PLAIN_AT_ONCE = 10_000
 
 
 @kernel
@@ -89,12 +103,19 @@ def march(
     as many. ``patience`` bounds the searches made before control is handed back (SPENT).
     """
     status = MOVING
+    plain = is_plain(law, counters[REGION])
     while status == MOVING:
         if counters[N_EVENTS] + 2 > len(events) or counters[N_GRAZES] + 1 > len(grazes):
             return FULL
         if patience == 0:
             return SPENT
         patience -= 1
+        if plain and counters[TOUCHED] == 0 and state[FREE_BELOW] + state[FREE_ABOVE] == 0.0:
+            skip_ahead(law, state, counters, phases, events, marks, t_end, max_impacts)
+            if counters[N_IMPACTS] >= max_impacts:
+                return REACHED_LIMIT
+        if counters[N_EVENTS] + 2 > len(events):
+            return FULL
         if counters[TOUCHED] != 0:
             status = stay(law, state, counters, phases, events, marks, t_end)
         else:
@@ -104,6 +125,43 @@ def march(
         if counters[N_IMPACTS] >= max_impacts and status == MOVING:
             return REACHED_LIMIT
     return status
+
+
+@kernel
+def skip_ahead(
+    law: Law,
+    state: Table,
+    counters: Integers,
+    phases: Table,
+    events: Table,
+    marks: Integers32,
+    t_end: float,
+    max_impacts: int,
+) -> None:
+    """Make the impacts that are plain, from a state on the wall with velocity off it."""
+    region = counters[REGION]
+    sign = 1.0 if law[region, LOWER_KIND] == WALL else -1.0
+    wall = law[region, LOWER if sign > 0.0 else UPPER]
+    if state[X] != wall or not sign * state[V] > 0.0:
+        return
+    first = counters[N_EVENTS]
+    last = min(len(events) - 2, first + min(max_impacts - counters[N_IMPACTS], PLAIN_AT_ONCE))
+    begin = (state[T], state[T_LOW], state[V], state[FASTEST])
+    made, state[FASTEST] = plain_flights(law, region, begin, t_end, events, first, last)
+    if made == 0:
+        return
+    bound = int(law[region, NUMBER]) + (0 if sign > 0.0 else 1)
+    for i in range(first, first + made):
+        marks[i, KIND] = IMPACT
+        marks[i, BOUND] = bound
+        marks[i, NEXT_REGION] = region
+    counters[N_EVENTS] += made
+    counters[N_IMPACTS] += made
+    state[T] = events[first + made - 1, EVENT_T]
+    state[T_LOW] = events[first + made - 1, EVENT_T_LOW]
+    state[V] = events[first + made - 1, V_AFTER]
+    state[FORCE] = law[region, LOWER_FORCE if sign > 0.0 else UPPER_FORCE]
+    set_phases(law, state[T], state[T_LOW], phases)
 
 
 @kernel

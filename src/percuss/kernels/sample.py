@@ -2,11 +2,27 @@
 
 from __future__ import annotations
 
+import math
+
 from percuss.kernels.compile import kernel
 from percuss.kernels.doubled import turns
 from percuss.kernels.flight import constant_force, force_derivative, move, set_phases
-from percuss.kernels.law import LOWER, NUMBER, PERIOD_TURNS, PERIOD_TURNS_LOW, UPPER, Law, Table
-from percuss.kernels.march import (
+from percuss.kernels.law import (
+    COSINE,
+    FIRST_HARMONIC,
+    LOWER,
+    NUMBER,
+    OMEGA,
+    PERIOD_TURNS,
+    PERIOD_TURNS_LOW,
+    QUICKEST,
+    SINE,
+    UPPER,
+    Law,
+    Table,
+)
+from percuss.kernels.plain import is_simple, plain_state
+from percuss.kernels.record import (
     BOUND,
     CONTACT,
     EVENT_T,
@@ -18,6 +34,7 @@ from percuss.kernels.march import (
     V_AFTER,
     Integers32,
 )
+from percuss.kernels.response import SERIES_LIMIT
 
 
 @kernel
@@ -58,32 +75,65 @@ def evaluate(
 ) -> None:
     """Write x and v at each of ``instants`` (n,) into ``motion`` (2, n)."""
     event = 0
-    known = -1
-    x = 0.0
-    v = 0.0
-    force = 0.0
-    for i in range(instants.shape[0]):
+    i = 0
+    while i < instants.shape[0]:
         event = flight_at(events, instants[i], after, event)
-        region = int(marks[event, NEXT_REGION])
-        if event != known:
-            known = event
-            x = x0
-            if marks[event, KIND] != START:
-                side = LOWER if marks[event, BOUND] == law[region, NUMBER] else UPPER
-                x = law[region, side]
-            v = events[event, V_AFTER]
-            set_phases(law, events[event, EVENT_T], events[event, EVENT_T_LOW], phases)
-            force = constant_force(law, region, x)
-            if marks[event, KIND] == RELEASE:
-                force = -force_derivative(law, phases, 0)
-        motion[0, i] = x
-        motion[1, i] = v
-        s = (instants[i] - events[event, EVENT_T]) - events[event, EVENT_T_LOW]
+        # Instants that follow within the same flight are taken together.
+        end = i + 1
+        until = events[event + 1, EVENT_T] if event + 1 < events.shape[0] else math.inf
+        while end < instants.shape[0] and instants[i] <= instants[end] < until:
+            end += 1
+        fill(law, events, marks, x0, event, instants[i:end], phases, arrival, motion[:, i:end])
+        i = end
+
+
+@kernel
+def fill(
+    law: Law,
+    events: Table,
+    marks: Integers32,
+    x0: float,
+    event: int,
+    instants: Table,
+    phases: Table,
+    arrival: Table,
+    motion: Table,
+) -> None:
+    """Write x and v at instants of one flight, or contact, that begins with an event."""
+    region = int(marks[event, NEXT_REGION])
+    t = events[event, EVENT_T]
+    t_low = events[event, EVENT_T_LOW]
+    v0 = events[event, V_AFTER]
+    x = x0
+    if marks[event, KIND] != START:
+        x = law[region, LOWER if marks[event, BOUND] == law[region, NUMBER] else UPPER]
+    set_phases(law, t, t_low, phases)
+    force = constant_force(law, region, x)
+    if marks[event, KIND] == RELEASE:
+        force = -force_derivative(law, phases, 0)
+    simple = is_simple(law, region) and marks[event, KIND] != CONTACT
+    soonest = math.inf
+    if simple:
+        soonest = SERIES_LIMIT / min(law[region, QUICKEST], law[FIRST_HARMONIC, OMEGA])
+    n = instants.shape[0]
+    late = 0
+    while late < n and not instants[late] - t > soonest:
+        s = (instants[late] - t) - t_low
+        y = 0.0
+        v = v0
         if marks[event, KIND] != CONTACT and s > 0.0:
-            y, motion[1, i] = move(
-                law, region, (events[event, EVENT_T], 0.0, v, force), phases, s, arrival
-            )
-            motion[0, i] = x + y
+            y, v = move(law, region, (t, t_low, v0, force), phases, s, arrival)
+        motion[0, late] = x + y
+        motion[1, late] = v
+        late += 1
+    if late == n:
+        return
+    push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
+    rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
+    for k in range(late, n):
+        y, v, _, _ = plain_state(law, region, (force, push, rate, v0), (instants[k] - t) - t_low)
+        motion[0, k] = x + y
+        motion[1, k] = v
 
 
 @kernel

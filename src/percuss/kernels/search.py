@@ -260,7 +260,30 @@ def meeting(
             least = fourth * width**4 * (1.0 / 288.0) + (0.0 if from_bound else slack)
             if begins + THIRD * width * sign * v > least and -THIRD * width * sign * speed > least:
                 return HIT, end, -sign, speed, 0.0, free
+        elif begins > slack and sign * (y1 - distance) > slack:
+            lowest = cubic_minimum(
+                begins, step * sign * v, sign * (y1 - distance), step * sign * v1
+            )
+            if lowest > fourth * step**4 * (1.0 / 384.0) + slack:
+                return NONE, s + step, 0.0, 0.0, 0.0, free
     return look(law, region, start, phases, arrival, reach, free, s + step)
+
+
+@kernel
+def cubic_minimum(y: float, v: float, y1: float, v1: float) -> float:
+    """Return the least value on [0, 1] of the cubic with these end values and slopes."""
+    square = 3.0 * (y1 - y) - 2.0 * v - v1
+    cube = v + v1 - 2.0 * (y1 - y)
+    least = min(y, y1)
+    root = square * square - 3.0 * cube * v
+    if root > 0.0 and v < 0.0:
+        # Of both turning points the one with upward curvature, in the form that does not cancel.
+        part = -v / (square + math.sqrt(root)) if square > 0.0 else 1.0
+        if square <= 0.0 and cube != 0.0:
+            part = (math.sqrt(root) - square) / (3.0 * cube)
+        if 0.0 < part < 1.0:
+            least = min(least, y + part * (v + part * (square + cube * part)))
+    return least
 
 
 @kernel

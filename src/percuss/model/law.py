@@ -25,8 +25,8 @@ from percuss.model.stops import SoftStop, Wall
 __all__ = ["Lines", "lines", "law"]
 
 # The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
-# radians; at 2 the cubic through a step's ends is off by 4 % of the amplitude at most.
-STEP_PHASE = 2.0
+# radians: there the cubic through a step's ends is off by 1 % of the amplitude at most.
+STEP_PHASE = 1.4
 # With K < 0 the bound over a step holds a factor exp(phase).
 GROWING_STEP_PHASE = 0.5
 # A harmonic is near a root when the gain's inverse is this small a part of its own terms.

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from percuss.kernels import march as engine
+from percuss.kernels import record as columns
 from percuss.kernels.law import N_HARMONICS, Law, Table
 from percuss.model.exact import Exact, as_float
 from percuss.model.faults import raise_first
@@ -26,15 +27,15 @@ MOST_IMPACTS = 10_000_000
 
 # Searches between two looks at the keyboard and the progress, about 20 ms.
 PATIENCE = 50_000
-FIRST_CAPACITY = 1024
+FIRST_CAPACITY = 65_536
 LARGEST_GROWTH = 1_000_000
 
 _OUTCOMES = {
-    engine.REACHED_END: Outcome.reached_t_end,
-    engine.REACHED_LIMIT: Outcome.reached_max_impacts,
-    engine.AT_REST: Outcome.at_rest,
-    engine.OVERFLOW: Outcome.overflow,
-    engine.NO_MORE: Outcome.no_more_impacts,
+    columns.REACHED_END: Outcome.reached_t_end,
+    columns.REACHED_LIMIT: Outcome.reached_max_impacts,
+    columns.AT_REST: Outcome.at_rest,
+    columns.OVERFLOW: Outcome.overflow,
+    columns.NO_MORE: Outcome.no_more_impacts,
 }
 
 
@@ -113,21 +114,21 @@ class _March:
     def __init__(self, table: Law, x0: float, v0: float, t0: float, limit: int) -> None:
         self.law = table
         n = int(table[0, N_HARMONICS])
-        self.state = np.zeros(engine.STATE_ENTRIES)
-        self.counters = np.zeros(engine.COUNTERS, dtype=np.int64)
+        self.state = np.zeros(columns.STATE_ENTRIES)
+        self.counters = np.zeros(columns.COUNTERS, dtype=np.int64)
         self.phases, self.arrival, self.walker = (np.zeros((n, 2)) for _ in range(3))
         capacity = min(limit + 4, FIRST_CAPACITY)
-        self.events = np.empty((capacity, engine.EVENT_COLUMNS))
-        self.marks = np.empty((capacity, engine.MARK_COLUMNS), dtype=np.int32)
-        self.grazes = np.empty((16, engine.GRAZE_COLUMNS))
-        self.state[engine.T], self.state[engine.X], self.state[engine.V] = t0, x0, v0
+        self.events = np.empty((capacity, columns.EVENT_COLUMNS))
+        self.marks = np.empty((capacity, columns.MARK_COLUMNS), dtype=np.int32)
+        self.grazes = np.empty((16, columns.GRAZE_COLUMNS))
+        self.state[columns.T], self.state[columns.X], self.state[columns.V] = t0, x0, v0
         self.start = (x0, v0)
         engine.begin(table, self.state, self.counters, self.phases, self.events, self.marks)
 
     @property
     def last_time(self) -> float:
         """The time of the last event."""
-        return float(self.state[engine.T])
+        return float(self.state[columns.T])
 
     def run(self, end: float, limit: int, watch: Progress) -> Outcome:
         """March to the limits, or until the user stops it."""
@@ -149,10 +150,10 @@ class _March:
                 )
                 if status in _OUTCOMES:
                     return _OUTCOMES[status]
-                if status == engine.FULL:
+                if status == columns.FULL:
                     self._grow()
-                searched = max(self.state[engine.FREE_BELOW], self.state[engine.HELD])
-                if not watch.go_on(self.last_time + searched, self.counters[engine.N_IMPACTS]):
+                searched = max(self.state[columns.FREE_BELOW], self.state[columns.HELD])
+                if not watch.go_on(self.last_time + searched, self.counters[columns.N_IMPACTS]):
                     return Outcome.interrupted
         except KeyboardInterrupt:
             return Outcome.interrupted
@@ -162,17 +163,17 @@ class _March:
     def _grow(self) -> None:
         """Make room for more events and grazes."""
         n = len(self.events)
-        if self.counters[engine.N_EVENTS] + 2 > n:
+        if self.counters[columns.N_EVENTS] + 2 > n:
             more = min(n, LARGEST_GROWTH)
-            self.events = np.concatenate([self.events, np.empty((more, engine.EVENT_COLUMNS))])
+            self.events = np.concatenate([self.events, np.empty((more, columns.EVENT_COLUMNS))])
             self.marks = np.concatenate(
-                [self.marks, np.empty((more, engine.MARK_COLUMNS), dtype=np.int32)]
+                [self.marks, np.empty((more, columns.MARK_COLUMNS), dtype=np.int32)]
             )
-        if self.counters[engine.N_GRAZES] + 1 > len(self.grazes):
+        if self.counters[columns.N_GRAZES] + 1 > len(self.grazes):
             self.grazes = np.concatenate([self.grazes, np.empty_like(self.grazes)])
 
-    def record(self) -> tuple[Law, tuple[float, float], Table, engine.Integers32, Table]:
+    def record(self) -> tuple[Law, tuple[float, float], Table, columns.Integers32, Table]:
         """Return what happened, without the unused room."""
-        n = int(self.counters[engine.N_EVENTS])
-        grazes = self.grazes[: int(self.counters[engine.N_GRAZES])].copy()
+        n = int(self.counters[columns.N_EVENTS])
+        grazes = self.grazes[: int(self.counters[columns.N_GRAZES])].copy()
         return self.law, self.start, self.events[:n].copy(), self.marks[:n].copy(), grazes

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.errors import ParameterError
-from percuss.kernels import march as engine
+from percuss.kernels import record as columns
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
 from percuss.kernels.sample import cycles, evaluate
 from percuss.model.forcing import Forcing
@@ -59,14 +59,14 @@ class Trajectory:
     contacts: Contacts
     grazes: Grazes
     _events: Table = field(repr=False)
-    _marks: engine.Integers32 = field(repr=False)
+    _marks: columns.Integers32 = field(repr=False)
 
     @classmethod
     def of_record(
         cls,
         oscillator: Oscillator,
         forcing: Forcing | None,
-        record: tuple[Law, tuple[float, float], Table, engine.Integers32, Table],
+        record: tuple[Law, tuple[float, float], Table, columns.Integers32, Table],
         t_end: float,
         outcome: Outcome,
     ) -> Trajectory:
@@ -77,7 +77,7 @@ class Trajectory:
             forcing=forcing,
             x0=x0,
             v0=v0,
-            t0=float(events[0, engine.EVENT_T]),
+            t0=float(events[0, columns.EVENT_T]),
             t_end=t_end,
             outcome=outcome,
             impacts=_impacts(oscillator, table, events, marks),
@@ -292,66 +292,66 @@ def _stop_of_bound(oscillator: Oscillator) -> NDArray[np.int64]:
 
 
 def _impacts(
-    oscillator: Oscillator, table: Law, events: Table, marks: engine.Integers32
+    oscillator: Oscillator, table: Law, events: Table, marks: columns.Integers32
 ) -> Impacts:
-    which = np.flatnonzero(marks[:, engine.KIND] == engine.IMPACT)
-    t = events[which, engine.EVENT_T]
-    t_low = events[which, engine.EVENT_T_LOW]
+    which = np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)
+    t = events[which, columns.EVENT_T]
+    t_low = events[which, columns.EVENT_T_LOW]
     cycle = np.full(len(t), np.nan)
     if table[0, PERIOD] > 0.0:
         cycles(table, t, t_low, cycle)
     return Impacts(
         t=t,
-        v_before=events[which, engine.V_BEFORE],
-        v_after=events[which, engine.V_AFTER],
-        stop=_stop_of_bound(oscillator)[marks[which, engine.BOUND]],
+        v_before=events[which, columns.V_BEFORE],
+        v_after=events[which, columns.V_AFTER],
+        stop=_stop_of_bound(oscillator)[marks[which, columns.BOUND]],
         cycle=cycle,
-        intervals=np.diff(t, prepend=events[0, engine.EVENT_T])
-        + np.diff(t_low, prepend=events[0, engine.EVENT_T_LOW]),
+        intervals=np.diff(t, prepend=events[0, columns.EVENT_T])
+        + np.diff(t_low, prepend=events[0, columns.EVENT_T_LOW]),
     )
 
 
-def _crossings(oscillator: Oscillator, events: Table, marks: engine.Integers32) -> Crossings:
-    which = np.flatnonzero(marks[:, engine.KIND] == engine.CROSSING)
+def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers32) -> Crossings:
+    which = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING)
     edges = lines(oscillator).edges
     # Stops that share an edge are crossed together, one line each.
-    sharing = np.array([len(edge) for edge in edges])[marks[which, engine.BOUND]]
-    stop = [k for bound in marks[which, engine.BOUND] for k in edges[bound]]
+    sharing = np.array([len(edge) for edge in edges])[marks[which, columns.BOUND]]
+    stop = [k for bound in marks[which, columns.BOUND] for k in edges[bound]]
     above = np.array([oscillator.stops[k].side == "above" for k in stop], dtype=bool)
-    v = np.repeat(events[which, engine.V_AFTER], sharing)
+    v = np.repeat(events[which, columns.V_AFTER], sharing)
     direction = np.where((v > 0.0) == above, "in", "out")
-    t = np.repeat(events[which, engine.EVENT_T], sharing)
+    t = np.repeat(events[which, columns.EVENT_T], sharing)
     return Crossings(t=t, v=v, stop=np.array(stop, dtype=np.int64), direction=direction)
 
 
-def _contacts(oscillator: Oscillator, events: Table, marks: engine.Integers32) -> Contacts:
-    kind = marks[:, engine.KIND]
-    which = np.flatnonzero(kind == engine.CONTACT)
-    released = np.flatnonzero(kind == engine.RELEASE)
+def _contacts(oscillator: Oscillator, events: Table, marks: columns.Integers32) -> Contacts:
+    kind = marks[:, columns.KIND]
+    which = np.flatnonzero(kind == columns.CONTACT)
+    released = np.flatnonzero(kind == columns.RELEASE)
     release = np.full(len(which), np.nan)
     # Nothing comes between a contact and its release; only the last contact may have none.
-    release[: len(released)] = events[released, engine.EVENT_T]
-    start = events[which, engine.EVENT_T]
+    release[: len(released)] = events[released, columns.EVENT_T]
+    start = events[which, columns.EVENT_T]
     return Contacts(
         start=start,
         release=release,
-        stop=_stop_of_bound(oscillator)[marks[which, engine.BOUND]],
-        n_impacts=np.cumsum(kind == engine.IMPACT)[which],
+        stop=_stop_of_bound(oscillator)[marks[which, columns.BOUND]],
+        n_impacts=np.cumsum(kind == columns.IMPACT)[which],
         # The summation's own error is far below what a float can tell of the instant.
-        error_bound=events[which, engine.V_BEFORE] + np.spacing(np.abs(start)),
+        error_bound=events[which, columns.V_BEFORE] + np.spacing(np.abs(start)),
     )
 
 
 def _grazes(oscillator: Oscillator, grazes: Table) -> Grazes:
-    bounds = grazes[:, engine.GRAZE_BOUND].astype(np.int64)
+    bounds = grazes[:, columns.GRAZE_BOUND].astype(np.int64)
     layout = lines(oscillator)
     stop = [
         wall if wall is not None else layout.edges[bound][0]
         for bound, wall in ((bound, layout.wall[bound]) for bound in bounds)
     ]
     return Grazes(
-        t=grazes[:, engine.GRAZE_T],
+        t=grazes[:, columns.GRAZE_T],
         stop=np.array(stop, dtype=np.int64),
-        clearance=grazes[:, engine.GRAZE_CLEARANCE],
-        error_bound=grazes[:, engine.GRAZE_ERROR],
+        clearance=grazes[:, columns.GRAZE_CLEARANCE],
+        error_bound=grazes[:, columns.GRAZE_ERROR],
     )
