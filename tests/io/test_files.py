@@ -33,9 +33,13 @@ def test_an_interrupted_group_leaves_neither_file_nor_folder(
 ) -> None:
     a, b = tmp_path / "x" / "y" / "a.txt", tmp_path / "b.txt"
 
-    with pytest.raises(type(reason)), OutputFiles(a, b) as files:
-        files[a].write_text("half")
-        raise reason
+    def write_half() -> None:
+        with OutputFiles(a, b) as files:
+            files[a].write_text("half")
+            raise reason
+
+    with pytest.raises(type(reason)):
+        write_half()
 
     assert everything_in(tmp_path) == []
 
@@ -43,9 +47,13 @@ def test_an_interrupted_group_leaves_neither_file_nor_folder(
 def test_what_the_system_refuses_is_one_sentence(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
 
-    with pytest.raises(OutputError) as caught, OutputFiles(path) as files:
-        files[path].write_text("half")
-        raise OSError(28, "No space left on device")
+    def fill_the_disk() -> None:
+        with OutputFiles(path) as files:
+            files[path].write_text("half")
+            raise OSError(28, "No space left on device")
+
+    with pytest.raises(OutputError) as caught:
+        fill_the_disk()
 
     assert str(caught.value) == f"{tmp_path}: no space left on device"
     assert everything_in(tmp_path) == []
@@ -76,9 +84,13 @@ def test_force_replaces_the_named_files_and_no_others(tmp_path: Path) -> None:
 def test_a_file_that_appears_during_the_work_is_not_replaced(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
 
-    with pytest.raises(OutputError, match="exists already"), OutputFiles(path) as files:
-        files[path].write_text("ours")
-        path.write_text("theirs")
+    def write_while_another_does() -> None:
+        with OutputFiles(path) as files:
+            files[path].write_text("ours")
+            path.write_text("theirs")
+
+    with pytest.raises(OutputError, match="exists already"):
+        write_while_another_does()
 
     assert path.read_text() == "theirs"
     assert everything_in(tmp_path) == ["a.txt"]
@@ -87,10 +99,14 @@ def test_a_file_that_appears_during_the_work_is_not_replaced(tmp_path: Path) -> 
 def test_a_folder_in_which_something_else_appeared_stays(tmp_path: Path) -> None:
     path = tmp_path / "new" / "a.txt"
 
-    with pytest.raises(ValueError, match="bad"), OutputFiles(path) as files:
-        files[path].write_text("ours")
-        (tmp_path / "new" / "theirs.txt").write_text("theirs")
-        raise ValueError("bad")
+    def fail_beside_another_file() -> None:
+        with OutputFiles(path) as files:
+            files[path].write_text("ours")
+            (tmp_path / "new" / "theirs.txt").write_text("theirs")
+            raise ValueError("bad")
+
+    with pytest.raises(ValueError, match="bad"):
+        fail_beside_another_file()
 
     assert everything_in(tmp_path) == ["new", "new/theirs.txt"]
 

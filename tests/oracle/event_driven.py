@@ -156,11 +156,11 @@ class _March:
         while self.t < t_end and len(self.run.impacts.t) < limit:
             wall = self._wall_here()
             order, direction = self._direction()
-            if wall is not None and direction * _inward(self.stops[wall]) > 0:
-                if order == 1:
-                    self._impact(wall)
-                else:
-                    self._rest(wall, t_end)
+            into = wall is not None and direction * _inward(self.stops[wall]) >= 0
+            if wall is not None and into and order == 1:
+                self._impact(wall)
+            elif wall is not None and into:
+                self._rest(wall, t_end)
             elif order == 0:
                 self._note(self.x)
                 return
@@ -262,11 +262,13 @@ class _March:
         _, k, force = self._law()
         force = Force(force.constant - k * self.x, force.harmonics, self.t)
         inward = _inward(self.stops[wall])
-        c = force.taylor(mp.zero, ORDER)
-        order = next(n for n in range(ORDER) if abs(c[n]) > self.tiny)
-        search = Search(force, mp.zero, inward, order, self.digits)
+        release = None
         # Without harmonics the push never turns.
-        release = search.first_root(t_end - self.t) if force.harmonics else None
+        if force.harmonics:
+            c = force.taylor(mp.zero, ORDER)
+            order = next(n for n in range(ORDER) if abs(c[n]) > self.tiny)
+            search = Search(force, mp.zero, inward, order, self.digits)
+            release = search.first_root(t_end - self.t)
         row = self.run.contacts
         row.start.append(self.t)
         row.stop.append(wall)

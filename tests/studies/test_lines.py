@@ -50,9 +50,8 @@ def leaves(value: Any, path: Path = ()) -> Iterator[Path]:
     """Give the path of everything inside a document."""
     if path:
         yield path
-    pairs = value.items() if isinstance(value, dict) else []
-    pairs = enumerate(value) if isinstance(value, list) else pairs
-    for key, item in pairs:
+    items = dict(enumerate(value)) if isinstance(value, list) else value
+    for key, item in items.items() if isinstance(items, dict) else ():
         yield from leaves(item, (*path, key))
 
 
@@ -92,7 +91,7 @@ def test_an_unknown_key_has_the_line_of_the_table_around_it() -> None:
     assert line_of({}, ("a",)) is None
 
 
-@given(text=st.text(alphabet='[]{}=,."\'#\n an\\', max_size=60))
+@given(text=st.text(alphabet="[]{}=,.\"'#\n an\\", max_size=60))
 def test_the_scanner_ends_on_any_text_and_knows_the_keys_of_valid_ones(text: str) -> None:
     lines = key_lines(text)
 

@@ -6,7 +6,7 @@ import math
 
 from percuss.kernels.compile import kernel
 from percuss.kernels.doubled import later
-from percuss.kernels.flight import force_derivative, set_phases
+from percuss.kernels.flight import force_and_slopes, force_derivative, set_phases
 from percuss.kernels.law import DAMPING, FORCE_BOUND, LOWER, PERIOD, STIFFNESS, UPPER, Law, Table
 
 ULP = 2.220446049250313e-16
@@ -30,12 +30,13 @@ def push(law: Law, force: float, phases: Table) -> float:
     Its sign is the direction in which the mass sets off; 0 if nothing ever moves it. The force's
     derivatives decide, for x^(m + 2) = f^(m) as long as all before it vanish.
     """
-    value = force + force_derivative(law, phases, 0)
-    order = 0
-    while value == 0.0 and order < LAST_ORDER:
-        order += 1
+    for order in range(LAST_ORDER):
         value = force_derivative(law, phases, order)
-    return value
+        if order == 0:
+            value += force
+        if value != 0.0:
+            return value
+    return 0.0
 
 
 @kernel
@@ -62,11 +63,12 @@ def chatter_time(
     """
     if restitution >= 1.0 or speed > SLOW * fastest:
         return -1.0, 0.0
-    pressing = side * (force + force_derivative(law, phases, 0))
+    harmonic, slope, _ = force_and_slopes(law, phases)
+    pressing = side * (force + harmonic)
     if pressing <= 0.0:
         return -1.0, 0.0
     tau = 2.0 * speed / (pressing * (1.0 - restitution))
-    change = side * force_derivative(law, phases, 1) / pressing
+    change = side * slope / pressing
     pace = max(abs(change), math.sqrt(law[0, FORCE_BOUND + 2] / pressing))
     pace = max(pace, max(2.0 * law[region, DAMPING], math.sqrt(abs(law[region, STIFFNESS]))))
     room = law[region, UPPER] - law[region, LOWER]
@@ -106,12 +108,13 @@ def release_time(
             return False, math.inf
         t, t_low = later(instant[0], instant[1], s)
         set_phases(law, t, t_low, phases)
-        pressing = -sign * (force + force_derivative(law, phases, 0))
-        slope = -sign * force_derivative(law, phases, 1)
+        harmonic, slope, curve = force_and_slopes(law, phases)
+        pressing = -sign * (force + harmonic)
+        slope = -sign * slope
+        curve = -sign * curve
         if pressing > tolerance:
             s += (slope + math.sqrt(slope * slope + 2.0 * bend * pressing)) / bend
             continue
-        curve = -sign * force_derivative(law, phases, 2)
         if slope < 0.0 and (curve <= 0.0 or pressing - 0.5 * slope * slope / curve < -tolerance):
             s = max(begin, s - pressing / slope)
             return True, s

@@ -18,7 +18,6 @@ from percuss.kernels.law import (
     COSINE,
     DAMPING,
     FIRST_HARMONIC,
-    FORCE_BOUND,
     GAIN_IM,
     GAIN_RE,
     LOWER,
@@ -73,14 +72,31 @@ def force_derivative(law: Law, phases: Table, order: int) -> float:
     total = 0.0
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
-        # The derivative turns the phasor (in_phase, quadrature) by a quarter and scales it by w.
-        in_phase = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
+        part = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
         quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
-        part = in_phase if order % 2 == 0 else quadrature
-        if order % 4 > 1:
-            part = -part
-        total += part * law[harmonic, OMEGA] ** order
+        # A derivative turns the phasor (part, quadrature) by a quarter and scales it by w.
+        omega = law[harmonic, OMEGA]
+        for _ in range(order):
+            part, quadrature = omega * quadrature, -omega * part
+        total += part
     return total
+
+
+@kernel
+def force_and_slopes(law: Law, phases: Table) -> tuple[float, float, float]:
+    """Return the harmonic force and its first two derivatives at the instant of ``phases``."""
+    force = 0.0
+    slope = 0.0
+    bend = 0.0
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        part = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
+        quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
+        omega = law[harmonic, OMEGA]
+        force += part
+        slope += omega * quadrature
+        bend -= omega * omega * part
+    return force, slope, bend
 
 
 @kernel
@@ -166,18 +182,13 @@ def four_derivatives(
 ) -> tuple[float, float, float, float]:
     """Return the second to the fifth derivative of x, as `acceleration_and_jerk` does two."""
     second, third = acceleration_and_jerk(law, region, force, phases, y, v)
-    bend = 0.0
+    _, _, bend = force_and_slopes(law, phases)
     twist = 0.0
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         omega = law[harmonic, OMEGA]
-        square = omega * omega
-        bend -= square * (law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1])
-        twist -= (
-            omega
-            * square
-            * (law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1])
-        )
+        quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
+        twist -= omega * omega * omega * quadrature
     drag = 2.0 * law[region, DAMPING]
     fourth = bend - drag * third - law[region, STIFFNESS] * second
     fifth = twist - drag * fourth - law[region, STIFFNESS] * third
@@ -186,17 +197,16 @@ def four_derivatives(
 
 @kernel
 def derivative_bound(
-    law: Law, region: int, order: int, lower: float, upper: float, s: float
+    law: Law, region: int, force_bound: float, lower: float, upper: float, s: float
 ) -> float:
-    """Return a bound on abs(x^(order + 2)) over the next s, given x^(order) and x^(order + 1).
+    """Return a bound on abs(x^(m + 2)) over the next s, given x^(m) and x^(m + 1), m >= 1.
 
-    Both obey the equation of motion with the force's derivative in place of the force, and its
-    energy, or where K < 0 its norm, grows no faster than that force (docs/theory/first-event.md).
-    Valid for s up to one step of the region.
+    Both obey the equation of motion with the force's m-th derivative, bounded by ``force_bound``,
+    in place of the force, and their energy, or where K < 0 their norm, grows no faster than that
+    (docs/theory/first-event.md). Valid for s up to one step of the region.
     """
-    force = law[0, FORCE_BOUND + order]
     return (
-        force
+        force_bound
         + law[region, BOUND_OF_X] * abs(lower)
-        + law[region, BOUND_OF_V] * (abs(upper) + s * force)
+        + law[region, BOUND_OF_V] * (abs(upper) + s * force_bound)
     )

@@ -11,7 +11,7 @@ from percuss.kernels.flight import (
     move,
     uncertainty,
 )
-from percuss.kernels.law import FIRST_HARMONIC, OMEGA, QUICKEST, Law, Table
+from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, OMEGA, QUICKEST, Law, Table
 
 # The last correction is made with the series alone when it is this small a phase.
 SMALL_PHASE = 2e-3
@@ -48,7 +48,7 @@ def land(
         second, third, fourth, fifth = four_derivatives(law, region, force, arrival, y, v)
         step = series_root(clearance, sign * v, sign * second, sign * third, sign * fourth)
         if left <= s + step <= right:
-            sixth = derivative_bound(law, region, 4, fourth, fifth, 0.0)
+            sixth = derivative_bound(law, region, law[0, FORCE_BOUND + 4], fourth, fifth, 0.0)
             if is_settled(law, region, step, s, v, (second, fifth, sixth)):
                 turn_by(law, arrival, step)
                 rest = third * 0.5 + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))

@@ -12,7 +12,7 @@ import math
 from percuss.kernels.compile import kernel
 from percuss.kernels.contact import chatter_time, push, release_time
 from percuss.kernels.doubled import later
-from percuss.kernels.flight import constant_force, force_derivative, set_phases
+from percuss.kernels.flight import constant_force, force_and_slopes, set_phases
 from percuss.kernels.law import (
     EDGE,
     FIRST_HARMONIC,
@@ -21,6 +21,7 @@ from percuss.kernels.law import (
     LOWER_KIND,
     LOWER_RESTITUTION,
     NUMBER,
+    PLAIN,
     UPPER,
     UPPER_FORCE,
     UPPER_KIND,
@@ -29,8 +30,7 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
-from percuss.kernels.plain import is_plain, plain_flights
-from percuss.kernels.reach import never_meets
+from percuss.kernels.plain import plain_flights
 from percuss.kernels.record import (
     AT_REST,
     BOUND,
@@ -70,7 +70,6 @@ from percuss.kernels.record import (
     V_AFTER,
     V_BEFORE,
     Integers,
-    Integers32,
     T,
     V,
     X,
@@ -91,7 +90,7 @@ def march(
     arrival: Table,
     walker: Table,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
     grazes: Table,
     t_end: float,
     max_impacts: int,
@@ -103,7 +102,7 @@ def march(
     as many. ``patience`` bounds the searches made before control is handed back (SPENT).
     """
     status = MOVING
-    plain = is_plain(law, counters[REGION])
+    plain = law[counters[REGION], PLAIN] == 1.0
     while status == MOVING:
         if counters[N_EVENTS] + 2 > len(events) or counters[N_GRAZES] + 1 > len(grazes):
             return FULL
@@ -134,7 +133,7 @@ def skip_ahead(
     counters: Integers,
     phases: Table,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
     t_end: float,
     max_impacts: int,
 ) -> None:
@@ -171,7 +170,7 @@ def begin(
     counters: Integers,
     phases: Table,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
 ) -> None:
     """Complete a state of which t, x and v are given, and record it as the START.
 
@@ -212,7 +211,7 @@ def fly(
     arrival: Table,
     walker: Table,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
     grazes: Table,
     t_end: float,
 ) -> int:
@@ -228,8 +227,6 @@ def fly(
         return REACHED_END if longest < math.inf else NO_MORE
     state[FREE_BELOW], state[FREE_ABOVE] = free
     if verdict == PAUSE:
-        if longest == math.inf and never_meets(law, region, state[X], start, phases, arrival, s):
-            return NO_MORE
         return MOVING
     t, t_low = later(state[T], state[T_LOW], s)
     if verdict == GRAZE:
@@ -262,7 +259,7 @@ def cross(
     state: Table,
     counters: Integers,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
     side: float,
     v: float,
     n_harmonics: int,
@@ -290,7 +287,7 @@ def strike(
     counters: Integers,
     phases: Table,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
     side: float,
     v: float,
 ) -> None:
@@ -334,7 +331,7 @@ def stay(
     counters: Integers,
     phases: Table,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
     t_end: float,
 ) -> int:
     """Wait at a wall until the force lets go."""
@@ -355,7 +352,7 @@ def stay(
     counters[TOUCHED] = 0
     set_phases(law, state[T], state[T_LOW], phases)
     # The force is zero at a release; what rounding has left of it would decide the take-off.
-    state[FORCE] = -force_derivative(law, phases, 0)
+    state[FORCE] = -force_and_slopes(law, phases)[0]
     bound = int(law[region, NUMBER]) + (1 if normal < 0 else 0)
     note(state, counters, events, marks, RELEASE, bound, 0.0, 0.0)
     return MOVING
@@ -366,7 +363,7 @@ def note(
     state: Table,
     counters: Integers,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
     kind: int,
     bound: int,
     v_before: float,

@@ -28,14 +28,9 @@ from percuss.kernels.law import (
     LOWER_FORCE,
     LOWER_KIND,
     LOWER_RESTITUTION,
-    N_HARMONICS,
-    NEAR,
-    NOTHING,
     OMEGA,
-    OVERDAMPED,
     PER_STIFFNESS,
     QUICKEST,
-    RATE,
     SINE,
     STEP,
     STEP_COS,
@@ -45,7 +40,6 @@ from percuss.kernels.law import (
     TURNS_LOW,
     TWICE_PER_RATE,
     UPPER_FORCE,
-    UPPER_KIND,
     UPPER_RESTITUTION,
     V_OF_COS,
     V_OF_FORCE,
@@ -64,24 +58,6 @@ from percuss.kernels.law import (
 from percuss.kernels.record import EVENT_T, EVENT_T_LOW, HUGE, V_AFTER, V_BEFORE
 from percuss.kernels.response import SERIES_LIMIT
 from percuss.kernels.search import STEPS_A_WALK, THIRD, WALK_SLACK, cubic_minimum, quintic_root
-
-
-@kernel
-def is_simple(law: Law, region: int) -> bool:
-    """Tell whether `plain_state` gives the motion in a region, away from a flight's start."""
-    if law[0, N_HARMONICS] != 1.0 or law[region + 1, NEAR] == 1.0:
-        return False
-    return law[region, OVERDAMPED] == 0.0 and law[region, RATE] > 0.0
-
-
-@kernel
-def is_plain(law: Law, region: int) -> bool:
-    """Tell whether flights in a region can be plain: simple motion next to a single wall."""
-    if not is_simple(law, region):
-        return False
-    below = law[region, LOWER_KIND] == WALL and law[region, UPPER_KIND] == NOTHING
-    above = law[region, UPPER_KIND] == WALL and law[region, LOWER_KIND] == NOTHING
-    return below or above
 
 
 @kernel

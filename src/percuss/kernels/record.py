@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Integers: TypeAlias = NDArray[np.int64]
-Integers32: TypeAlias = NDArray[np.int32]
 
 # What an event is: column KIND of the marks.
-IMPACT, CROSSING, CONTACT, RELEASE, START = 0, 1, 2, 3, 4
+# (As int64 and not int, for which numba would compile a function anew for each value.)
+IMPACT, CROSSING, CONTACT, RELEASE, START = (np.int64(kind) for kind in range(5))
 
 # Why `march` came back.
 MOVING, REACHED_END, REACHED_LIMIT, AT_REST, OVERFLOW, NO_MORE, FULL, SPENT = range(8)

@@ -44,8 +44,9 @@ from percuss.kernels.law import (
 # Below this phase the power series is used: there the closed forms lose digits to cancellation,
 # and above it the series needs more than its terms.
 SERIES_LIMIT = 0.5
-# With abs(rate * s) <= 1/2 the first neglected term is below 0.5**17 / 17! = 2e-20.
-SERIES_TERMS = 16
+# With abs(rate * s) <= 1/2 the terms from here on are below 0.5**18 / 18! of the sum.
+MOST_TERMS = 20.0
+NEGLIGIBLE = 1e-18
 
 
 @kernel
@@ -97,14 +98,18 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
 @kernel
 def force_series(damping: float, stiffness: float, s: float) -> float:
     """Return D(s) by its power series, for small s."""
+    drag = 2.0 * damping * s
+    spring = stiffness * s * s
     before = 0.0
     term = 0.5 * s * s
     total = term
-    for n in range(3, SERIES_TERMS + 2):
-        following = -(2.0 * damping * s * term + stiffness * s * s * before / (n - 1)) / n
+    n = 3.0
+    while n < MOST_TERMS and abs(term) + abs(before) > NEGLIGIBLE * abs(total):
+        following = -(drag * term + spring * before / (n - 1.0)) / n
         before = term
         term = following
         total += term
+        n += 1.0
     return total
 
 
@@ -138,26 +143,33 @@ def harmonic_series(
 ) -> tuple[float, float]:
     """Return (Re Q, Im Q) at s by the power series, for small s."""
     phase = omega * s
+    drag = 2.0 * damping * s
+    square = s * s
     force_re = 1.0
     force_im = 0.0
-    term_re = 0.5 * s * s
+    term_re = 0.5 * square
     term_im = 0.0
     before_re = 0.0
     before_im = 0.0
     total_re = term_re
     total_im = term_im
-    for n in range(3, SERIES_TERMS + 2):
+    size = abs(term_re)
+    n = 3.0
+    while n < MOST_TERMS and size > NEGLIGIBLE * max(abs(total_re), abs(total_im)):
         # The force's own term, (i w s)**(n - 2) / (n - 2)!.
-        force_re, force_im = -phase * force_im / (n - 2), phase * force_re / (n - 2)
-        share = 1.0 / (n * (n - 1))
-        next_re = s * s * share * (force_re - stiffness * before_re) - 2 * damping * s * term_re / n
-        next_im = s * s * share * (force_im - stiffness * before_im) - 2 * damping * s * term_im / n
+        force_re, force_im = -phase * force_im / (n - 2.0), phase * force_re / (n - 2.0)
+        share = square / (n * (n - 1.0))
+        next_re = share * (force_re - stiffness * before_re) - drag * term_re / n
+        next_im = share * (force_im - stiffness * before_im) - drag * term_im / n
+        # Every other term may vanish: two in a row have to be small.
+        size = abs(next_re) + abs(next_im) + abs(term_re) + abs(term_im)
         before_re = term_re
         before_im = term_im
         term_re = next_re
         term_im = next_im
         total_re += term_re
         total_im += term_im
+        n += 1.0
     return total_re, total_im
 
 
@@ -171,27 +183,33 @@ def near_response(
     F(r1) = exp(r1 s) expm1(gap s) / gap, smooth as the gap closes.
     """
     response = region + 1 + j
-    gap = complex(law[response, GAP_RE], law[response, GAP_IM])
-    difference = complex(0.0, 2.0 * law[region, RATE])
-    if law[region, OVERDAMPED] == 1.0:
-        difference = complex(2.0 * law[region, RATE], 0.0)
-    root_part = 0.5 * difference * blow
-    near_exponential = even + root_part
-    far_exponential = even - root_part
-    near = near_exponential * mean_exponential(gap.real * s, gap.imag * s) * s
+    gap_re = law[response, GAP_RE]
+    gap_im = law[response, GAP_IM]
+    # (exp(gap s) - 1) / gap, and s where the gap is closed.
+    half = math.sin(0.5 * gap_im * s)
+    grow = math.expm1(gap_re * s)
+    top_re = grow * math.cos(gap_im * s) - 2.0 * half * half
+    top_im = (1.0 + grow) * math.sin(gap_im * s)
+    mean_re, mean_im = quotient(top_re, top_im, gap_re, gap_im)
+    if gap_re == 0.0 and gap_im == 0.0:
+        mean_re = s
+        mean_im = 0.0
+    # r1 - r2, and the exponentials of both roots: half their sum, and half their difference.
+    apart_re = 2.0 * law[region, RATE] * law[region, OVERDAMPED]
+    apart_im = 2.0 * law[region, RATE] - apart_re
+    root_re = 0.5 * apart_re * blow
+    root_im = 0.5 * apart_im * blow
+    near_re = (even + root_re) * mean_re - root_im * mean_im
+    near_im = (even + root_re) * mean_im + root_im * mean_re
     # i w - r2 = (i w - r1) + (r1 - r2).
-    far = (complex(turn[0], turn[1]) - far_exponential) / (gap + difference)
-    quotient = (near - far) / difference
-    return quotient.real, quotient.imag
+    far_re, far_im = quotient(
+        turn[0] - even + root_re, turn[1] + root_im, gap_re + apart_re, gap_im + apart_im
+    )
+    return quotient(near_re - far_re, near_im - far_im, apart_re, apart_im)
 
 
 @kernel
-def mean_exponential(x: float, y: float) -> complex:
-    """Return (exp(z) - 1) / z for z = x + i y, and 1 at z = 0."""
-    if x == 0.0 and y == 0.0:
-        return complex(1.0, 0.0)
-    half = math.sin(0.5 * y)
-    grow = math.expm1(x)
-    real = grow * math.cos(y) - 2.0 * half * half
-    imaginary = (1.0 + grow) * math.sin(y)
-    return complex(real, imaginary) / complex(x, y)
+def quotient(a_re: float, a_im: float, b_re: float, b_im: float) -> tuple[float, float]:
+    """Return the real and the imaginary part of a / b."""
+    square = b_re * b_re + b_im * b_im
+    return (a_re * b_re + a_im * b_im) / square, (a_im * b_re - a_re * b_im) / square

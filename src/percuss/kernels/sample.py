@@ -6,7 +6,7 @@ import math
 
 from percuss.kernels.compile import kernel
 from percuss.kernels.doubled import turns
-from percuss.kernels.flight import constant_force, force_derivative, move, set_phases
+from percuss.kernels.flight import constant_force, force_and_slopes, move, set_phases
 from percuss.kernels.law import (
     COSINE,
     FIRST_HARMONIC,
@@ -16,12 +16,13 @@ from percuss.kernels.law import (
     PERIOD_TURNS,
     PERIOD_TURNS_LOW,
     QUICKEST,
+    SIMPLE,
     SINE,
     UPPER,
     Law,
     Table,
 )
-from percuss.kernels.plain import is_simple, plain_state
+from percuss.kernels.plain import plain_state
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -32,25 +33,19 @@ from percuss.kernels.record import (
     RELEASE,
     START,
     V_AFTER,
-    Integers32,
+    Integers,
 )
 from percuss.kernels.response import SERIES_LIMIT
 
 
 @kernel
-def flight_at(events: Table, t: float, after: bool, guess: int) -> int:
+def flight_at(events: Table, t: float, after: bool) -> int:
     """Return the number of the event from which the motion at t comes.
 
-    ``after`` takes the last event not later than t, else the last one before it. ``guess`` is
-    where to look first: instants mostly come in order.
+    ``after`` takes the last event not later than t, else the last one before it.
     """
     low = 0
     high = events.shape[0]
-    if events[guess, EVENT_T] < t:
-        low = guess
-        if guess + 1 < high and t < events[guess + 1, EVENT_T]:
-            return guess
-    # The event is `low`, or between it and `high`.
     while high - low > 1:
         middle = (low + high) // 2
         time = events[middle, EVENT_T]
@@ -65,7 +60,7 @@ def flight_at(events: Table, t: float, after: bool, guess: int) -> int:
 def evaluate(
     law: Law,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
     x0: float,
     instants: Table,
     after: bool,
@@ -74,10 +69,9 @@ def evaluate(
     motion: Table,
 ) -> None:
     """Write x and v at each of ``instants`` (n,) into ``motion`` (2, n)."""
-    event = 0
     i = 0
     while i < instants.shape[0]:
-        event = flight_at(events, instants[i], after, event)
+        event = flight_at(events, instants[i], after)
         # Instants that follow within the same flight are taken together.
         end = i + 1
         until = events[event + 1, EVENT_T] if event + 1 < events.shape[0] else math.inf
@@ -91,7 +85,7 @@ def evaluate(
 def fill(
     law: Law,
     events: Table,
-    marks: Integers32,
+    marks: Integers,
     x0: float,
     event: int,
     instants: Table,
@@ -110,8 +104,8 @@ def fill(
     set_phases(law, t, t_low, phases)
     force = constant_force(law, region, x)
     if marks[event, KIND] == RELEASE:
-        force = -force_derivative(law, phases, 0)
-    simple = is_simple(law, region) and marks[event, KIND] != CONTACT
+        force = -force_and_slopes(law, phases)[0]
+    simple = law[region, SIMPLE] == 1.0 and marks[event, KIND] != CONTACT
     soonest = math.inf
     if simple:
         soonest = SERIES_LIMIT / min(law[region, QUICKEST], law[FIRST_HARMONIC, OMEGA])
@@ -143,6 +137,7 @@ def cycles(law: Law, t: Table, t_low: Table, out: Table) -> None:
         part = turns(law[0, PERIOD_TURNS], law[0, PERIOD_TURNS_LOW], t[i], t_low[i])
         if part < 0.0:
             part += 1.0
+        # A rounding below a whole turn is that turn.
         out[i] = part if part < 1.0 else 0.0
 
 
@@ -151,4 +146,4 @@ def drive(law: Law, instants: Table, phases: Table, out: Table) -> None:
     """Write the harmonic part of the force at each of ``instants`` into ``out``."""
     for i in range(instants.shape[0]):
         set_phases(law, instants[i], 0.0, phases)
-        out[i] = force_derivative(law, phases, 0)
+        out[i] = force_and_slopes(law, phases)[0]

@@ -17,7 +17,7 @@ from percuss.kernels.flight import (
     uncertainty,
 )
 from percuss.kernels.landing import ULP, land, lowest
-from percuss.kernels.law import DAMPING, STIFFNESS, Law, Table
+from percuss.kernels.law import DAMPING, FORCE_BOUND, STIFFNESS, Law, Table
 
 # Verdicts.
 NONE, HIT, GRAZE = 0, 1, 2
@@ -52,7 +52,7 @@ def first_touch(
     width = right - left
     while left < right:
         width = min(width, right - left)
-        fourth = derivative_bound(law, region, 2, second, third, width)
+        fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
         gap = sign * (y - distance)
         speed = sign * v
         shape = shape_of(gap, speed, sign * second, sign * third, fourth, width, doubt)
@@ -155,7 +155,7 @@ def departure(
     width = longest
     for _ in range(64):
         bound = abs(following) + width * derivative_bound(
-            law, region, order, value, following, width
+            law, region, law[0, FORCE_BOUND + order], value, following, width
         )
         free = 0.9 * (order + 1) * abs(value) / bound if bound > 0.0 else longest
         if free >= width:

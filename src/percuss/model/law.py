@@ -89,6 +89,7 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
         _fill_motion(table[first], region, table[at.FIRST_HARMONIC :][:n, at.OMEGA])
         for j, component in enumerate(components):
             _fill_response(table[first + 1 + j], region, component.omega)
+        _mark_simple(table[first], table[first + 1 : first + 1 + n])
     fill_steps(table)
     return table
 
@@ -234,3 +235,11 @@ def _fill_response(row: at.Table, region: _Region, omega: Fraction) -> None:
         far = complex(float(damping) + rate, float(omega))
     gap = complex(float(real), float(imaginary)) / far
     row[at.GAP_RE], row[at.GAP_IM] = gap.real, gap.imag
+
+
+def _mark_simple(row: at.Table, responses: at.Table) -> None:
+    """Mark a region where one harmonic, away from resonance, meets an oscillating mass."""
+    kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
+    if len(responses) == 1 and responses[0, at.NEAR] == 0.0:
+        row[at.SIMPLE] = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
+        row[at.PLAIN] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING}

@@ -18,6 +18,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import start_faults
 from percuss.motion.outcome import Outcome
 from percuss.motion.progress import Progress
+from percuss.motion.reach import never_meets
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["MOST_IMPACTS", "simulate"]
@@ -119,7 +120,7 @@ class _March:
         self.phases, self.arrival, self.walker = (np.zeros((n, 2)) for _ in range(3))
         capacity = min(limit + 4, FIRST_CAPACITY)
         self.events = np.empty((capacity, columns.EVENT_COLUMNS))
-        self.marks = np.empty((capacity, columns.MARK_COLUMNS), dtype=np.int32)
+        self.marks = np.empty((capacity, columns.MARK_COLUMNS), dtype=np.int64)
         self.grazes = np.empty((16, columns.GRAZE_COLUMNS))
         self.state[columns.T], self.state[columns.X], self.state[columns.V] = t0, x0, v0
         self.start = (x0, v0)
@@ -152,6 +153,8 @@ class _March:
                     return _OUTCOMES[status]
                 if status == columns.FULL:
                     self._grow()
+                elif end == math.inf and self._is_out_of_reach():
+                    return Outcome.no_more_impacts
                 searched = max(self.state[columns.FREE_BELOW], self.state[columns.HELD])
                 if not watch.go_on(self.last_time + searched, self.counters[columns.N_IMPACTS]):
                     return Outcome.interrupted
@@ -160,6 +163,18 @@ class _March:
         finally:
             watch.close()
 
+    def _is_out_of_reach(self) -> bool:
+        """Tell whether the flight that goes on will provably meet nothing any more."""
+        if self.counters[columns.TOUCHED] != 0:
+            return False
+        state = [float(value) for value in self.state]
+        start = (state[columns.T], state[columns.T_LOW], state[columns.V], state[columns.FORCE])
+        searched = min(state[columns.FREE_BELOW], state[columns.FREE_ABOVE])
+        region = int(self.counters[columns.REGION])
+        return never_meets(
+            self.law, region, state[columns.X], start, self.phases, self.arrival, searched
+        )
+
     def _grow(self) -> None:
         """Make room for more events and grazes."""
         n = len(self.events)
@@ -167,12 +182,12 @@ class _March:
             more = min(n, LARGEST_GROWTH)
             self.events = np.concatenate([self.events, np.empty((more, columns.EVENT_COLUMNS))])
             self.marks = np.concatenate(
-                [self.marks, np.empty((more, columns.MARK_COLUMNS), dtype=np.int32)]
+                [self.marks, np.empty((more, columns.MARK_COLUMNS), dtype=np.int64)]
             )
         if self.counters[columns.N_GRAZES] + 1 > len(self.grazes):
             self.grazes = np.concatenate([self.grazes, np.empty_like(self.grazes)])
 
-    def record(self) -> tuple[Law, tuple[float, float], Table, columns.Integers32, Table]:
+    def record(self) -> tuple[Law, tuple[float, float], Table, columns.Integers, Table]:
         """Return what happened, without the unused room."""
         n = int(self.counters[columns.N_EVENTS])
         grazes = self.grazes[: int(self.counters[columns.N_GRAZES])].copy()

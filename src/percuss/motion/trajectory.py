@@ -59,14 +59,14 @@ class Trajectory:
     contacts: Contacts
     grazes: Grazes
     _events: Table = field(repr=False)
-    _marks: columns.Integers32 = field(repr=False)
+    _marks: columns.Integers = field(repr=False)
 
     @classmethod
     def of_record(
         cls,
         oscillator: Oscillator,
         forcing: Forcing | None,
-        record: tuple[Law, tuple[float, float], Table, columns.Integers32, Table],
+        record: tuple[Law, tuple[float, float], Table, columns.Integers, Table],
         t_end: float,
         outcome: Outcome,
     ) -> Trajectory:
@@ -291,9 +291,7 @@ def _stop_of_bound(oscillator: Oscillator) -> NDArray[np.int64]:
     return np.array([-1 if wall is None else wall for wall in walls], dtype=np.int64)
 
 
-def _impacts(
-    oscillator: Oscillator, table: Law, events: Table, marks: columns.Integers32
-) -> Impacts:
+def _impacts(oscillator: Oscillator, table: Law, events: Table, marks: columns.Integers) -> Impacts:
     which = np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)
     t = events[which, columns.EVENT_T]
     t_low = events[which, columns.EVENT_T_LOW]
@@ -311,7 +309,7 @@ def _impacts(
     )
 
 
-def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers32) -> Crossings:
+def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers) -> Crossings:
     which = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING)
     edges = lines(oscillator).edges
     # Stops that share an edge are crossed together, one line each.
@@ -324,7 +322,7 @@ def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers32)
     return Crossings(t=t, v=v, stop=np.array(stop, dtype=np.int64), direction=direction)
 
 
-def _contacts(oscillator: Oscillator, events: Table, marks: columns.Integers32) -> Contacts:
+def _contacts(oscillator: Oscillator, events: Table, marks: columns.Integers) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
     released = np.flatnonzero(kind == columns.RELEASE)

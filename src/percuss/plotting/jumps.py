@@ -26,7 +26,7 @@ class Jumps(LineCollection):
     of each line would fill each other's gaps and look solid.
     """
 
-    @allow_rasterization
+    @allow_rasterization  # type: ignore[untyped-decorator]
     def draw(self, renderer: RendererBase) -> None:
         """Draw the lines; the offsets follow the size and the limits of the axes."""
         bottoms = [np.asarray(path.vertices)[0] for path in self.get_paths()]

@@ -11,6 +11,7 @@ from percuss.motion.trajectory import Trajectory
 from percuss.plotting.jumps import draw_jumps
 from percuss.plotting.samples import (
     DRAWN_POINTS,
+    Curve,
     distinct_jumps,
     reduce_to_pixels,
     sample_curve,
@@ -52,11 +53,13 @@ def plot_phase_portrait(
     with style():
         ax = axes_for(ax)
         x, v = reduce_to_pixels(curve)
-        # Many flights are drawn finely, so that they stay apart; very long runs stay an image
+        # A long line is drawn finely, so that its loops stay apart; very long ones stay an image
         # inside an SVG, which would be large otherwise.
-        width = float(np.clip(1.2 * math.sqrt(20.0 / (1 + curve.jumps.sum())), 0.35, 1.2))
+        width = float(np.clip(1.2 * math.sqrt(40.0 / (1.0 + _length(curve))), 0.35, 1.2))
         ax.plot(x, v, color=BLUE, linewidth=width, rasterized=x.size > DRAWN_POINTS)
-        ax.plot(curve.x[0], curve.v[0], "o", color=BLUE, markersize=4.5, label="start")
+        # Before the impact of a start that runs into a wall.
+        start = (run.x0, run.v0) if low == run.t0 else (curve.x[0], curve.v[0])
+        ax.plot(*start, "o", color=BLUE, markersize=4.5, label="start")
         _draw_jumps(ax, run, low, high)
         draw_stops(ax, run, curve.x, "x")
         draw_rest_points(ax, run, low, high)
@@ -64,6 +67,12 @@ def plot_phase_portrait(
         ax.set_ylabel(f"velocity $v$ ({units.velocity})")
         fix_ticks(ax)
     return ax
+
+
+def _length(curve: Curve) -> float:
+    """Return the length of the line, in units of the width and the height of the picture."""
+    dx, dv = (np.diff(values) / (np.ptp(values) or 1.0) for values in (curve.x, curve.v))
+    return float(np.hypot(dx, dv)[~curve.jumps[:-1]].sum())
 
 
 def _draw_jumps(ax: Axes, run: Trajectory, low: float, high: float) -> None:

@@ -17,11 +17,13 @@ Ints = npt.NDArray[np.int64]
 
 # A chord of 1/64 of a cycle stays within 0.12 % of the amplitude of its arc.
 POINTS_PER_CYCLE = 64
-FEWEST_POINTS, MOST_POINTS = 17, 4097
+FEWEST_POINTS, MOST_POINTS = 33, 4097
 # More are evaluated only for their extremes; above this the pieces get fewer points each.
 BUDGET = 1_000_000
 # Above this a curve is reduced to what can be seen.
 DRAWN_POINTS = 20_000
+# Larger numbers are not drawn: a picture's arithmetic would overflow.
+LARGEST = 1e150
 # More dashed jumps than this would be a solid block.
 MOST_JUMPS = 2000
 # About one column for every pixel of an axes 7 inches wide at 200 dots per inch.
@@ -74,7 +76,7 @@ def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> 
     Returns
     -------
     Curve
-        At least 64 points a cycle of the fastest part of the motion, 17 between two events,
+        At least 64 points a cycle of the fastest part of the motion, 33 between two events,
         fewer where these would be more than a million.
     """
     low, high = window_of(run, window)
@@ -88,7 +90,10 @@ def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> 
     jumps[ends] = np.isin(t[ends], run.impacts.t)
     # After the last point nothing follows, not even a jump.
     jumps[-1] = False
-    return Curve(t, x, v, jumps)
+    shown = (np.abs(x) < LARGEST) & (np.abs(v) < LARGEST)
+    shown[0] = True
+    x, v = (np.clip(values[shown], -LARGEST, LARGEST) for values in (x, v))
+    return Curve(t[shown], x, v, jumps[shown])
 
 
 def _cuts(run: Trajectory, low: float, high: float) -> Floats:
@@ -107,7 +112,7 @@ def _counts(run: Trajectory, cuts: Floats) -> Ints:
     counts = np.clip(np.ceil(cycles * POINTS_PER_CYCLE) + 1, FEWEST_POINTS, MOST_POINTS)
     if counts.sum() > BUDGET:
         counts = np.clip(counts * (BUDGET / counts.sum()), 5, None)
-    return counts.astype(np.int64)
+    return np.asarray(counts, dtype=np.int64)
 
 
 def _frequencies(run: Trajectory, cuts: Floats) -> Floats:
@@ -121,7 +126,7 @@ def _frequencies(run: Trajectory, cuts: Floats) -> Floats:
             stiffness[beyond] += as_float(stop.stiffness)
     harmonics = () if run.forcing is None else run.forcing.components()
     fastest = max((float(harmonic.omega) for harmonic in harmonics), default=0.0)
-    return np.maximum(np.sqrt(np.abs(stiffness)), fastest)
+    return np.asarray(np.maximum(np.sqrt(np.abs(stiffness)), fastest))
 
 
 def _spread(cuts: Floats, counts: Ints) -> tuple[Floats, Ints]:
@@ -217,7 +222,9 @@ def distinct_jumps(places: Floats, before: Floats, after: Floats) -> Ints:
     if places.size <= MOST_JUMPS:
         return np.arange(places.size)
     stop = np.unique(places, return_inverse=True)[1]
-    codes = (stop * COLUMNS + _pixels(before)) * COLUMNS + _pixels(after)
+    # On one scale: on its own, each would be told apart down to its rounding.
+    ends = _pixels(np.concatenate([before, after]))
+    codes = (stop * COLUMNS + ends[: before.size]) * COLUMNS + ends[before.size :]
     return np.sort(np.unique(codes, return_index=True)[1])
 
 
@@ -226,4 +233,5 @@ def _pixels(values: Floats) -> Ints:
     low, high = values.min(), values.max()
     if high <= low:
         return np.zeros(values.size, dtype=np.int64)
-    return np.minimum((values - low) / (high - low) * COLUMNS, COLUMNS - 1).astype(np.int64)
+    share = (values - low) / (high - low)
+    return np.asarray(np.minimum(share * COLUMNS, COLUMNS - 1), dtype=np.int64)

@@ -90,15 +90,12 @@ def draw_contacts_in_time(
     release = np.where(np.isnan(run.contacts.release), run.t_end, run.contacts.release)
     shown = (start <= high) & (release >= low)
     if shown.any():
-        places = stop_places(run, run.contacts.stop)
-        ax.hlines(
-            np.zeros(shown.sum()) if velocity else places[shown],
-            np.maximum(start[shown], low),
-            np.minimum(release[shown], high),
-            linewidth=3.5,
-            zorder=4.0,
-            **CONTACT_STYLE,
-        )
+        places = stop_places(run, run.contacts.stop[shown])
+        heights = 0.0 * places if velocity else places
+        first, last = np.maximum(start[shown], low), np.minimum(release[shown], high)
+        ax.hlines(heights, first, last, linewidth=3.5, zorder=4.0, color=VERMILION)
+        # A contact may be too short for a line to be seen.
+        ax.plot(first, heights, "s", markersize=4.5, zorder=5.0, **CONTACT_STYLE)
 
 
 def draw_grazes_in_time(

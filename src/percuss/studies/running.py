@@ -19,7 +19,7 @@ from percuss.plotting.motion_figure import plot_motion
 from percuss.plotting.style import Units, offscreen_figure
 from percuss.studies.study import Study
 
-Progress = Callable[[int, int], bool]
+Progress = Callable[[float, float], bool]
 
 
 @dataclass(frozen=True, slots=True)

@@ -120,7 +120,7 @@ class Study:
         return as_float(first), as_float(last)
 
     def text(self) -> str:
-        """Return the study as TOML text, from which `parse_study` makes an equal one."""
+        """Return the study as TOML text, in which `parse_study` finds the same numbers."""
         return study_text(self)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from percuss.kernels.compile import kernel
 from percuss.kernels.flight import Start, move
 from percuss.kernels.law import (
     AMPLITUDE,
@@ -26,7 +25,6 @@ from percuss.kernels.law import (
 )
 
 
-@kernel
 def steady(law: Law, region: int, force: float, phases: Table) -> tuple[float, float, float]:
     """Return the steady motion y and v at the instant of ``phases``, and its largest swing.
 
@@ -55,7 +53,6 @@ def steady(law: Law, region: int, force: float, phases: Table) -> tuple[float, f
     return y, v, swing
 
 
-@kernel
 def envelope(law: Law, region: int, z: float, w: float) -> float:
     """Return a bound on all later displacements of free motion from (z, w)."""
     if law[region, OVERDAMPED] == 1.0:
@@ -66,7 +63,6 @@ def envelope(law: Law, region: int, z: float, w: float) -> float:
     return math.hypot(z, (w + law[region, DAMPING] * z) / law[region, RATE])
 
 
-@kernel
 def never_meets(
     law: Law,
     region: int,

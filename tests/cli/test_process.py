@@ -1,0 +1,112 @@
+"""The command as a process of its own: exit statuses, tracebacks, Ctrl-C, imports."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import percuss as pc
+from percuss.io import load_netcdf, load_record
+
+PERCUSS = [sys.executable, "-m", "percuss"]
+
+# Half a minute of work: a hundred harmonics make each impact slow.
+HARMONICS = "".join(
+    f"[[forcing.harmonics]]\namplitude = 0.1\nomega = {n}.5\n" for n in range(1, 101)
+)
+LONG = f"""\
+[oscillator]
+stiffness = 1
+[[oscillator.stops]]
+type = "wall"
+at = 0
+side = "below"
+{HARMONICS}
+[start]
+x0 = 0
+v0 = 1
+[run]
+max_impacts = 5_000_000
+[draw]
+png = false
+svg = false
+[save]
+csv = false
+"""
+
+
+def percuss(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*PERCUSS, *arguments], cwd=folder, capture_output=True, text=True, check=False
+    )
+
+
+def test_the_module_is_the_command(tmp_path: Path) -> None:
+    done = percuss("--version", folder=tmp_path)
+
+    assert (done.returncode, done.stdout) == (0, f"percuss {pc.__version__}\n")
+
+
+def test_bad_input_ends_with_status_2_and_without_a_traceback(tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("[start]\nx0 = nan\nv0 = 'x'\n[run\n")
+
+    done = percuss("run", "bad.toml", folder=tmp_path)
+
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Traceback" not in done.stderr
+    assert all(line.startswith("bad.toml:") for line in done.stderr.splitlines())
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
+
+
+def test_ctrl_c_keeps_what_was_done_and_ends_with_status_130(tmp_path: Path) -> None:
+    (tmp_path / "long.toml").write_text(LONG)
+    process = subprocess.Popen(
+        [*PERCUSS, "run", "long.toml"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # Shows the bar although nobody looks.
+        env={**os.environ, "FORCE_COLOR": "1", "TERM": "xterm"},
+    )
+    try:
+        # The bar, which appears after two seconds, says that the run has begun.
+        assert process.stderr is not None
+        assert process.stderr.read(1)
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=120)
+    finally:
+        process.kill()
+
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert "interrupted" in out
+    result = tmp_path / "long" / "motion.nc"
+    assert load_record(result).outcome == pc.Outcome.interrupted.value
+    assert load_netcdf(result)["impacts"].to_dataset().sizes["impact"] > 1000
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["--version"]])
+def test_help_loads_nothing_slow(arguments: list[str], tmp_path: Path) -> None:
+    code = (
+        "import sys, percuss.cli\n"
+        f"sys.argv[1:] = {arguments!r}\n"
+        "try:\n    percuss.cli.main()\n"
+        "except SystemExit:\n    pass\n"
+        "slow = {'numpy', 'numba', 'xarray', 'matplotlib', 'h5py', 'scipy'}\n"
+        "print(slow & set(sys.modules), file=sys.stderr)"
+    )
+
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+
+    assert (done.returncode, done.stderr) == (0, "set()\n")
+    assert done.stdout

@@ -1,0 +1,182 @@
+"""What is saved is read back to the bit, and says how to repeat it."""
+
+from __future__ import annotations
+
+import csv
+import importlib.metadata
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import percuss as pc
+from percuss.errors import OutputError
+from percuss.io import (
+    Record,
+    load_netcdf,
+    load_record,
+    make_record,
+    parse_record,
+    save_csv,
+    save_figure,
+    save_netcdf,
+)
+from percuss.io.netcdf import TABLES
+from percuss.motion.trajectory import Trajectory
+from percuss.plotting import offscreen_figure, plot_velocity
+from percuss.studies import load_study, parse_study
+
+Saver = Callable[..., None]
+
+
+def save_picture(run: Trajectory, path: Path, **options: Any) -> None:
+    figure = offscreen_figure(4.0, 3.0)
+    plot_velocity(run, figure.add_subplot())
+    save_figure(figure, path, run=run, **options)
+
+
+SAVERS: dict[str, Saver] = {
+    "run.nc": save_netcdf,
+    "run.csv": save_csv,
+    "run.png": save_picture,
+    "run.svg": save_picture,
+}
+
+
+def test_netcdf_keeps_every_table_to_the_bit(run: Trajectory, tmp_path: Path) -> None:
+    save_netcdf(run, tmp_path / "run.nc", samples=101)
+
+    tree = load_netcdf(tmp_path / "run.nc")
+
+    assert len(run.impacts) > 0
+    assert len(run.crossings) > 0
+    for name, columns in TABLES.items():
+        for column in columns:
+            saved = tree[name][column].to_numpy()
+            np.testing.assert_array_equal(saved, getattr(getattr(run, name), column))
+    t = tree["motion"]["t"].to_numpy()
+    x, v = run(t)
+    np.testing.assert_array_equal(tree["motion"]["x"].to_numpy(), x)
+    np.testing.assert_array_equal(tree["motion"]["v"].to_numpy(), v)
+    assert (t.size, t[0], t[-1]) == (101, run.t0, run.t_end)
+
+
+def test_netcdf_keeps_a_run_without_any_event(tmp_path: Path) -> None:
+    run = pc.simulate(pc.Oscillator(), x0=1.0, t_end=1.0)
+
+    save_netcdf(run, tmp_path / "run.nc")
+
+    tree = load_netcdf(tmp_path / "run.nc")
+    assert [tree[name].to_dataset().sizes[name.removesuffix("s")] for name in TABLES] == [0] * 4
+
+
+def test_a_loaded_file_is_closed_and_may_be_replaced(run: Trajectory, tmp_path: Path) -> None:
+    path = tmp_path / "run.nc"
+    save_netcdf(run, path)
+    tree = load_netcdf(path)
+
+    save_netcdf(run, path, force=True)
+    path.unlink()
+
+    np.testing.assert_array_equal(tree["impacts"]["t"].to_numpy(), run.impacts.t)
+
+
+def test_csv_holds_the_impacts_to_the_bit(run: Trajectory, tmp_path: Path) -> None:
+    save_csv(run, tmp_path / "run.csv")
+
+    with (tmp_path / "run.csv").open() as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+    for column in ("t", "v_before", "v_after", "stop", "cycle", "impulse"):
+        saved = [float(row[column]) for row in rows]
+        np.testing.assert_array_equal(saved, getattr(run.impacts, column))
+
+
+@pytest.mark.parametrize("name", SAVERS)
+def test_every_file_says_how_to_repeat_the_run(name: str, run: Trajectory, tmp_path: Path) -> None:
+    path = tmp_path / name
+    SAVERS[name](run, path, command='percuss run "a b.toml"')
+
+    record = load_record(path)
+    study = load_study(path)
+    again = pc.simulate(
+        study.oscillator,
+        study.forcing,
+        study.start.x0,
+        study.start.v0,
+        study.start.t0,
+        t_end=study.t_end,
+    )
+
+    assert record.command == 'percuss run "a b.toml"'
+    assert record.outcome == run.outcome.value
+    versions = dict(record.versions)
+    assert versions["percuss"] == pc.__version__
+    assert versions["numba"] == importlib.metadata.version("numba")
+    assert set(versions) == {"percuss", "python", "numpy", "numba"}
+    np.testing.assert_array_equal(again.impacts.t, run.impacts.t)
+    np.testing.assert_array_equal(again.crossings.t, run.crossings.t)
+
+
+@pytest.mark.parametrize("name", SAVERS)
+def test_a_study_given_by_the_caller_is_kept_word_for_word(
+    name: str, run: Trajectory, tmp_path: Path
+) -> None:
+    study = '[study]\ntitle = "Größe <&> \\"x\\" # no comment"\n\n[run]\nt_end = 1.0\n'
+
+    SAVERS[name](run, tmp_path / name, study=study)
+
+    assert load_record(tmp_path / name).study == study
+
+
+@pytest.mark.parametrize("name", SAVERS)
+def test_no_format_overwrites_without_force(name: str, run: Trajectory, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text("precious")
+
+    with pytest.raises(OutputError, match="exists already"):
+        SAVERS[name](run, path)
+    assert path.read_text() == "precious"
+
+    SAVERS[name](run, path, force=True)
+    assert load_record(path).outcome == run.outcome.value
+
+
+def test_a_run_that_ended_at_its_impact_limit_is_repeated_by_that_limit() -> None:
+    run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.51, max_impacts=7)
+
+    study = parse_study(make_record(run).study)
+
+    assert (study.run.max_impacts, study.run.t_end) == (7, None)
+
+
+def test_another_picture_format_is_refused(run: Trajectory, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"neither \.png nor \.svg"):
+        save_picture(run, tmp_path / "run.jpg")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", [*SAVERS, "run.txt"])
+def test_a_foreign_file_is_told_in_one_sentence(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_bytes(b"# nothing of ours\n\x00\x01")
+
+    with pytest.raises(ValueError, match=r"no record of percuss|not a result file") as caught:
+        load_record(path)
+
+    assert str(caught.value).startswith(f"{path}: ")
+
+
+words = st.text(st.characters(exclude_categories=["Cs"]), max_size=30)
+
+
+@given(words, words, words)
+def test_a_record_is_read_back_whatever_its_words(command: str, date: str, outcome: str) -> None:
+    versions = (("percuss", "0.1"), ("python", "3"))
+    record = Record("[run]\nt_end = 1\n\n[start]\nx0 = 0\n", command, date, outcome, versions)
+
+    assert parse_record(record.text()) == record

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from tests.motion.adversarial import faults_of, near_grazing_cases
+from tests.motion.one_harmonic import is_right, passes
+from tests.oracle.event_driven import simulate
+from tests.oracle.from_model import problem_of
+
+import percuss as pc
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
+def test_first_event_is_right_down_to_rounding_and_listed_below_it(seed: int) -> None:
+    """Dips and near misses of 1e-15 to 1e-3 of the amplitude; 10,000 of them at night."""
+    cases = list(near_grazing_cases(10_000 if seed else 500, seed))
+
+    found = [fault for case in cases for fault in faults_of(case)]
+
+    assert found == []
+
+
+def test_oracle_finds_the_touches_that_the_turning_points_promise() -> None:
+    """The cases are built and judged at their turning points; here without that knowledge."""
+    for case in near_grazing_cases(40, seed=2):
+        truth = case.truth()
+        problem = problem_of(case.oscillator, case.forcing)
+
+        run = simulate(problem, *case.start, t_end=case.t_end, max_impacts=1)
+
+        events = [*run.impacts.t, *run.crossings.t[:1]]
+        assert (len(events) > 0) == (truth.clearance < 0)
+        if events:
+            assert abs(float(events[0]) - truth.first_touch) <= math.ulp(truth.first_touch)
+
+
+@pytest.mark.parametrize("sign", [-1, 1], ids=["dips", "near misses"])
+def test_shallow_pass_of_one_harmonic_is_an_impact_exactly_when_it_dips(sign: int) -> None:
+    """2,000 dips of 1e-10 to 1e-3 below the wall, and as many passes above it."""
+    wrong = []
+    for case in passes(2000, seed=1, sign=sign):
+        osc, force = pc.impact_oscillator(), pc.cosine(case.omega)
+
+        run = pc.simulate(osc, force, *case.start, t_end=case.t_end, max_impacts=1)
+
+        event = run.impacts.t[0] if len(run.impacts) else None
+        if not is_right(case, event):
+            wrong.append(case)
+    assert wrong == []

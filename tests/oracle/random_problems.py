@@ -1,0 +1,72 @@
+"""Oscillators, forcings and starts of every kind, drawn at random."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import percuss as pc
+
+
+@dataclass(frozen=True)
+class RandomProblem:
+    """What a call of `simulate` takes."""
+
+    oscillator: pc.Oscillator
+    forcing: pc.Forcing
+    start: tuple[float, float, float]
+
+
+def random_problem(seed: int) -> RandomProblem:
+    """Return one problem: any linear regime, up to two walls and two soft stops."""
+    rng = np.random.default_rng(seed)
+    k, a = [
+        (1.0, 0.0),
+        (rng.uniform(0.2, 9), rng.uniform(0, 0.5)),
+        (4.0, 2.0),
+        (rng.uniform(0.2, 4), rng.uniform(2.1, 4)),
+        (0.0, 0.0),
+        (0.0, rng.uniform(0, 0.5)),
+        (-rng.uniform(0, 1), rng.uniform(0, 0.5)),
+    ][rng.integers(0, 7)]
+    low = -rng.uniform(0, 1.5) * rng.integers(0, 2)
+    high = low + rng.uniform(0.3, 2)
+    stops = _stops(rng, float(low), float(high))
+    x, v = low + (high - low) * rng.uniform(0.05, 0.95), rng.uniform(-1.5, 1.5)
+    if stops and rng.random() < 0.2:
+        x = stops[0].at
+        v = v if rng.random() < 0.7 else 0.0
+    t = rng.choice([0.0, rng.uniform(-3, 10)])
+    return RandomProblem(
+        pc.Oscillator(float(k), float(a), tuple(stops)),
+        _forcing(rng),
+        (float(x), float(v), float(t)),
+    )
+
+
+def _stops(rng: np.random.Generator, low: float, high: float) -> list[pc.Wall | pc.SoftStop]:
+    stops: list[pc.Wall | pc.SoftStop] = []
+    if rng.random() < 0.75:
+        stops.append(pc.Wall(low, "below", float(rng.choice([0.0, 0.3, 0.6, 0.8, 0.9, 1.0]))))
+    if rng.random() < 0.4:
+        stops.append(pc.Wall(high, "above", float(rng.choice([0.0, 0.3, 0.6, 0.8, 1.0]))))
+    for _ in range(rng.integers(0, 3)):
+        # Some lie at the same place.
+        part = rng.uniform(0.1, 0.9) if rng.random() < 0.8 else 0.5
+        stiffness = rng.choice([rng.uniform(-1, 3), rng.uniform(5, 200)])
+        damping = rng.choice([0.0, rng.uniform(0, 1)])
+        side = "below" if rng.random() < 0.5 else "above"
+        at = low + (high - low) * float(part)
+        stops.append(pc.SoftStop(at, side, float(stiffness), float(damping)))
+    return [stops[i] for i in rng.permutation(len(stops))]
+
+
+def _forcing(rng: np.random.Generator) -> pc.Forcing:
+    parts = []
+    for _ in range(rng.integers(0, 4)):
+        omega = rng.uniform(0.5, 5) if rng.random() < 0.8 else rng.choice([1.0, 2.0, 3.0])
+        quarter = pc.pi_times(int(rng.integers(-2, 3)), 2)
+        phase = float(rng.uniform(-3, 3)) if rng.random() < 0.7 else quarter
+        parts.append(pc.Harmonic(float(rng.uniform(0.2, 1.5)), float(omega), phase))
+    return pc.Forcing(tuple(parts), constant=float(rng.choice([0.0, rng.uniform(-1, 1)])))

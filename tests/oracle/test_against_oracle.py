@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.oracle.event_driven import simulate
+from tests.oracle.from_model import problem_of
+from tests.oracle.random_problems import random_problem
+
+import percuss as pc
+
+# A run of percuss or of the oracle: both have the same tables.
+Run = Any
+Event = tuple[float, str, int, float]
+
+DURATION = 8.0
+# Slower impacts belong to a chatter's tail, which the oracle lists further than percuss.
+SLOW = 1e-3
+# Impacts and soft stops multiply rounding by less than 1e6 in the time and cases chosen.
+TOLERANCE = 1e-9
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(30), pytest.param(range(30, 1500), marks=pytest.mark.nightly)], ids=len
+)
+def test_events_and_motion_are_those_of_the_oracle(seeds: range) -> None:
+    found = [fault for seed in seeds for fault in _differences(seed)]
+
+    assert found == []
+
+
+def _differences(seed: int) -> list[str]:
+    case = random_problem(seed)
+    t0 = case.start[2]
+    end = t0 + DURATION
+    run = pc.simulate(case.oscillator, case.forcing, *case.start, t_end=end, max_impacts=1000)
+    exact = simulate(problem_of(case.oscillator, case.forcing), *case.start, t_end=end, digits=30)
+    ours, theirs = _events(run), _events(exact)
+    found = [
+        f"{case}, seed {seed}: {one}, not {other}"
+        for one, other in zip(ours, theirs, strict=False)
+        if one[1:3] != other[1:3] or _far(one[0], other[0]) or _far(one[3], other[3])
+    ]
+    if len(ours) != len(theirs):
+        found.append(f"{case}, seed {seed}: {len(ours)} events, not {len(theirs)}")
+    times = [t for t in np.linspace(t0, end, 9) if all(abs(t - e[0]) > 1e-6 for e in theirs)]
+    for t in times if not found else []:
+        state, other = run(t), exact(float(t))
+        if _far(float(state[0]), float(other[0])) or _far(float(state[1]), float(other[1])):
+            found.append(f"{case}, seed {seed}: {state} at {t}, not {other}")
+    return found[:1]
+
+
+def _far(one: float, other: float) -> bool:
+    return not math.isclose(one, other, rel_tol=TOLERANCE, abs_tol=TOLERANCE)
+
+
+def _events(run: Run) -> list[Event]:
+    impacts, crossings, contacts = run.impacts, run.crossings, run.contacts
+    found = [
+        (float(t), "impact", int(stop), float(v))
+        for t, stop, v in zip(impacts.t, impacts.stop, impacts.v_before, strict=True)
+        if abs(v) > SLOW
+    ]
+    found += [
+        (float(t), str(direction), int(stop), float(v))
+        for t, stop, v, direction in zip(
+            crossings.t, crossings.stop, crossings.v, crossings.direction, strict=True
+        )
+    ]
+    for kind, times in (("rest", contacts.start), ("release", contacts.release)):
+        found += [
+            (float(t), kind, int(stop), 0.0)
+            for t, stop in zip(times, contacts.stop, strict=True)
+            if not math.isnan(t)
+        ]
+    return sorted(found)

@@ -1,0 +1,196 @@
+"""What a picture shows: stops, contacts, grazes, labels; and what it leaves alone."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.patches import Rectangle
+
+import percuss as pc
+from percuss.motion.trajectory import Trajectory
+from percuss.plotting import (
+    Units,
+    offscreen_figure,
+    plot_displacement,
+    plot_impact_velocities,
+    plot_motion,
+    plot_phase_portrait,
+    plot_velocity,
+)
+from percuss.plotting.style import ORANGE, PURPLE, VERMILION
+
+ALL = [plot_displacement, plot_velocity, plot_phase_portrait, plot_impact_velocities]
+RUNS = ["elastic", "grazing", "chattering", "between_stops"]
+
+
+def new_axes() -> Axes:
+    ax: Axes = offscreen_figure().add_subplot()
+    return ax
+
+
+def hatched(ax: Axes) -> list[Rectangle]:
+    return [patch for patch in ax.patches if isinstance(patch, Rectangle) and patch.get_hatch()]
+
+
+def marks(ax: Axes, colour: str) -> list[tuple[float, float]]:
+    """Return the places of the markers of a colour."""
+    return [
+        (x, y)
+        for line in ax.lines
+        if line.get_marker() != "None" and to_rgba(line.get_markeredgecolor()) == to_rgba(colour)
+        for x, y in np.asarray(line.get_xydata()).tolist()
+    ]
+
+
+@pytest.mark.parametrize(("side", "sign"), [("below", -1.0), ("above", 1.0)])
+def test_the_wall_is_hatched_on_the_side_where_it_lies(side: str, sign: float) -> None:
+    osc = pc.Oscillator(stops=(pc.Wall(0.25, side),))
+    run = pc.simulate(osc, pc.sine(1.3), x0=0.25 - 0.5 * sign, t_end=20.0)
+
+    along_y, along_x = plot_displacement(run, new_axes()), plot_phase_portrait(run, new_axes())
+
+    (strip,) = hatched(along_y)
+    assert sorted([strip.get_y(), strip.get_y() + strip.get_height()])[sign < 0] == 0.25
+    (strip,) = hatched(along_x)
+    assert sorted([strip.get_x(), strip.get_x() + strip.get_width()])[sign < 0] == 0.25
+
+
+def test_a_soft_stop_is_shaded_to_the_edge_of_the_picture(between_stops: Trajectory) -> None:
+    ax = plot_displacement(between_stops, new_axes())
+
+    (region,) = (p for p in ax.patches if p.get_facecolor()[:3] == to_rgba(ORANGE)[:3])
+    assert isinstance(region, Rectangle)
+    assert region.get_y() == 1.0
+    assert region.get_y() + region.get_height() > ax.get_ylim()[1]
+
+
+def test_a_stop_far_from_the_motion_does_not_shrink_it() -> None:
+    run = pc.simulate(pc.impact_oscillator(wall=-100.0), x0=1.0, t_end=10.0)
+
+    ax = plot_displacement(run, new_axes())
+
+    assert ax.get_ylim()[0] > -2.0
+    assert hatched(ax) == []
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_the_whole_motion_is_inside_the_axes(name: str, request: pytest.FixtureRequest) -> None:
+    run = request.getfixturevalue(name)
+    x, v = run(np.linspace(run.t0, run.t_end, 20_001))
+
+    for plot, values in ((plot_displacement, x), (plot_velocity, v)):
+        low, high = plot(run, new_axes()).get_ylim()
+        assert low < values.min()
+        assert values.max() < high
+
+
+def test_contacts_are_marked_from_touchdown_to_release(chattering: Trajectory) -> None:
+    contacts = chattering.contacts
+    assert len(contacts) == 2
+
+    ax = plot_displacement(chattering, new_axes())
+
+    assert marks(ax, VERMILION) == [(start, 0.0) for start in contacts.start]
+    (lines,) = (c for c in ax.collections if tuple(c.get_colors()[0]) == to_rgba(VERMILION))
+    spans = np.array(lines.get_segments())[:, :, 0]
+    np.testing.assert_array_equal(spans, np.stack([contacts.start, contacts.release], axis=1))
+
+
+def test_each_graze_is_marked_where_it_touches(grazing: Trajectory) -> None:
+    assert len(grazing.grazes) == 5
+
+    in_time = plot_displacement(grazing, new_axes())
+    in_phase_plane = plot_phase_portrait(grazing, new_axes())
+
+    assert marks(in_time, PURPLE) == [(t, 0.0) for t in grazing.grazes.t]
+    assert marks(in_phase_plane, PURPLE) == [(0.0, 0.0)]
+
+
+def test_impact_velocities_stand_over_the_cycle(elastic: Trajectory) -> None:
+    ax = plot_impact_velocities(elastic, new_axes())
+
+    points = np.asarray(ax.collections[0].get_offsets())
+    np.testing.assert_allclose(points[:, 1], 0.51, rtol=1e-12)
+    # Impacts at multiples of pi, a period of 2 pi/3; none is drawn a rounding below 1.
+    np.testing.assert_allclose(points[:, 0], np.tile([0.5, 0.0], 5)[: len(points)], atol=1e-8)
+
+
+def test_without_walls_the_entries_into_soft_stops_are_shown() -> None:
+    run = pc.simulate(pc.bilinear_oscillator(stiffness_below=20.0), pc.sine(1.2), t_end=30.0)
+    entries = run.crossings.direction == "in"
+
+    ax = plot_impact_velocities(run, new_axes())
+
+    points = np.asarray(ax.collections[0].get_offsets())
+    np.testing.assert_array_equal(points[:, 1], run.crossings.v[entries])
+    assert "entry" in ax.get_ylabel()
+
+
+def test_free_motion_has_no_cycle_and_stands_over_time() -> None:
+    run = pc.simulate(pc.impact_oscillator(), v0=1.0, t_end=10.0)
+
+    ax = plot_impact_velocities(run, new_axes())
+
+    np.testing.assert_array_equal(np.asarray(ax.collections[0].get_offsets())[:, 0], run.impacts.t)
+    assert ax.get_xlabel().startswith("time")
+
+
+@pytest.mark.parametrize("plot", ALL)
+def test_axes_say_dimensionless_or_the_units(plot, elastic: Trajectory) -> None:  # type: ignore[no-untyped-def]
+    plain = plot(elastic, new_axes())
+    metric = plot(elastic, new_axes(), units=Units("mm", "s"))
+
+    assert "(dimensionless)" in plain.get_ylabel()
+    assert "(mm" in metric.get_ylabel()
+    assert all(ax.get_xlabel() for ax in (plain, metric))
+
+
+def test_a_dollar_in_a_unit_or_title_is_a_dollar(elastic: Trajectory) -> None:
+    figure = plot_motion(elastic, offscreen_figure(), title="a $b", units=Units("$", "$_^"))
+
+    figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_no_text_is_clipped(name: str, request: pytest.FixtureRequest) -> None:
+    figure = plot_motion(request.getfixturevalue(name), offscreen_figure(), title="A title")
+    figure.draw_without_rendering()
+
+    # The labels and ticks of all axes, and the title and the legend beside them.
+    boxes = [ax.get_tightbbox() for ax in figure.findobj(Axes)]
+    boxes += [artist.get_window_extent() for artist in (*figure.texts, *figure.legends)]
+    assert len(boxes) == 5 + 2
+    page = figure.bbox
+    for box in boxes:
+        assert box is not None
+        assert page.x0 <= box.x0 < box.x1 <= page.x1
+        assert page.y0 <= box.y0 < box.y1 <= page.y1
+
+
+def test_drawing_changes_no_setting_of_matplotlib(elastic: Trajectory) -> None:
+    before = mpl.rcParams.copy()
+
+    plot_motion(elastic)
+
+    assert dict(mpl.rcParams) == dict(before)
+    mpl.pyplot.close("all")
+
+
+def test_drawing_on_given_axes_leaves_the_rest_of_their_figure_alone(elastic: Trajectory) -> None:
+    left, right = offscreen_figure().subplots(1, 2)
+
+    assert plot_velocity(elastic, left) is left
+
+    assert not right.has_data()
+
+
+def test_naming_the_package_does_not_import_matplotlib() -> None:
+    code = "import sys, percuss.plotting; sys.exit('matplotlib' in sys.modules)"
+
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

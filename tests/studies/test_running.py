@@ -1,0 +1,106 @@
+"""Running a study writes what it asks for, all of it or nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.errors import OutputError
+from percuss.io import load_netcdf, load_record
+from percuss.studies import Draw, Limits, Save, Study, load_study, output_files, run_study, running
+
+
+def study_of(**options: object) -> Study:
+    options = {"run": Limits(t_end="10*pi"), "title": "n = 3", **options}
+    return Study(
+        pc.impact_oscillator(), pc.cosine(3, phase="-pi/2"), pc.Start(0, "0.51"), **options
+    )
+
+
+def names_in(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_all_files_of_a_study_are_written_and_hold_the_study(tmp_path: Path) -> None:
+    study = study_of()
+
+    result = run_study(study, tmp_path / "out", command="percuss run n3.toml")
+
+    assert result.files == output_files(study, tmp_path / "out")
+    assert names_in(tmp_path / "out") == {"motion.nc", "impacts.csv", "motion.png", "motion.svg"}
+    for file in result.files:
+        assert load_study(file) == study
+        assert load_record(file).command == "percuss run n3.toml"
+    assert result.impact_times.kind == "eigenset"
+
+
+def test_a_study_is_repeated_from_any_of_its_files_to_the_bit(tmp_path: Path) -> None:
+    first = run_study(study_of(), tmp_path / "a")
+
+    again = run_study(load_study(first.files[0]), tmp_path / "b")
+
+    np.testing.assert_array_equal(again.run.impacts.t, first.run.impacts.t)
+
+
+def test_only_the_files_asked_for_are_written(tmp_path: Path) -> None:
+    study = study_of(save=Save(csv=False, samples=11), draw=Draw(png=False, svg=False))
+
+    run_study(study, tmp_path / "out")
+
+    assert names_in(tmp_path / "out") == {"motion.nc"}
+    assert load_netcdf(tmp_path / "out" / "motion.nc")["motion"].to_dataset().sizes == {"t": 11}
+
+
+def test_results_are_not_overwritten_and_the_run_is_not_even_begun(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "impacts.csv").write_text("precious")
+    monkeypatch.setattr(running, "simulate", lambda *_, **__: pytest.fail("simulated"))
+
+    with pytest.raises(OutputError, match=r"impacts\.csv: exists already"):
+        run_study(study_of(), tmp_path)
+
+    assert names_in(tmp_path) == {"impacts.csv"}
+
+
+def test_force_replaces_its_own_files_and_touches_no_others(tmp_path: Path) -> None:
+    study = study_of(draw=Draw(svg=False))
+    for name in ("motion.nc", "impacts.csv", "motion.svg", "notes.txt"):
+        (tmp_path / name).write_text("old")
+
+    run_study(study, tmp_path, force=True)
+
+    assert (tmp_path / "notes.txt").read_text() == "old"
+    # This study draws no SVG, so the one that is there belongs to another.
+    assert (tmp_path / "motion.svg").read_text() == "old"
+    assert load_study(tmp_path / "impacts.csv") == study
+
+
+def test_a_failure_while_writing_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(running, "write_figure", fail)
+
+    with pytest.raises(OutputError, match="no space left"):
+        run_study(study_of(), tmp_path / "out")
+
+    assert names_in(tmp_path) == set()
+
+
+def test_a_run_that_is_stopped_is_written_as_far_as_it_came(tmp_path: Path) -> None:
+    study = study_of(run=Limits(max_impacts=5_000_000), draw=Draw(png=False, svg=False))
+
+    result = run_study(study, tmp_path / "out", progress=lambda *_: False)
+
+    assert result.run.outcome.name == "interrupted"
+    assert 0 < len(result.run.impacts) < 5_000_000
+    saved = load_netcdf(tmp_path / "out" / "motion.nc")
+    np.testing.assert_array_equal(saved["impacts"]["t"].to_numpy(), result.run.impacts.t)
+    assert load_record(tmp_path / "out" / "impacts.csv").outcome == result.run.outcome.value
+    assert load_study(tmp_path / "out" / "motion.nc") == study

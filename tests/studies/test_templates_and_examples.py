@@ -1,0 +1,116 @@
+"""Every study file that comes with percuss runs, and is what it says."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.errors import ParameterError
+from percuss.motion.trajectory import Trajectory
+from percuss.studies import Study, load_study, parse_study, template_names, template_text
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+
+
+def run_of(study: Study) -> Trajectory:
+    start = study.start
+    run: Trajectory = pc.simulate(
+        study.oscillator,
+        study.forcing,
+        start.x0,
+        start.v0,
+        start.t0,
+        t_end=study.t_end,
+        max_impacts=study.run.max_impacts,
+    )
+    return run
+
+
+def example(name: str) -> Study:
+    (path,) = (path for path in EXAMPLES if path.stem == name)
+    return load_study(path)
+
+
+@pytest.mark.parametrize("name", template_names())
+def test_a_template_runs_to_its_end_and_meets_its_stops(name: str) -> None:
+    study = parse_study(template_text(name))
+
+    run = run_of(study)
+
+    assert run.outcome.name == "reached_t_end"
+    assert len(run.impacts) + len(run.crossings) >= 10
+
+
+@pytest.mark.parametrize("name", template_names())
+def test_the_ends_that_a_template_names_are_those_of_its_periods(name: str) -> None:
+    text = template_text(name)
+
+    t_end = float(text.split("or t_end = ")[1].split()[0])
+
+    assert parse_study(text).t_end == pytest.approx(t_end, abs=0.05)
+
+
+@pytest.mark.parametrize("name", template_names())
+def test_what_a_template_calls_a_default_is_one(name: str) -> None:
+    text = template_text(name)
+
+    short = text[: text.index("# What follows may be left out")]
+
+    assert parse_study(short) == parse_study(text)
+
+
+def test_an_unknown_template_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(ParameterError, match="backlash, ball, bilinear, impact"):
+        template_text("spring")
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_says_what_it_is_and_how_to_run_it(path: Path) -> None:
+    study = load_study(path)
+
+    assert study.title
+    assert f"percuss run {path.name}" in path.read_text()
+    assert run_of(study).outcome.name == "reached_t_end"
+
+
+def test_the_third_harmonic_stays_on_the_eigenset_above_its_critical_velocity() -> None:
+    """Dyskin et al. 2012, fig. 6a."""
+    run = run_of(example("n3_above"))
+
+    assert pc.classify_impact_times(run).kind == "eigenset"
+    # 30 impacts in [0, 30 pi]: the last one at its very end.
+    np.testing.assert_allclose(run.impacts.t, np.arange(1, 31)[: len(run.impacts)] * math.pi)
+    np.testing.assert_allclose(run.impacts.v_after, 0.51, rtol=1e-12)
+
+
+def test_the_third_harmonic_leaves_the_eigenset_below_its_critical_velocity() -> None:
+    """Dyskin et al. 2012, fig. 6b."""
+    assert pc.classify_impact_times(run_of(example("n3_below"))).kind != "eigenset"
+
+
+def test_the_half_harmonic_grows_like_the_square_root_of_time() -> None:
+    """Dyskin et al. 2012, figs 10 and 11: 0.61 sqrt(t), fitted by eye."""
+    impacts = run_of(example("half_harmonic")).impacts
+
+    late = impacts.t > 200.0
+    assert impacts.v_after[late] == pytest.approx(0.61 * np.sqrt(impacts.t[late]), rel=0.12)
+
+
+def test_the_moored_buoy_slams_into_its_line_once_a_wave_in_the_end() -> None:
+    run = run_of(example("mooring"))
+
+    entries = run.crossings.t[run.crossings.direction == "in"]
+    assert np.diff(entries[-10:]) == pytest.approx(2 * math.pi / 0.7854, rel=1e-2)
+
+
+def test_the_example_of_the_ball_is_the_ball_on_a_table() -> None:
+    osc, force = pc.ball_on_table(1, 120, gravity=9810, restitution="0.8")
+    study = example("ball")
+
+    table = pc.simulate(osc, force, x0=5, v0=-120, t_end=1)
+
+    np.testing.assert_array_equal(run_of(study).impacts.t, table.impacts.t)
