@@ -12,30 +12,134 @@ forcing, follow the motion with `simulate`, draw it with `percuss.plotting`.
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    # For type checkers: at run time a name's module is loaded at the name's first use, since
+    # numba and xarray take long.
+    from percuss.errors import MissingExtraError as MissingExtraError
+    from percuss.errors import OutputError as OutputError
+    from percuss.errors import ParameterError as ParameterError
+    from percuss.errors import PercussError as PercussError
+    from percuss.errors import StudyError as StudyError
+    from percuss.io import load_netcdf as load_netcdf
+    from percuss.io import save_csv as save_csv
+    from percuss.io import save_netcdf as save_netcdf
+    from percuss.model import Forcing as Forcing
+    from percuss.model import Harmonic as Harmonic
+    from percuss.model import Oscillator as Oscillator
+    from percuss.model import SoftStop as SoftStop
+    from percuss.model import Start as Start
+    from percuss.model import Wall as Wall
+    from percuss.model import backlash_oscillator as backlash_oscillator
+    from percuss.model import ball_on_table as ball_on_table
+    from percuss.model import bilinear_oscillator as bilinear_oscillator
+    from percuss.model import cosine as cosine
+    from percuss.model import fourier as fourier
+    from percuss.model import impact_oscillator as impact_oscillator
+    from percuss.model import pi_times as pi_times
+    from percuss.model import sine as sine
+    from percuss.motion import Contacts as Contacts
+    from percuss.motion import Crossings as Crossings
+    from percuss.motion import Grazes as Grazes
+    from percuss.motion import Impacts as Impacts
+    from percuss.motion import ImpactTimes as ImpactTimes
+    from percuss.motion import Outcome as Outcome
+    from percuss.motion import Trajectory as Trajectory
+    from percuss.motion import classify_impact_times as classify_impact_times
+    from percuss.motion import eigenset as eigenset
+    from percuss.motion import resonant_frequency as resonant_frequency
+    from percuss.motion import simulate as simulate
 
 __version__ = "0.1.0"
 
-# Where each public name lives; its module is loaded at its first use.
+__all__ = [
+    "Contacts",
+    "Crossings",
+    "Forcing",
+    "Grazes",
+    "Harmonic",
+    "ImpactTimes",
+    "Impacts",
+    "MissingExtraError",
+    "Oscillator",
+    "Outcome",
+    "OutputError",
+    "ParameterError",
+    "PercussError",
+    "SoftStop",
+    "Start",
+    "StudyError",
+    "Trajectory",
+    "Wall",
+    "__version__",
+    "backlash_oscillator",
+    "ball_on_table",
+    "bilinear_oscillator",
+    "classify_impact_times",
+    "cosine",
+    "eigenset",
+    "fourier",
+    "impact_oscillator",
+    "load_netcdf",
+    "pi_times",
+    "resonant_frequency",
+    "save_csv",
+    "save_netcdf",
+    "simulate",
+    "sine",
+]
+
 _HOMES = {
-    "errors": ("MissingExtraError", "OutputError", "ParameterError",
-               "PercussError", "StudyError"),
-    "model": ("Forcing", "Harmonic", "Oscillator", "SoftStop", "Start", "Wall",
-              "backlash_oscillator", "ball_on_table", "bilinear_oscillator", "cosine", "fourier",
-              "impact_oscillator", "pi_times", "sine"),
-    "motion": ("Contacts", "Crossings", "Grazes", "ImpactTimes", "Impacts", "Outcome",
-               "Trajectory", "classify_impact_times", "eigenset", "resonant_frequency", "simulate"),
-    "io": ("load_netcdf", "save_csv", "save_netcdf"),
-}  # fmt: skip
+    "percuss.errors": (
+        "MissingExtraError",
+        "OutputError",
+        "ParameterError",
+        "PercussError",
+        "StudyError",
+    ),
+    "percuss.io": (
+        "load_netcdf",
+        "save_csv",
+        "save_netcdf",
+    ),
+    "percuss.model": (
+        "Forcing",
+        "Harmonic",
+        "Oscillator",
+        "SoftStop",
+        "Start",
+        "Wall",
+        "backlash_oscillator",
+        "ball_on_table",
+        "bilinear_oscillator",
+        "cosine",
+        "fourier",
+        "impact_oscillator",
+        "pi_times",
+        "sine",
+    ),
+    "percuss.motion": (
+        "Contacts",
+        "Crossings",
+        "Grazes",
+        "ImpactTimes",
+        "Impacts",
+        "Outcome",
+        "Trajectory",
+        "classify_impact_times",
+        "eigenset",
+        "resonant_frequency",
+        "simulate",
+    ),
+}
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 _SUBPACKAGES = ("errors", "io", "model", "motion", "plotting", "studies")
-
-__all__ = ["__version__", *sorted(_HOME_OF)]
 
 
 def __getattr__(name: str) -> Any:
     if name in _HOME_OF:
-        return getattr(importlib.import_module(f"percuss.{_HOME_OF[name]}"), name)
+        return getattr(importlib.import_module(_HOME_OF[name]), name)
     if name in _SUBPACKAGES:
         return importlib.import_module(f"percuss.{name}")
     raise AttributeError(f"module 'percuss' has no attribute {name!r}")

@@ -1,0 +1,1 @@
+"""Numbers in, numbers out: the compiled loops and the formulas they evaluate."""

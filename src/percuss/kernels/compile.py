@@ -23,6 +23,15 @@ from numba.core.dispatcher import Dispatcher
 P = ParamSpec("P")
 R = TypeVar("R")
 
+# `_nrt` is numba's switch for its counted references: kernels allocate nothing, and without it
+# they do not count each array that they hand on, which took most of their time.
+OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": False,
+    "_nrt": False,
+}
+
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function of numbers at its first call, and keep the machine code on disk.
@@ -52,9 +61,7 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     >>> reflected(-2.0, 0.5)
     1.0
     """
-    compiled: Any = numba.njit(nogil=True, error_model="numpy", fastmath=False, _nrt=False)(
-        function
-    )
+    compiled: Any = numba.njit(**OPTIONS)(function)
     if isinstance(compiled, Dispatcher):
         # numba refuses a function for which it finds no writable folder, or no file (a prompt).
         with contextlib.suppress(RuntimeError, OSError):

@@ -7,7 +7,7 @@ import math
 from percuss.kernels.compile import kernel
 from percuss.kernels.doubled import later
 from percuss.kernels.flight import force_and_slopes, force_derivative, set_phases
-from percuss.kernels.law import DAMPING, FORCE_BOUND, LOWER, PERIOD, STIFFNESS, UPPER, Law, Table
+from percuss.kernels.law import DAMPING, FORCE_BOUND, LOWER, PERIOD, QUICKEST, UPPER, Law, Table
 
 ULP = 2.220446049250313e-16
 # Hops are listed until the rest of the chatter lasts this part of the time in which the force
@@ -70,7 +70,7 @@ def chatter_time(
     tau = 2.0 * speed / (pressing * (1.0 - restitution))
     change = side * slope / pressing
     pace = max(abs(change), math.sqrt(law[0, FORCE_BOUND + 2] / pressing))
-    pace = max(pace, max(2.0 * law[region, DAMPING], math.sqrt(abs(law[region, STIFFNESS]))))
+    pace = max(pace, law[region, QUICKEST])
     room = law[region, UPPER] - law[region, LOWER]
     if tau * pace > CHATTER_LIMIT or speed * speed > pressing * room:
         return -1.0, 0.0

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from percuss.kernels.compile import kernel
 from percuss.kernels.contact import chatter_time, push, release_time
 from percuss.kernels.doubled import later
@@ -364,7 +366,7 @@ def note(
     counters: Integers,
     events: Table,
     marks: Integers,
-    kind: int,
+    kind: np.int64,
     bound: int,
     v_before: float,
     v_after: float,

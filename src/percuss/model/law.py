@@ -22,7 +22,7 @@ from percuss.model.harmonics import Component
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import SoftStop, Wall
 
-__all__ = ["Lines", "lines", "law"]
+__all__ = ["Lines", "law", "lines"]
 
 # The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
 # radians: there the cubic through a step's ends is off by 1 % of the amplitude at most.

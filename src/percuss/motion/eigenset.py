@@ -60,7 +60,7 @@ def eigenset(osc: Oscillator, count: int, t0: Exact = 0.0) -> NDArray[np.float64
     if count < 0:
         raise ParameterError("count", count, "negative")
     free, beyond = _half_periods(osc)
-    return as_float(t0) + free + (free + beyond) * np.arange(count)
+    return np.asarray(as_float(t0) + free + (free + beyond) * np.arange(count), dtype=np.float64)
 
 
 def resonant_frequency(osc: Oscillator) -> float:

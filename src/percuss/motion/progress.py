@@ -43,15 +43,11 @@ class Progress:
         if now - self._started > PATIENCE and now - self._shown > RENEWED:
             self._shown, self._line = now, True
             rate = n_impacts / (now - self._started)
-            print(
-                f"\r{share:6.1%}  {n_impacts:,} impacts, {rate:,.0f} a second ",
-                end="",
-                file=sys.stderr,
-                flush=True,
-            )
+            sys.stderr.write(f"\r{share:6.1%}  {n_impacts:,} impacts, {rate:,.0f} a second ")
+            sys.stderr.flush()
         return True
 
     def close(self) -> None:
         """End the line, if there is one."""
         if self._line:
-            print(file=sys.stderr)
+            sys.stderr.write("\n")

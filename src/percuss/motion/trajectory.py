@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
@@ -279,7 +280,7 @@ class Trajectory:
         return energy_at(self.oscillator, x, v)
 
 
-def _dataset(data: dict[str, object], coords: dict[str, object], outcome: str) -> Dataset:
+def _dataset(data: Mapping[str, object], coords: Mapping[str, object], outcome: str) -> Dataset:
     import xarray
 
     return xarray.Dataset(data, coords=coords, attrs={"outcome": outcome})

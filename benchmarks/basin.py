@@ -1,0 +1,65 @@
+"""W4: 200 forcing periods from each of 200 x 200 starts, x'' + x = cos 2.8 t, r = 0.8."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from tests.oracle.event_driven import simulate
+from tests.oracle.from_model import problem_of
+
+import percuss as pc
+from benchmarks.report import Report, installed
+from benchmarks.timing import race
+
+OSCILLATOR, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.8)
+T_END = 200 * 2 * math.pi / 2.8
+STARTS = [(float(x), float(v)) for x in np.linspace(0, 3, 201)[1:] for v in np.linspace(-3, 3, 200)]
+SOME = [STARTS[i] for i in np.random.default_rng(0).choice(len(STARTS), 1000, replace=False)]
+FEW, ONE = SOME[:50], SOME[:1]
+
+
+def run(report: Report) -> None:
+    """Time the basin's motions through plain calls of `simulate`."""
+    report.section(
+        "W4: a basin's motions",
+        "x'' + x = cos 2.8 t, wall at 0, r = 0.8; 200 forcing periods from 1,000 random ones of "
+        "200 x 200 starts in [0, 3] x [-3, 3], one call of `simulate` each; heyoka does 50 of "
+        "them, SciPy one.",
+    )
+    for start in SOME[:5]:
+        expected = simulate(problem_of(OSCILLATOR, FORCE), *start, max_impacts=8)
+        found = pc.simulate(OSCILLATOR, FORCE, *start, max_impacts=8).impacts
+        # Chaos multiplies the first rounding by less than a thousand in eight impacts.
+        np.testing.assert_allclose(found.t, [float(t) for t in expected.impacts.t], atol=1e-11)
+
+    counts: dict[str, int] = {}
+    contenders = {"percuss": lambda: counts.update(percuss=_impacts_of(SOME))}
+    if installed("heyoka"):
+        from benchmarks.heyoka_peer import Impacts
+
+        peer = Impacts()
+        contenders["heyoka"] = lambda: counts.update(
+            heyoka=sum(len(peer.run(10**6, 2.8, 0.0, 0.8, s, T_END)[0]) for s in FEW)
+        )
+    if installed("scipy"):
+        from benchmarks import scipy_peer
+
+        contenders["SciPy"] = lambda: counts.update(
+            SciPy=sum(len(scipy_peer.impacts(10**4, 2.8, 0.0, 0.8, s, T_END)[0]) for s in ONE)
+        )
+    taken = race(contenders)
+    motions = {"percuss": len(SOME), "heyoka": len(FEW), "SciPy": len(ONE)}
+    each = {name: taken[name] / motions[name] for name in taken}
+    for name in taken:
+        whole = each[name] * len(STARTS)
+        report.line(f"{name}, a motion of 200 periods", f"{each[name] * 1e3:.3g} ms")
+        report.line(f"{name}, whole basin, extrapolated", f"{whole:,.1f} s")
+        if name != "percuss":
+            report.ratio(f"{name} : percuss", each[name] / each["percuss"])
+    per_impact = taken["percuss"] / counts["percuss"]
+    report.line("percuss, ns per impact", f"{per_impact * 1e9:.0f} ns")
+
+
+def _impacts_of(starts: list[tuple[float, float]]) -> int:
+    return sum(len(pc.simulate(OSCILLATOR, FORCE, *start, t_end=T_END).impacts) for start in starts)

@@ -1,0 +1,165 @@
+"""heyoka's Taylor integrator with its event detection, at full tolerance."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+# Slower than this, with the force pushing in, the body is set to rest until the force turns:
+# without such a rule heyoka falls through the wall where impacts accumulate.
+SLOWEST = 1e-9
+
+
+class Bounce:
+    """The callback of an impact: takes v to -r v, and keeps the event."""
+
+    def __init__(self) -> None:
+        self.begin(1, 1.0)
+
+    def begin(self, limit: int, restitution: float) -> None:
+        self.t: list[float] = []
+        self.v: list[float] = []
+        self.limit, self.restitution = limit, restitution
+
+    def __call__(self, ta: Any, _: int) -> bool:
+        t, v = ta.time, ta.state[1]
+        self.t.append(t)
+        self.v.append(v)
+        after = -self.restitution * v
+        ta.state[0] = 0.0
+        ta.state[1] = after
+        if after < SLOWEST and _force(ta, t) <= 0.0:
+            return False
+        return len(self.t) < self.limit
+
+    def __deepcopy__(self, _: object) -> Bounce:
+        # The integrator copies its callbacks; the lists must stay the same.
+        return self
+
+
+def _force(ta: Any, t: float) -> float:
+    return float(math.cos(ta.pars[0] * t + ta.pars[1]))
+
+
+class Impacts:
+    """x'' + x = cos(omega t + phase) on x > 0, with impacts at 0."""
+
+    def __init__(self, *, callback: bool = True) -> None:
+        x, v = hy.make_vars("x", "v")
+        self.bounce = Bounce() if callback else None
+        falling = {"direction": hy.event_direction.negative}
+        event = (
+            hy.t_event(x, callback=self.bounce, **falling) if callback else hy.t_event(x, **falling)
+        )
+        system = [(x, v), (v, hy.cos(hy.par[0] * hy.time + hy.par[1]) - x)]
+        self.ta = hy.taylor_adaptive(system, [0.0, 0.0], t_events=[event], pars=[1.0, 0.0])
+
+    def _begin(self, omega: float, phase: float, x: float, v: float, t: float) -> None:
+        self.ta.pars[:] = (omega, phase)
+        self.ta.time = t
+        self.ta.state[:] = (x, v)
+        self.ta.reset_cooldowns()
+
+    def run(
+        self,
+        n: int,
+        omega: float,
+        phase: float,
+        restitution: float,
+        start: tuple[float, float],
+        t_end: float = 1e300,
+    ) -> tuple[Floats, Floats]:
+        """Return times and velocities before the first n impacts, by the callback."""
+        bounce, ta = self.bounce, self.ta
+        assert bounce is not None
+        bounce.begin(n, restitution)
+        self._begin(omega, phase, *start, 0.0)
+        while len(bounce.t) < n and ta.time < t_end:
+            ta.propagate_until(min(t_end, ta.time + 1e9))
+            if bounce.t and ta.time == bounce.t[-1] and len(bounce.t) < n:
+                ta.time = _next_push(omega, phase, ta.time)
+                ta.state[:] = (0.0, 0.0)
+                ta.reset_cooldowns()
+        return np.array(bounce.t), np.array(bounce.v)
+
+    def run_restarted(
+        self, n: int, omega: float, phase: float, start: tuple[float, float]
+    ) -> tuple[Floats, Floats]:
+        """Return the same for elastic impacts: the integrator stops, a loop turns v and goes on."""
+        self._begin(omega, phase, *start, 0.0)
+        state, go_on = self.ta.state, self.ta.propagate_until
+        times, speeds = [], []
+        for _ in range(n):
+            go_on(1e300)
+            times.append(self.ta.time)
+            speeds.append(state[1])
+            state[0] = 0.0
+            state[1] = -state[1]
+        return np.array(times), np.array(speeds)
+
+    def call_back(self, n: int) -> None:
+        """Call the callback n times outside of the integration, for what it takes alone."""
+        assert self.bounce is not None
+        self.bounce.begin(n + 1, 1.0)
+        for _ in range(n):
+            self.bounce(self.ta, -1)
+
+    def first_event(
+        self, omega: float, start: tuple[float, float, float], t_end: float
+    ) -> float | None:
+        """Return the time of the first fall through 0 of cos(omega t) driven motion."""
+        self._begin(omega, 0.0, *start)
+        outcome = self.ta.propagate_until(t_end)[0]
+        return None if outcome == hy.taylor_outcome.time_limit else float(self.ta.time)
+
+
+def _next_push(omega: float, phase: float, t: float) -> float:
+    """Return when cos(omega t + phase) next turns positive."""
+    turns = math.ceil((omega * t + phase) / (2 * math.pi) - 0.75)
+    return ((turns + 0.75) * 2 * math.pi - phase) / omega
+
+
+class Bilinear:
+    """x'' + k(x) x = sin t from rest, k = 1 above 0: an event at 0 switches k."""
+
+    # From x = v = x'' = 0 heyoka 7.13 finds the event at the start for ever.
+    BEGIN = 0.1
+
+    def __init__(self, stiffness_below: float) -> None:
+        x, v = hy.make_vars("x", "v")
+        peer = self
+
+        class Switch:
+            def __call__(self, ta: Any, direction: int) -> bool:
+                ta.pars[0] = 1.0 if direction > 0 else peer.stiffness_below
+                ta.state[0] = 0.0
+                return True
+
+            def __deepcopy__(self, _: object) -> Switch:
+                return self
+
+        self.stiffness_below = stiffness_below
+        system = [(x, v), (v, hy.sin(hy.time) - hy.par[0] * x)]
+        event = hy.t_event(x, callback=Switch())
+        self.ta = hy.taylor_adaptive(system, [0.0, 0.0], t_events=[event], pars=[1.0])
+
+    def positions(self, t: Floats) -> Floats:
+        """Return x at the times t."""
+        first = int(np.searchsorted(t, self.BEGIN))
+        s = float(t[first])
+        self.ta.pars[0] = 1.0
+        self.ta.time = s
+        self.ta.state[:] = (float(_from_rest(s)), s * math.sin(s) / 2)
+        self.ta.reset_cooldowns()
+        rest = self.ta.propagate_grid(t[first:])[-1][:, 0]
+        return np.concatenate([_from_rest(t[:first]), rest])
+
+
+def _from_rest(t: Floats | float) -> Floats:
+    return np.asarray((np.sin(t) - t * np.cos(t)) / 2)

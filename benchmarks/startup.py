@@ -1,0 +1,59 @@
+"""From nothing to a result: imports, the command line, a warm and a cold cache."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from benchmarks.report import Report
+from benchmarks.timing import REPEATS
+
+IMPORT = "import time; a = time.perf_counter(); import percuss; print(time.perf_counter() - a)"
+SIMULATE = (
+    "import percuss as pc; "
+    "print(pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.51, t_end=94.25).impacts.t[29])"
+)
+THIRTY_PI = 94.24777960769379
+
+
+def run(report: Report) -> None:
+    """Time whole processes."""
+    report.section("Start", "Whole processes but for the first line; medians of seven.")
+    imports = [float(_output("-c", IMPORT)) for _ in range(REPEATS + 1)]
+    report.below("import percuss", statistics.median(imports[1:]), 0.2, "s")
+    report.below("percuss --help", _seconds("-m", "percuss", "--help"), 0.3, "s")
+    assert float(_output("-c", SIMULATE)) == THIRTY_PI
+    report.below("import and simulate, warm cache", _seconds("-c", SIMULATE), 0.8, "s")
+    report.below("the same, cold cache", _cold_seconds(), 8.0, "s")
+
+
+def _output(*arguments: str, cache: str | None = None) -> str:
+    environment = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
+    command = [sys.executable, *arguments]
+    return subprocess.run(
+        command, check=True, capture_output=True, text=True, env=environment, cwd=Path.home()
+    ).stdout
+
+
+def _seconds(*arguments: str) -> float:
+    times = []
+    for _ in range(REPEATS + 1):
+        start = time.perf_counter()
+        _output(*arguments)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times[1:])
+
+
+def _cold_seconds() -> float:
+    times = []
+    for _ in range(3):
+        with tempfile.TemporaryDirectory() as cache:
+            start = time.perf_counter()
+            assert float(_output("-c", SIMULATE, cache=cache)) == THIRTY_PI
+            times.append(time.perf_counter() - start)
+    return statistics.median(times)
