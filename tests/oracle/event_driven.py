@@ -174,6 +174,7 @@ class _March:
         Up to there it is the same with and without the soft stops that begin here.
         """
         c = taylor_of_state(*self._law(), mp.zero, self.x, self.v, ORDER)
+        # Nothing is what is below the digits beside quantities of order one.
         scale = 1 + sum(h.amplitude for h in self.harmonics) + abs(self.constant)
         for n in range(1, ORDER + 1):
             if abs(c[n]) > self.tiny * scale:

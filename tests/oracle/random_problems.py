@@ -1,4 +1,4 @@
-"""Oscillators, forcings and starts of every kind, drawn at random."""
+"""Oscillators, forcings and starts of every kind, drawn at random, and some at rest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import percuss as pc
 
 
 @dataclass(frozen=True)
-class RandomProblem:
+class Motion:
     """What a call of `simulate` takes."""
 
     oscillator: pc.Oscillator
@@ -18,8 +18,8 @@ class RandomProblem:
     start: tuple[float, float, float]
 
 
-def random_problem(seed: int) -> RandomProblem:
-    """Return one problem: any linear regime, up to two walls and two soft stops."""
+def random_motion(seed: int) -> Motion:
+    """Return one motion: any linear regime, up to two walls and two soft stops."""
     rng = np.random.default_rng(seed)
     k, a = [
         (1.0, 0.0),
@@ -38,7 +38,7 @@ def random_problem(seed: int) -> RandomProblem:
         x = stops[0].at
         v = v if rng.random() < 0.7 else 0.0
     t = rng.choice([0.0, rng.uniform(-3, 10)])
-    return RandomProblem(
+    return Motion(
         pc.Oscillator(float(k), float(a), tuple(stops)),
         _forcing(rng),
         (float(x), float(v), float(t)),
@@ -70,3 +70,21 @@ def _forcing(rng: np.random.Generator) -> pc.Forcing:
         phase = float(rng.uniform(-3, 3)) if rng.random() < 0.7 else quarter
         parts.append(pc.Harmonic(float(rng.uniform(0.2, 1.5)), float(omega), phase))
     return pc.Forcing(tuple(parts), constant=float(rng.choice([0.0, rng.uniform(-1, 1)])))
+
+
+_SOFT, _WALL = pc.SoftStop(0.0, "below", 3.0), pc.Wall(0.0, "below", 0.5)
+_SPRING, _NO_SPRING = 1.0, 0.0
+
+# Starts at, or flights away from, a stop where no force acts: nothing must happen there twice.
+FORCE_FREE = {
+    f"{what}, k = {k:g}": Motion(pc.Oscillator(k, 0.0, (stop,)), pc.Forcing(), start)
+    for k in (_SPRING, _NO_SPRING)
+    for what, stop, start in (
+        ("at rest on the edge of a soft stop", _SOFT, (0.0, 0.0, 0.0)),
+        ("at rest on a wall", _WALL, (0.0, 0.0, 0.0)),
+        ("away from a soft stop", _SOFT, (0.0, 1.0, 0.0)),
+        ("away from a wall", _WALL, (0.0, 1.0, 0.0)),
+        ("into a soft stop", _SOFT, (1.0, -1.0, 0.0)),
+        ("into a wall", _WALL, (1.0, -1.0, 0.0)),
+    )
+}

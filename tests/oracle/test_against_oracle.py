@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.oracle.event_driven import simulate
 from tests.oracle.from_model import problem_of
-from tests.oracle.random_problems import random_problem
+from tests.oracle.random_problems import FORCE_FREE, Motion, random_motion
 
 import percuss as pc
 
@@ -26,30 +26,34 @@ TOLERANCE = 1e-9
     "seeds", [range(30), pytest.param(range(30, 1500), marks=pytest.mark.nightly)], ids=len
 )
 def test_events_and_motion_are_those_of_the_oracle(seeds: range) -> None:
-    found = [fault for seed in seeds for fault in _differences(seed)]
+    found = [fault for seed in seeds for fault in _differences(random_motion(seed))]
 
     assert found == []
 
 
-def _differences(seed: int) -> list[str]:
-    case = random_problem(seed)
+@pytest.mark.parametrize("name", FORCE_FREE)
+def test_without_forces_nothing_happens_at_a_stop_but_what_the_oracle_says(name: str) -> None:
+    assert _differences(FORCE_FREE[name]) == []
+
+
+def _differences(case: Motion) -> list[str]:
     t0 = case.start[2]
     end = t0 + DURATION
     run = pc.simulate(case.oscillator, case.forcing, *case.start, t_end=end, max_impacts=1000)
     exact = simulate(problem_of(case.oscillator, case.forcing), *case.start, t_end=end, digits=30)
     ours, theirs = _events(run), _events(exact)
     found = [
-        f"{case}, seed {seed}: {one}, not {other}"
+        f"{case}: {one}, not {other}"
         for one, other in zip(ours, theirs, strict=False)
         if one[1:3] != other[1:3] or _far(one[0], other[0]) or _far(one[3], other[3])
     ]
     if len(ours) != len(theirs):
-        found.append(f"{case}, seed {seed}: {len(ours)} events, not {len(theirs)}")
+        found.append(f"{case}: {len(ours)} events, not {len(theirs)}")
     times = [t for t in np.linspace(t0, end, 9) if all(abs(t - e[0]) > 1e-6 for e in theirs)]
     for t in times if not found else []:
         state, other = run(t), exact(float(t))
         if _far(float(state[0]), float(other[0])) or _far(float(state[1]), float(other[1])):
-            found.append(f"{case}, seed {seed}: {state} at {t}, not {other}")
+            found.append(f"{case}: {state} at {t}, not {other}")
     return found[:1]
 
 

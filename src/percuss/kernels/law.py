@@ -55,6 +55,7 @@ BOUND_OF_X, BOUND_OF_V = 27, 28  # see flight.derivative_bound
 TWICE_PER_RATE, PER_STIFFNESS = 29, 30  # 2 / RATE and 1 / K, 0 where infinite
 # 1 where there is one harmonic and nothing singular, and where moreover one wall is all there is.
 SIMPLE, PLAIN = 31, 32
+LOWER_ENTRY, UPPER_ENTRY = 33, 34  # 1 where passing the edge from here enters a soft stop
 
 # Values of a bound's kind: at infinity, a wall, the edge of a soft stop.
 NOTHING, WALL, EDGE = 0.0, 1.0, 2.0
@@ -66,4 +67,4 @@ GAP_RE, GAP_IM = 3, 4  # i w minus that root
 X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN = 5, 6, 7, 8  # (x, v) after a step, from the force's
 STEP_COS, STEP_SIN = 9, 10  # two parts at its start; and the turn of its phase
 
-COLUMNS = 33
+COLUMNS = 35

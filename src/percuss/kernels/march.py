@@ -19,12 +19,14 @@ from percuss.kernels.law import (
     EDGE,
     FIRST_HARMONIC,
     LOWER,
+    LOWER_ENTRY,
     LOWER_FORCE,
     LOWER_KIND,
     LOWER_RESTITUTION,
     NUMBER,
     PLAIN,
     UPPER,
+    UPPER_ENTRY,
     UPPER_FORCE,
     UPPER_KIND,
     UPPER_RESTITUTION,
@@ -269,6 +271,7 @@ def cross(
     """Pass the edge of a soft stop: the velocity stays, springs and dashpots change."""
     region = counters[REGION]
     bound = int(law[region, NUMBER])
+    counters[N_IMPACTS] += int(law[region, UPPER_ENTRY if side > 0.0 else LOWER_ENTRY])
     if side > 0.0:
         state[X] = law[region, UPPER]
         bound += 1

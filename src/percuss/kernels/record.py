@@ -21,7 +21,7 @@ MOVING, REACHED_END, REACHED_LIMIT, AT_REST, OVERFLOW, NO_MORE, FULL, SPENT = ra
 T, T_LOW, X, V, FORCE, FREE_BELOW, FREE_ABOVE, HELD, FASTEST = range(9)
 STATE_ENTRIES = 9
 # Entries of the counters: the region's row; the wall touched, as the sign of its normal (0 in
-# flight); and what was recorded.
+# flight); and how many events, impacts or entries into soft stops, and grazes there were.
 REGION, TOUCHED, N_EVENTS, N_IMPACTS, N_GRAZES = range(5)
 COUNTERS = 5
 

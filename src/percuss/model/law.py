@@ -165,6 +165,9 @@ def _fill_bounds(row: at.Table, oscillator: Oscillator, bounds: Lines, number: i
         (number, at.LOWER, at.LOWER_KIND, at.LOWER_RESTITUTION, -math.inf),
         (number + 1, at.UPPER, at.UPPER_KIND, at.UPPER_RESTITUTION, math.inf),
     )
+    entries = ((number, at.LOWER_ENTRY, "below"), (number + 1, at.UPPER_ENTRY, "above"))
+    for i, entry, side in entries:
+        row[entry] = any(oscillator.stops[k].side == side for k in bounds.edges[i])
     row[at.NUMBER] = number
     for i, place, kind, restitution, infinity in columns:
         position, wall = bounds.at[i], bounds.wall[i]

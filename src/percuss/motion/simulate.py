@@ -18,7 +18,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import start_faults
 from percuss.motion.outcome import Outcome
 from percuss.motion.progress import Progress
-from percuss.motion.reach import never_meets
+from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["MOST_IMPACTS", "simulate"]
@@ -68,8 +68,8 @@ def simulate(
     t_end
         Time of the end [time], after t0.
     max_impacts
-        Number of impacts after which to stop, >= 1. Without it the run stops at ten million,
-        which elastic hops on a wall can reach.
+        Number of impacts after which to stop, >= 1; an entry into a soft stop counts as one.
+        Without it the run stops at ten million, which elastic hops on a wall can reach.
     progress
         True shows a line on the error stream for runs longer than two seconds; a function
         ``(done, total) -> bool`` is called now and then, and stops the run by returning False.
@@ -153,7 +153,7 @@ class _March:
                     return _OUTCOMES[status]
                 if status == columns.FULL:
                     self._grow()
-                elif end == math.inf and self._is_out_of_reach():
+                elif self._look_far(end) == math.inf and end == math.inf:
                     return Outcome.no_more_impacts
                 searched = max(self.state[columns.FREE_BELOW], self.state[columns.HELD])
                 if not watch.go_on(self.last_time + searched, self.counters[columns.N_IMPACTS]):
@@ -163,17 +163,28 @@ class _March:
         finally:
             watch.close()
 
-    def _is_out_of_reach(self) -> bool:
-        """Tell whether the flight that goes on will provably meet nothing any more."""
+    def _look_far(self, end: float) -> float:
+        """Move on the search of a long flight; return how far it is free of events."""
         if self.counters[columns.TOUCHED] != 0:
-            return False
+            return 0.0
         state = [float(value) for value in self.state]
         start = (state[columns.T], state[columns.T_LOW], state[columns.V], state[columns.FORCE])
         searched = min(state[columns.FREE_BELOW], state[columns.FREE_ABOVE])
-        region = int(self.counters[columns.REGION])
-        return never_meets(
-            self.law, region, state[columns.X], start, self.phases, self.arrival, searched
+        if searched == 0.0:
+            return 0.0
+        longest = end - state[columns.T]
+        free = free_until(
+            self.law,
+            int(self.counters[columns.REGION]),
+            state[columns.X],
+            start,
+            self.phases,
+            searched,
+            longest,
         )
+        for side in (columns.FREE_BELOW, columns.FREE_ABOVE):
+            self.state[side] = max(self.state[side], min(free, longest))
+        return free
 
     def _grow(self) -> None:
         """Make room for more events and grazes."""
