@@ -17,8 +17,11 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 from tests.oracle.curves import Flight, Force, Harmonic
+from tests.oracle.event_driven import Soft, Wall, number
+from tests.oracle.from_model import problem_of
 
 import percuss as pc
+from percuss.model import Side
 
 Floats = NDArray[np.float64]
 # A row of drawn numbers for each flight.
@@ -75,23 +78,20 @@ class Case:
             return Truth(float(t0 + s), float(clearance), float(t0 + touch), float(abs(speed)))
 
     def _flight(self) -> tuple[Flight, int]:
-        x, v, t0 = (mpmath.mpf(value) for value in self.start)
-        a, k = mpmath.mpf(self.oscillator.damping), mpmath.mpf(self.oscillator.stiffness)
-        constant = mpmath.mpf(self.forcing.constant)
-        for stop in self.oscillator.stops:
-            if isinstance(stop, pc.SoftStop) and (x - stop.at) * inward_of(stop) > 0:
-                a += mpmath.mpf(stop.damping)
-                k += mpmath.mpf(stop.stiffness)
-                constant += mpmath.mpf(stop.stiffness) * mpmath.mpf(stop.at)
-        parts = []
-        for h in self.forcing.harmonics:
-            c, s = mpmath.cos_sin(mpmath.mpf(h.phase))
-            parts.append(Harmonic(mpmath.mpf(h.omega), h.amplitude * c, -h.amplitude * s))
-        flight = Flight(a, k, Force(constant, tuple(parts), t0), x, v, DIGITS)
-        return flight, inward_of(self.oscillator.stops[self.stop])
+        problem = problem_of(self.oscillator, self.forcing)
+        x, v, t0 = (number(value) for value in self.start)
+        a, k, constant = map(number, (problem.damping, problem.stiffness, problem.constant))
+        for stop in problem.stops:
+            if isinstance(stop, Soft) and (x - number(stop.at)) * inward_of(stop) > 0:
+                a += number(stop.damping)
+                k += number(stop.stiffness)
+                constant += number(stop.stiffness) * number(stop.at)
+        parts = tuple(Harmonic(number(h.omega), h.cos, h.sin) for h in problem.harmonics)
+        flight = Flight(a, k, Force(constant, parts, t0), x, v, DIGITS)
+        return flight, inward_of(problem.stops[self.stop])
 
 
-def inward_of(stop: pc.Wall | pc.SoftStop) -> int:
+def inward_of(stop: Wall | Soft) -> int:
     """Return the direction of motion into a stop."""
     return 1 if stop.side == "above" else -1
 
@@ -183,12 +183,13 @@ def _taylor(d: Draws, t: Floats, x: Floats, v: Floats, order: int) -> Floats:
 def _case(row: Draws, rng: np.random.Generator) -> Case:
     """Return the case of a row, with stops around its flight, mirrored at random."""
     mirror = rng.choice([-1.0, 1.0])
-    below, above = ("below", "above") if mirror == 1 else ("above", "below")
+    below: Side = "below" if mirror == 1 else "above"
+    above: Side = "above" if mirror == 1 else "below"
     level = float(mirror * row["level"])
     far = float(mirror * (row["level"] + row["highest"] + rng.uniform(0.01, 1)))
     constant = float(mirror * row["constant"])
     soft = bool(rng.random() < 0.3)
-    grazed = (
+    grazed: pc.Wall | pc.SoftStop = (
         pc.SoftStop(level, below, float(rng.uniform(-1, 50)), float(rng.uniform(0, 1)))
         if soft
         else pc.Wall(level, below, float(rng.choice([0.0, 0.6, 1.0])))
@@ -199,11 +200,10 @@ def _case(row: Draws, rng: np.random.Generator) -> Case:
         # What the stop adds is taken from the force, so that the flight is as it was built.
         constant -= float(row["soft_k"]) * far
     else:
-        stops += [
-            [],
-            [pc.Wall(far, above, 0.8)],
-            [pc.SoftStop(far, above, 30.0, 0.1)],
-        ][int(rng.integers(0, 3))]
+        others: list[pc.Wall | pc.SoftStop | None]
+        others = [pc.Wall(far, above, 0.8), pc.SoftStop(far, above, 30.0, 0.1), None]
+        other = others[int(rng.integers(0, 3))]
+        stops += [] if other is None else [other]
     if rng.random() < 0.5:
         stops.reverse()
     parts = tuple(

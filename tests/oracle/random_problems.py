@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import percuss as pc
+from percuss.model import Side
 
 
 @dataclass(frozen=True)
@@ -33,15 +34,16 @@ def random_motion(seed: int) -> Motion:
     low = -rng.uniform(0, 1.5) * rng.integers(0, 2)
     high = low + rng.uniform(0.3, 2)
     stops = _stops(rng, float(low), float(high))
-    x, v = low + (high - low) * rng.uniform(0.05, 0.95), rng.uniform(-1.5, 1.5)
+    x = float(low + (high - low) * rng.uniform(0.05, 0.95))
+    v = float(rng.uniform(-1.5, 1.5))
     if stops and rng.random() < 0.2:
-        x = stops[0].at
+        x = float(stops[0].at)
         v = v if rng.random() < 0.7 else 0.0
     t = rng.choice([0.0, rng.uniform(-3, 10)])
     return Motion(
         pc.Oscillator(float(k), float(a), tuple(stops)),
         _forcing(rng),
-        (float(x), float(v), float(t)),
+        (x, v, float(t)),
     )
 
 
@@ -56,7 +58,7 @@ def _stops(rng: np.random.Generator, low: float, high: float) -> list[pc.Wall | 
         part = rng.uniform(0.1, 0.9) if rng.random() < 0.8 else 0.5
         stiffness = rng.choice([rng.uniform(-1, 3), rng.uniform(5, 200)])
         damping = rng.choice([0.0, rng.uniform(0, 1)])
-        side = "below" if rng.random() < 0.5 else "above"
+        side: Side = "below" if rng.random() < 0.5 else "above"
         at = low + (high - low) * float(part)
         stops.append(pc.SoftStop(at, side, float(stiffness), float(damping)))
     return [stops[i] for i in rng.permutation(len(stops))]

@@ -194,3 +194,10 @@ def test_naming_the_package_does_not_import_matplotlib() -> None:
     code = "import sys, percuss.plotting; sys.exit('matplotlib' in sys.modules)"
 
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("x0", [0.0, 1e-300, 1e300])
+def test_a_motion_of_any_size_is_drawn(x0: float) -> None:
+    run = pc.simulate(pc.Oscillator(stiffness=-1.0), x0=x0, t_end=5.0)
+
+    plot_motion(run, offscreen_figure()).draw_without_rendering()

@@ -14,11 +14,12 @@ from typing import Any
 import mpmath
 
 import percuss as pc
+from percuss.model import Side
 
 # A run of percuss or of the oracle: both have impacts.t, crossings.v, ..., and run(t).
 Run = Any
 
-SIDES = {"lower": "below", "upper": "above"}
+SIDES: dict[str, Side] = {"lower": "below", "upper": "above"}
 # Starts that are given as formulas, which no exact number can hold: 40 digits do.
 with mpmath.workdps(40):
     FORMULAS = {

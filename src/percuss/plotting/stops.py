@@ -50,7 +50,7 @@ def draw_stops(ax: Axes, run: Trajectory, x: Floats, axis: Literal["x", "y"]) ->
     near = _nearby(run, x)
     places = [as_float(stop.at) for stop in near]
     low, high = min([x.min(), *places]), max([x.max(), *places])
-    margin = MARGIN * (high - low) or 0.5
+    margin = MARGIN * (high - low) or 0.5 * max(abs(low), 1.0)
     low, high = low - margin, high + margin
     (ax.set_xlim if axis == "x" else ax.set_ylim)(low, high)
     for stop in near:
