@@ -54,6 +54,10 @@ def _differences(case: Motion) -> list[str]:
         state, other = run(t), exact(float(t))
         if _far(float(state[0]), float(other[0])) or _far(float(state[1]), float(other[1])):
             found.append(f"{case}: {state} at {t}, not {other}")
+    half = max(1, len(run.impacts) // 2)
+    part = pc.simulate(case.oscillator, case.forcing, *case.start, t_end=end, max_impacts=half)
+    if not np.array_equal(part.impacts.t, run.impacts.t[:half]):
+        found.append(f"{case}: {len(part.impacts)} impacts for max_impacts = {half}")
     return found[:1]
 
 

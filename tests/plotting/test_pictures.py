@@ -13,6 +13,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
 
 import percuss as pc
+from percuss.model import Side
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import (
     Units,
@@ -49,7 +50,7 @@ def marks(ax: Axes, colour: str) -> list[tuple[float, float]]:
 
 
 @pytest.mark.parametrize(("side", "sign"), [("below", -1.0), ("above", 1.0)])
-def test_the_wall_is_hatched_on_the_side_where_it_lies(side: str, sign: float) -> None:
+def test_the_wall_is_hatched_on_the_side_where_it_lies(side: Side, sign: float) -> None:
     osc = pc.Oscillator(stops=(pc.Wall(0.25, side),))
     run = pc.simulate(osc, pc.sine(1.3), x0=0.25 - 0.5 * sign, t_end=20.0)
 

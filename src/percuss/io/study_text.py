@@ -65,21 +65,14 @@ def oscillator_table(oscillator: Oscillator) -> Table:
 def forcing_table(forcing: Forcing) -> Table:
     """Return a forcing as a ``[forcing]`` table, a Fourier sum by its coefficients."""
     table: Table = {"constant": number(forcing.constant)}
-    terms = [part for part in forcing.harmonics if isinstance(part, FourierTerm)]
     if forcing.base is not None:
-        cos, sin = (
-            {term.n: number(value) for term, value in pairs}
-            for pairs in (
-                [(term, term.cos) for term in terms],
-                [(term, term.sin) for term in terms],
-            )
-        )
-        orders = range(1, max(cos, default=0) + 1)
+        terms = {part.n: part for part in forcing.harmonics if isinstance(part, FourierTerm)}
+        row = [terms.get(n, FourierTerm(n)) for n in range(1, max(terms, default=0) + 1)]
         return {
             **table,
             "omega": number(forcing.base),
-            "cos": [cos.get(n, 0.0) for n in orders],
-            "sin": [sin.get(n, 0.0) for n in orders],
+            "cos": [number(term.cos) for term in row],
+            "sin": [number(term.sin) for term in row],
         }
     harmonics = [
         {

@@ -191,6 +191,10 @@ def begin(
     heading = v
     if v == 0.0:
         heading = push(law, constant_force(law, region, x), phases)
+    if heading == 0.0:
+        # Nothing ever moves it.
+        state[FREE_BELOW] = math.inf
+        state[FREE_ABOVE] = math.inf
     if x == law[region, UPPER] and law[region, UPPER_KIND] == EDGE and heading > 0.0:
         region += 1 + n
     state[FORCE] = constant_force(law, region, x)

@@ -78,10 +78,15 @@ def next_event(
     reach = (law[region, LOWER] - x, law[region, UPPER] - x)
     step = law[region, STEP]
     s = min(free[0], free[1])
+    if s >= longest:
+        return NONE, longest, 0.0, 0.0, 0.0, free
     if step == 0.0:
         end = s + fall_time(start[2], start[3], reach, longest)
-        found = look(law, region, start, phases, arrival, reach, free, end)
-        return found if found[0] != NONE else (NONE, longest, 0.0, 0.0, 0.0, free)
+        if end > s:
+            found = look(law, region, start, phases, arrival, reach, free, end)
+            if found[0] != NONE:
+                return found
+        return NONE, longest, 0.0, 0.0, 0.0, free
     y = 0.0
     v = start[2]
     if s > 0.0:
