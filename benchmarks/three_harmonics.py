@@ -18,7 +18,8 @@ OSCILLATOR = pc.Oscillator(
     ),
 )
 FORCE = pc.fourier(2.0, cos=(1.0, 0.3, 0.1), sin=(0.2, 0.0, 0.15))
-N = 100_000
+# Impacts and entries into the soft stop, which come in turn.
+N = 200_000
 
 
 def run(report: Report) -> None:
@@ -29,19 +30,21 @@ def run(report: Report) -> None:
         "and damping.",
     )
     expected = simulate(problem_of(OSCILLATOR, FORCE), 0.5, 0.0, max_impacts=20)
-    found = pc.simulate(OSCILLATOR, FORCE, x0=0.5, max_impacts=20)
+    found = _motion(40)
     for table in ("impacts", "crossings"):
-        times = [float(t) for t in getattr(expected, table).t]
-        assert len(times) >= 10
-        np.testing.assert_allclose(getattr(found, table).t, times, rtol=0, atol=1e-11)
+        times = getattr(found, table).t
+        exact = [float(t) for t in getattr(expected, table).t]
+        assert len(exact) >= len(times) >= 19
+        np.testing.assert_allclose(times, exact[: len(times)], rtol=0, atol=1e-11)
 
-    motion = _motion()
-    taken = race({"percuss": _motion})["percuss"]
-    report.below("percuss, ns per impact (aim)", taken / N * 1e9, 200, "ns")
-    events = N + len(motion.crossings)
-    report.line("crossings per impact", f"{len(motion.crossings) / N:.2f}")
-    report.line("percuss, ns per impact or crossing", f"{taken / events * 1e9:.0f} ns")
+    motion = _motion(N)
+    taken = race({"percuss": lambda: _motion(N)})["percuss"]
+    impacts, crossings = len(motion.impacts), len(motion.crossings)
+    report.below("percuss, ns per impact (aim)", taken / impacts * 1e9, 200, "ns")
+    report.line("crossings per impact", f"{crossings / impacts:.2f}")
+    each = taken / (impacts + crossings)
+    report.line("percuss, ns per impact or crossing", f"{each * 1e9:.0f} ns")
 
 
-def _motion() -> pc.Trajectory:
-    return pc.simulate(OSCILLATOR, FORCE, x0=0.5, max_impacts=N)
+def _motion(n: int) -> pc.Trajectory:
+    return pc.simulate(OSCILLATOR, FORCE, x0=0.5, max_impacts=n)

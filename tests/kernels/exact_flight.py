@@ -45,6 +45,19 @@ class Rest:
         """The row of the one region."""
         return FIRST_HARMONIC + 1
 
+    @property
+    def rate(self) -> Real:
+        """sqrt(abs(K - a^2)): a frequency, or half the difference of two real roots."""
+        return mpmath.sqrt(abs(number(self.stiffness) - number(self.damping) ** 2))
+
+    @property
+    def slowest(self) -> Real:
+        """The rate of the slowest decay, or of the growth."""
+        a = number(self.damping)
+        if number(self.stiffness) >= a * a:
+            return a
+        return abs(number(self.stiffness)) / (a + self.rate)
+
     def free(self, s: float) -> tuple[Real, Real, Real]:
         """Return S, c and D at s."""
         K, a, s = number(self.stiffness), number(self.damping), mpmath.mpf(s)
