@@ -7,6 +7,8 @@ remainder of ``derivative_bound``; docs/theory/first-event.md has the proof.
 
 from __future__ import annotations
 
+import math
+
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import (
     Start,
@@ -23,6 +25,8 @@ from percuss.kernels.law import DAMPING, FORCE_BOUND, STIFFNESS, Law, Table
 NONE, HIT, GRAZE = 0, 1, 2
 # Shapes of the clearance on a piece.
 UNKNOWN, CLEAR, ONE_ZERO, ONE_MINIMUM = 0, 1, 2, 3
+# Pieces of one stretch.
+MOST_PIECES = 10_000
 # A departure is decided by its first derivative that is not zero, up to this order.
 LAST_ORDER = 6
 
@@ -50,9 +54,12 @@ def first_touch(
     doubt = uncertainty(law, region, start, phases, left)
     doubt = 2.0 * max(doubt, uncertainty(law, region, start, phases, right)) + ULP * abs(distance)
     width = right - left
-    while left < right:
+    for _ in range(MOST_PIECES):
         width = min(width, right - left)
         fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
+        if not fourth < math.inf:
+            # Beyond the range of floats; the velocity says so.
+            return HIT, left, math.nan, 0.0, left
         gap = sign * (y - distance)
         speed = sign * v
         shape = shape_of(gap, speed, sign * second, sign * third, fourth, width, doubt)
@@ -61,30 +68,27 @@ def first_touch(
             continue
         after = left + width
         y, v = move(law, region, start, phases, after, arrival)
-        if shape != CLEAR:
-            if sign * (y - distance) <= 0.0:
-                guess = 0.5 * (left + after)
-                s, v = land(
-                    law, region, start, phases, arrival, sign, distance, (left, after, guess)
-                )
-                return HIT, s, v, 0.0, s
-            if shape == ONE_MINIMUM and speed <= 0.0 < sign * v:
-                s, least, error = lowest(
-                    law, region, start, phases, arrival, sign, distance, left, after
-                )
-                if abs(least) <= error:
-                    return GRAZE, s, least, error, after
-                if least < 0.0:
-                    guess = 0.5 * (left + s)
-                    s, v = land(
-                        law, region, start, phases, arrival, sign, distance, (left, s, guess)
-                    )
-                    return HIT, s, v, 0.0, s
-                y, v = move(law, region, start, phases, after, arrival)
+        end = after if shape != CLEAR and sign * (y - distance) <= 0.0 else 0.0
+        if end == 0.0 and shape == ONE_MINIMUM and speed <= 0.0 < sign * v:
+            s, least, error = lowest(
+                law, region, start, phases, arrival, sign, distance, left, after
+            )
+            if abs(least) <= error:
+                return GRAZE, s, least, error, after
+            if least < 0.0:
+                end = s
+            y, v = move(law, region, start, phases, after, arrival)
+        if end > 0.0:
+            bracket = (left, end, 0.5 * (left + end))
+            s, v = land(law, region, start, phases, arrival, sign, distance, bracket)
+            return HIT, s, v, 0.0, s
+        if after >= right:
+            return NONE, right, 0.0, 0.0, right
         second, third = acceleration_and_jerk(law, region, force, arrival, y, v)
         left = after
         width *= 2.0
-    return NONE, right, 0.0, 0.0, right
+    # Never seen: say that nothing is known of the rest.
+    return GRAZE, left, sign * (y - distance), math.inf, right
 
 
 @kernel

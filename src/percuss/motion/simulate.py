@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from percuss.errors import ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
 from percuss.kernels.compile import python_of
-from percuss.kernels.law import N_HARMONICS, Law, Table
+from percuss.kernels.law import FIRST_HARMONIC, HALF_TURNS, N_HARMONICS, TURNS, Law, Table
 from percuss.model.exact import Exact, as_float
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
@@ -29,6 +30,8 @@ MOST_IMPACTS = 10_000_000
 
 # Searches between two looks at the keyboard and the progress, about 20 ms.
 PATIENCE = 50_000
+# Phases are reduced to one turn exactly up to 2**51 quarter turns.
+MOST_PERIODS = 1e14
 FIRST_CAPACITY = 65_536
 LARGEST_GROWTH = 1_000_000
 
@@ -84,8 +87,8 @@ def simulate(
     Raises
     ------
     ParameterError
-        If a number is not finite, the start lies inside a wall, t_end is not after t0, or there
-        is no limit at all.
+        If a number is not finite, the start lies inside a wall, t_end is not after t0 or either
+        later than 1e14 periods, or there is no limit at all.
 
     Examples
     --------
@@ -101,13 +104,30 @@ def simulate(
     raise_first(start_faults(osc, x0, v0, t0, t_end, max_impacts))
     limit = MOST_IMPACTS if max_impacts is None else int(max_impacts)
     end = math.inf if t_end is None else as_float(t_end)
-    march = _March(law(osc, force), as_float(x0), as_float(v0), as_float(t0), limit)
+    table = law(osc, force)
+    _check_times(table, as_float(t0), end)
+    march = _March(table, as_float(x0), as_float(v0), as_float(t0), limit)
     watch = Progress(progress, as_float(t0), end, limit)
     outcome = march.run(end, limit, watch)
     stopped = march.last_time
     if outcome in (Outcome.reached_t_end, Outcome.at_rest) and end < math.inf:
         stopped = end
     return Trajectory.of_record(osc, force, march.record(), stopped, outcome)
+
+
+def _check_times(table: Law, t0: float, t_end: float) -> None:
+    """Refuse times so late that a phase there has no digits left."""
+    n = int(table[0, N_HARMONICS])
+    turns = [*table[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS]]
+    turns += [*(2.0 * table[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS])]
+    fastest = float(max(turns))
+    for name, time in (("t0", t0), ("t_end", t_end)):
+        if abs(time) < math.inf and abs(time) * fastest > MOST_PERIODS:
+            reason = (
+                f"more than {MOST_PERIODS:g} periods of {1.0 / fastest:.3g}; count time from "
+                "nearer by"
+            )
+            raise ParameterError(name, time, reason)
 
 
 class _March:
