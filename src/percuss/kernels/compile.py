@@ -30,6 +30,8 @@ OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "fastmath": False,
     "_nrt": False,
+    # Kernels are called by name, never through a C pointer: a tenth less to compile.
+    "no_cfunc_wrapper": True,
 }
 
 

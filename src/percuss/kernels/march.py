@@ -122,9 +122,12 @@ def march(
         if counters[TOUCHED] != 0:
             status = stay(law, state, counters, phases, events, marks, t_end)
         else:
-            status = fly(
-                law, state, counters, phases, arrival, walker, events, marks, grazes, t_end
-            )
+            start = (state[T], state[T_LOW], state[V], state[FORCE])
+            free = (state[FREE_BELOW], state[FREE_ABOVE])
+            longest = (t_end - state[T]) - state[T_LOW]
+            region = counters[REGION]
+            found = next_event(law, region, state[X], start, phases, arrival, walker, free, longest)
+            status = arrive(law, state, counters, phases, events, marks, grazes, found, longest)
         if counters[N_IMPACTS] >= max_impacts and status == MOVING:
             return REACHED_LIMIT
     return status
@@ -211,26 +214,20 @@ def begin(
 
 
 @kernel
-def fly(
+def arrive(
     law: Law,
     state: Table,
     counters: Integers,
     phases: Table,
-    arrival: Table,
-    walker: Table,
     events: Table,
     marks: Integers,
     grazes: Table,
-    t_end: float,
+    found: tuple[int, float, float, float, float, tuple[float, float]],
+    longest: float,
 ) -> int:
-    """Fly to the next event and through it."""
+    """Go through what `next_event` has found."""
     region = counters[REGION]
-    start = (state[T], state[T_LOW], state[V], state[FORCE])
-    free = (state[FREE_BELOW], state[FREE_ABOVE])
-    longest = (t_end - state[T]) - state[T_LOW]
-    verdict, s, side, value, error, free = next_event(
-        law, region, state[X], start, phases, arrival, walker, free, longest
-    )
+    verdict, s, side, value, error, free = found
     if verdict == NONE or s > longest:
         return REACHED_END if longest < math.inf else NO_MORE
     state[FREE_BELOW], state[FREE_ABOVE] = free

@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from itertools import product
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.kernels import march, sample, steps
+
+# Chatter, contact and release; two walls and soft stops; overdamped; unstable; several harmonics.
+RUNS = """
+import json
+import percuss as pc
+
+def events(run):
+    return {
+        "impacts": [list(run.impacts.t), list(run.impacts.v_before)],
+        "crossings": [list(run.crossings.t), list(run.crossings.v)],
+        "contacts": [list(run.contacts.start), list(run.contacts.release[:-1])],
+        "motion": [list(part) for part in run([0.3, 1.1, run.t_end])],
+    }
+
+two_walls = (pc.Wall(-1.0, "below", 0.7), pc.Wall(1.0, "above", 0.9))
+soft = (pc.SoftStop(0.5, "above", 29.0, 0.3), pc.SoftStop(-0.5, "below", 5.0))
+both = pc.fourier(2.0, cos=(1.0, 0.2), sin=(0.3, 0.1), constant=0.1)
+runs = [
+    pc.simulate(pc.impact_oscillator(0.3), pc.cosine(2.7, constant=-0.8), v0=1.0, t_end=9.0),
+    pc.simulate(pc.Oscillator(1.0, 0.02, (*two_walls, *soft)), both, 0.1, 2.0, t_end=9.0),
+    pc.simulate(pc.impact_oscillator(0.5, damping=3.0), pc.sine(1.0), v0=1.0, t_end=20.0),
+    pc.simulate(pc.Oscillator(-0.5, 0.0, two_walls), both, 0.1, t_end=9.0),
+    pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.51, t_end=30.0),
+]
+print(json.dumps([events(run) for run in runs]))
+"""
+
+
+def run_with(disable_jit: str) -> list[dict[str, list[list[float]]]]:
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": disable_jit}
+    done = subprocess.run(
+        [sys.executable, "-c", RUNS], env=environment, capture_output=True, text=True, check=True
+    )
+    answer: list[dict[str, list[list[float]]]] = json.loads(done.stdout)
+    return answer
+
+
+def test_whole_runs_come_out_the_same_without_the_compiler() -> None:
+    """To a few ulp: libm's functions need not be rounded alike, and impacts multiply errors."""
+    for plain, compiled in zip(run_with("1"), run_with("0"), strict=True):
+        assert len(compiled["impacts"][0]) + len(compiled["crossings"][0]) > 0
+        for name, columns in compiled.items():
+            for column, expected in zip(plain[name], columns, strict=True):
+                np.testing.assert_allclose(column, expected, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
+def test_each_entry_point_is_compiled_once_whatever_the_oscillator() -> None:
+    stops = [
+        pc.Wall(-1.0, "below"),
+        pc.SoftStop(0.5, "above", 3.0, 0.1),
+        pc.SoftStop(-0.5, "below", 3.0),
+        pc.Wall(1.0, "above", 0.5),
+    ]
+    for n, count in product(range(1, 9), range(5)):
+        force = pc.fourier(2.0, cos=(0.3,) * n)
+        run = pc.simulate(
+            pc.Oscillator(1.0, 0.1, tuple(stops[:count])), force, v0=1.0, t_end=5.0
+        )
+        run([1.0, 2.0])
+        run.forces([1.0])
+        run(np.linspace(0.0, 5.0, 20)[::2], "before")
+
+    for entry in (
+        march.march, march.begin, sample.evaluate, sample.cycles, sample.drive, steps.fill_steps
+    ):  # fmt: skip
+        signatures = getattr(entry, "signatures", [None])
+        assert len(signatures) <= 1, (entry, signatures)
