@@ -13,7 +13,7 @@ from tests.kernels.exact_flight import Rest
 
 import percuss as pc
 from percuss.kernels.flight import acceleration_and_jerk, derivative_bound, four_derivatives, move
-from percuss.kernels.law import FIRST_HARMONIC, STEP, Table
+from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, STEP, Table
 from percuss.model.law import law
 
 STATES = st.floats(-10.0, 10.0)
@@ -44,7 +44,8 @@ def test_no_derivative_exceeds_its_bound_within_a_step(
     given_two = ((x, v), (v, second), (second, third))[order]
     step = float(table[region, STEP])
 
-    bound = derivative_bound(table, region, order, *given_two, step)
+    most = float(table[0, FORCE_BOUND + order])
+    bound = derivative_bound(table, region, most, *given_two, step)
 
     arrival = np.empty((1, 2))
     for s in np.linspace(0.0, step, 33):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-import time
+import threading
 from types import FrameType, TracebackType
 from typing import Any, Self
 
@@ -12,6 +12,8 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 # A run that is over sooner needs no bar [s].
 PATIENCE = 2.0
+STARTING = "starting (the first run compiles the engine)"
+RUNNING = "simulating"
 
 
 class Watch:
@@ -22,7 +24,9 @@ class Watch:
     """
 
     def __init__(self) -> None:
-        self._began = time.monotonic()
+        # By a clock of its own: the first run of all compiles the engine and reports nothing yet.
+        self._timer = threading.Timer(PATIENCE, self._show)
+        self._timer.daemon = True
         self._bar: Progress | None = None
         self._task: Any = None
         self._handler: Any = None
@@ -30,26 +34,26 @@ class Watch:
 
     def __call__(self, done: float, total: float) -> bool:
         """Note the progress, and return whether to go on."""
-        if self._bar is None and time.monotonic() - self._began > PATIENCE:
-            self._show()
         if self._bar is not None:
-            self._bar.update(self._task, completed=done, total=total)
+            self._bar.update(self._task, description=RUNNING, completed=done, total=total)
         return not self.is_stopped
 
     def _show(self) -> None:
-        self._bar = Progress(
-            TextColumn("simulating"),
+        bar = Progress(
+            TextColumn("{task.description}"),
             BarColumn(),
             TaskProgressColumn(),
             TimeRemainingColumn(),
             console=Console(stderr=True),
             transient=True,
         )
-        self._task = self._bar.add_task("simulating")
-        self._bar.start()
+        self._task = bar.add_task(STARTING, total=None)
+        bar.start()
+        self._bar = bar
 
     def __enter__(self) -> Self:
         self._handler = signal.signal(signal.SIGINT, self._stop)
+        self._timer.start()
         return self
 
     def __exit__(
@@ -59,6 +63,8 @@ class Watch:
         trace: TracebackType | None,
     ) -> None:
         signal.signal(signal.SIGINT, self._handler)
+        self._timer.cancel()
+        self._timer.join()
         if self._bar is not None:
             self._bar.stop()
 

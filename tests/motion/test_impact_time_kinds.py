@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import percuss as pc
+
+WALL = pc.impact_oscillator()
+
+
+@pytest.mark.parametrize(
+    ("force", "v0", "kind", "pattern"),
+    [
+        (None, 1.0, "eigenset", (1, 0)),
+        (pc.sine(2), 1.0, "eigenset", (1, 1)),
+        (pc.sine(3), 0.51, "eigenset", (2, 3)),
+        (pc.sine(3), 0.45, "periodic", None),
+        (pc.sine(1), 0.0, "approaching_eigenset", (0, 0)),
+    ],
+)
+def test_impact_times_of_the_paper_are_told_apart(
+    force: pc.Forcing | None, v0: float, kind: str, pattern: tuple[int, int] | None
+) -> None:
+    run = pc.simulate(WALL, force, v0=v0, t_end=400.0)
+
+    found = pc.classify_impact_times(run)
+
+    assert found.kind == kind
+    if pattern is not None:
+        assert (found.n_impacts, found.n_periods) == pattern
+
+
+def test_a_pattern_of_gaps_in_the_eigenset_is_a_subset_of_it() -> None:
+    """Equation (10) with m = 2: gaps 2 pi and pi in turn."""
+    gaps = np.tile([2.0, 1.0], 20) * math.pi
+
+    found = pc.classify_impact_times(np.cumsum(gaps), WALL, pc.sine("2/3"))
+
+    assert (found.kind, found.n_impacts, found.n_periods) == ("eigenset_subset", 2, 1)
+    assert found.deviation < 1e-12
+
+
+def test_a_transient_may_come_before_the_period() -> None:
+    osc = pc.impact_oscillator(0.7)
+    run = pc.simulate(osc, pc.sine(2.0), v0=2.0, t_end=600.0)
+
+    found = pc.classify_impact_times(run)
+
+    assert (found.kind, found.n_impacts, found.n_periods) == ("periodic", 1, 1)
+    assert found.n_used < len(run.impacts)
+
+
+def test_irregular_times_have_no_period() -> None:
+    times = np.cumsum(np.random.default_rng(3).uniform(1.0, 5.0, 300))
+
+    assert pc.classify_impact_times(times, WALL, pc.sine(2.0)).kind == "no_period_found"
+
+
+def test_few_times_show_nothing_and_times_must_increase() -> None:
+    assert pc.classify_impact_times([1.0, 2.0, 3.0], WALL).kind == "too_few"
+    with pytest.raises(pc.ParameterError, match="increasing"):
+        pc.classify_impact_times([1.0, 3.0, 2.0], WALL)
+    with pytest.raises(pc.ParameterError, match="oscillator"):
+        pc.classify_impact_times([1.0, 2.0, 3.0])

@@ -1,0 +1,182 @@
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import percuss as pc
+
+MIXED = pc.Oscillator(
+    1.0, 0.02, (pc.Wall(-1.0, "below", 0.7), pc.SoftStop(0.5, "above", 29.0, 0.3))
+)
+
+
+def run_of_all_kinds() -> pc.Trajectory:
+    return pc.simulate(MIXED, pc.sine(2.0, amplitude=2.0), x0=0.2, t_end=60.0)
+
+
+def test_limits_of_the_motion_at_an_impact_are_its_velocities() -> None:
+    run = run_of_all_kinds()
+
+    x, before = run(run.impacts.t, "before")
+    _, after = run(run.impacts.t)
+
+    assert len(run.impacts) > 5
+    np.testing.assert_allclose(x, -1.0, atol=1e-14)
+    np.testing.assert_allclose(before, run.impacts.v_before, atol=1e-13)
+    assert after.tolist() == run.impacts.v_after.tolist()
+    np.testing.assert_allclose(run.impacts.impulse, 1.7 * -before, atol=1e-13)
+
+
+def test_motion_has_the_shape_of_the_times_in_any_order() -> None:
+    run = run_of_all_kinds()
+    t = np.random.default_rng(1).uniform(0.0, 60.0, (7, 5))
+
+    x, v = run(t)
+
+    one_by_one = np.array([[run(s) for s in row] for row in t])
+    assert x.tolist() == one_by_one[..., 0].tolist()
+    assert v.tolist() == one_by_one[..., 1].tolist()
+    assert run([])[0].shape == (0,)
+    assert run(3.0)[0].shape == ()
+
+
+def test_sample_spans_the_run_and_stroboscopic_takes_whole_periods() -> None:
+    run = run_of_all_kinds()
+
+    samples, strobe = run.sample(101), run.stroboscopic()
+
+    assert (float(samples.t[0]), float(samples.t[-1])) == (0.0, 60.0)
+    assert samples.x.to_numpy().tolist() == run(samples.t)[0].tolist()
+    np.testing.assert_allclose(strobe.t, math.pi * np.arange(20), rtol=1e-15)
+    assert strobe.v.to_numpy().tolist() == run(strobe.t)[1].tolist()
+
+
+def test_forces_add_up_to_the_acceleration() -> None:
+    run = run_of_all_kinds()
+    t = np.linspace(0.01, 59.99, 500)
+
+    forces = run.forces(t)
+
+    total = forces.spring + forces.damping + forces.forcing + forces.stops.sum("stop")
+    h = 1e-5
+    slope = (run(t + h)[1] - run(t - h)[1]) / (2 * h)
+    events = np.concatenate([run.impacts.t, run.crossings.t])
+    smooth = np.abs(t[:, None] - events).min(axis=1) > 2 * h
+    np.testing.assert_allclose(total.to_numpy()[smooth], slope[smooth], atol=1e-6)
+
+
+def test_wall_reacts_in_contact_with_what_all_others_push() -> None:
+    run = pc.simulate(
+        pc.impact_oscillator(0.0, wall=0.5), pc.sine(1.0, constant=-2.0), x0=0.5, t_end=3.0
+    )
+
+    forces = run.forces([1.0])
+
+    assert float(forces.stops[0, 0]) == pytest.approx(0.5 + 2.0 - math.sin(1.0), rel=1e-14)
+
+
+def test_energy_counts_the_springs_in_touch() -> None:
+    run = pc.simulate(pc.bilinear_oscillator(stiffness_below=9.0), v0=2.0, t_end=9.0)
+
+    np.testing.assert_allclose(run.energy(np.linspace(0, 9, 50)), 2.0, rtol=1e-13)
+
+
+def test_times_outside_the_run_are_refused_with_its_limits() -> None:
+    run = run_of_all_kinds()
+    for t in (-1e-9, 60.1, math.nan, math.inf, [1.0, 61.0]):
+        with pytest.raises(pc.ParameterError, match=r"outside the run, 0\.0 to 60\.0"):
+            run(t)
+    with pytest.raises(pc.ParameterError, match="neither"):
+        run(1.0, "left")  # type: ignore[arg-type]
+    with pytest.raises(pc.ParameterError, match="two ends"):
+        run.sample(1)
+
+
+def test_everything_public_survives_pickling_and_copying() -> None:
+    run = run_of_all_kinds()
+    values = [
+        run, run.impacts, run.crossings, run.contacts, run.grazes, run.outcome, MIXED,
+        pc.fourier(2.0, cos=(1.0,)), pc.Start(0.0, "0.45"), pc.classify_impact_times(run),
+        pc.ParameterError("a", 1, "b"), pc.OutputError("a", "b"), pc.StudyError(["a"]),
+        pc.MissingExtraError("a", "b"),
+    ]  # fmt: skip
+    for value in values:
+        for twin in (pickle.loads(pickle.dumps(value)), copy.deepcopy(value)):
+            assert type(twin) is type(value)
+            assert str(twin) == str(value)
+    twin = pickle.loads(pickle.dumps(run))
+    t = np.linspace(0.0, 60.0, 100)
+    assert twin(t)[0].tolist() == run(t)[0].tolist()
+    assert twin.impacts.t.tolist() == run.impacts.t.tolist()
+
+
+def test_each_limit_has_its_outcome() -> None:
+    free = pc.impact_oscillator(wall=-2.0)
+    rows: list[tuple[pc.Trajectory, str]] = [
+        (pc.simulate(free, v0=1.0, t_end=9.0), "reached_t_end"),
+        (pc.simulate(free, v0=3.0, max_impacts=9), "reached_max_impacts"),
+        (pc.simulate(free, v0=1.0, max_impacts=9), "no_more_impacts"),
+        (pc.simulate(pc.impact_oscillator(0.5), pc.Forcing(constant=-1.0), 1.0, t_end=99), "at_rest"),
+        (pc.simulate(free, x0=1.0, v0=1e200, t_end=9.0), "overflow"),
+    ]
+    for run, name in rows:
+        assert run.outcome.name == name
+        assert run.outcome.value in repr(run)
+        assert np.isfinite(run.t_end)
+        assert np.isfinite(run.sample(3).x).all()
+
+
+def test_run_that_its_watcher_stops_holds_what_was_done() -> None:
+    shares: list[float] = []
+
+    def watch(done: float, total: float) -> bool:
+        shares.append(done / total)
+        return len(shares) < 3
+
+    run = pc.simulate(
+        pc.impact_oscillator(), pc.sine(3), v0=0.51, max_impacts=3_000_000, progress=watch
+    )
+
+    assert run.outcome is pc.Outcome.interrupted
+    assert 0.0 < shares[0] < shares[1] < shares[2] < 1.0
+    assert 0 < len(run.impacts) < 3_000_000
+    assert run.t_end == run.impacts.t[-1]
+    assert np.isfinite(run(run.t_end)).all()
+
+
+BAD_CALLS: dict[str, tuple[Callable[[pc.Oscillator], Any], str]] = {
+    "x0 not a number": (lambda osc: pc.simulate(osc, x0=math.nan, t_end=1.0), "x0 = nan"),
+    "v0 infinite": (lambda osc: pc.simulate(osc, v0=math.inf, t_end=1.0), "v0 = inf"),
+    "t0 not a number": (lambda osc: pc.simulate(osc, t0=math.nan, t_end=1.0), "t0 = nan"),
+    "inside the wall": (lambda osc: pc.simulate(osc, x0=-1.1, t_end=1.0), "x0 = -1.1: below"),
+    "end before start": (lambda osc: pc.simulate(osc, t0=2.0, t_end=1.0), "t_end = 1.0: not after"),
+    "end at start": (lambda osc: pc.simulate(osc, t0=2.0, t_end=2.0), "t_end = 2.0: not after"),
+    "end infinite": (lambda osc: pc.simulate(osc, t_end=math.inf), "t_end = inf"),
+    "no limit": (lambda osc: pc.simulate(osc), "no limit at all"),
+    "no impacts": (lambda osc: pc.simulate(osc, max_impacts=0), "max_impacts = 0"),
+    "half an impact": (lambda osc: pc.simulate(osc, max_impacts=1.5), "max_impacts = 1.5"),  # type: ignore[arg-type]
+    "negative count": (lambda osc: pc.eigenset(osc, -1), "count = -1"),
+}
+
+
+@pytest.mark.parametrize(("call", "words"), BAD_CALLS.values(), ids=BAD_CALLS.keys())
+def test_bad_input_is_refused_in_one_sentence_with_the_number(
+    call: Callable[[pc.Oscillator], Any], words: str
+) -> None:
+    with pytest.raises(pc.ParameterError) as caught:
+        call(MIXED)
+
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_limit_beyond_all_integers_of_the_machine_is_a_limit() -> None:
+    run = pc.simulate(pc.impact_oscillator(0.5), v0=1.0, t_end=10.0, max_impacts=10**30)
+
+    assert run.outcome is pc.Outcome.reached_t_end
