@@ -8,12 +8,12 @@ import mpmath
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from percuss.kernels.touch import GRAZE, HIT, NONE, departure, first_touch
 from tests.kernels.exact_flight import Rest
 
 import percuss as pc
 from percuss.kernels.flight import acceleration_and_jerk, derivative_bound, four_derivatives, move
 from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, STEP, Table
+from percuss.kernels.touch import GRAZE, HIT, NONE, departure, first_touch
 from percuss.model.law import law
 
 STATES = st.floats(-10.0, 10.0)
@@ -115,7 +115,7 @@ def test_departure_is_decided_by_the_first_derivative_that_is_not_zero() -> None
     ]
     for force, v, leaves in rows:
         table = law(pc.Oscillator(), force)
-        start = (0.0, 0.0, v, float(force.constant))  # type: ignore[arg-type]
+        start = (0.0, 0.0, v, float(force.constant))
         at_zero: Table = np.array([[1.0, 0.0]])
 
         free = departure(table, FIRST_HARMONIC + 1, start, at_zero, 1.0, 0.5)

@@ -75,7 +75,7 @@ def test_sum_of_a_chatter_lies_within_its_error_bound(
 def time_of_hops(osc: pc.Oscillator, force: pc.Forcing, restitution: float, speed: float) -> Real:
     """Return the time that all hops take, one by one until the next are of no account."""
     (part,) = force.components()
-    a, K = mpmath.mpf(float(osc.damping)), mpmath.mpf(float(osc.stiffness))  # type: ignore[arg-type]
+    a, K = mpmath.mpf(float(osc.damping)), mpmath.mpf(float(osc.stiffness))
     w = mpmath.mpf(float(part.omega))
     constant = mpmath.mpf(-2.0)
     t, v, r = mpmath.mpf(0), mpmath.mpf(speed), mpmath.mpf(restitution)

@@ -7,10 +7,10 @@ import mpmath
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from percuss.kernels.angles import cos_sin
-from percuss.kernels.doubled import later, nearest, turns, two_product, two_sum
 
+from percuss.kernels.angles import cos_sin
 from percuss.kernels.compile import python_of
+from percuss.kernels.doubled import later, nearest, turns, two_product, two_sum
 from percuss.model.exact import PI
 
 ULP = 2.0**-52

@@ -186,3 +186,11 @@ def hop(
         rate = mpmath.polyval(over_slopes, s, asc=True)
         s -= mpmath.polyval(over, s, asc=True) / rate
     return t + s, -mpmath.polyval(slopes, s, asc=True)
+
+
+@pytest.mark.parametrize(("v0", "end"), [(-1.0, 2.5), (1.0, 5.0)])
+def test_a_start_on_a_wall_is_seen_where_no_force_acts_at_all(v0: float, end: float) -> None:
+    run = pc.simulate(pc.impact_oscillator(0.5, stiffness=0), x0=0.0, v0=v0, t_end=5.0)
+
+    assert len(run.impacts) == (v0 < 0.0)
+    assert float(run(5.0)[0]) == end

@@ -17,7 +17,7 @@ def test_exact_tangency_is_a_graze_and_changes_nothing() -> None:
     run = pc.simulate(WALL, pc.sine(3), v0=0.5, t_end=30.0)
 
     np.testing.assert_allclose(run.impacts.t, math.pi * np.arange(1, 10), rtol=1e-13)
-    np.testing.assert_allclose(run.grazes.t, math.pi * np.arange(1.5, 9.0, 2.0), rtol=1e-7)
+    np.testing.assert_allclose(run.grazes.t, math.pi * np.arange(1.5, 9.6, 2.0), rtol=1e-7)
     assert (np.abs(run.grazes.clearance) <= run.grazes.error_bound).all()
     assert (run.grazes.error_bound < 1e-13).all()
 
@@ -78,10 +78,8 @@ def test_free_motion_leaves_a_stop_it_starts_on_or_returns_from(
 
 
 def test_chatter_sticks_at_its_accumulation_and_is_released() -> None:
-    """f = -cos(t) from rest at 1: contact until cos(t) < 0 pulls the mass off."""
-    run = pc.simulate(
-        pc.impact_oscillator(0.5), pc.cosine(0.5, amplitude=-1.0), x0=0.5, t_end=4.0
-    )
+    """f = -cos(t / 2): contact until it turns at pi."""
+    run = pc.simulate(pc.impact_oscillator(0.2), pc.cosine(0.5, amplitude=-1.0), x0=0.1, t_end=4.0)
 
     assert len(run.contacts) == 1
     assert run.contacts.release[0] == pytest.approx(math.pi, rel=1e-15)
@@ -90,8 +88,8 @@ def test_chatter_sticks_at_its_accumulation_and_is_released() -> None:
     assert 0.0 < tail < 1e-4
     assert run.contacts.error_bound[0] < 1e-14
     held = np.linspace(run.contacts.start[0], run.contacts.release[0], 20)
-    assert (np.array(run(held)) == 0.0).all()
-    # After the release x is ((t - pi) / 2)^3 * 4 / 3 at first.
+    assert (np.array(run(held[:-1])) == 0.0).all()
+    # After the release x is (t - pi)^3 / 12 at first.
     s = 1e-3
     assert float(run(run.contacts.release[0] + s)[0]) == pytest.approx(s**3 / 12, rel=1e-3)
 
@@ -145,7 +143,7 @@ def test_shallow_visit_to_a_wall_is_two_impacts_a_hair_apart(depth: float) -> No
     """n = 3: the second flight would dip to -depth at 3 pi / 2."""
     run = pc.simulate(WALL, pc.sine(3), v0=0.5 - depth, t_end=5.0)
 
-    # x = (depth-like) parabola with curvature 2 at the turning point (x'' = f - x = 1 there).
+    # At the turning point x'' = f - x = 1.
     assert len(run.impacts) >= 2
     assert run.impacts.t[0] == pytest.approx(math.pi, rel=1e-15)
     first = 1.5 * math.pi - run.impacts.t[1]
@@ -172,9 +170,7 @@ def test_incommensurate_harmonics_have_no_period_and_keep_their_phases() -> None
         run.stroboscopic()
     # The forcing as the run has it, after 1e5 units of time.
     driven = run.forces([1e5])["forcing"].to_numpy()[0]
-    assert driven == pytest.approx(
-        math.sin(1e5) + 0.5 * math.cos(math.sqrt(2.0) * 1e5), abs=1e-9
-    )
+    assert driven == pytest.approx(math.sin(1e5) + 0.5 * math.cos(math.sqrt(2.0) * 1e5), abs=1e-9)
 
 
 def test_soft_stops_that_share_an_edge_act_as_their_sum_and_are_listed_each() -> None:
@@ -192,7 +188,7 @@ def test_soft_stops_that_share_an_edge_act_as_their_sum_and_are_listed_each() ->
 def test_soft_stop_in_front_of_a_wall_is_entered_before_the_wall_is_struck() -> None:
     osc = pc.Oscillator(1.0, 0.0, (pc.Wall(-0.1, "below", 0.9), pc.SoftStop(0.0, "below", 10.0)))
 
-    run = pc.simulate(osc, x0=1.0, max_impacts=1)
+    run = pc.simulate(osc, x0=1.0, t_end=1.7)
 
     assert run.crossings.direction.tolist() == ["in"]
     assert run.crossings.t[0] == pytest.approx(math.pi / 2, rel=1e-15)
@@ -270,9 +266,7 @@ def test_harmonic_as_slow_as_an_unstable_spring_is_fast_keeps_its_digits() -> No
 
     # x'' - x / 4 = cos(t / 2) from rest: x = 2 (cosh(t / 2) - cos(t / 2)).
     t = np.linspace(0.05, 1.0, 20)
-    np.testing.assert_allclose(
-        run(t)[0], 2.0 * (np.cosh(t / 2.0) - np.cos(t / 2.0)), rtol=1e-13
-    )
+    np.testing.assert_allclose(run(t)[0], 2.0 * (np.cosh(t / 2.0) - np.cos(t / 2.0)), rtol=1e-13)
 
 
 def test_far_stop_costs_no_digits_of_the_motion_elsewhere() -> None:

@@ -50,7 +50,7 @@ def test_section_3_eigenset_of_a_bilinear_oscillator_are_its_entries() -> None:
 def test_section_3_there_is_no_eigenset_where_times_depend_on_the_amplitude(
     osc: pc.Oscillator,
 ) -> None:
-    with pytest.raises(pc.ParameterError, match="stops|damping|stiffness"):
+    with pytest.raises(pc.ParameterError, match=r"stops|damping|stiffness"):
         pc.eigenset(osc, 3)
 
 
@@ -130,4 +130,6 @@ def test_equation_36_from_rest_touches_at_whole_periods_and_strikes_between() ->
     soft = [*run.impacts.t[run.impacts.v_after <= 1e-6], *run.grazes.t]
     np.testing.assert_allclose(hard, math.pi * np.arange(1, 13, 2), rtol=1e-13)
     # A displacement of 1e-16 above a parabola is 1e-8 wide.
-    np.testing.assert_allclose(np.unique(np.round(soft, 6)), np.round(math.tau * np.arange(1, 7), 6))
+    np.testing.assert_allclose(
+        np.unique(np.round(soft, 6)), np.round(math.tau * np.arange(1, 7), 6)
+    )

@@ -44,7 +44,7 @@ def test_a_pattern_of_gaps_in_the_eigenset_is_a_subset_of_it() -> None:
 
 def test_a_transient_may_come_before_the_period() -> None:
     osc = pc.impact_oscillator(0.7)
-    run = pc.simulate(osc, pc.sine(2.0), v0=2.0, t_end=600.0)
+    run = pc.simulate(osc, pc.sine(2.5), v0=2.0, t_end=600.0)
 
     found = pc.classify_impact_times(run)
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from hypothesis import assume, given, settings
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 import percuss as pc
 from percuss.model.exact import as_float
+from percuss.model.stops import Side
 
 Floats = NDArray[np.float64]
 
@@ -37,7 +39,8 @@ def oscillators(draw: st.DrawFn) -> pc.Oscillator:
         stops.append(pc.Wall(-1.5, "below", draw(RESTITUTIONS)))
     if draw(st.booleans()):
         stops.append(pc.Wall(1.5, "above", draw(RESTITUTIONS)))
-    for at, side in ((-0.5, "below"), (0.75, "above")):
+    sides: list[tuple[float, Side]] = [(-0.5, "below"), (0.75, "above")]
+    for at, side in sides:
         if draw(st.booleans()):
             stiffness = draw(st.sampled_from([-0.5, 1.0, 50.0, 1e4]))
             stops.append(pc.SoftStop(at, side, stiffness, draw(st.sampled_from([0.0, 0.5]))))
@@ -90,7 +93,7 @@ def work_of(run: pc.Trajectory, osc: pc.Oscillator, force: pc.Forcing) -> float:
     ends = np.unique(ends[np.isfinite(ends) & (ends <= run.t_end)])
     nodes, weights = np.polynomial.legendre.leggauss(24)
     total = 0.0
-    for left, right in zip(ends[:-1], ends[1:], strict=True):
+    for left, right in pairwise(ends):
         # Short against the fastest motion and decay here, 100 rad a unit of time.
         count = math.ceil((right - left) / 0.05)
         edges = np.linspace(left, right, count + 1)

@@ -16,6 +16,8 @@ Run = Any
 Event = tuple[float, str, int, float]
 
 DURATION = 8.0
+# Elastic hops on a wall can be any number.
+MOST = 300
 # Slower impacts belong to a chatter's tail, which the oracle lists further than percuss.
 SLOW = 1e-3
 # Impacts and soft stops multiply rounding by less than 1e6 in the time and cases chosen.
@@ -38,10 +40,12 @@ def test_without_forces_nothing_happens_at_a_stop_but_what_the_oracle_says(name:
 
 def _differences(case: Motion) -> list[str]:
     t0 = case.start[2]
-    end = t0 + DURATION
-    run = pc.simulate(case.oscillator, case.forcing, *case.start, t_end=end, max_impacts=1000)
+    until = t0 + DURATION
+    run = pc.simulate(case.oscillator, case.forcing, *case.start, t_end=until, max_impacts=MOST)
+    end = run.t_end
     exact = simulate(problem_of(case.oscillator, case.forcing), *case.start, t_end=end, digits=30)
-    ours, theirs = _events(run), _events(exact)
+    # The last event of a run that was stopped by its number lies on the end.
+    ours, theirs = ([e for e in _events(r) if e[0] < end - TOLERANCE] for r in (run, exact))
     found = [
         f"{case}: {one}, not {other}"
         for one, other in zip(ours, theirs, strict=False)

@@ -29,9 +29,12 @@ def cos_sin(rate: float, rate_low: float, t: float, t_low: float) -> tuple[float
     quarter = nearest(4.0 * product)
     angle = TWO_PI * ((product - 0.25 * quarter) + (error + (rate * t_low + rate_low * t)))
     z = angle * angle
-    sine = angle + angle * z * (S1 + z * (S2 + z * (S3 + z * (S4 + z * (S5 + z * S6)))))
+    # Summed in pairs (Estrin), so that less waits for less.
+    square = z * z
+    sine = (S1 + z * S2) + square * ((S3 + z * S4) + square * (S5 + z * S6))
+    sine = angle + (angle * z) * sine
     half = 0.5 * z
-    rest = z * z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * C6)))))
+    rest = square * ((C1 + z * C2) + square * ((C3 + z * C4) + square * (C5 + z * C6)))
     whole = 1.0 - half
     cosine = whole + (((1.0 - whole) - half) + rest)
     # A choice without branches: which quarter comes next is as good as random.

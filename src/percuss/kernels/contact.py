@@ -18,7 +18,7 @@ SLOW = 1e-6
 # Force below which its sign is rounding, relative to the sum of its terms.
 FORCE_ROUNDING = 8 * ULP
 # The force's derivatives that are looked at before it counts as zero for ever.
-LAST_ORDER = 6
+LAST_ORDER = 11
 # Steps towards a release before the search hands back.
 RELEASE_STEPS = 4096
 
@@ -76,6 +76,8 @@ def chatter_time(
         return -1.0, 0.0
     tilt = -(change + law[region, DAMPING])
     error = tau * (tau * pace) ** 2 + 4.0 * ULP * tau
+    # The force is a difference of terms that may be far larger.
+    error += FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND]) / pressing * tau
     return tau * (1.0 + tilt * tau / 3.0), error
 
 
@@ -113,7 +115,9 @@ def release_time(
         slope = -sign * slope
         curve = -sign * curve
         if pressing > tolerance:
-            s += (slope + math.sqrt(slope * slope + 2.0 * bend * pressing)) / bend
+            # Divided first: the squares of small forces would underflow.
+            back = slope / bend
+            s += back + math.sqrt(back * back + 2.0 * (pressing / bend))
             continue
         if slope < 0.0 and (curve <= 0.0 or pressing - 0.5 * slope * slope / curve < -tolerance):
             s = max(begin, s - pressing / slope)
@@ -121,5 +125,5 @@ def release_time(
         if pressing < -tolerance:
             return True, s
         # It touches zero, or leaves it upwards: on to where it is seen to be positive again.
-        s += 2.0 * max(0.0, -slope) / bend + math.sqrt(8.0 * tolerance / bend)
+        s += 2.0 * max(0.0, -slope) / bend + math.sqrt(8.0 * (tolerance / bend))
     return False, s

@@ -26,8 +26,10 @@ from percuss.kernels.law import (
     OMEGA,
     ORIGIN,
     ORIGIN_FORCE,
+    QUICKEST,
     RATE,
     SINE,
+    SLOW_ROOT,
     STIFFNESS,
     TURNS,
     TURNS_LOW,
@@ -36,7 +38,7 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
-from percuss.kernels.response import free_response, harmonic_response
+from percuss.kernels.response import SERIES_LIMIT, free_response, harmonic_response
 
 # A flight's start: (t, t_low, velocity, constant force).
 Start: TypeAlias = tuple[float, float, float, float]
@@ -146,7 +148,7 @@ def uncertainty(law: Law, region: int, start: Start, phases: Table, s: float) ->
         omega = law[FIRST_HARMONIC + j, OMEGA]
         # No response to a bounded force exceeds the one to its bound while S >= 0.
         limit = 0.5 * s * s
-        if s * max(law[region, RATE], omega) > 1.0 or law[region, DAMPING] * s > 1.0:
+        if s * max(law[region, QUICKEST], omega) >= SERIES_LIMIT:
             terms = 1.0 + abs(even) + (law[region, DAMPING] + omega) * abs(blow)
             limit = terms * (abs(law[response, GAIN_RE]) + abs(law[response, GAIN_IM]))
             if law[response, NEAR] == 1.0:
@@ -155,7 +157,9 @@ def uncertainty(law: Law, region: int, start: Start, phases: Table, s: float) ->
                     + terms / omega**2
                 )
         size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
-    return ROUNDING * size
+    # A growing exponential has the rounding of its exponent as well.
+    growth = max(0.0, law[region, SLOW_ROOT] * s)
+    return ROUNDING * size * (1.0 + growth / 16.0)
 
 
 @kernel

@@ -14,7 +14,7 @@ from percuss.kernels.flight import (
 from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, OMEGA, QUICKEST, Law, Table
 
 # The last correction is made with the series alone when it is this small a phase.
-SMALL_PHASE = 2e-3
+SMALL_PHASE = 3e-4
 ULP = 2.220446049250313e-16
 MAX_ITERATIONS = 80
 
@@ -97,12 +97,8 @@ def series_root(value: float, first: float, second: float, third: float, fourth:
     c2 = 0.5 * second * over
     c3 = third * over * (1.0 / 6.0)
     c4 = fourth * over * (1.0 / 24.0)
-    # The series of the inverse function, and one step of Newton's method for what it lacks.
-    root = q * (1.0 - q * (c2 - q * (2.0 * c2 * c2 - c3 - q * (5.0 * c2 * (c2 * c2 - c3) + c4))))
-    slope = 1.0 + root * (2.0 * c2 + root * (3.0 * c3 + root * 4.0 * c4))
-    if slope <= 0.0:
-        return q
-    return root - (root - q + root * root * (c2 + root * (c3 + root * c4))) / slope
+    # The series of the inverse function.
+    return q * (1.0 - q * (c2 - q * (2.0 * c2 * c2 - c3 - q * (5.0 * c2 * (c2 * c2 - c3) + c4))))
 
 
 @kernel

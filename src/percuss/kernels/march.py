@@ -153,7 +153,7 @@ def skip_ahead(
     first = counters[N_EVENTS]
     last = min(len(events) - 2, first + min(max_impacts - counters[N_IMPACTS], PLAIN_AT_ONCE))
     begin = (state[T], state[T_LOW], state[V], state[FASTEST])
-    made, state[FASTEST] = plain_flights(law, region, begin, t_end, events, first, last)
+    made, state[FASTEST] = plain_flights(law, region, begin, t_end, phases, events, first, last)
     if made == 0:
         return
     bound = int(law[region, NUMBER]) + (0 if sign > 0.0 else 1)

@@ -15,6 +15,7 @@ from percuss.kernels.contact import SLOW
 from percuss.kernels.doubled import later
 from percuss.kernels.landing import is_settled, series_root
 from percuss.kernels.law import (
+    AMPLITUDE,
     BOUND_OF_V,
     BOUND_OF_X,
     COSINE,
@@ -66,6 +67,7 @@ def plain_flights(
     region: int,
     begin: tuple[float, float, float, float],
     t_end: float,
+    phases: Table,
     events: Table,
     first: int,
     last: int,
@@ -78,9 +80,14 @@ def plain_flights(
     t, t_low, v0, fastest = begin
     sign = 1.0 if law[region, LOWER_KIND] == WALL else -1.0
     restitution = law[region, LOWER_RESTITUTION if sign > 0.0 else UPPER_RESTITUTION]
+    force = law[region, LOWER_FORCE if sign > 0.0 else UPPER_FORCE]
+    push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
+    rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
     for row in range(first, last):
-        s, v = plain_flight(law, region, sign, t, t_low, v0)
+        begin = (sign * force, sign * push, sign * rate, sign * v0)
+        s, v = plain_flight(law, region, begin)
         t1, t1_low = later(t, t_low, s)
+        v *= sign
         speed = restitution * abs(v)
         # Each comparison is also false for the NaN of a flight that is not plain.
         if not (t1 < t_end and speed > SLOW * fastest and speed < HUGE):
@@ -89,6 +96,9 @@ def plain_flights(
         t = t1
         t_low = t1_low
         v0 = sign * speed
+        cosine, sine = cos_sin(law[FIRST_HARMONIC, TURNS], law[FIRST_HARMONIC, TURNS_LOW], t, t_low)
+        push = law[FIRST_HARMONIC, COSINE] * cosine + law[FIRST_HARMONIC, SINE] * sine
+        rate = law[FIRST_HARMONIC, SINE] * cosine - law[FIRST_HARMONIC, COSINE] * sine
         events[row, EVENT_T] = t
         events[row, EVENT_T_LOW] = t_low
         events[row, V_BEFORE] = v
@@ -98,82 +108,112 @@ def plain_flights(
 
 @kernel
 def plain_flight(
-    law: Law, region: int, sign: float, t: float, t_low: float, v0: float
+    law: Law, region: int, begin: tuple[float, float, float, float]
 ) -> tuple[float, float]:
     """Return (s, v) of the return to the wall, NaN where the flight is not plain.
 
-    Everything is turned by ``sign``, so that the motion is at y > 0. ``push`` and ``rate`` are
-    the harmonic force and its derivative divided by the frequency.
+    Turned so that the motion is at y > 0. ``begin`` is the constant force, the harmonic one and
+    its derivative by the frequency, and the velocity, at the start.
     """
-    cosine, sine = cos_sin(law[FIRST_HARMONIC, TURNS], law[FIRST_HARMONIC, TURNS_LOW], t, t_low)
-    push0 = sign * (law[FIRST_HARMONIC, COSINE] * cosine + law[FIRST_HARMONIC, SINE] * sine)
-    rate0 = sign * (law[FIRST_HARMONIC, SINE] * cosine - law[FIRST_HARMONIC, COSINE] * sine)
-    force = sign * law[region, LOWER_FORCE if sign > 0.0 else UPPER_FORCE]
-    v0 = sign * v0
-    omega = law[FIRST_HARMONIC, OMEGA]
-    drag = 2.0 * law[region, DAMPING]
-    stiffness = law[region, STIFFNESS]
+    force, push, rate, v = begin
+    fourth, size = largest(law, region, begin)
     step = law[region, STEP]
-    bend_bound = law[0, FORCE_BOUND + 2] * (1.0 + law[region, BOUND_OF_V] * step)
-    error = step**4 * (1.0 / 384.0)
-    load = WALK_SLACK * step * step * (abs(force) + law[0, FORCE_BOUND])
+    third = THIRD * step
+    bow = fourth * step**4 * (1.0 / 384.0)
+    slack = WALK_SLACK * (size + step * step * (abs(force) + law[0, FORCE_BOUND]))
+    lift = law[region, X_OF_FORCE] * force
+    haste = law[region, V_OF_FORCE] * force
     y = 0.0
-    v = v0
-    push = push0
-    rate = rate0
+    # On the first step the clearance is that after division by the time (see `clearances`).
+    least = third * v - (384.0 / 72.0) * bow + slack
     for i in range(STEPS_A_WALK):
-        second = force + push - drag * v - stiffness * y
-        third = omega * rate - drag * second - stiffness * v
-        fourth = bend_bound + law[region, BOUND_OF_X] * abs(second)
-        fourth += law[region, BOUND_OF_V] * abs(third)
-        y1 = law[region, X_OF_FORCE] * force
-        y1 += law[region + 1, X_OF_COS] * push + law[region + 1, X_OF_SIN] * rate
-        v1 = law[region, V_OF_FORCE] * force
-        v1 += law[region + 1, V_OF_COS] * push + law[region + 1, V_OF_SIN] * rate
+        y1 = lift + law[region + 1, X_OF_COS] * push + law[region + 1, X_OF_SIN] * rate
+        v1 = haste + law[region + 1, V_OF_COS] * push + law[region + 1, V_OF_SIN] * rate
+        push1 = push * law[region + 1, STEP_COS] + rate * law[region + 1, STEP_SIN]
+        rate1 = rate * law[region + 1, STEP_COS] - push * law[region + 1, STEP_SIN]
         y1 += law[region, X_OF_X] * y + law[region, X_OF_V] * v
         v1 += law[region, V_OF_X] * y + law[region, V_OF_V] * v
-        push, rate = (
-            push * law[region + 1, STEP_COS] + rate * law[region + 1, STEP_SIN],
-            rate * law[region + 1, STEP_COS] - push * law[region + 1, STEP_SIN],
-        )
-        slack = load + WALK_SLACK * (abs(y) + abs(y1) + step * (abs(v) + abs(v1)))
-        first = y + step * THIRD * v
-        inner = y1 - step * THIRD * v1
-        bow = fourth * error
-        # On the first step the clearance is that after division by the time (see `clearances`).
-        start = y - bow if i > 0 else first - (384.0 / 72.0) * bow + slack
-        if min(start, min(first, inner) - bow, y1 - bow) > slack:
-            y = y1
-            v = v1
-            continue
-        if y1 < -slack and (i == 0 or y > slack):
-            second1 = force + push - drag * v1 - stiffness * y1
-            guess = quintic_root(
-                (y, step * v, step * step * second), (y1, step * v1, step * step * second1)
-            )
-            end, speed = plain_landing(law, region, (force, push0, rate0, v0), step * (i + guess))
-            width = end - step * i
-            least = fourth * width**4 * (1.0 / 288.0) + (slack if i > 0 else 0.0)
-            if y + THIRD * width * v > least and -THIRD * width * speed > least:
-                return end, sign * speed
-            return math.nan, math.nan
-        if i == 0 or y < slack or y1 < slack:
-            return math.nan, math.nan
-        if not cubic_minimum(y, step * v, y1, step * v1) > bow + slack:
-            return math.nan, math.nan
+        inner = min(y + third * v, y1 - third * v1)
+        if not min(min(least, y1 - bow), inner - bow) > slack:
+            if y1 < -slack and (i == 0 or y > slack):
+                here = (step * i, y, v, push)
+                return plain_end(law, region, begin, here, (y1, v1, push1), fourth, slack)
+            if i == 0 or not min(y, y1) > slack:
+                return math.nan, math.nan
+            if not cubic_minimum(y, step * v, y1, step * v1) > bow + slack:
+                return math.nan, math.nan
         y = y1
         v = v1
+        push = push1
+        rate = rate1
+        least = y - bow
+    return math.nan, math.nan
+
+
+@kernel
+def largest(law: Law, region: int, begin: tuple[float, float, float, float]) -> tuple[float, float]:
+    """Return bounds of the fourth derivative and of the sizes in a whole flight.
+
+    The free part, of the amplitude that it starts with or less, has the rate sqrt(K), the steady
+    part that of the harmonic.
+    """
+    force, push, rate, v0 = begin
+    omega = law[FIRST_HARMONIC, OMEGA]
+    gain_re = law[region + 1, GAIN_RE]
+    gain_im = law[region + 1, GAIN_IM]
+    stiffness = law[region, STIFFNESS]
+    z = -force * law[region, PER_STIFFNESS] - (push * gain_re + rate * gain_im)
+    w = v0 + omega * (push * gain_im - rate * gain_re)
+    turned = (w + law[region, DAMPING] * z) * 0.5 * law[region, TWICE_PER_RATE]
+    free = math.sqrt(z * z + turned * turned)
+    swing = law[FIRST_HARMONIC, AMPLITUDE] * (abs(gain_re) + abs(gain_im))
+    square = omega * omega
+    fourth = stiffness * stiffness * free + square * square * swing
+    pace = law[region, STEP] * max(omega, law[region, QUICKEST])
+    size = (free + swing) * (2.0 + 2.0 * pace) + 2.0 * abs(force) * law[region, PER_STIFFNESS]
+    return fourth, size
+
+
+@kernel
+def plain_end(
+    law: Law,
+    region: int,
+    begin: tuple[float, float, float, float],
+    here: tuple[float, float, float, float],
+    there: tuple[float, float, float],
+    fourth: float,
+    slack: float,
+) -> tuple[float, float]:
+    """Return (s, v) at the wall on a step that passes it, NaN if that is not plainly the first.
+
+    ``here`` is s, y, v and push at the beginning of the step, ``there`` y, v and push at its
+    end. The proof is that of `meeting`.
+    """
+    s, y, v, push = here
+    y1, v1, push1 = there
+    step = law[region, STEP]
+    drag = 2.0 * law[region, DAMPING]
+    second = begin[0] + push - drag * v - law[region, STIFFNESS] * y
+    second1 = begin[0] + push1 - drag * v1 - law[region, STIFFNESS] * y1
+    part = quintic_root((y, step * v, step * step * second), (y1, step * v1, step * step * second1))
+    end, speed = plain_landing(law, region, begin, s + step * part)
+    width = end - s
+    least = fourth * width**4 * (1.0 / 287.0) + (slack if s > 0.0 else 0.0)
+    first = y + THIRD * width * v > least and -THIRD * width * speed > least
+    if first and end <= s + step:
+        return end, speed
     return math.nan, math.nan
 
 
 @kernel
 def plain_state(
     law: Law, region: int, begin: tuple[float, float, float, float], s: float
-) -> tuple[float, float, float, float]:
-    """Return y, v, the harmonic force, and its derivative by the frequency, at s.
+) -> tuple[float, float, float, float, float]:
+    """Return y, v in two parts, the harmonic force, and its derivative by the frequency, at s.
 
     The closed form of `move` for one harmonic, where no series is needed. ``begin`` is the
-    constant force, the harmonic one and its derivative by the frequency, and the velocity.
+    constant force, the harmonic one and its derivative by the frequency, and the velocity. The
+    first part of v is what is left of the velocity at the start, mostly by far the larger.
     """
     force, push0, rate0, v0 = begin
     omega = law[FIRST_HARMONIC, OMEGA]
@@ -184,7 +224,9 @@ def plain_state(
     square = 2.0 * half_sin * half_sin
     blow = shrink * half_sin * half_cos * law[region, TWICE_PER_RATE]
     even = shrink * (1.0 - square)
-    rise = square if damping == 0.0 else 1.0 - even - damping * blow
+    rise = square
+    if damping > 0.0:
+        rise = shrink * square - math.expm1(-damping * s) - damping * blow
     rise *= law[region, PER_STIFFNESS]
     over_re = cosine - even - damping * blow
     over_im = sine - omega * blow
@@ -193,9 +235,9 @@ def plain_state(
     to_push = over_re * gain_re - over_im * gain_im
     to_rate = over_im * gain_re + over_re * gain_im
     y = v0 * blow + force * rise + push0 * to_push + rate0 * to_rate
-    v = v0 * (even - damping * blow) + force * blow
-    v += push0 * (blow - omega * to_rate) + rate0 * omega * to_push
-    return y, v, push0 * cosine + rate0 * sine, rate0 * cosine - push0 * sine
+    kept = v0 * (even - damping * blow)
+    won = force * blow + push0 * (blow - omega * to_rate) + rate0 * omega * to_push
+    return y, kept, won, push0 * cosine + rate0 * sine, rate0 * cosine - push0 * sine
 
 
 @kernel
@@ -210,7 +252,8 @@ def plain_landing(
     for _ in range(3):
         if not min(law[region, QUICKEST], omega) * s > SERIES_LIMIT:
             return math.nan, math.nan
-        y, v, push, rate = plain_state(law, region, begin, s)
+        y, kept, won, push, rate = plain_state(law, region, begin, s)
+        v = kept + won
         second = begin[0] + push - drag * v - stiffness * y
         third = omega * rate - drag * second - stiffness * v
         fourth = -omega * omega * push - drag * third - stiffness * second
@@ -220,6 +263,7 @@ def plain_landing(
         sixth += law[region, BOUND_OF_V] * abs(fifth)
         if is_settled(law, region, step, s, v, (second, fifth, sixth)):
             rest = 0.5 * third + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
-            return s + step, v + step * (second + step * rest)
+            # Added last: each rounding of the large part would leave its mark on V for ever.
+            return s + step, kept + (won + step * (second + step * rest))
         s += step
     return math.nan, math.nan

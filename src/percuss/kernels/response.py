@@ -91,7 +91,9 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
     elif damping == 0.0:
         force = square * law[region, PER_STIFFNESS]
     else:
-        force = (1.0 - even - damping * blow) * law[region, PER_STIFFNESS]
+        # 1 - even, without the cancellation of small damping near a whole period.
+        lost = shrink * square - math.expm1(-damping * s)
+        force = (lost - damping * blow) * law[region, PER_STIFFNESS]
     return blow, even, force
 
 
@@ -161,8 +163,9 @@ def harmonic_series(
         share = square / (n * (n - 1.0))
         next_re = share * (force_re - stiffness * before_re) - drag * term_re / n
         next_im = share * (force_im - stiffness * before_im) - drag * term_im / n
-        # Every other term may vanish: two in a row have to be small.
+        # The equation is of third order: two terms in a row may vanish, three not.
         size = abs(next_re) + abs(next_im) + abs(term_re) + abs(term_im)
+        size += abs(before_re) + abs(before_im)
         before_re = term_re
         before_im = term_im
         term_re = next_re
@@ -185,22 +188,25 @@ def near_response(
     response = region + 1 + j
     gap_re = law[response, GAP_RE]
     gap_im = law[response, GAP_IM]
-    # (exp(gap s) - 1) / gap, and s where the gap is closed.
-    half = math.sin(0.5 * gap_im * s)
-    grow = math.expm1(gap_re * s)
-    top_re = grow * math.cos(gap_im * s) - 2.0 * half * half
-    top_im = (1.0 + grow) * math.sin(gap_im * s)
-    mean_re, mean_im = quotient(top_re, top_im, gap_re, gap_im)
-    if gap_re == 0.0 and gap_im == 0.0:
-        mean_re = s
-        mean_im = 0.0
     # r1 - r2, and the exponentials of both roots: half their sum, and half their difference.
     apart_re = 2.0 * law[region, RATE] * law[region, OVERDAMPED]
     apart_im = 2.0 * law[region, RATE] - apart_re
     root_re = 0.5 * apart_re * blow
     root_im = 0.5 * apart_im * blow
-    near_re = (even + root_re) * mean_re - root_im * mean_im
-    near_im = (even + root_re) * mean_im + root_im * mean_re
+    if (gap_re * gap_re + gap_im * gap_im) * s * s > 1.0:
+        near_re, near_im = quotient(turn[0] - even - root_re, turn[1] - root_im, gap_re, gap_im)
+    else:
+        # exp(r1 s) times (exp(gap s) - 1) / gap, or s where the gap is closed.
+        half = math.sin(0.5 * gap_im * s)
+        grow = math.expm1(gap_re * s)
+        top_re = grow * math.cos(gap_im * s) - 2.0 * half * half
+        top_im = (1.0 + grow) * math.sin(gap_im * s)
+        mean_re = s
+        mean_im = 0.0
+        if gap_re != 0.0 or gap_im != 0.0:
+            mean_re, mean_im = quotient(top_re, top_im, gap_re, gap_im)
+        near_re = (even + root_re) * mean_re - root_im * mean_im
+        near_im = (even + root_re) * mean_im + root_im * mean_re
     # i w - r2 = (i w - r1) + (r1 - r2).
     far_re, far_im = quotient(
         turn[0] - even + root_re, turn[1] + root_im, gap_re + apart_re, gap_im + apart_im

@@ -109,25 +109,22 @@ def fill(
     soonest = math.inf
     if simple:
         soonest = SERIES_LIMIT / min(law[region, QUICKEST], law[FIRST_HARMONIC, OMEGA])
-    n = instants.shape[0]
-    late = 0
-    while late < n and not instants[late] - t > soonest:
-        s = (instants[late] - t) - t_low
+    push = 0.0
+    rate = 0.0
+    if simple:
+        push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
+        rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
+    for i in range(instants.shape[0]):
+        s = (instants[i] - t) - t_low
         y = 0.0
         v = v0
-        if marks[event, KIND] != CONTACT and s > 0.0:
+        if s > soonest:
+            y, kept, won, _, _ = plain_state(law, region, (force, push, rate, v0), s)
+            v = kept + won
+        elif marks[event, KIND] != CONTACT and s > 0.0:
             y, v = move(law, region, (t, t_low, v0, force), phases, s, arrival)
-        motion[0, late] = x + y
-        motion[1, late] = v
-        late += 1
-    if late == n:
-        return
-    push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
-    rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
-    for k in range(late, n):
-        y, v, _, _ = plain_state(law, region, (force, push, rate, v0), (instants[k] - t) - t_low)
-        motion[0, k] = x + y
-        motion[1, k] = v
+        motion[0, i] = x + y
+        motion[1, i] = v
 
 
 @kernel

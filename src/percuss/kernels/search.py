@@ -100,7 +100,10 @@ def next_event(
     if law[region, STIFFNESS] < 0.0:
         # An error grows here as fast as the motion can: begin each step from the closed form.
         steps = 1
-        load += uncertainty(law, region, start, phases, s + step) / WALK_SLACK
+    if s > 0.0 or steps == 1:
+        # The closed form that this walk begins from is rounded itself.
+        doubt = uncertainty(law, region, start, phases, s)
+        load += (doubt + uncertainty(law, region, start, phases, s + step)) / WALK_SLACK
     force_bound = law[0, FORCE_BOUND + 2] * (1.0 + law[region, BOUND_OF_V] * step)
     for _ in range(steps):
         if s >= longest:
@@ -151,7 +154,8 @@ def fall_time(v: float, force: float, reach: tuple[float, float], longest: float
         # Out, back to where it started, and on to the farther bound.
         time = 2.0 * (speed + math.sqrt(speed * speed + 2.0 * pull * distance)) / pull
     elif speed > 0.0:
-        time = 2.0 * distance / speed
+        # Some time at least: a start on a bound, into it, is met at once.
+        time = max(2.0 * distance / speed, 1.0)
     return min(time, longest)
 
 
@@ -243,7 +247,7 @@ def meeting(
     its end.
 
     A root is the first one if the cubic through the beginning and the root has Bernstein
-    coefficients above a twelfth of fourth * width^4 / 24, for tau^2 (1 - tau)^2 is at most a
+    coefficients above a twelfth of fourth * width^4 / 24 (and room for rounding), for tau^2 (1 - tau)^2 is at most a
     twelfth of the sum of the two inner Bernstein polynomials.
     """
     s, y, v, second, fourth, load = here
@@ -262,7 +266,7 @@ def meeting(
             bracket = (s, s + step, s + step * quintic_root(ends, ends1))
             end, speed = land(law, region, start, phases, arrival, sign, distance, bracket)
             width = end - s
-            least = fourth * width**4 * (1.0 / 288.0) + (0.0 if from_bound else slack)
+            least = fourth * width**4 * (1.0 / 287.0) + (0.0 if from_bound else slack)
             if begins + THIRD * width * sign * v > least and -THIRD * width * sign * speed > least:
                 return HIT, end, -sign, speed, 0.0, free
         elif begins > slack and sign * (y1 - distance) > slack:
@@ -281,7 +285,7 @@ def cubic_minimum(y: float, v: float, y1: float, v1: float) -> float:
     cube = v + v1 - 2.0 * (y1 - y)
     least = min(y, y1)
     root = square * square - 3.0 * cube * v
-    if root > 0.0 and v < 0.0:
+    if root > 0.0:
         # Of both turning points the one with upward curvature, in the form that does not cancel.
         part = -v / (square + math.sqrt(root)) if square > 0.0 else 1.0
         if square <= 0.0 and cube != 0.0:
@@ -305,11 +309,14 @@ def quintic_root(ends: tuple[float, float, float], ends1: tuple[float, float, fl
     part = 1.0
     if ends1[1] != 0.0 and 0.0 < ends1[0] / ends1[1] < 1.0:
         part -= ends1[0] / ends1[1]
-    for _ in range(2):
-        rate = c1 + part * (twice + part * (3.0 * c3 + part * (4.0 * c4 + part * 5.0 * c5)))
-        if rate == 0.0:
-            break
-        part -= (c0 + part * (c1 + part * (c2 + part * (c3 + part * (c4 + part * c5))))) / rate
+    # One step of Halley's method.
+    square = part * part
+    value = (c0 + part * c1) + square * ((c2 + part * c3) + square * (c4 + part * c5))
+    slope = (c1 + part * twice) + square * ((3.0 * c3 + part * 4.0 * c4) + square * 5.0 * c5)
+    curve = (twice + part * 6.0 * c3) + square * (12.0 * c4 + part * 20.0 * c5)
+    below = slope * slope - 0.5 * value * curve
+    if below != 0.0:
+        part -= value * slope / below
     return part if 0.0 < part < 1.0 else 0.5
 
 

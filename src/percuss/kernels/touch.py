@@ -24,11 +24,11 @@ from percuss.kernels.law import DAMPING, FORCE_BOUND, STIFFNESS, Law, Table
 # Verdicts.
 NONE, HIT, GRAZE = 0, 1, 2
 # Shapes of the clearance on a piece.
-UNKNOWN, CLEAR, ONE_ZERO, ONE_MINIMUM = 0, 1, 2, 3
+UNKNOWN, CLEAR, ONE_ZERO, ONE_MINIMUM, FLAT = 0, 1, 2, 3, 4
 # Pieces of one stretch.
 MOST_PIECES = 10_000
 # A departure is decided by its first derivative that is not zero, up to this order.
-LAST_ORDER = 6
+LAST_ORDER = 12
 
 
 @kernel
@@ -48,12 +48,16 @@ def first_touch(
     The clearance sign * (y - distance) is positive at ``left``. For a HIT the third entry is the
     velocity, for a GRAZE the clearance there. ``arrival`` holds the phases of a HIT.
     """
+    if not left < right:
+        return NONE, right, 0.0, 0.0, right
     force = start[3]
     y, v = move(law, region, start, phases, left, arrival)
     second, third = acceleration_and_jerk(law, region, force, arrival, y, v)
     doubt = uncertainty(law, region, start, phases, left)
     doubt = 2.0 * max(doubt, uncertainty(law, region, start, phases, right)) + ULP * abs(distance)
     width = right - left
+    # Where the clearance was last seen to be positive beyond doubt, or the search began.
+    sure = left
     for _ in range(MOST_PIECES):
         width = min(width, right - left)
         fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
@@ -68,20 +72,27 @@ def first_touch(
             continue
         after = left + width
         y, v = move(law, region, start, phases, after, arrival)
-        end = after if shape != CLEAR and sign * (y - distance) <= 0.0 else 0.0
-        if end == 0.0 and shape == ONE_MINIMUM and speed <= 0.0 < sign * v:
-            s, least, error = lowest(
+        end = after
+        beyond = sign * (y - distance)
+        error = doubt
+        if beyond <= 0.0:
+            error = uncertainty(law, region, start, phases, after) + ULP * abs(distance)
+        elif shape == ONE_MINIMUM and speed <= 0.0 < sign * v:
+            end, beyond, error = lowest(
                 law, region, start, phases, arrival, sign, distance, left, after
             )
-            if abs(least) <= error:
-                return GRAZE, s, least, error, after
-            if least < 0.0:
-                end = s
+            if abs(beyond) <= error:
+                return GRAZE, end, beyond, error, after
             y, v = move(law, region, start, phases, after, arrival)
-        if end > 0.0:
-            bracket = (left, end, 0.5 * (left + end))
+        if beyond < -error:
+            bracket = (sure, end, 0.5 * (sure + end))
             s, v = land(law, region, start, phases, arrival, sign, distance, bracket)
             return HIT, s, v, 0.0, s
+        beyond = sign * (y - distance)
+        if shape == CLEAR or beyond > doubt:
+            if sure < left and gap <= 0.0:
+                return GRAZE, left, gap, doubt, after
+            sure = after
         if after >= right:
             return NONE, right, 0.0, 0.0, right
         second, third = acceleration_and_jerk(law, region, force, arrival, y, v)
@@ -104,7 +115,8 @@ def shape_of(
     """Tell what the clearance can do over ``width``, from its derivatives at the left end.
 
     Each derivative is a polynomial plus a remainder that ``fourth`` bounds; a polynomial lies
-    between the least and the greatest of its Bernstein coefficients.
+    between the least and the greatest of its Bernstein coefficients. FLAT is a clearance that
+    stays within ``doubt`` of zero.
     """
     end_second = second + third * width
     middle_speed = speed + 0.5 * second * width
@@ -115,6 +127,11 @@ def shape_of(
     least = min(gap, gap + rise / 3.0, gap + 2.0 * rise / 3.0 + bend / 6.0, end_gap)
     if least - fourth * width**4 / 24.0 > doubt:
         return CLEAR
+    most = max(
+        abs(gap), abs(gap + rise / 3.0), abs(gap + 2.0 * rise / 3.0 + bend / 6.0), abs(end_gap)
+    )
+    if most + fourth * width**4 / 24.0 <= doubt:
+        return FLAT
     slack = fourth * width**3 / 6.0
     if min(speed, middle_speed, end_speed) - slack > 0.0:
         return CLEAR

@@ -27,7 +27,7 @@ __all__ = ["Lines", "law", "lines"]
 
 # The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
 # radians: there the cubic through a step's ends is off by 1 % of the amplitude at most.
-STEP_PHASE = 1.4
+STEP_PHASE = 1.0
 # With K < 0 the bound over a step holds a factor exp(phase).
 GROWING_STEP_PHASE = 0.5
 # A harmonic is near a root when the gain's inverse is this small a part of its own terms.
@@ -82,12 +82,14 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     _fill_header(table[0], forcing, components, n_regions)
     for j, component in enumerate(components):
         _fill_harmonic(table[at.FIRST_HARMONIC + j], component)
+    # A harmonic of no weight sets no pace.
+    quickest = max((float(c.omega) for c in components if c.cos or c.sin), default=0.0)
     for number in range(n_regions):
         first = at.FIRST_HARMONIC + n + number * (1 + n)
         region = _region(oscillator, bounds, number)
         _fill_bounds(table[first], oscillator, bounds, number)
         _fill_forces(table[first], region, bounds, constant)
-        _fill_motion(table[first], region, table[at.FIRST_HARMONIC :][:n, at.OMEGA])
+        _fill_motion(table[first], region, quickest)
         for j, component in enumerate(components):
             _fill_response(table[first + 1 + j], region, component.omega)
         _mark_simple(table[first], table[first + 1 : first + 1 + n])
@@ -146,7 +148,8 @@ def _fill_header(
     orders = np.arange(at.N_FORCE_BOUNDS)
     for component in components:
         amplitude = math.hypot(component.cos, component.sin)
-        row[at.FORCE_BOUND + orders] += amplitude * float(component.omega) ** orders
+        with np.errstate(over="ignore"):
+            row[at.FORCE_BOUND + orders] += amplitude * float(component.omega) ** orders
     if forcing is None or forcing.period is None:
         return
     row[at.PERIOD] = forcing.period
@@ -183,7 +186,9 @@ def _fill_bounds(row: at.Table, oscillator: Oscillator, bounds: Lines, number: i
 
 def _fill_forces(row: at.Table, region: _Region, bounds: Lines, constant: Fraction) -> None:
     low, high = bounds.at[region.number], bounds.at[region.number + 1]
-    origin = low if low is not None else high if high is not None else Fraction(0)
+    # The point nearest to 0: a far bound would cost the digits of the force here.
+    origin = max(Fraction(0), low) if low is not None else Fraction(0)
+    origin = min(origin, high) if high is not None else origin
     row[at.ORIGIN], row[at.ORIGIN_FORCE] = float(origin), region.force_at(constant, origin)
     if low is not None:
         row[at.LOWER_FORCE] = region.force_at(constant, low)
@@ -191,7 +196,7 @@ def _fill_forces(row: at.Table, region: _Region, bounds: Lines, constant: Fracti
         row[at.UPPER_FORCE] = region.force_at(constant, high)
 
 
-def _fill_motion(row: at.Table, region: _Region, omegas: at.Table) -> None:
+def _fill_motion(row: at.Table, region: _Region, omega: float) -> None:
     """Fill the roots, the length of a search step, and the constants of ``derivative_bound``.
 
     For K >= 0 the energy norm of (x, v) does not grow without force; for K < 0 the norm
@@ -211,7 +216,7 @@ def _fill_motion(row: at.Table, region: _Region, omegas: at.Table) -> None:
         row[at.SLOW_ROOT] = float(-stiffness / (damping + rate))
         row[at.FAST_ROOT] = float(-(damping + rate))
     row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * a)
-    fastest = max(float(row[at.QUICKEST]), float(omegas.max(initial=0.0)))
+    fastest = max(float(row[at.QUICKEST]), omega)
     if fastest > 0.0:
         row[at.STEP] = (GROWING_STEP_PHASE if k < 0.0 else STEP_PHASE) / fastest
     if k < 0.0:

@@ -77,7 +77,7 @@ def free_until(
         late, fast = free_parts(law, region, y - here[0], v - here[1])
         middle = start[3] / law[region, STIFFNESS]
         size = float(swing.sum()) + abs(late) + fast
-        if misses(reach, middle - size, middle + size):
+        if misses(reach, middle - size, middle + size, abs(middle) + size):
             return math.inf
         set_phases(law, *later(start[0], start[1], s + step), arrival)
         there = steady(law, region, start[3], arrival)
@@ -91,15 +91,18 @@ def free_until(
         )
         low = min(coefficients) + min(late, end) - fast - error
         high = max(coefficients) + max(late, end) + fast + error
-        if not misses(reach, low, high):
+        if not misses(reach, low, high, abs(middle) + size):
             break
         s += step
     return s
 
 
-def misses(reach: tuple[float, float], low: float, high: float) -> bool:
-    """Tell whether displacements between low and high stay clear of both bounds."""
-    slack = SLACK * (abs(low) + abs(high))
+def misses(reach: tuple[float, float], low: float, high: float, size: float) -> bool:
+    """Tell whether displacements between low and high stay clear of both bounds.
+
+    ``size`` is that of the terms they are sums of.
+    """
+    slack = SLACK * (abs(low) + abs(high) + size)
     return low - slack > reach[0] and high + slack < reach[1]
 
 

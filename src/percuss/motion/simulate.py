@@ -102,7 +102,7 @@ def simulate(
     array([1., 2., 3.])
     """
     raise_first(start_faults(osc, x0, v0, t0, t_end, max_impacts))
-    limit = MOST_IMPACTS if max_impacts is None else int(max_impacts)
+    limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
     end = math.inf if t_end is None else as_float(t_end)
     table = law(osc, force)
     _check_times(table, as_float(t0), end)

@@ -151,3 +151,10 @@ def _span(t: Floats) -> str:
     if len(t) == 0:
         return ""
     return f" at t = {t[0]:.6g}" if len(t) == 1 else f", t = {t[0]:.6g} ... {t[-1]:.6g}"
+
+
+_NO_FLOATS = np.empty(0)
+_NO_NUMBERS = np.empty(0, dtype=np.int64)
+NO_CROSSINGS = Crossings(_NO_FLOATS, _NO_FLOATS, _NO_NUMBERS, np.empty(0, dtype="<U3"))
+NO_CONTACTS = Contacts(_NO_FLOATS, _NO_FLOATS, _NO_NUMBERS, _NO_NUMBERS, _NO_FLOATS)
+NO_GRAZES = Grazes(_NO_FLOATS, _NO_NUMBERS, _NO_FLOATS, _NO_FLOATS)

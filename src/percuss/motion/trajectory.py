@@ -18,7 +18,15 @@ from percuss.model.law import law, lines
 from percuss.model.oscillator import Oscillator
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.outcome import Outcome
-from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts
+from percuss.motion.tables import (
+    NO_CONTACTS,
+    NO_CROSSINGS,
+    NO_GRAZES,
+    Contacts,
+    Crossings,
+    Grazes,
+    Impacts,
+)
 
 if TYPE_CHECKING:
     # A second of import, and only `sample`, `stroboscopic` and `forces` need it.
@@ -293,25 +301,33 @@ def _stop_of_bound(oscillator: Oscillator) -> NDArray[np.int64]:
 
 
 def _impacts(oscillator: Oscillator, table: Law, events: Table, marks: columns.Integers) -> Impacts:
-    which = np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)
-    t = events[which, columns.EVENT_T]
-    t_low = events[which, columns.EVENT_T_LOW]
+    impacts = marks[:, columns.KIND] == columns.IMPACT
+    # Mostly all events but the start are impacts: no need then to pick them out.
+    which = slice(1, None) if impacts[1:].all() else np.flatnonzero(impacts)
+    t = events[which, columns.EVENT_T].copy()
+    t_low = events[which, columns.EVENT_T_LOW].copy()
     cycle = np.full(len(t), np.nan)
     if table[0, PERIOD] > 0.0:
         cycles(table, t, t_low, cycle)
+    intervals = t.copy()
+    intervals[:1] -= events[0, columns.EVENT_T]
+    intervals[1:] -= t[:-1]
+    intervals[:1] += t_low[:1] - events[0, columns.EVENT_T_LOW]
+    intervals[1:] += t_low[1:] - t_low[:-1]
     return Impacts(
         t=t,
-        v_before=events[which, columns.V_BEFORE],
-        v_after=events[which, columns.V_AFTER],
+        v_before=events[which, columns.V_BEFORE].copy(),
+        v_after=events[which, columns.V_AFTER].copy(),
         stop=_stop_of_bound(oscillator)[marks[which, columns.BOUND]],
         cycle=cycle,
-        intervals=np.diff(t, prepend=events[0, columns.EVENT_T])
-        + np.diff(t_low, prepend=events[0, columns.EVENT_T_LOW]),
+        intervals=intervals,
     )
 
 
 def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers) -> Crossings:
     which = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING)
+    if len(which) == 0:
+        return NO_CROSSINGS
     edges = lines(oscillator).edges
     # Stops that share an edge are crossed together, one line each.
     sharing = np.array([len(edge) for edge in edges])[marks[which, columns.BOUND]]
@@ -326,6 +342,8 @@ def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers) -
 def _contacts(oscillator: Oscillator, events: Table, marks: columns.Integers) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
+    if len(which) == 0:
+        return NO_CONTACTS
     released = np.flatnonzero(kind == columns.RELEASE)
     release = np.full(len(which), np.nan)
     # Nothing comes between a contact and its release; only the last contact may have none.
@@ -342,6 +360,8 @@ def _contacts(oscillator: Oscillator, events: Table, marks: columns.Integers) ->
 
 
 def _grazes(oscillator: Oscillator, grazes: Table) -> Grazes:
+    if len(grazes) == 0:
+        return NO_GRAZES
     bounds = grazes[:, columns.GRAZE_BOUND].astype(np.int64)
     layout = lines(oscillator)
     stop = [
