@@ -134,7 +134,7 @@ def plain_flight(
         y1 += law[region, X_OF_X] * y + law[region, X_OF_V] * v
         v1 += law[region, V_OF_X] * y + law[region, V_OF_V] * v
         inner = min(y + third * v, y1 - third * v1)
-        if not min(min(least, y1 - bow), inner - bow) > slack:
+        if not min(least, y1 - bow, inner - bow) > slack:
             if y1 < -slack and (i == 0 or y > slack):
                 here = (step * i, y, v, push)
                 return plain_end(law, region, begin, here, (y1, v1, push1), fourth, slack)

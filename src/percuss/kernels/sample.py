@@ -115,7 +115,8 @@ def fill(
         push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
         rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
     for i in range(instants.shape[0]):
-        s = (instants[i] - t) - t_low
+        # At the event's own float the motion is that of the event.
+        s = (instants[i] - t) - t_low if instants[i] != t else 0.0
         y = 0.0
         v = v0
         if s > soonest:

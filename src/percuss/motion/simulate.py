@@ -32,7 +32,8 @@ MOST_IMPACTS = 10_000_000
 PATIENCE = 50_000
 # Phases are reduced to one turn exactly up to 2**51 quarter turns.
 MOST_PERIODS = 1e14
-FIRST_CAPACITY = 65_536
+# Room for events at first: untouched memory costs nothing.
+FIRST_CAPACITY = 1_000_000
 LARGEST_GROWTH = 1_000_000
 
 _OUTCOMES = {
@@ -225,5 +226,8 @@ class _March:
     def record(self) -> tuple[Law, tuple[float, float], Table, columns.Integers, Table]:
         """Return what happened, without the unused room."""
         n = int(self.counters[columns.N_EVENTS])
+        events, marks = self.events[:n], self.marks[:n]
+        if n < 0.9 * len(self.events):
+            events, marks = events.copy(), marks.copy()
         grazes = self.grazes[: int(self.counters[columns.N_GRAZES])].copy()
-        return self.law, self.start, self.events[:n].copy(), self.marks[:n].copy(), grazes
+        return self.law, self.start, events, marks, grazes

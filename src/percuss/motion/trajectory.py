@@ -316,8 +316,8 @@ def _impacts(oscillator: Oscillator, table: Law, events: Table, marks: columns.I
     intervals[1:] += t_low[1:] - t_low[:-1]
     return Impacts(
         t=t,
-        v_before=events[which, columns.V_BEFORE].copy(),
-        v_after=events[which, columns.V_AFTER].copy(),
+        v_before=events[which, columns.V_BEFORE],
+        v_after=events[which, columns.V_AFTER],
         stop=_stop_of_bound(oscillator)[marks[which, columns.BOUND]],
         cycle=cycle,
         intervals=intervals,
