@@ -235,8 +235,13 @@ def plain_state(
     to_push = over_re * gain_re - over_im * gain_im
     to_rate = over_im * gain_re + over_re * gain_im
     y = v0 * blow + force * rise + push0 * to_push + rate0 * to_rate
-    kept = v0 * (even - damping * blow)
     won = force * blow + push0 * (blow - omega * to_rate) + rate0 * omega * to_push
+    won -= v0 * damping * blow
+    kept = v0 * even
+    if half_cos * half_cos < 0.25:
+        # Near half a period: -v0, unrounded, and the little that is missing to it.
+        kept = -v0 * shrink
+        won -= 2.0 * kept * half_cos * half_cos
     return y, kept, won, push0 * cosine + rate0 * sine, rate0 * cosine - push0 * sine
 
 

@@ -144,8 +144,8 @@ class Trajectory:
         if limit not in _SIDES:
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
         instants = np.asarray(t, dtype=np.float64)
-        outside = ~((instants >= self.t0) & (instants <= self.t_end))
-        if outside.any():
+        if instants.size and not (instants.min() >= self.t0 and instants.max() <= self.t_end):
+            outside = ~((instants >= self.t0) & (instants <= self.t_end))
             wrong = float(instants[outside].flat[0])
             raise ParameterError("t", wrong, f"outside the run, {self.t0!r} to {self.t_end!r}")
         flat = np.ascontiguousarray(instants).reshape(-1)
