@@ -113,8 +113,9 @@ def move(
     """Return (y, v) a time s after the start, and write the phases there into ``arrival``."""
     _, _, v0, force = start
     blow, even, rise = free_response(law, region, s)
-    y = v0 * blow + force * rise
-    v = v0 * (even - law[region, DAMPING] * blow) + force * blow
+    # What the forces do is summed first: each rounding of the whole would stay in it.
+    y = force * rise
+    v = force * blow - v0 * law[region, DAMPING] * blow
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         cos0 = phases[j, 0]
@@ -129,7 +130,7 @@ def move(
         # Q' = S + i w Q.
         omega = law[harmonic, OMEGA]
         v += in_phase * (blow - omega * to_sin) + quadrature * omega * to_cos
-    return y, v
+    return v0 * blow + y, v0 * even + v
 
 
 @kernel

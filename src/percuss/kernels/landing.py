@@ -29,8 +29,10 @@ def land(
     sign: float,
     distance: float,
     bracket: tuple[float, float, float],
-) -> tuple[float, float]:
-    """Return (s, v) at which the clearance sign * (y - distance) falls to zero.
+) -> tuple[float, float, float]:
+    """Return (s, v, rest) where the clearance sign * (y - distance) falls to zero.
+
+    The root is s + rest: a float alone would leave the mass off the bound by v times its rounding.
 
     ``bracket`` is (left, right, guess): positive at the left, not positive at the right, one
     root between. ``arrival`` receives the phases there.
@@ -52,14 +54,15 @@ def land(
             if is_settled(law, region, step, s, v, (second, fifth, sixth)):
                 turn_by(law, arrival, step)
                 rest = third * 0.5 + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
-                return s + step, v + step * (second + step * rest)
+                end = s + step
+                return end, v + step * (second + step * rest), step - (end - s)
             s += step
         else:
             middle = 0.5 * (left + right)
             if not left < middle < right:
                 break
             s = middle
-    return s, v
+    return s, v, 0.0
 
 
 @kernel

@@ -245,6 +245,7 @@ def arrive(
         return MOVING
     if not abs(value) < HUGE:
         return OVERFLOW
+    t, t_low = later(t, t_low, error)
     state[T] = t
     state[T_LOW] = t_low
     state[FREE_BELOW] = 0.0

@@ -85,8 +85,9 @@ def plain_flights(
     rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
     for row in range(first, last):
         begin = (sign * force, sign * push, sign * rate, sign * v0)
-        s, v = plain_flight(law, region, begin)
+        s, v, rest = plain_flight(law, region, begin)
         t1, t1_low = later(t, t_low, s)
+        t1, t1_low = later(t1, t1_low, rest)
         v *= sign
         speed = restitution * abs(v)
         # Each comparison is also false for the NaN of a flight that is not plain.
@@ -109,8 +110,8 @@ def plain_flights(
 @kernel
 def plain_flight(
     law: Law, region: int, begin: tuple[float, float, float, float]
-) -> tuple[float, float]:
-    """Return (s, v) of the return to the wall, NaN where the flight is not plain.
+) -> tuple[float, float, float]:
+    """Return (s, v, rest of s) of the return to the wall, NaN where the flight is not plain.
 
     Turned so that the motion is at y > 0. ``begin`` is the constant force, the harmonic one and
     its derivative by the frequency, and the velocity, at the start.
@@ -139,15 +140,15 @@ def plain_flight(
                 here = (step * i, y, v, push)
                 return plain_end(law, region, begin, here, (y1, v1, push1), fourth, slack)
             if i == 0 or not min(y, y1) > slack:
-                return math.nan, math.nan
+                return math.nan, math.nan, math.nan
             if not cubic_minimum(y, step * v, y1, step * v1) > bow + slack:
-                return math.nan, math.nan
+                return math.nan, math.nan, math.nan
         y = y1
         v = v1
         push = push1
         rate = rate1
         least = y - bow
-    return math.nan, math.nan
+    return math.nan, math.nan, math.nan
 
 
 @kernel
@@ -183,8 +184,8 @@ def plain_end(
     there: tuple[float, float, float],
     fourth: float,
     slack: float,
-) -> tuple[float, float]:
-    """Return (s, v) at the wall on a step that passes it, NaN if that is not plainly the first.
+) -> tuple[float, float, float]:
+    """Return (s, v, rest of s) at the wall on a step that passes it, NaN if that is not plainly the first.
 
     ``here`` is s, y, v and push at the beginning of the step, ``there`` y, v and push at its
     end. The proof is that of `meeting`.
@@ -196,13 +197,13 @@ def plain_end(
     second = begin[0] + push - drag * v - law[region, STIFFNESS] * y
     second1 = begin[0] + push1 - drag * v1 - law[region, STIFFNESS] * y1
     part = quintic_root((y, step * v, step * step * second), (y1, step * v1, step * step * second1))
-    end, speed = plain_landing(law, region, begin, s + step * part)
+    end, speed, rest = plain_landing(law, region, begin, s + step * part)
     width = end - s
     least = fourth * width**4 * (1.0 / 287.0) + (slack if s > 0.0 else 0.0)
     first = y + THIRD * width * v > least and -THIRD * width * speed > least
     if first and end <= s + step:
-        return end, speed
-    return math.nan, math.nan
+        return end, speed, rest
+    return math.nan, math.nan, math.nan
 
 
 @kernel
@@ -248,15 +249,15 @@ def plain_state(
 @kernel
 def plain_landing(
     law: Law, region: int, begin: tuple[float, float, float, float], guess: float
-) -> tuple[float, float]:
-    """Return (s, v) at the wall next to ``guess``, NaN where a few looks do not settle it."""
+) -> tuple[float, float, float]:
+    """Return (s, v, rest of s) at the wall next to ``guess``, NaN where a few looks do not settle it."""
     omega = law[FIRST_HARMONIC, OMEGA]
     drag = 2.0 * law[region, DAMPING]
     stiffness = law[region, STIFFNESS]
     s = guess
     for _ in range(3):
         if not min(law[region, QUICKEST], omega) * s > SERIES_LIMIT:
-            return math.nan, math.nan
+            return math.nan, math.nan, math.nan
         y, kept, won, push, rate = plain_state(law, region, begin, s)
         v = kept + won
         second = begin[0] + push - drag * v - stiffness * y
@@ -269,6 +270,7 @@ def plain_landing(
         if is_settled(law, region, step, s, v, (second, fifth, sixth)):
             rest = 0.5 * third + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
             # Added last: each rounding of the large part would leave its mark on V for ever.
-            return s + step, kept + (won + step * (second + step * rest))
+            end = s + step
+            return end, kept + (won + step * (second + step * rest)), step - (end - s)
         s += step
-    return math.nan, math.nan
+    return math.nan, math.nan, math.nan

@@ -72,8 +72,8 @@ def next_event(
 
     ``free`` tells up to where the lower and the upper bound are known to be clear: (0, 0) at the
     start; what is returned there is to be handed in again after a GRAZE or a PAUSE. ``side`` is
-    -1 for the lower bound and +1 for the upper; a HIT comes with its velocity, a GRAZE with its
-    clearance. No event before ``longest`` is NONE.
+    -1 for the lower bound and +1 for the upper; a HIT comes with its velocity and, in place of
+    the bound, what is to be added to s unrounded, a GRAZE with its clearance. No event before ``longest`` is NONE.
     """
     reach = (law[region, LOWER] - x, law[region, UPPER] - x)
     step = law[region, STEP]
@@ -264,11 +264,11 @@ def meeting(
             ends = (y - distance, step * v, step * step * second)
             ends1 = (y1 - distance, step * v1, step * step * second1)
             bracket = (s, s + step, s + step * quintic_root(ends, ends1))
-            end, speed = land(law, region, start, phases, arrival, sign, distance, bracket)
+            end, speed, rest = land(law, region, start, phases, arrival, sign, distance, bracket)
             width = end - s
             least = fourth * width**4 * (1.0 / 287.0) + (0.0 if from_bound else slack)
             if begins + THIRD * width * sign * v > least and -THIRD * width * sign * speed > least:
-                return HIT, end, -sign, speed, 0.0, free
+                return HIT, end, -sign, speed, rest, free
         elif begins > slack and sign * (y1 - distance) > slack:
             lowest = cubic_minimum(
                 begins, step * sign * v, sign * (y1 - distance), step * sign * v1

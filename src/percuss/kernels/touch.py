@@ -46,7 +46,7 @@ def first_touch(
     """Return (verdict, s, v or clearance, rounding bound, free up to) of the first touch.
 
     The clearance sign * (y - distance) is positive at ``left``. For a HIT the third entry is the
-    velocity, for a GRAZE the clearance there. ``arrival`` holds the phases of a HIT.
+    velocity and the fourth what is to be added to s, for a GRAZE the third is the clearance. ``arrival`` holds the phases of a HIT.
     """
     if not left < right:
         return NONE, right, 0.0, 0.0, right
@@ -86,8 +86,8 @@ def first_touch(
             y, v = move(law, region, start, phases, after, arrival)
         if beyond < -error:
             bracket = (sure, end, 0.5 * (sure + end))
-            s, v = land(law, region, start, phases, arrival, sign, distance, bracket)
-            return HIT, s, v, 0.0, s
+            s, v, rest = land(law, region, start, phases, arrival, sign, distance, bracket)
+            return HIT, s, v, rest, s
         beyond = sign * (y - distance)
         if shape == CLEAR or beyond > doubt:
             if sure < left and gap <= 0.0:

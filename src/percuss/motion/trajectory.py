@@ -138,7 +138,7 @@ class Trajectory:
         --------
         >>> import percuss as pc
         >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
-        >>> [float(run(run.impacts.t[0], limit)[1]) for limit in ("before", "after")]
+        >>> [round(float(run(run.impacts.t[0], limit)[1]), 12) for limit in ("before", "after")]
         [-1.0, 0.5]
         """
         if limit not in _SIDES:
