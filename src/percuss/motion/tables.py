@@ -98,6 +98,7 @@ class Contacts:
         (n,) array, how many of the run's impacts are listed before it.
     error_bound
         (n,) array [time], bound on the error of `start` by the summation of the chatter's tail.
+        It does not hold the rounding of the impacts before, which the motion carries on.
     """
 
     start: Floats
