@@ -23,7 +23,7 @@ def cos_sin(rate: float, rate_low: float, t: float, t_low: float) -> tuple[float
 
     Quarter turns come off exactly before anything is rounded: at quarter turns the answer is
     exact, and next to them the small one of the two keeps its relative precision. It is a
-    polynomial and no call of the C library, which would take the time of the whole rest.
+    polynomial, free of branches, and no call of the C library.
     """
     product, error = two_product(rate, t)
     quarter = nearest(4.0 * product)

@@ -8,7 +8,7 @@ with the springs and dashpots of the stops in touch added to k and a. The bounds
 walls, edges of soft stops, or at infinity.
 
 A law is one C-contiguous float64 array, because numba counts the references to each array that it
-takes out of a tuple, which cost more than the arithmetic (2,000 ns an impact against 200). Its
+takes out of a tuple, which cost more than the arithmetic (2,000 ns an impact against 400). Its
 rows: row 0, what holds for all; then one row a harmonic; then, for each region upwards, a row of
 its own followed by one row a harmonic with the region's response to it. A region is handed about
 as the number of its row, so the row of its response to harmonic j is ``region + 1 + j``.

@@ -1,7 +1,7 @@
 """Plain flights in a row: one harmonic, one wall, from the wall and back to it.
 
 This is `search`, `landing` and `march` for the commonest case, written as one loop whose numbers
-stay in registers: three times as fast. Whatever is not plain it leaves to them untouched: a
+stay in registers: 2.5 times as fast. Whatever is not plain it leaves to them untouched: a
 flight that comes near a graze, a short or a long one, a slow impact.
 """
 

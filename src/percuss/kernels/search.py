@@ -73,7 +73,8 @@ def next_event(
     ``free`` tells up to where the lower and the upper bound are known to be clear: (0, 0) at the
     start; what is returned there is to be handed in again after a GRAZE or a PAUSE. ``side`` is
     -1 for the lower bound and +1 for the upper; a HIT comes with its velocity and, in place of
-    the bound, what is to be added to s unrounded, a GRAZE with its clearance. No event before ``longest`` is NONE.
+    the bound, what is to be added to s unrounded, a GRAZE with its clearance. No event before
+    ``longest`` is NONE.
     """
     reach = (law[region, LOWER] - x, law[region, UPPER] - x)
     step = law[region, STEP]

@@ -26,7 +26,7 @@ from percuss.model.stops import SoftStop, Wall
 __all__ = ["Lines", "law", "lines"]
 
 # The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
-# radians: there the cubic through a step's ends is off by 1 % of the amplitude at most.
+# radians: there the cubic through a step's ends is off by 1/384 of the amplitude at most.
 STEP_PHASE = 1.0
 # With K < 0 the bound over a step holds a factor exp(phase).
 GROWING_STEP_PHASE = 0.5

@@ -25,10 +25,10 @@ from percuss.motion.trajectory import Trajectory
 
 __all__ = ["MOST_IMPACTS", "simulate"]
 
-# Without `max_impacts`. Ten million impacts take 1.5 GB: elastic hops on a wall can be that many.
+# Without `max_impacts`. Ten million impacts take 0.9 GB: elastic hops on a wall can be that many.
 MOST_IMPACTS = 10_000_000
 
-# Searches between two looks at the keyboard and the progress, about 20 ms.
+# Searches between two looks at the keyboard and the progress.
 PATIENCE = 50_000
 # Phases are reduced to one turn exactly up to 2**51 quarter turns.
 MOST_PERIODS = 1e14
