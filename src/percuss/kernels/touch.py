@@ -161,16 +161,16 @@ def departure(
     """
     _, _, value, force = start
     following, _ = acceleration_and_jerk(law, region, force, phases, 0.0, value)
-    order = 1
-    while value == 0.0:
-        if order == LAST_ORDER:
-            return longest
+    for order in range(1, LAST_ORDER):
+        if value != 0.0:
+            break
         jerk = force_derivative(law, phases, order)
         value, following = (
             following,
             jerk - 2.0 * law[region, DAMPING] * following - law[region, STIFFNESS] * value,
         )
-        order += 1
+    else:
+        return longest
     if sign * value < 0.0:
         return 0.0
     width = longest

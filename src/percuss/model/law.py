@@ -14,7 +14,6 @@ from functools import lru_cache
 import numpy as np
 
 from percuss.kernels import law as at
-from percuss.kernels.compile import python_of
 from percuss.kernels.law import Law
 from percuss.kernels.steps import fill_steps
 from percuss.model.exact import PI, as_fraction
@@ -93,8 +92,7 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
         for j, component in enumerate(components):
             _fill_response(table[first + 1 + j], region, component.omega)
         _mark_simple(table[first], table[first + 1 : first + 1 + n])
-    # Once a law, as plain Python: its compilation would take longer.
-    python_of(fill_steps)(table)
+    fill_steps(table)
     return table
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
-from percuss.kernels.compile import python_of
 from percuss.kernels.law import FIRST_HARMONIC, HALF_TURNS, N_HARMONICS, TURNS, Law, Table
 from percuss.model.exact import Exact, as_float
 from percuss.model.faults import raise_first
@@ -146,10 +145,7 @@ class _March:
         self.grazes = np.empty((16, columns.GRAZE_COLUMNS))
         self.state[columns.T], self.state[columns.X], self.state[columns.V] = t0, x0, v0
         self.start = (x0, v0)
-        # Once a run, as plain Python: its compilation would take longer than a million impacts.
-        python_of(engine.begin)(
-            table, self.state, self.counters, self.phases, self.events, self.marks
-        )
+        engine.begin(table, self.state, self.counters, self.phases, self.events, self.marks)
 
     @property
     def last_time(self) -> float:
