@@ -276,3 +276,56 @@ def test_far_stop_costs_no_digits_of_the_motion_elsewhere() -> None:
 
     t = np.linspace(0.0, 6.0, 50)
     np.testing.assert_allclose(run(t)[0], 0.3 * np.cos(t) + 0.1 * np.sin(t), atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("osc", "force", "x0", "v0"),
+    [
+        (pc.impact_oscillator(0.5, stiffness=0, damping=1), None, 1.0, -0.1),
+        (pc.impact_oscillator(stiffness=0), pc.sine(1), 1.0, 2.0),
+        (pc.impact_oscillator(stiffness=0, damping=0.5), pc.sine(1), 5.0, 2.0),
+        (pc.impact_oscillator(stiffness=0), pc.fourier(1.0, cos=(1.0,), constant=0.5), 1.0, 2.0),
+        (
+            pc.impact_oscillator(stiffness=0, damping=0.1),
+            pc.fourier(1.0, cos=(1.0,), constant=0.5),
+            1.0,
+            2.0,
+        ),
+    ],
+    ids=["damped", "drift", "damped and driven", "pushed off", "damped and pushed off"],
+)
+def test_mass_without_spring_that_leaves_for_ever_is_seen_to_do_so(
+    osc: pc.Oscillator, force: pc.Forcing | None, x0: float, v0: float
+) -> None:
+    run = pc.simulate(osc, force, x0=x0, v0=v0, max_impacts=5)
+
+    assert run.outcome is pc.Outcome.no_more_impacts
+    assert len(run.impacts) == 0
+
+
+@pytest.mark.parametrize(
+    ("drift", "constant"), [(-0.01, 0.0), (2.0, -0.01), (-0.3, 0.001)], ids=str
+)
+def test_mass_without_spring_that_comes_back_does_impact(drift: float, constant: float) -> None:
+    """x'' = cos t + G: x = 1 + drift t + (1 - cos t) + G t^2 / 2 meets the wall at a known time."""
+    force = pc.fourier(1.0, cos=(1.0,), constant=constant)
+
+    run = pc.simulate(pc.impact_oscillator(stiffness=0), force, x0=1.0, v0=drift, max_impacts=1)
+
+    if constant > 0.0:
+        assert 1.0 + drift * run.impacts.t[0] < 0.0
+    assert len(run.impacts) == 1
+    t = run.impacts.t[0]
+    x = 1.0 + drift * t + (1.0 - math.cos(t)) + 0.5 * constant * t * t
+    assert x == pytest.approx(0.0, abs=1e-13 * (1.0 + abs(drift) * t))
+
+
+def test_force_far_faster_than_the_oscillator_only_makes_it_tremble() -> None:
+    run = pc.simulate(pc.impact_oscillator(), pc.sine(1e8), v0=1.0, max_impacts=2)
+
+    np.testing.assert_allclose(run.impacts.t, [math.pi, 2.0 * math.pi], rtol=1e-15, atol=2e-8)
+
+
+def test_force_too_fast_for_its_phase_to_be_known_over_a_flight_is_refused() -> None:
+    with pytest.raises(pc.ParameterError, match="1e\\+40 times as fast"):
+        pc.simulate(pc.impact_oscillator(), pc.sine(1e40), v0=1.0, max_impacts=5)

@@ -18,6 +18,9 @@ __all__ = ["Fault", "draft", "faults"]
 
 Model = TypeVar("Model")
 
+# Rates and stiffnesses are squared, and squared again, in bounds.
+LARGEST_SCALE = 1e70
+
 
 @dataclass(frozen=True, slots=True)
 class Fault:
@@ -170,6 +173,20 @@ def not_negative_faults(name: str, value: object, reason: str) -> list[Fault]:
     return found
 
 
+def scale_faults(name: str, value: object) -> list[Fault]:
+    """Return the fault of a number whose square would leave the range of floats; 0 is none."""
+    found = number_faults(name, value)
+    size = 0.0 if found else abs(as_float(cast("Exact", value)))
+    if size != 0.0 and not 1.0 / LARGEST_SCALE <= size <= LARGEST_SCALE:
+        reason = (
+            f"not between {1.0 / LARGEST_SCALE:g} and {LARGEST_SCALE:g}; choose units in which it "
+            "is nearer to 1"
+        )
+        return [Fault(name, value, reason)]
+    return found
+
+
 def damping_faults(name: str, value: object) -> list[Fault]:
     """Return the fault of a damping that is no number of at least zero."""
-    return not_negative_faults(name, value, "negative; the motion would gain energy at rest")
+    found = not_negative_faults(name, value, "negative; the motion would gain energy at rest")
+    return found or scale_faults(name, value)

@@ -16,6 +16,7 @@ from percuss.model.faults import (
     phase_faults,
     positive_faults,
     raise_first,
+    scale_faults,
 )
 
 __all__ = ["Component", "FourierTerm", "Harmonic", "Part"]
@@ -128,7 +129,8 @@ def _(value: FourierTerm, prefix: str | None = None) -> list[Fault]:
 
 def frequency_faults(name: str, value: object) -> list[Fault]:
     """Return the fault of a value that is no angular frequency."""
-    return positive_faults(name, value, "not positive; a part of zero frequency is the constant")
+    found = positive_faults(name, value, "not positive; a part of zero frequency is the constant")
+    return found or scale_faults(name, value)
 
 
 def scaled_part(part: Part, factor: Fraction) -> Part:

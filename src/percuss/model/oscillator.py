@@ -19,6 +19,7 @@ from percuss.model.faults import (
     number_faults,
     positive_faults,
     raise_first,
+    scale_faults,
 )
 from percuss.model.stops import Side, SoftStop, Stop, Wall, stops_faults
 
@@ -264,7 +265,7 @@ def backlash_oscillator(
 def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
     prefix = "oscillator" if prefix is None else prefix
     found = [
-        *number_faults(dotted(prefix, "stiffness"), value.stiffness),
+        *scale_faults(dotted(prefix, "stiffness"), value.stiffness),
         *damping_faults(dotted(prefix, "damping"), value.damping),
     ]
     if not isinstance(value.stops, tuple):

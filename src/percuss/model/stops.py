@@ -14,6 +14,7 @@ from percuss.model.faults import (
     make_plain,
     number_faults,
     raise_first,
+    scale_faults,
 )
 
 __all__ = ["Side", "SoftStop", "Stop", "Wall"]
@@ -121,7 +122,7 @@ def _(value: SoftStop, prefix: str | None = None) -> list[Fault]:
     return [
         *number_faults(dotted(prefix, "at"), value.at),
         *_side_faults(dotted(prefix, "side"), value.side),
-        *number_faults(dotted(prefix, "stiffness"), value.stiffness),
+        *scale_faults(dotted(prefix, "stiffness"), value.stiffness),
         *damping_faults(dotted(prefix, "damping"), value.damping),
     ]
 

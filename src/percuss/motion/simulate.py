@@ -128,6 +128,13 @@ def _check_times(table: Law, t0: float, t_end: float) -> None:
                 "nearer by"
             )
             raise ParameterError(name, time, reason)
+    slow = [turns for turns in 2.0 * table[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS] if turns > 0.0]
+    if t_end == math.inf and slow and fastest > MOST_PERIODS * min(slow):
+        reason = (
+            f"needed where the fastest part of the motion is {fastest / min(slow):.3g} times as "
+            f"fast as the slowest; phases are exact over {MOST_PERIODS:g} periods"
+        )
+        raise ParameterError("t_end", None, reason)
 
 
 class _March:
