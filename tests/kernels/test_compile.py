@@ -46,6 +46,18 @@ from throwaway.caller import caller
 IndexDataCacheFile._save_data = lambda self, name, data: os._exit(9)
 caller(1.0)
 """
+AT_A_TERMINAL = """
+import io, sys
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+sys.stderr = Terminal()
+"""
+WHAT_WAS_SAID = """
+assert (sys.stderr.getvalue().count("compiling") == 1) == (sum(stats.cache_misses.values()) == 1)
+"""
 CALL_ON_A_FULL_DISK = """
 from numba.core.caching import IndexDataCacheFile
 
@@ -250,6 +262,16 @@ assert caller(10.0) == -22.0
     done = package.run(script, NUMBA_DISABLE_JIT="1")
 
     assert done.returncode == 0, done.stderr
+
+
+def test_someone_at_a_terminal_is_told_of_the_wait_once(package: Package) -> None:
+    for misses in (1, 0):
+        done = package.run(AT_A_TERMINAL + CALL + WHAT_WAS_SAID)
+
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)[2] == misses
+
+    assert package.run(CALL).stderr == ""
 
 
 def test_only_what_python_calls_has_machine_code(package: Package) -> None:

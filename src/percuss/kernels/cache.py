@@ -8,9 +8,11 @@ compiled from other text is never found (docs/decisions/002-compile-cache.md).
 
 from __future__ import annotations
 
+import builtins
 import contextlib
 import functools
 import hashlib
+import sys
 from importlib import resources
 from pathlib import Path
 
@@ -29,6 +31,14 @@ def _sources_hash() -> str:
     return digest.hexdigest()[:20]
 
 
+@functools.cache
+def _tell_of_the_wait() -> None:
+    """Say once a process, to someone who sits there, why the first call takes its time."""
+    terminal = sys.stderr is not None and sys.stderr.isatty()
+    if terminal or hasattr(builtins, "__IPYTHON__"):
+        sys.stderr.write("percuss: compiling (some ten seconds, once for an installation)\n")
+
+
 class _NamedBySources(CompileResultCacheImpl):
     """Puts the hash of the sources into the names of a kernel's cache files."""
 
@@ -44,11 +54,14 @@ class KernelCache(FunctionCache):
     def load_overload(self, sig: object, target_context: object) -> object:
         """Load machine code; None where there is none that can be used."""
         try:
-            return super().load_overload(sig, target_context)
+            found = super().load_overload(sig, target_context)
         except Exception:  # noqa: BLE001  a damaged file raises whatever unpickling it leads to
             with contextlib.suppress(OSError):
                 self.flush()
-            return None
+            found = None
+        if found is None:
+            _tell_of_the_wait()
+        return found
 
     def save_overload(self, sig: object, data: object) -> None:
         """Save machine code where that is possible, and remove what has become stale."""

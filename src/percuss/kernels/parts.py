@@ -35,12 +35,13 @@ class _PartCompiler(Compiler):  # type: ignore[misc]
         self.state.flags.no_compile = True
         result = super().compile_extra(func)
         # numba tells functions apart by a built-in one; this one is never called.
-        key = [].append
+        nothing: list[None] = []
+        key = nothing.append
         self.state.targetctx.insert_user_function(key, result.fndesc, [result.library])
         return result._replace(entry_point=key)
 
 
-class _PartLibrary(JITCodeLibrary):  # type: ignore[misc]
+class _PartLibrary(JITCodeLibrary):
     """The code of a part, to be linked into that of its callers and optimised there."""
 
     def _optimize_final_module(self) -> None:
