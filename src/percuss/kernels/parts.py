@@ -19,15 +19,14 @@ from numba.core.compiler import Compiler
 
 def as_part(compiled: Any, options: Mapping[str, Any]) -> None:
     """Let kernels that call ``compiled`` take its code in, instead of calling its machine code."""
-    part: Any = numba.njit(pipeline_class=_PartCompiler, no_cpython_wrapper=True, **options)(
-        compiled.py_func
-    )
+    njit: Any = numba.njit
+    part = njit(pipeline_class=_PartCompiler, no_cpython_wrapper=True, **options)(compiled.py_func)
     # These two are what numba asks of a function that is called by one it compiles.
     compiled.get_call_template = part.get_call_template
     compiled.get_overload = part.get_overload
 
 
-class _PartCompiler(Compiler):  # type: ignore[misc]
+class _PartCompiler(Compiler):
     """Compiles to a part."""
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
