@@ -1,4 +1,4 @@
-# make demo | test | nightly | benchmark | lock | clean. Set-up happens by itself, in .venv.
+# make paper | demo | test | nightly | benchmark | lock | clean. Set-up happens by itself, in .venv.
 
 # The first Python that is new enough; PYTHON=... on the command line chooses another.
 CANDIDATES = python3 python3.14 python3.13 python3.12 python3.11
@@ -13,8 +13,11 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: demo test nightly benchmark check lock clean
+.PHONY: paper demo test nightly benchmark check lock clean
 .DELETE_ON_ERROR:
+
+paper: .venv/run.stamp
+	$(BIN)/percuss paper --out demo/paper --force
 
 demo: .venv/run.stamp
 	@mkdir -p demo

@@ -42,14 +42,24 @@ if TYPE_CHECKING:
     from percuss.motion import Contacts as Contacts
     from percuss.motion import Crossings as Crossings
     from percuss.motion import Grazes as Grazes
+    from percuss.motion import Growth as Growth
+    from percuss.motion import HarmonicMotion as HarmonicMotion
     from percuss.motion import Impacts as Impacts
     from percuss.motion import ImpactTimes as ImpactTimes
     from percuss.motion import Outcome as Outcome
+    from percuss.motion import SubsetMotion as SubsetMotion
     from percuss.motion import Trajectory as Trajectory
     from percuss.motion import classify_impact_times as classify_impact_times
     from percuss.motion import eigenset as eigenset
+    from percuss.motion import eigenset_motion as eigenset_motion
+    from percuss.motion import growth as growth
+    from percuss.motion import harmonic_critical_velocity as harmonic_critical_velocity
+    from percuss.motion import line_spectrum as line_spectrum
     from percuss.motion import resonant_frequency as resonant_frequency
     from percuss.motion import simulate as simulate
+    from percuss.motion import spectrum as spectrum
+    from percuss.motion import subset_critical_velocity as subset_critical_velocity
+    from percuss.motion import subset_forcing as subset_forcing
 
 __version__ = "0.1.0"
 
@@ -58,7 +68,9 @@ __all__ = [
     "Crossings",
     "Forcing",
     "Grazes",
+    "Growth",
     "Harmonic",
+    "HarmonicMotion",
     "ImpactTimes",
     "Impacts",
     "MissingExtraError",
@@ -70,6 +82,7 @@ __all__ = [
     "SoftStop",
     "Start",
     "StudyError",
+    "SubsetMotion",
     "Trajectory",
     "Wall",
     "__version__",
@@ -79,8 +92,12 @@ __all__ = [
     "classify_impact_times",
     "cosine",
     "eigenset",
+    "eigenset_motion",
     "fourier",
+    "growth",
+    "harmonic_critical_velocity",
     "impact_oscillator",
+    "line_spectrum",
     "load_netcdf",
     "pi_times",
     "resonant_frequency",
@@ -88,6 +105,9 @@ __all__ = [
     "save_netcdf",
     "simulate",
     "sine",
+    "spectrum",
+    "subset_critical_velocity",
+    "subset_forcing",
 ]
 
 _HOMES = {
@@ -123,14 +143,24 @@ _HOMES = {
         "Contacts",
         "Crossings",
         "Grazes",
+        "Growth",
+        "HarmonicMotion",
         "ImpactTimes",
         "Impacts",
         "Outcome",
+        "SubsetMotion",
         "Trajectory",
         "classify_impact_times",
         "eigenset",
+        "eigenset_motion",
+        "growth",
+        "harmonic_critical_velocity",
+        "line_spectrum",
         "resonant_frequency",
         "simulate",
+        "spectrum",
+        "subset_critical_velocity",
+        "subset_forcing",
     ),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -31,7 +31,7 @@ def main() -> None:
 
 
 @contextmanager
-def _faults_on_stderr() -> Iterator[None]:
+def _faults_on_stderr(written: str = "nothing was written") -> Iterator[None]:
     """Turn what percuss raises into one line a fault and the exit status 2."""
     try:
         yield
@@ -39,7 +39,7 @@ def _faults_on_stderr() -> Iterator[None]:
         typer.echo(str(error), err=True)
         raise typer.Exit(BAD_INPUT) from error
     except KeyboardInterrupt as error:
-        typer.echo("interrupted; nothing was written", err=True)
+        typer.echo(f"interrupted; {written}", err=True)
         raise typer.Exit(INTERRUPTED) from error
 
 
@@ -100,6 +100,38 @@ def run(
         print_report(question, result)
     if result.run.outcome.name == "interrupted":
         raise typer.Exit(INTERRUPTED)
+
+
+@app.command()
+def paper(
+    *,
+    only: Annotated[
+        str | None,
+        typer.Option("--only", help="Figures and statements, as fig6,table2,eq12; default: all."),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the report.")] = Path(
+        "percuss-paper"
+    ),
+    force: Annotated[
+        bool, typer.Option("--force", "-f", help="Write into a folder that is not empty.")
+    ] = False,
+) -> None:
+    """Recompute Dyskin, Pasternak & Pelinovsky (2012) and judge it, statement by statement."""
+    with _faults_on_stderr(f"the finished figures are in {out}, without a report"):
+        from percuss.cli.verdicts import print_verdicts
+        from percuss.cli.watch import Watch
+        from percuss.paper.run import run_paper
+
+        options = ["--only", only] if only is not None else []
+        options += ["--out", str(out), *(["--force"] if force else [])]
+        command = shlex.join(["percuss", "paper", *options])
+        with Watch("recomputing the paper") as watch:
+            result = run_paper(out, only=only, command=command, force=force, progress=watch)
+        print_verdicts(result)
+    if result.is_interrupted:
+        raise typer.Exit(INTERRUPTED)
+    if result.missing:
+        raise typer.Exit(1)
 
 
 @app.command()

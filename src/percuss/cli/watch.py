@@ -21,9 +21,15 @@ class Watch:
 
     Inside the ``with`` block the first Ctrl-C ends the run where it is, and the second one ends
     the program.
+
+    Parameters
+    ----------
+    doing
+        What is being done, before the bar.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, doing: str = RUNNING) -> None:
+        self._doing = doing
         # By a clock of its own: the first run of all compiles the engine and reports nothing yet.
         self._timer = threading.Timer(PATIENCE, self._show)
         self._timer.daemon = True
@@ -35,7 +41,7 @@ class Watch:
     def __call__(self, done: float, total: float) -> bool:
         """Note the progress, and return whether to go on."""
         if self._bar is not None:
-            self._bar.update(self._task, description=RUNNING, completed=done, total=total)
+            self._bar.update(self._task, description=self._doing, completed=done, total=total)
         return not self.is_stopped
 
     def _show(self) -> None:

@@ -12,6 +12,7 @@ from percuss.errors import ParameterError
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.motion.eigenset import resonant_frequency
+from percuss.motion.growth import CERTAIN, Growth, fit_power_law
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["ImpactTimes", "Kind", "classify_impact_times"]
@@ -33,6 +34,8 @@ REPETITIONS = 3
 # Times count as equal within this part of the eigenset's spacing, or of the mean interval; runs
 # of 1e6 impacts keep their times to 1e-9.
 TOLERANCE = 1e-8
+# An approach is seen as long as the last intervals are off by so many units of the last digit.
+ROUNDINGS = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +52,9 @@ class ImpactTimes:
         The smallest pattern that repeats: so many impacts in so many forcing periods; 0 where
         there is none, n_periods also where the forcing has no period.
     rate
-        NaN: the rate of approach is not computed here.
+        For "approaching_eigenset" the exponent p of the law t^-p that the distance of the
+        intervals from the eigenset's spacing follows, by least squares as in `growth`; t is
+        counted from the first impact. NaN otherwise.
     deviation
         Largest distance of a time from the pattern [time]; for "approaching_eigenset" that of
         the last intervals from the eigenset's. NaN without a pattern.
@@ -115,12 +120,13 @@ def classify_impact_times(
     on_eigenset = None if spacing is None else _eigenset(times, spacing, period)
     if on_eigenset is not None:
         return on_eigenset
-    repeating = _periodic(times, period)
-    if repeating is not None:
-        return repeating
+    # First, since late in an approach the intervals differ by less than any tolerance.
     approaching = None if spacing is None else _approaching(times, spacing)
     if approaching is not None:
         return approaching
+    repeating = _periodic(times, period)
+    if repeating is not None:
+        return repeating
     return ImpactTimes("no_period_found", 0, 0, np.nan, np.nan, len(times))
 
 
@@ -190,12 +196,28 @@ def _whole_periods(time: float, period: float | None) -> int:
 
 
 def _approaching(times: Floats, spacing: float) -> ImpactTimes | None:
-    """Compare the intervals of the second quarter with those of the last."""
+    """Tell whether the intervals come ever nearer to the spacing, and by which law."""
     off = np.abs(np.diff(times) - spacing)
     quarter = len(off) // 4
     if quarter < FEWEST:
         return None
-    before, after = off[quarter : 2 * quarter].max(), off[-quarter:].max()
-    if after < 0.9 * before and after < 0.1 * spacing:
-        return ImpactTimes("approaching_eigenset", 0, 0, np.nan, float(after), len(times))
-    return None
+    second, third, last = (float(off[i * quarter : (i + 1) * quarter].max()) for i in (1, 2, 3))
+    is_rounding = last < ROUNDINGS * np.spacing(np.abs(times).max())
+    if is_rounding or not (last < third < second and last < 0.1 * spacing):
+        return None
+    law = _law_of_approach(times, off)
+    if not law.exponent + CERTAIN * law.exponent_error < 0.0:
+        return None
+    return ImpactTimes("approaching_eigenset", 0, 0, -law.exponent, last, len(times))
+
+
+def _law_of_approach(times: Floats, off: Floats) -> Growth:
+    """Fit the larger of each two distances by a power of the time.
+
+    In some motions every second one is smaller by an order.
+    """
+    pairs = len(off) // 2
+    largest = off[: 2 * pairs].reshape(-1, 2).max(axis=1)
+    since = times[1 : 2 * pairs : 2] - times[0]
+    used = (since >= 0.01 * since[-1]) & (largest > 0.0)
+    return fit_power_law(since[used], largest[used])

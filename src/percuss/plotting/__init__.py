@@ -12,6 +12,8 @@ __all__ = [
     "plot_impact_velocities",
     "plot_motion",
     "plot_phase_portrait",
+    "plot_spectrum",
+    "plot_staircase",
     "plot_velocity",
 ]
 
@@ -23,6 +25,8 @@ _MODULES = {
     "plot_impact_velocities": "impact_plot",
     "plot_motion": "motion_figure",
     "plot_phase_portrait": "portrait",
+    "plot_spectrum": "spectrum_plot",
+    "plot_staircase": "staircase",
     "plot_velocity": "time_plots",
 }
 

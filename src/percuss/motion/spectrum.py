@@ -1,0 +1,307 @@
+"""The spectrum of a run, and the Fourier coefficients of a periodic one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from percuss.errors import ParameterError
+from percuss.model.exact import as_float
+from percuss.motion.fourier_integral import fourier_integral
+from percuss.motion.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    # A second of import.
+    from xarray import Dataset
+
+__all__ = ["line_spectrum", "spectrum"]
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Quantity = Literal["displacement", "velocity"]
+Window = Literal["hann", "none"]
+Method = Literal["exact", "fft"]
+
+# The grids without a given omega reach up to so many times the frequency of the forcing or of the
+# spring, whichever is higher, and hold no more than so many frequencies.
+REACH = 12.0
+MOST_FREQUENCIES = 4096
+MOST_SAMPLES = 1 << 22
+
+
+def spectrum(
+    run: Trajectory,
+    method: Method = "exact",
+    *,
+    omega: ArrayLike | None = None,
+    window: Window = "hann",
+    of: Quantity = "displacement",
+    between: tuple[float, float] | None = None,
+    n: int | None = None,
+) -> Dataset:
+    """Return the spectrum of a run over a finite time.
+
+    With X(w) the integral of window(t) x(t) exp(-i w t) over the time T = end - start, and W the
+    integral of the window, ``cosine - i sine = 2 X / W``: a long run of A cos(w t) + B sin(w t)
+    has the cosine A and the sine B at w (and at w = 0 the cosine is twice the mean, as the first
+    coefficient of a Fourier series is).
+
+    Parameters
+    ----------
+    run
+        The run.
+    method
+        "exact": X of the closed form of the motion, by integration by parts from event to event
+        (`percuss.motion.fourier_integral`): exact to rounding, at any frequency, no aliasing.
+        "fft": the sum over n equidistant points of the motion by the fast Fourier transform: at
+        all multiples of 2 pi/T below n/2 of them, each with what belongs to higher frequencies
+        folded onto it; fast for long runs.
+    omega
+        Angular frequencies for "exact" [1/time]. Default: up to 4096 equidistant ones from 0 to
+        12 times the highest frequency of forcing and spring, multiples of pi/T if these are few
+        enough; lines of a long run are narrower than the distance of so few.
+    window
+        "hann": (1 - cos(2 pi (t - start)/T))/2, whose side lobes fall as w^-3; "none".
+    of
+        "displacement" or "velocity".
+    between
+        Start and end [time]; default: the whole run.
+    n
+        Number of points for "fft", >= 4. Default: a power of two that reaches twice as far as the
+        frequencies of "exact", at most 2^22.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``omega`` [1/time]: ``cosine``, ``sine`` and ``amplitude`` [length, or
+        length/time], and ``power``, the one-sided density whose integral over omega is the mean
+        square weighted by the window squared [the square of that, times time]. Its attributes
+        name the method, the window and the times.
+
+    Raises
+    ------
+    ParameterError
+        If a word is unknown, a number outside its domain, or the times outside the run.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> run = pc.simulate(pc.impact_oscillator(), v0=1.0, t_end=100 * 3.141592653589793)
+    >>> lines = spectrum(run, omega=[0.0, 2.0], window="none").amplitude
+    >>> (lines * 3.141592653589793).round(9).values
+    array([4.        , 1.33333333])
+    """
+    _check_words(method, window, of)
+    low, high = _times(run, between)
+    if method == "exact":
+        if n is not None:
+            raise ParameterError("n", n, 'a number of points belongs to method="fft"')
+        grid = _default_grid(run, low, high) if omega is None else _frequencies(omega)
+        transform = _exact(run, grid, low, high, window, of)
+    else:
+        if omega is not None:
+            reason = 'the frequencies of method="fft" follow from n and the times'
+            raise ParameterError("omega", np.shape(omega), reason)
+        grid, transform = _fast(run, low, high, window, of, _samples(run, low, high, n))
+    weight, squared = _weights(window, high - low)
+    values = 2.0 * transform / weight
+    power = np.abs(transform) ** 2 / (math.pi * squared)
+    names = {"method": method, "window": window, "of": of, "start": low, "end": high}
+    return _dataset("omega", grid, values, names, power=power)
+
+
+def line_spectrum(
+    run: Trajectory,
+    period: float,
+    n_lines: int = 33,
+    *,
+    of: Quantity = "displacement",
+    periods: int = 1,
+) -> Dataset:
+    """Return the exact Fourier coefficients of a periodic motion, from the end of a run.
+
+    x(t) is the sum over the lines n = 0, 1, ... of cosine cos(w t) + sine sin(w t), with
+    w = 2 pi n/period; the cosine of line 0 is the mean. The coefficients are integrals of the
+    closed form over the last whole periods: exact to rounding, without aliasing.
+
+    Parameters
+    ----------
+    run
+        The run, of one period more than are used.
+    period
+        The period [time], > 0; a multiple of the shortest one gives lines that are zero.
+    n_lines
+        How many lines, >= 1.
+    of
+        "displacement" or "velocity".
+    periods
+        How many periods to take the mean of, >= 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``line``: ``omega`` [1/time], ``cosine``, ``sine``, ``amplitude`` [length, or
+        length/time]. ``mismatch_x`` and ``mismatch_v`` tell whether the run has this period: how
+        far x and v are from where they were one period before, in the middle of the last
+        period's longest flight.
+
+    Raises
+    ------
+    ParameterError
+        If a number is outside its domain, or the run too short.
+
+    Examples
+    --------
+    Free motion between elastic impacts, abs(sin t):
+
+    >>> import percuss as pc
+    >>> run = pc.simulate(pc.impact_oscillator(), v0=1.0, t_end=20.0)
+    >>> lines = line_spectrum(run, 3.141592653589793, 3)
+    >>> (lines.cosine * 3.141592653589793).round(9).values
+    array([ 2.        , -1.33333333, -0.26666667])
+    >>> float(lines.mismatch_v) < 1e-14
+    True
+    """
+    _check_words("exact", "none", of)
+    if not (math.isfinite(period) and period > 0.0):
+        raise ParameterError("period", period, "not a positive number")
+    for name, count in (("n_lines", n_lines), ("periods", periods)):
+        if count < 1:
+            raise ParameterError(name, count, "less than one")
+    if (periods + 1) * period > run.t_end - run.t0:
+        reason = f"{periods + 1} of them do not fit into the run, {run.t0:g} to {run.t_end:g}"
+        raise ParameterError("period", period, reason)
+    low, high = run.t_end - periods * period, run.t_end
+    omega = 2.0 * math.pi / period * np.arange(n_lines, dtype=np.float64)
+    values = 2.0 * _exact(run, omega, low, high, "none", of) / (high - low)
+    values[0] *= 0.5
+    names = {"method": "exact", "of": of, "period": period, "start": low, "end": high}
+    found = _dataset("line", np.arange(n_lines), values, names)
+    t = _middle_of_longest(run, high - period, high)
+    now, before = run(t), run(t - period)
+    return found.assign(
+        omega=("line", omega),
+        mismatch_x=abs(float(now[0] - before[0])),
+        mismatch_v=abs(float(now[1] - before[1])),
+    )
+
+
+def _check_words(method: str, window: str, of: str) -> None:
+    for name, value, known in (
+        ("method", method, ("exact", "fft")),
+        ("window", window, ("hann", "none")),
+        ("of", of, ("displacement", "velocity")),
+    ):
+        if value not in known:
+            raise ParameterError(name, value, f"neither {known[0]} nor {known[1]}")
+
+
+def _times(run: Trajectory, between: tuple[float, float] | None) -> tuple[float, float]:
+    low, high = (run.t0, run.t_end) if between is None else map(float, between)
+    if not run.t0 <= low < high <= run.t_end:
+        reason = f"not two times in order inside the run, {run.t0!r} to {run.t_end!r}"
+        raise ParameterError("between", (low, high), reason)
+    return low, high
+
+
+def _frequencies(omega: ArrayLike) -> Floats:
+    grid = np.atleast_1d(np.asarray(omega, dtype=np.float64))
+    if grid.ndim != 1 or not np.isfinite(grid).all():
+        raise ParameterError("omega", grid.shape, "not one array of finite numbers")
+    return grid
+
+
+def _highest(run: Trajectory) -> float:
+    """Return the frequency up to which a spectrum is drawn."""
+    harmonics = () if run.forcing is None else run.forcing.components()
+    fastest = max((float(harmonic.omega) for harmonic in harmonics), default=0.0)
+    spring = math.sqrt(abs(as_float(run.oscillator.stiffness)))
+    return REACH * (max(fastest, spring) or 2.0 * math.pi / (run.t_end - run.t0))
+
+
+def _default_grid(run: Trajectory, low: float, high: float) -> Floats:
+    highest = _highest(run)
+    n = min(MOST_FREQUENCIES, math.ceil(highest * (high - low) / math.pi) + 1)
+    return np.linspace(0.0, highest, max(n, 2))
+
+
+def _samples(run: Trajectory, low: float, high: float, n: int | None) -> int:
+    if n is not None:
+        if n < 4:
+            raise ParameterError("n", n, "fewer than four points")
+        return int(n)
+    wanted = 4.0 * _highest(run) * (high - low) / (2.0 * math.pi)
+    return min(MOST_SAMPLES, 1 << max(2, math.ceil(math.log2(wanted))))
+
+
+def _exact(
+    run: Trajectory, omega: Floats, low: float, high: float, window: Window, of: Quantity
+) -> Complexes:
+    """Return X: the Hann window is three exponentials, so it takes three integrals."""
+    if window == "none":
+        transform = _plain(run, omega, low, high, of)
+    else:
+        step = 2.0 * math.pi / (high - low)
+        shifts = np.concatenate([omega, omega - step, omega + step])
+        middle, lower, upper = _plain(run, shifts, low, high, of).reshape(3, -1)
+        transform = 0.5 * middle - 0.25 * (lower + upper)
+    return np.asarray(transform * np.exp(-1j * omega * low))
+
+
+def _plain(run: Trajectory, omega: Floats, low: float, high: float, of: Quantity) -> Complexes:
+    """Return the integral of x or v times exp(-i w (t - low))."""
+    transform = fourier_integral(run, omega, low, high)
+    if of == "displacement":
+        return transform
+    # By parts: the displacement is continuous over impacts.
+    (first, last), _ = run([low, high])
+    return np.asarray(last * np.exp(-1j * omega * (high - low)) - first + 1j * omega * transform)
+
+
+def _fast(
+    run: Trajectory, low: float, high: float, window: Window, of: Quantity, n: int
+) -> tuple[Floats, Complexes]:
+    """Return the frequencies and X, as a sum over n points."""
+    place = np.arange(n) / n
+    motion = run(np.minimum(low + place * (high - low), run.t_end))
+    values = motion[0] if of == "displacement" else motion[1]
+    if window == "hann":
+        values = values * (0.5 - 0.5 * np.cos(2.0 * math.pi * place))
+    omega = 2.0 * math.pi / (high - low) * np.arange(n // 2 + 1, dtype=np.float64)
+    transform = np.fft.rfft(values) * ((high - low) / n) * np.exp(-1j * omega * low)
+    return omega, np.asarray(transform)
+
+
+def _weights(window: Window, duration: float) -> tuple[float, float]:
+    """Return the integrals of the window and of its square."""
+    return (duration, duration) if window == "none" else (0.5 * duration, 0.375 * duration)
+
+
+def _middle_of_longest(run: Trajectory, low: float, high: float) -> float:
+    """Return the middle of the longest stretch without an event."""
+    times = np.concatenate([run.impacts.t, run.crossings.t, [low, high]])
+    cuts = np.unique(times[(times >= low) & (times <= high)])
+    longest = int(np.diff(cuts).argmax())
+    return float(0.5 * (cuts[longest] + cuts[longest + 1]))
+
+
+def _dataset(
+    over: str,
+    places: NDArray[np.generic],
+    values: Complexes,
+    attributes: Mapping[str, str | float],
+    **more: Floats,
+) -> Dataset:
+    import xarray
+
+    columns = {
+        "cosine": (over, values.real),
+        "sine": (over, -values.imag),
+        "amplitude": (over, np.abs(values)),
+    }
+    columns |= {name: (over, column) for name, column in more.items()}
+    return xarray.Dataset(columns, coords={over: places}, attrs=dict(attributes))

@@ -1,0 +1,1 @@
+"""Dyskin, Pasternak & Pelinovsky (2012), recomputed and held against evidence."""

@@ -1,0 +1,145 @@
+"""All statements and figures of the paper, in the order of its sections."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal
+
+from percuss.errors import ParameterError
+from percuss.paper.figure import Figure
+from percuss.paper.sections import SECTIONS
+from percuss.paper.statement import Statement
+
+__all__ = ["Item", "choose", "figure_named", "items", "statement_with_id"]
+
+Kind = Literal["figure", "statement"]
+
+
+@dataclass(frozen=True)
+class Item:
+    """One figure or statement, by name: what can be passed to another process.
+
+    Parameters
+    ----------
+    kind
+        "figure" or "statement".
+    name
+        The figure's name or the statement's id.
+    module
+        The module of `percuss.paper` that holds it.
+    section
+        Name of its section in the report.
+    """
+
+    kind: Kind
+    name: str
+    module: str
+    section: str
+
+
+@cache
+def _figures(module: str) -> dict[str, Figure]:
+    return {figure.name: figure for figure in _tuple(module, "FIGURES")}
+
+
+@cache
+def _statements(module: str) -> dict[str, Statement]:
+    return {statement.id: statement for statement in _tuple(module, "STATEMENTS")}
+
+
+def _tuple(module: str, what: str) -> Iterable[Any]:
+    """Return what a module holds; many hold only figures or only statements."""
+    return getattr(importlib.import_module(f"percuss.paper.{module}"), what, ())
+
+
+@cache
+def items() -> tuple[Item, ...]:
+    """Return every figure and statement, in the order of the report.
+
+    Returns
+    -------
+    tuple of Item
+        Section by section, in each the figures first.
+
+    Examples
+    --------
+    >>> [item.name for item in items()][:2]
+    ['fig1', 'fig2']
+    """
+    found = []
+    for section in SECTIONS:
+        for module in section.modules:
+            found += [Item("figure", name, module, section.name) for name in _figures(module)]
+        for module in section.modules:
+            found += [Item("statement", id, module, section.name) for id in _statements(module)]
+    return tuple(found)
+
+
+def figure_named(item: Item) -> Figure:
+    """Return the figure of an item."""
+    return _figures(item.module)[item.name]
+
+
+def statement_with_id(item: Item) -> Statement:
+    """Return the statement of an item."""
+    return _statements(item.module)[item.name]
+
+
+def choose(only: str | None) -> tuple[Item, ...]:
+    """Return the items that a list of names selects.
+
+    Parameters
+    ----------
+    only
+        Names separated by commas: of figures and statements, or of what a statement is about:
+        "eq12" for (12), "table2", "fig14". None selects all.
+
+    Returns
+    -------
+    tuple of Item
+        In the order of the report.
+
+    Raises
+    ------
+    ParameterError
+        If a name is unknown; it lists the known ones.
+
+    Examples
+    --------
+    >>> [item.name for item in choose("fig5, fig9") if item.kind == "figure"]
+    ['fig5', 'fig9']
+    """
+    if only is None:
+        return items()
+    wanted = [name.strip() for name in only.split(",") if name.strip()]
+    names = {item: _names(item) for item in items()}
+    known = set().union(*names.values())
+    for name in wanted or [""]:
+        if name not in known:
+            known_words = ", ".join(sorted(known, key=_natural))
+            raise ParameterError("only", name, f"no figure or statement; known are {known_words}")
+    return tuple(item for item in items() if names[item] & set(wanted))
+
+
+def _names(item: Item) -> set[str]:
+    """Return the names under which an item can be asked for."""
+    if item.kind == "figure":
+        return {item.name}
+    statement = statement_with_id(item)
+    reference = statement.reference.lower()
+    return {
+        statement.id,
+        *(f"eq{number.upper()}" for number in re.findall(r"\((a?\d+)\)", reference)),
+        *(f"table{number}" for number in re.findall(r"table (\d+)", reference)),
+        *(f"fig{number.upper()}" for number in re.findall(r"fig\.? (a?\d+)", reference)),
+    }
+
+
+def _natural(name: str) -> tuple[object, ...]:
+    """Sort fig2 before fig10."""
+    parts = re.split(r"(\d+)", name)
+    return tuple((part.isdigit(), int(part) if part.isdigit() else part) for part in parts)

@@ -1,0 +1,211 @@
+"""The whole of `percuss paper`: compute, judge, draw, write the report."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from percuss.errors import OutputError
+from percuss.io.files import OutputFiles, check_output
+from percuss.paper.claim import Claim, examine
+from percuss.paper.collection import Item, choose, figure_named, statement_with_id
+from percuss.paper.figure_files import Drawn, draw_figure
+from percuss.paper.lanes import in_lanes
+
+__all__ = ["INTERRUPTED", "PaperResult", "run_paper"]
+
+Progress = Callable[[float, float], bool]
+
+LANES = 2
+# Fewer items are done before a second process has started.
+FEWEST_FOR_LANES = 8
+INTERRUPTED = "not begun when the run was interrupted"
+
+
+@dataclass(frozen=True)
+class PaperResult:
+    """What came out of a run.
+
+    Parameters
+    ----------
+    folder
+        Where the files are.
+    items
+        What was asked for, in the order of the report.
+    claims, figures
+        What was done, by name.
+    missing
+        Why the others are not there.
+    command
+        The command.
+    seconds
+        How long it took [s].
+    """
+
+    folder: Path
+    items: tuple[Item, ...]
+    claims: dict[str, Claim]
+    figures: dict[str, Drawn]
+    missing: dict[Item, str]
+    command: str
+    seconds: float
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether the run was stopped before its end."""
+        return INTERRUPTED in self.missing.values()
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """What a process hands back: one of the three."""
+
+    item: Item
+    claim: Claim | None = None
+    drawn: Drawn | None = None
+    failure: str = ""
+
+
+@dataclass
+class _Gathered:
+    """What has been done so far."""
+
+    claims: dict[str, Claim] = field(default_factory=dict)
+    figures: dict[str, Drawn] = field(default_factory=dict)
+    failures: dict[Item, str] = field(default_factory=dict)
+
+    def add(self, answer: _Answer) -> None:
+        if answer.claim is not None:
+            self.claims[answer.item.name] = answer.claim
+        elif answer.drawn is not None:
+            self.figures[answer.item.name] = answer.drawn
+        else:
+            self.failures[answer.item] = answer.failure
+
+    def __len__(self) -> int:
+        return len(self.claims) + len(self.figures) + len(self.failures)
+
+
+def run_paper(
+    folder: Path | str,
+    *,
+    only: str | None = None,
+    command: str = "",
+    force: bool = False,
+    progress: Progress | None = None,
+    lanes: int | None = None,
+) -> PaperResult:
+    """Recompute the paper, or a part of it, and write the report.
+
+    Parameters
+    ----------
+    folder
+        Where to write: index.html, claims.json and four files a figure.
+    only
+        Names of figures and statements, separated by commas; default: all.
+    command
+        The command, for the record in each file.
+    force
+        Whether a folder that is not empty may be written to; files of other names stay.
+    progress
+        Called with what is done and the total; False stops the run: the finished figures stay, and
+        the report says what is missing.
+    lanes
+        Number of processes; default: two where there are two cores and much to do.
+
+    Returns
+    -------
+    PaperResult
+        The claims with their verdicts, the figures, and what is missing.
+
+    Raises
+    ------
+    ParameterError
+        If a name is unknown.
+    OutputError
+        If the folder is not empty and `force` is false, or cannot be written to.
+    """
+    chosen = choose(only)
+    out = Path(folder)
+    _check_folder(out, force=force)
+    began = time.perf_counter()
+    stopped: list[bool] = []
+    done = _Gathered()
+
+    def go_on() -> bool:
+        if not stopped and progress is not None and progress(len(done), len(chosen)) is False:
+            stopped.append(True)
+        return not stopped
+
+    for answer in _answers(chosen, partial(_work, out, command), _lanes(lanes, chosen), go_on):
+        done.add(answer)
+    missing = {
+        item: done.failures.get(item, INTERRUPTED)
+        for item in chosen
+        if item.name not in (done.claims if item.kind == "statement" else done.figures)
+    }
+    seconds = time.perf_counter() - began
+    result = PaperResult(out, chosen, done.claims, done.figures, missing, command, seconds)
+    _write_report(result)
+    return result
+
+
+def _check_folder(folder: Path, *, force: bool) -> None:
+    check_output([folder / "index.html", folder / "claims.json"], force=True)
+    if folder.is_dir() and not force and any(folder.iterdir()):
+        raise OutputError(folder, "the folder is not empty; --force (force=True) writes into it")
+
+
+def _lanes(asked: int | None, chosen: Sequence[Item]) -> int:
+    if asked is not None:
+        return asked
+    return min(LANES, os.cpu_count() or 1) if len(chosen) >= FEWEST_FOR_LANES else 1
+
+
+def _answers(
+    chosen: Sequence[Item],
+    work: Callable[[Item], _Answer],
+    lanes: int,
+    go_on: Callable[[], bool],
+) -> Iterator[_Answer]:
+    if lanes > 1:
+        yield from in_lanes(work, chosen, lanes, go_on, _failed)
+        return
+    for item in chosen:
+        if not go_on():
+            return
+        yield work(item)
+    go_on()
+
+
+def _failed(item: Item, reason: str) -> _Answer:
+    return _Answer(item, failure=reason)
+
+
+def _work(folder: Path, command: str, item: Item) -> _Answer:
+    """Do one item; what goes wrong is part of the answer, so that the others are done."""
+    try:
+        if item.kind == "figure":
+            return _Answer(item, drawn=draw_figure(figure_named(item), folder, command))
+        return _Answer(item, claim=examine(statement_with_id(item)))
+    except OutputError:
+        raise
+    except Exception as error:  # noqa: BLE001  the report says it
+        return _failed(item, f"{type(error).__name__}: {error}")
+
+
+def _write_report(result: PaperResult) -> None:
+    from percuss.paper.report import page
+
+    index, claims = result.folder / "index.html", result.folder / "claims.json"
+    in_order = [item.name for item in result.items if item.kind == "statement"]
+    records = [result.claims[name].record() for name in in_order if name in result.claims]
+    with OutputFiles(index, claims, force=True) as files:
+        text = json.dumps(records, indent=1, ensure_ascii=False, allow_nan=False)
+        files[claims].write_text(text + "\n", encoding="utf-8")
+        files[index].write_text(page(result), encoding="utf-8")

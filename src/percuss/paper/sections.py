@@ -1,0 +1,91 @@
+"""The sections of the report: what each is about, and which modules belong to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["SECTIONS", "Section"]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of the report.
+
+    Parameters
+    ----------
+    name
+        Its anchor in the page.
+    title
+        Its heading.
+    about
+        What it is about, for a reader who does not know the paper. No result stands here.
+    modules
+        Modules of `percuss.paper` whose figures and statements it shows.
+    """
+
+    name: str
+    title: str
+    about: str
+    modules: tuple[str, ...]
+
+
+SECTIONS = (
+    Section(
+        "model",
+        "The oscillator",
+        "A mass on a spring that is stiffer on one side of its equilibrium than on the other is a "
+        "bilinear oscillator; with no limit to that stiffness it is an impact oscillator, which "
+        "rebounds from a rigid wall. The paper asks when its motion is periodic and when a "
+        "periodic force makes it grow without bound.",
+        ("bilinear_motion",),
+    ),
+    Section(
+        "impact-times",
+        "Sets of impact times, and an example",
+        "Without a force the oscillator hits its wall at the times 0, π, 2π, ... whatever its "
+        "speed: the eigenset. The paper asks which forced motions share a set of impact times, and "
+        "constructs a family of forces whose motions hit the wall at a subset of the eigenset only.",
+        ("family", "family_figures"),
+    ),
+    Section(
+        "harmonics",
+        "Forces commensurate with the oscillator",
+        "Under sin nt with even n, the paper says, the impact oscillator gains the same speed at "
+        "every impact, a resonance; with odd n it keeps its speed as long as that is above a "
+        "critical value, below which it meets the wall at other times.",
+        ("harmonics", "multi_harmonic", "third_harmonic", "ninth_harmonic"),
+    ),
+    Section(
+        "half-harmonic",
+        "The half-harmonic",
+        "Under sin t, at half the resonant frequency, the paper finds impact times that are not "
+        "periodic but approach the eigenset, while the speed grows as the square root of time.",
+        ("half_harmonic", "half_harmonic_figures"),
+    ),
+    Section(
+        "cosine",
+        "The same frequency at another phase",
+        "Under cos t the paper finds steady motions on the eigenset, and growth in the single case "
+        "of a start from rest.",
+        ("cosine", "cosine_figures"),
+    ),
+    Section(
+        "periodicity",
+        "What the paper concludes in words",
+        "Statements of the introduction, the discussion and the conclusion.",
+        ("periodicity",),
+    ),
+    Section(
+        "limits",
+        "From smooth to bilinear, from bilinear to rigid",
+        "Beyond the paper: how fast the motion of a stiff bilinear oscillator tends to that of the "
+        "impact oscillator, and whether a rounded force law tends to the bilinear one.",
+        ("limits", "limit_figures"),
+    ),
+    Section(
+        "resonances",
+        "Which frequencies resonate",
+        "Beyond the paper: at which frequencies an elastic, undamped impact oscillator grows at all.",
+        ("resonances", "resonance_figures"),
+    ),
+)

@@ -1,0 +1,142 @@
+"""A statement of the paper, and the verdict that its evidence leads to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+__all__ = ["Check", "Finding", "Statement", "judge"]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One comparison: what was measured, what was expected, and how far they may be apart.
+
+    Parameters
+    ----------
+    what
+        What is compared, in a few words.
+    measured, expected
+        The two numbers; a condition is measured 1 where it holds, else 0, and expected 1.
+    tolerance
+        Largest absolute difference that counts as agreement, from the digits printed or from the
+        rounding of the computation.
+
+    Examples
+    --------
+    >>> Check("V*(5)", measured=1.50002, expected=1.5, tolerance=0.0005).passed
+    True
+    """
+
+    what: str
+    measured: float
+    expected: float
+    tolerance: float = 0.0
+
+    @property
+    def difference(self) -> float:
+        """Measured minus expected."""
+        return self.measured - self.expected
+
+    @property
+    def passed(self) -> bool:
+        """Whether both agree; a NaN never does."""
+        return abs(self.difference) <= self.tolerance
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found out about a statement.
+
+    Parameters
+    ----------
+    printed
+        Checks of the statement as the paper prints it.
+    corrected
+        Checks of a corrected form, where the printed one fails.
+    correction
+        The corrected form in words and symbols, completing "holds with the correction ...".
+    undecided
+        Why nothing can be said, where this is so; empty otherwise.
+    remark
+        What else the reader should know.
+    """
+
+    printed: tuple[Check, ...]
+    corrected: tuple[Check, ...] = ()
+    correction: str = ""
+    undecided: str = ""
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A formula, number or sentence of the paper, and how to find out whether it is right.
+
+    Parameters
+    ----------
+    id
+        Short name, unique: "eq12", "table1-m5", "chaos-fig6b".
+    reference
+        Where the paper has it: "(12)", "table 1", "fig 14", "section 5".
+    claim
+        What it says, in words.
+    formula
+        The same in matplotlib's mathtext, without dollar signs; empty where words are enough.
+    method
+        How it is examined.
+    certainty
+        Of the verdict: "symbolic", "closed form, 12 digits", "simulation, 1e-9", "statistical".
+    find
+        Computes the evidence.
+    theory
+        File of docs/theory with the derivation; empty where there is none.
+    """
+
+    id: str
+    reference: str
+    claim: str
+    method: str
+    certainty: str
+    find: Callable[[], Finding]
+    formula: str = ""
+    theory: str = ""
+
+
+def judge(finding: Finding) -> str:
+    """Return the verdict that follows from the checks, and from nothing else.
+
+    Parameters
+    ----------
+    finding
+        The evidence.
+
+    Returns
+    -------
+    str
+        "holds", "holds with the correction ...", "fails", or "undecided because ...".
+
+    Examples
+    --------
+    >>> judge(Finding(printed=(Check("sum", 2.0, 2.0),)))
+    'holds'
+    >>> judge(Finding((Check("sum", 2.5, 2.0),), (Check("sum", 2.5, 2.5),), "5/2 for 2"))
+    'holds with the correction 5/2 for 2'
+    >>> judge(Finding(printed=(Check("sum", 2.5, 2.0),)))
+    'fails'
+    """
+    if finding.undecided:
+        return f"undecided because {finding.undecided}"
+    every = (*finding.printed, *finding.corrected)
+    if not every or any(math.isnan(check.measured) for check in every):
+        return "undecided because no number came out of the computation"
+    if _all_pass(finding.printed):
+        return "holds"
+    if finding.corrected and _all_pass(finding.corrected):
+        return f"holds with the correction {finding.correction}"
+    return "fails"
+
+
+def _all_pass(checks: Sequence[Check]) -> bool:
+    return all(check.passed for check in checks)

@@ -1,0 +1,100 @@
+"""The command `percuss paper`."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from percuss.cli import app
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def paper(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, ["paper", *arguments])
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_it_writes_the_report_and_prints_the_verdicts() -> None:
+    status, out, err = paper("--only", "fig9,eq12")
+
+    assert (status, err) == (0, "")
+    assert Path("percuss-paper/index.html").stat().st_size > 20_000
+    assert "1 figures: fig9" in out
+    assert "(12)" in out
+    assert "1 statements: 0 holds, 1 corrected, 0 fails, 0 undecided" in out
+    assert "percuss-paper/index.html and claims.json" in out
+    assert "percuss paper --only fig9,eq12" in Path("percuss-paper/fig9.csv").read_text()
+
+
+def test_an_unknown_name_is_one_sentence_that_lists_the_known_ones() -> None:
+    status, out, err = paper("--only", "fig16")
+
+    assert (status, out) == (2, "")
+    assert err.startswith("only = 'fig16': no figure or statement; known are ")
+    assert err.count("\n") == 1
+    assert ", fig15, " in err
+    assert "table2" in err
+    assert not Path("percuss-paper").exists()
+
+
+def test_a_folder_that_is_not_empty_is_refused_without_force() -> None:
+    Path("out").mkdir()
+    Path("out/mine").write_text("mine")
+
+    assert paper("--only", "fig9", "--out", "out") == (
+        2,
+        "",
+        "out: the folder is not empty; --force (force=True) writes into it\n",
+    )
+    assert paper("--only", "fig9", "--out", "out", "--force")[0] == 0
+    assert Path("out/mine").read_text() == "mine"
+
+
+def test_a_folder_that_cannot_be_written_is_one_sentence() -> None:
+    Path("file").write_text("")
+
+    assert paper("--only", "fig9", "--out", "file/out") == (
+        2,
+        "",
+        "file: is a file, not a folder\n",
+    )
+
+
+def test_ctrl_c_keeps_the_finished_figures_and_a_report(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "percuss", "paper", "--out", "out"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        for _ in range(600):
+            if list(tmp_path.glob("out/*.svg")):
+                break
+            time.sleep(0.1)
+        # As a terminal does: to this process and to those that it began.
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=120)
+    finally:
+        process.kill()
+
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert "missing" in out
+    assert "interrupted" in (tmp_path / "out/index.html").read_text()
+    assert list(tmp_path.glob("out/*.svg"))
+    assert not list(tmp_path.glob("out/.*.part"))

@@ -1,0 +1,121 @@
+"""Verdicts and numbers of (36)-(40) and figs 14, 15."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from tests.oracle.event_driven import simulate as simulate_precisely
+from tests.oracle.from_model import problem_of
+
+import percuss as pc
+from percuss.paper.cosine import STATEMENTS
+from percuss.paper.runge_kutta import runge_kutta
+from percuss.paper.statement import Finding, judge
+
+BY_ID = {statement.id: statement for statement in STATEMENTS}
+
+
+@cache
+def finding(name: str) -> Finding:
+    return BY_ID[name].find()
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict"),
+    [
+        ("eq37", "holds with the correction x_k = (A_k + t/2) sin t + B_k cos t"),
+        ("eq38", "holds"),
+        ("eq39", "holds"),
+        ("eq40", "holds"),
+        ("cosine-steady", "holds"),
+        ("cosine-half-pi", "holds with the correction no impact at pi/2"),
+        ("cosine-becomes-sine", "fails"),
+        ("fig14", "fails"),
+        ("fig15", "fails"),
+        ("fig14-numerics", "fails"),
+    ],
+)
+def test_verdict(name: str, verdict: str) -> None:
+    found = judge(finding(name))
+    assert found == verdict if " " not in verdict else found.startswith(verdict)
+
+
+def test_every_statement_has_its_verdict_tested() -> None:
+    assert len(BY_ID) == len(STATEMENTS) == 10
+
+
+@pytest.mark.parametrize(
+    ("name", "largest"), [("fig14", (1.5708, 2.4133, 5.7)), ("fig15", (0.9099, 1.7017, 5.5))]
+)
+def test_no_model_reaches_the_printed_growth(name: str, largest: tuple[float, ...]) -> None:
+    checks = finding(name).printed
+    assert not any(check.passed for check in checks)
+    # The last is the soft stop, of which rounding has taken hold by then.
+    for check, value, tolerance in zip(checks[3:], largest, (1e-4, 1e-3, 0.3), strict=True):
+        assert abs(check.measured - value) < tolerance
+
+
+def test_largest_velocities_of_the_exact_bilinear_runs() -> None:
+    for below, largest in ((4e8, 2.9435), (2e4, 6.51)):
+        osc = pc.bilinear_oscillator(stiffness_above=1, stiffness_below=below)
+        run = pc.simulate(osc, pc.cosine(1), v0=0, t_end=900)
+        assert abs(np.abs(run.crossings.v).max() - largest) < 2e-3 * largest
+
+
+def cross_times(below: int, t_end: float) -> tuple[np.ndarray, np.ndarray]:
+    osc = pc.bilinear_oscillator(stiffness_above=1, stiffness_below=below)
+    run = pc.simulate(osc, pc.cosine(1), v0=0, t_end=t_end)
+    shadow = simulate_precisely(problem_of(osc, pc.cosine(1)), 0, 0, t_end=t_end, digits=25)
+    return run.crossings.t, np.array([float(t) for t in shadow.crossings.t])
+
+
+def test_shadow_run_with_many_digits_up_to_150() -> None:
+    for below, apart in ((400_000_000, 3e-9), (20_000, 1e-12)):
+        found, precise = cross_times(below, 150.0)
+        np.testing.assert_allclose(found, precise, rtol=0, atol=apart)
+
+
+@pytest.mark.nightly
+def test_shadow_run_of_the_stiff_stop_up_to_900() -> None:
+    found, precise = cross_times(400_000_000, 900.0)
+    assert 1e-6 < np.abs(found - precise).max() < 1e-3
+
+
+@pytest.mark.nightly
+def test_shadow_run_of_the_soft_stop_parts_from_double_precision_near_500() -> None:
+    found, precise = cross_times(20_000, 900.0)
+    n = min(len(found), len(precise))
+    apart = np.abs(found[:n] - precise[:n]) > 1e-2
+    assert 450.0 < precise[:n][apart][0] < 600.0
+
+
+def test_runge_kutta_follows_the_half_harmonic_but_not_the_touch() -> None:
+    osc = pc.bilinear_oscillator(stiffness_above=1, stiffness_below=4e8)
+    sine = runge_kutta(4e8, 1.0, -math.pi / 2, v0=0.0, t_end=400.0, tolerance=1e-6)
+    exact = pc.simulate(osc, pc.sine(1), v0=0, t_end=400.0)(sine.t[::1000])
+    assert np.abs(sine.x[::1000] - exact[0]).max() < 1e-2
+
+    cosine = [
+        runge_kutta(4e8, 1.0, 0.0, v0=0.0, t_end=900.0, tolerance=tolerance)
+        for tolerance in (1e-5, 1e-8)
+    ]
+    late = [np.abs(motion.v[motion.t > 800.0]).max() for motion in cosine]
+    assert abs(late[0] - late[1]) > 0.5
+
+
+def test_plain_steps_have_fourth_order() -> None:
+    ends = [
+        runge_kutta(4.0, 2.0, -math.pi / 2, v0=1.0, t_end=1.5, tolerance=0.0, n_points=n).x[-1]
+        for n in (20, 40)
+    ]
+    exact = math.sin(1.5) * (1 + 2 / 3) - math.sin(3.0) / 3
+    assert abs(math.log2(abs((ends[0] - exact) / (ends[1] - exact))) - 4.0) < 0.2
+
+
+def test_failed_steps_are_tried_again() -> None:
+    motion = runge_kutta(4e8, 2.0, 0.0, v0=1.0, t_end=6.0, tolerance=1e-8, n_points=100)
+    assert motion.n_steps > 200
+    assert motion.t[-1] == 6.0
