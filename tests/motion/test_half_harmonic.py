@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from typing import Any
 
@@ -201,7 +202,7 @@ def test_bad_input_is_refused() -> None:
 
 
 def test_symbolic_flight_equation() -> None:
-    sp = pytest.importorskip("sympy")
+    sp: Any = importlib.import_module("sympy")
     tau, t, v = sp.symbols("tau t v", real=True)
     x = (v + tau / 2 * sp.sin(t)) * sp.sin(tau) + sp.cos(t) / 2 * (sp.sin(tau) - tau * sp.cos(tau))
 
@@ -213,7 +214,7 @@ def test_symbolic_flight_equation() -> None:
 
 
 def test_symbolic_two_impacts() -> None:
-    sp = pytest.importorskip("sympy")
+    sp: Any = importlib.import_module("sympy")
     t, u = sp.symbols("t u")  # u = 1/V
 
     def impact(phase: Any, small: Any) -> tuple[Any, Any]:
@@ -235,7 +236,7 @@ def test_symbolic_two_impacts() -> None:
 
 
 def test_symbolic_logarithm_of_the_envelope() -> None:
-    sp = pytest.importorskip("sympy")
+    sp: Any = importlib.import_module("sympy")
     psi, x, y, q = sp.symbols("psi x y q", real=True)
     # E = |W|^2 / 2, H = K + kappa / E, from the mean of cos 2 theta along a line of length pi/2.
     bend = sp.diff((x**2 - y**2) / (x**2 + y**2), y, 2) * sp.pi**2 / 96

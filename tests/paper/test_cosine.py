@@ -11,8 +11,8 @@ from tests.oracle.event_driven import simulate as simulate_precisely
 from tests.oracle.from_model import problem_of
 
 import percuss as pc
-from percuss.paper.cosine import STATEMENTS
-from percuss.paper.runge_kutta import runge_kutta
+from percuss.paper.claims.cosine import STATEMENTS
+from percuss.paper.models.runge_kutta import runge_kutta
 from percuss.paper.statement import Finding, judge
 
 BY_ID = {statement.id: statement for statement in STATEMENTS}

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import percuss as pc
-from percuss.paper import family
+from percuss.paper.claims import family
 from percuss.paper.statement import Finding, judge
 
 THEORY = Path(__file__).parents[2] / "docs" / "theory"

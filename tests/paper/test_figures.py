@@ -13,7 +13,7 @@ import xarray as xr
 import percuss as pc
 from percuss.motion.spectrum import line_spectrum
 from percuss.paper.collection import Item, figure_named, items
-from percuss.paper.drawing import draw_curve, panels
+from percuss.paper.figures.drawing import draw_curve, panels
 
 mpl.use("agg")
 

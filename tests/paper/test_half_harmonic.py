@@ -11,8 +11,8 @@ from tests.oracle.event_driven import simulate as simulate_precisely
 from tests.oracle.from_model import problem_of
 
 import percuss as pc
-from percuss.paper.half_harmonic import STATEMENTS
-from percuss.paper.half_harmonic_growth import envelope_factor, peaks
+from percuss.paper.claims.half_harmonic import STATEMENTS
+from percuss.paper.claims.half_harmonic_growth import envelope_factor, peaks
 from percuss.paper.statement import Finding, judge
 
 BY_ID = {statement.id: statement for statement in STATEMENTS}

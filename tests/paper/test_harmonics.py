@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import percuss as pc
-from percuss.paper import harmonics
+from percuss.paper.claims import harmonics
 from percuss.paper.statement import Finding, judge
 
 THEORY = Path(__file__).parents[2] / "docs" / "theory"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.paper.bilinear_limit import (
+from percuss.paper.claims.bilinear_limit import (
     STIFFNESSES,
     bilinear_run,
     bilinear_saturation,
@@ -22,14 +22,14 @@ from percuss.paper.bilinear_limit import (
     saturation_speed,
     time_errors,
 )
-from percuss.paper.limit_figures import FIGURES, limit_of_stiffness
-from percuss.paper.limits import GRAZES, STATEMENTS
-from percuss.paper.off_resonance import (
+from percuss.paper.claims.limits import GRAZES, STATEMENTS
+from percuss.paper.claims.off_resonance import (
     damped_deviation,
     kinds_from_rest,
     periodic_speed,
     periodic_start,
 )
+from percuss.paper.figures.limit_figures import FIGURES, limit_of_stiffness
 from percuss.paper.statement import Statement, judge
 
 VERDICTS = {

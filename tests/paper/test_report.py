@@ -14,10 +14,10 @@ import pytest
 from percuss.paper.claim import Claim, examine
 from percuss.paper.collection import Item
 from percuss.paper.figure_files import Drawn
-from percuss.paper.formulas import formula_svg
-from percuss.paper.prose import prose
-from percuss.paper.report import LARGEST_SVG, page
-from percuss.paper.report_tables import table_rows
+from percuss.paper.report.formulas import formula_svg
+from percuss.paper.report.page import LARGEST_SVG, page
+from percuss.paper.report.prose import prose
+from percuss.paper.report.tables import table_rows
 from percuss.paper.run import INTERRUPTED, PaperResult
 from percuss.paper.statement import Check, Finding, Statement
 

@@ -11,10 +11,10 @@ import pytest
 from tests.paper.normal_form import NormalForm
 
 import percuss as pc
-from percuss.paper.averaging import averaged, fast_flight, kick, mean_delays, order, strength
-from percuss.paper.resonance_figures import FIGURES, growth, portraits
-from percuss.paper.resonance_runs import ensemble, growing_phase, growing_run
-from percuss.paper.resonances import OF_ORDER, STATEMENTS
+from percuss.paper.claims.resonances import OF_ORDER, STATEMENTS
+from percuss.paper.figures.resonance_figures import FIGURES, growth, portraits
+from percuss.paper.models.averaging import averaged, fast_flight, kick, mean_delays, order, strength
+from percuss.paper.models.resonance_runs import ensemble, growing_phase, growing_run
 from percuss.paper.statement import judge
 
 VERDICTS = {

@@ -9,9 +9,15 @@ import pytest
 
 import percuss as pc
 from percuss.errors import MissingExtraError, ParameterError
-from percuss.paper.bilinear_limit import local_orders
-from percuss.paper.smooth_law import Method, Rounding, growth_rate, rounded_magnitude, smooth_motion
-from percuss.paper.smoothing_errors import (
+from percuss.paper.claims.bilinear_limit import local_orders
+from percuss.paper.models.smooth_law import (
+    Method,
+    Rounding,
+    growth_rate,
+    rounded_magnitude,
+    smooth_motion,
+)
+from percuss.paper.models.smoothing_errors import (
     RADII,
     bound_use,
     crossing_errors,

@@ -200,7 +200,7 @@ def _work(folder: Path, command: str, item: Item) -> _Answer:
 
 
 def _write_report(result: PaperResult) -> None:
-    from percuss.paper.report import page
+    from percuss.paper.report.page import page
 
     index, claims = result.folder / "index.html", result.folder / "claims.json"
     in_order = [item.name for item in result.items if item.kind == "statement"]

@@ -37,7 +37,7 @@ SECTIONS = (
         "bilinear oscillator; with no limit to that stiffness it is an impact oscillator, which "
         "rebounds from a rigid wall. The paper asks when its motion is periodic and when a "
         "periodic force makes it grow without bound.",
-        ("bilinear_motion",),
+        ("figures.bilinear_motion",),
     ),
     Section(
         "impact-times",
@@ -45,7 +45,7 @@ SECTIONS = (
         "Without a force the oscillator hits its wall at the times 0, π, 2π, ... whatever its "
         "speed: the eigenset. The paper asks which forced motions share a set of impact times, and "
         "constructs a family of forces whose motions hit the wall at a subset of the eigenset only.",
-        ("family", "family_figures"),
+        ("claims.family", "figures.family_figures"),
     ),
     Section(
         "harmonics",
@@ -53,39 +53,44 @@ SECTIONS = (
         "Under sin nt with even n, the paper says, the impact oscillator gains the same speed at "
         "every impact, a resonance; with odd n it keeps its speed as long as that is above a "
         "critical value, below which it meets the wall at other times.",
-        ("harmonics", "multi_harmonic", "third_harmonic", "ninth_harmonic"),
+        (
+            "claims.harmonics",
+            "figures.multi_harmonic",
+            "figures.third_harmonic",
+            "figures.ninth_harmonic",
+        ),
     ),
     Section(
         "half-harmonic",
         "The half-harmonic",
         "Under sin t, at half the resonant frequency, the paper finds impact times that are not "
         "periodic but approach the eigenset, while the speed grows as the square root of time.",
-        ("half_harmonic", "half_harmonic_figures"),
+        ("claims.half_harmonic", "figures.half_harmonic_figures"),
     ),
     Section(
         "cosine",
         "The same frequency at another phase",
         "Under cos t the paper finds steady motions on the eigenset, and growth in the single case "
         "of a start from rest.",
-        ("cosine", "cosine_figures"),
+        ("claims.cosine", "figures.cosine_figures"),
     ),
     Section(
         "periodicity",
         "What the paper concludes in words",
         "Statements of the introduction, the discussion and the conclusion.",
-        ("periodicity",),
+        ("claims.periodicity",),
     ),
     Section(
         "limits",
         "From smooth to bilinear, from bilinear to rigid",
         "Beyond the paper: how fast the motion of a stiff bilinear oscillator tends to that of the "
         "impact oscillator, and whether a rounded force law tends to the bilinear one.",
-        ("limits", "limit_figures"),
+        ("claims.limits", "figures.limit_figures"),
     ),
     Section(
         "resonances",
         "Which frequencies resonate",
         "Beyond the paper: at which frequencies an elastic, undamped impact oscillator grows at all.",
-        ("resonances", "resonance_figures"),
+        ("claims.resonances", "figures.resonance_figures"),
     ),
 )

@@ -1,0 +1,187 @@
+"""From smooth to bilinear, from bilinear to rigid: questions of the introduction, and beyond."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+from percuss.paper.claims.bilinear_limit import (
+    STIFFNESSES,
+    bilinear_saturation,
+    first_delays,
+    graze,
+    graze_error,
+    half_harmonic_saturation,
+    impact_run,
+    local_orders,
+    saturation_speed,
+    time_errors,
+)
+from percuss.paper.claims.evidence import condition, near
+from percuss.paper.claims.off_resonance import damped_deviation, kinds_from_rest, periodic_start
+from percuss.paper.claims.smoothed import STATEMENTS as SMOOTHED
+from percuss.paper.statement import Finding, Statement
+
+__all__ = ["GRAZES", "STATEMENTS"]
+
+BEYOND = "beyond the paper"
+
+# Frequency and phase of a force with which the bilinear oscillator arrives too low at a graze,
+# and of one with which it passes above.
+GRAZES = {"low": (0.7, 0.8), "high": (0.7, -0.8)}
+OFF = Fraction("2.02")
+
+
+def _impact_limit() -> Finding:
+    large = np.array(STIFFNESSES[-2:])
+    errors = np.array([time_errors(float(k))[1:6] for k in large])
+    orders = [float(local_orders(large, column)[0]) for column in errors.T]
+    predicted = first_delays(impact_run())[1:6]
+    ratios = errors[-1] * math.sqrt(large[-1]) / predicted
+    worst = max(orders, key=lambda order: abs(order + 0.5))
+    return Finding(
+        (
+            near("first impact: difference", float(time_errors(large[0])[0])),
+            near("impacts 2 to 6: power of k-, furthest", worst, -0.5, 1e-3),
+            near(
+                "errors by the first-order ones, furthest from 1",
+                float(np.abs(ratios - 1).max()),
+                0.0,
+                1e-3,
+            ),
+        ),
+        remark=f"sqrt(k-) times the delay of impact 6 is {predicted[-1]:.6f}, of impact 2 "
+        f"{predicted[0]:.6f}.",
+    )
+
+
+def _impact_limit_at_grazing() -> Finding:
+    large = np.array(STIFFNESSES[-2:])
+    low, high = (graze(*GRAZES[name]) for name in ("low", "high"))
+    below = np.array([graze_error(low, float(k)) for k in large])
+    above = np.array([graze_error(high, float(k)) for k in large])
+    ratio = float(below[-1] / low.predicted(float(large[-1])))
+    return Finding(
+        # The next term is smaller by k-^(-1/4) times a factor of about 5, 2e-3 at 1e14.
+        (
+            near(
+                "arriving too low: power of k-", float(local_orders(large, below)[0]), -0.25, 0.01
+            ),
+            near("arriving too low: error by 2 sqrt(2 f c) k-^(-1/4)", ratio, 1.0, 0.01),
+            near("passing above: power of k-", float(local_orders(large, above)[0]), -0.5, 0.01),
+        )
+    )
+
+
+def _saturation() -> Finding:
+    found = []
+    for n in (2, 4):
+        ratios = {k: bilinear_saturation(n, k)[0] / saturation_speed(n, k) for k in (1e6, 1e8)}
+        late = bilinear_saturation(n, 1e8)[1] / 1e4 * n / math.pi
+        # The next term is smaller by 1/sqrt(k-).
+        found += [
+            near(f"n = {n}, k- = {k:.0e}: largest V", r, 1.0, 1e-3) for k, r in ratios.items()
+        ]
+        found.append(near(f"n = {n}: its time by (pi/n) sqrt(k-)", late, 1.0, 1e-3))
+    return Finding(tuple(found))
+
+
+def _half_harmonic_saturation() -> Finding:
+    shares = {k: half_harmonic_saturation(k) ** 2 / math.sqrt(k) for k in (1e4, 1e6)}
+    found = tuple(
+        condition(
+            f"k- = {k:.0e}: largest V^2 at most sqrt(k-)/2, and 4 of slow motion",
+            share <= 0.5 + 4.0 / math.sqrt(k),
+        )
+        for k, share in shares.items()
+    )
+    numbers = ", ".join(f"{share:.3f} at k- = {k:.0e}" for k, share in shares.items())
+    return Finding(found, remark=f"The largest V^2 / sqrt(k-) over 12 phases is {numbers}.")
+
+
+def _off_resonance() -> Finding:
+    kinds, last = kinds_from_rest()
+    share = kinds.count("no_period_found") / len(kinds)
+    from_rest = near("from rest: share of phases without a period", share, 1.0, 0.0)
+    special, nearby = periodic_start(OFF, 0.0), periodic_start(OFF, 0.1)
+    return Finding(
+        (
+            from_rest,
+            condition("omega = 2.02: none has the period of the force", special > 1e-9),
+        ),
+        (
+            from_rest,
+            near("omega = 2.02, one V0: flight times less the period", special),
+            condition("omega = 2.02, V0 + 0.1: they differ", nearby > 1e-9),
+            near("fig 2 with damping 0.01: intervals less the period", damped_deviation(0.01)),
+        ),
+        "without damping, and except for the periodic motion, V0 = |tan(pi/omega)/(1 - omega^2)| "
+        "of the impact oscillator",
+        remark=(
+            "From rest the amplitude of the force is a scale. The interval after 60 periods is "
+            f"{last.min():.4f} to {last.max():.4f} periods: it is the drift against the force that "
+            "grows. Damping lets every motion tend to the periodic one."
+        ),
+    )
+
+
+STATEMENTS = (
+    Statement(
+        "commensurate-off-resonance",
+        "introduction, fig 2",
+        "Any minor deviation from a resonant frequency produces impact times that are not "
+        "periodic, against the assumption of Shaw and Holmes.",
+        "Fig 2 from rest in 8 phases of the force; a periodic motion in closed form; damping.",
+        "simulation, 1e-10",
+        _off_resonance,
+        r"\omega = 1.01\,\Omega_r,\ \omega_-^2/\omega_+^2 = 20",
+        "resonances.md",
+    ),
+    *SMOOTHED,
+    Statement(
+        "bilinear-limit",
+        BEYOND,
+        "Away from grazing the impact times of the bilinear oscillator tend to those of the impact "
+        "oscillator as 1/sqrt(k-), each contact being a delay of pi/sqrt(k-).",
+        "First-order delays by the derivative of the impact map; k- up to 1e14.",
+        "derived; closed forms, 1e-3 of the error",
+        _impact_limit,
+        r"t_j(k_-) - t_j = c_j/\sqrt{k_-} + O(1/k_-)",
+        "bilinear-limit.md",
+    ),
+    Statement(
+        "bilinear-limit-grazing",
+        BEYOND,
+        "After a graze at which the bilinear oscillator arrives too low, the error is of the order "
+        "of k-^(-1/4); where it passes above, of k-^(-1/2).",
+        "A motion with one impact and a graze, found backwards; k- up to 1e14.",
+        "derived; closed forms, 1e-2 of the error",
+        _impact_limit_at_grazing,
+        r"\delta v = 2\sqrt{2fc}\;k_-^{-1/4}",
+        "bilinear-limit.md",
+    ),
+    Statement(
+        "bilinear-saturation",
+        BEYOND,
+        "For finite k- the resonance at n = 2, 4 is a beat: the speed grows up to "
+        "4 sqrt(k-)/(pi (n^2 - 1)), at the time (pi/n) sqrt(k-).",
+        "From rest under sin nt, k- = 1e6 and 1e8.",
+        "derived; closed forms, 1e-3",
+        _saturation,
+        r"V_{max} = 4\sqrt{k_-}\,/\,\pi(n^2-1)",
+        "bilinear-limit.md",
+    ),
+    Statement(
+        "bilinear-saturation-half",
+        BEYOND,
+        "For finite k- the half-harmonic resonance ends too: V^2 stays below sqrt(k-)/2 but for "
+        "a few units.",
+        "From rest under cos(t + phase), 12 phases, over 40 sqrt(k-); k- = 1e4 and 1e6.",
+        "derived; simulation of an ensemble",
+        _half_harmonic_saturation,
+        r"V^2 < \sqrt{k_-}/2 + O(1)",
+        "bilinear-limit.md",
+    ),
+)

@@ -1,0 +1,128 @@
+"""Impact times next to a resonance: the question that figure 2 illustrates."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.model.exact import pi_times
+from percuss.model.forcing import cosine, sine
+from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
+from percuss.motion.eigenset import resonant_frequency
+from percuss.motion.impact_times import classify_impact_times
+from percuss.motion.simulate import simulate
+from percuss.paper.figures.motions import impact_speeds
+
+__all__ = ["damped_deviation", "kinds_from_rest", "periodic_speed", "periodic_start"]
+
+Floats = NDArray[np.float64]
+
+BELOW, DETUNING = 20, 1.01
+
+
+@cache
+def kinds_from_rest(phases: int = 8, periods: int = 60) -> tuple[tuple[str, ...], Floats]:
+    """Return what the impact times of fig 2's oscillator are, from rest.
+
+    From rest the amplitude of the force changes the scale alone, so only its phase is varied.
+
+    Parameters
+    ----------
+    phases
+        Number of phases, equally spaced.
+    periods
+        Periods of the force, 60 in fig 2.
+
+    Returns
+    -------
+    tuple
+        Kind of the set of impact times for each phase, and the interval between the last two
+        impacts in periods of the force.
+
+    Examples
+    --------
+    >>> kinds_from_rest(1)[0]
+    ('no_period_found',)
+    """
+    osc = bilinear_oscillator(stiffness_below=BELOW)
+    omega = DETUNING * resonant_frequency(osc)
+    period = 2.0 * math.pi / omega
+    kinds, last = [], []
+    for step in range(phases):
+        force = cosine(omega, phase=pi_times(2 * step, phases))
+        times, _ = impact_speeds(simulate(osc, force, t_end=periods * period))
+        kinds.append(classify_impact_times(times, osc, force).kind)
+        last.append(float(times[-1] - times[-2]) / period)
+    return tuple(kinds), np.array(last)
+
+
+@cache
+def damped_deviation(damping: float, periods: int = 1000) -> float:
+    """Return how far intervals are from the forcing period in the end, with damping.
+
+    Parameters
+    ----------
+    damping
+        a > 0.
+    periods
+        How long to wait, in periods.
+
+    Returns
+    -------
+    float
+        Largest deviation of the last five intervals, in periods.
+
+    Examples
+    --------
+    >>> damped_deviation(0.05) < 1e-10
+    True
+    """
+    osc = bilinear_oscillator(stiffness_below=BELOW, damping=damping)
+    omega = DETUNING * resonant_frequency(osc)
+    period = 2.0 * math.pi / omega
+    times, _ = impact_speeds(simulate(osc, sine(omega), t_end=periods * period))
+    return float(np.abs(np.diff(times[-6:]) / period - 1.0).max())
+
+
+def periodic_speed(omega: float) -> float:
+    """Return V0 of the motion of the impact oscillator with one impact a period, off resonance.
+
+    |tan(pi / omega) / (1 - omega^2)|, under cos omega t for omega a little above 2.
+
+    Examples
+    --------
+    >>> round(periodic_speed(2.02), 9)
+    20.871774049
+    """
+    return abs(math.tan(math.pi / omega) / (1.0 - omega * omega))
+
+
+def periodic_start(omega: Fraction, faster: float, impacts: int = 300) -> float:
+    """Return how far flight times are from the period, for a start near the periodic one.
+
+    Parameters
+    ----------
+    omega
+        Frequency of the force cos omega t, a little above 2.
+    faster
+        How much faster than the periodic motion the start is.
+    impacts
+        How long to follow it.
+
+    Returns
+    -------
+    float
+        Largest deviation of a flight time from 2 pi / omega.
+
+    Examples
+    --------
+    >>> periodic_start(Fraction("2.02"), 0.0) < 1e-10 < periodic_start(Fraction("2.02"), 0.1)
+    True
+    """
+    speed = periodic_speed(float(omega)) + faster
+    run = simulate(impact_oscillator(), cosine(omega), v0=speed, max_impacts=impacts)
+    return float(np.abs(run.impacts.intervals - 2.0 * math.pi / float(omega)).max())

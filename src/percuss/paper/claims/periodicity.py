@@ -1,0 +1,20 @@
+"""Statements 6. (a) to (f): what the paper says in words of periodicity, resonance and chaos."""
+
+from __future__ import annotations
+
+from percuss.paper.claims import (
+    divergence,
+    impact_time_sets,
+    third_harmonic_family,
+    third_harmonic_lines,
+)
+from percuss.paper.statement import Statement
+
+__all__ = ["STATEMENTS"]
+
+STATEMENTS: tuple[Statement, ...] = (
+    *third_harmonic_family.STATEMENTS,
+    *third_harmonic_lines.STATEMENTS,
+    *impact_time_sets.STATEMENTS,
+    *divergence.STATEMENTS,
+)

@@ -1,0 +1,250 @@
+"""How far the motion with a smoothed force law is from the bilinear one, as measured."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.model.forcing import cosine
+from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
+from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
+from percuss.paper.models.smooth_law import Rounding, growth_rate, smooth_motion
+
+__all__ = [
+    "BELOW",
+    "CHAOTIC_END",
+    "CHAOTIC_RADII",
+    "RADII",
+    "bound_use",
+    "chaotic_errors",
+    "crossing_errors",
+    "grazing_errors",
+    "grazing_jump",
+    "horizons",
+    "stiff_errors",
+    "wall_delay",
+]
+
+Floats = NDArray[np.float64]
+
+# k- of fig 2.
+BELOW = 20.0
+RADII: Floats = 0.5 ** np.arange(4.0, 14.0)
+# A motion that crosses x = 0 fast: cos 1.3 t from (1/2, 0.3).
+OMEGA, X0, V0 = 1.3, 0.5, 0.3
+TIMES = np.concatenate(([0.0], np.linspace(1.0, 20.0, 200)))
+# Under cos 1.7 t from (1/2, 0.8): before the second impact, away from the first.
+STIFF_OMEGA, STIFF_SPEED, STIFF_TIME = 1.7, 0.8, 4.0
+# Under cos 2.6 t from (0, 0.3), where neighbours part exponentially.
+CHAOTIC_OMEGA, CHAOTIC_SPEED = 2.6, 0.3
+CHAOTIC_RADII = (1e-2, 1e-3, 1e-4, 1e-5)
+CHAOTIC_END = 140.0
+FAR = 0.1
+
+
+def _bilinear() -> Trajectory:
+    osc = bilinear_oscillator(stiffness_below=BELOW)
+    return simulate(osc, cosine(OMEGA), x0=X0, v0=V0, t_end=TIMES[-1])
+
+
+@cache
+def crossing_errors(rounding: Rounding = "parabola") -> Floats:
+    """Return the largest error of the displacement up to t = 20, for each of `RADII`.
+
+    All crossings of x = 0 in this motion are fast.
+
+    Parameters
+    ----------
+    rounding
+        Curve that rounds the kink.
+
+    Examples
+    --------
+    >>> errors = crossing_errors()
+    >>> round(float(np.log2(errors[-2] / errors[-1])), 1)
+    2.0
+    """
+    exact = _bilinear()(TIMES)[0]
+    return np.array(
+        [np.abs(_smooth(radius, rounding)[0] - exact).max() for radius in RADII.tolist()]
+    )
+
+
+@cache
+def _smooth(radius: float, rounding: Rounding = "parabola") -> tuple[Floats, Floats]:
+    return smooth_motion(
+        cosine(OMEGA), TIMES, X0, V0, stiffness_below=BELOW, radius=radius, rounding=rounding
+    )
+
+
+def bound_use(until: float) -> float:
+    """Return the largest part of the proved bound that the errors use, over `RADII`.
+
+    Parameters
+    ----------
+    until
+        Up to which time.
+
+    Returns
+    -------
+    float
+        Largest sqrt((k+ + k-) dx^2 / 2 + dv^2) / (radius sqrt((k+ + k-) / 2) (e^(lambda t) - 1)).
+    """
+    exact_x, exact_v = _bilinear()(TIMES)
+    mean = 0.5 * (1.0 + BELOW)
+    chosen = (TIMES > 0.0) & (until >= TIMES)
+    used = []
+    for radius in RADII.tolist():
+        x, v = _smooth(radius)
+        error = np.hypot(math.sqrt(mean) * (x - exact_x), v - exact_v)[chosen]
+        bound = radius * math.sqrt(mean) * np.expm1(growth_rate(1.0, BELOW) * TIMES[chosen])
+        used.append(float((error / bound).max()))
+    return max(used)
+
+
+@cache
+def grazing_errors(rounding: Rounding = "parabola") -> Floats:
+    """Return the error a moment after the bilinear motion touched x = 0, for each of `RADII`.
+
+    Parameters
+    ----------
+    rounding
+        Curve that rounds the kink.
+
+    Returns
+    -------
+    array
+        (n,) jumps in velocity: sqrt(dx^2 + dv^2) at t = 1/2, after a touch at t = 0 of the motion
+        x = (cos omega t - cos t) / (1 - omega^2).
+    """
+    gain, ends = 1.0 / (1.0 - OMEGA**2), np.array([-1.0, 0.5])
+    x = gain * (np.cos(OMEGA * ends) - np.cos(ends))
+    v = gain * (np.sin(ends) - OMEGA * np.sin(OMEGA * ends))
+    found = []
+    for radius in RADII.tolist():
+        smooth = smooth_motion(
+            cosine(OMEGA),
+            ends,
+            float(x[0]),
+            float(v[0]),
+            stiffness_below=BELOW,
+            radius=radius,
+            rounding=rounding,
+        )
+        found.append(math.hypot(smooth[0][-1] - x[-1], smooth[1][-1] - v[-1]))
+    return np.array(found)
+
+
+def grazing_jump(radius: Floats) -> Floats:
+    """Return the jump in velocity at a touch with x'' = 1, to leading order (parabola).
+
+    (4 sqrt(2) / 15) (k- - k+) radius^(3/2).
+
+    Examples
+    --------
+    >>> float((grazing_errors() / grazing_jump(RADII))[-1].round(3))
+    0.999
+    """
+    return 4.0 * math.sqrt(2.0) / 15.0 * (BELOW - 1.0) * np.asarray(radius) ** 1.5
+
+
+@cache
+def stiff_errors(stiffness: float, radius: float) -> tuple[float, float]:
+    """Return how far the smoothed law is from the bilinear one and from a wall at the radius.
+
+    Parameters
+    ----------
+    stiffness
+        k-.
+    radius
+        Radius of the rounding.
+
+    Returns
+    -------
+    tuple of float
+        Differences of the displacements after one impact, at t = 4.
+    """
+    force, later = cosine(STIFF_OMEGA), STIFF_TIME
+    start = (X0, STIFF_SPEED)
+    osc = bilinear_oscillator(stiffness_below=stiffness)
+    smooth, _ = smooth_motion(force, [0.0, later], *start, stiffness_below=stiffness, radius=radius)
+    bilinear = simulate(osc, force, *start, t_end=later)(later)[0]
+    wall = simulate(impact_oscillator(wall=radius), force, *start, t_end=later)(later)[0]
+    return float(smooth[-1] - bilinear), float(smooth[-1] - wall)
+
+
+def wall_delay(stiffness: float, radius: float) -> float:
+    """Return the displacement at t = 4 that the duration of the rounded contact costs.
+
+    To leading order in k-^(-1/3): beyond x = radius the force is k- (radius - x)^2 / (4 radius),
+    and a contact lasts 2 (6 radius / (k- V))^(1/3) times the integral of (1 - u^3)^(-1/2) over
+    [0, 1].
+
+    Parameters
+    ----------
+    stiffness, radius
+        As in `stiff_errors`.
+    """
+    wall = impact_oscillator(wall=radius)
+    run = simulate(wall, cosine(STIFF_OMEGA), X0, STIFF_SPEED, t_end=STIFF_TIME)
+    hit, speed = float(run.impacts.t[0]), float(run.impacts.v_after[0])
+    # The integral is Beta(1/3, 1/2) / 3.
+    integral = math.gamma(1 / 3) * math.gamma(1 / 2) / math.gamma(5 / 6) / 3.0
+    late = 2.0 * (6.0 * radius / (stiffness * speed)) ** (1.0 / 3.0) * integral
+    flight = STIFF_TIME - hit
+    force = math.cos(STIFF_OMEGA * hit) - radius
+    return float(-late * (speed * math.cos(flight) + force * math.sin(flight)))
+
+
+@cache
+def chaotic_errors(
+    radii: tuple[float, ...] = CHAOTIC_RADII, t_end: float = CHAOTIC_END
+) -> tuple[Floats, Floats]:
+    """Return how the smoothed motion leaves a chaotic bilinear one.
+
+    Parameters
+    ----------
+    radii
+        Radii of the rounding.
+    t_end
+        How long to follow.
+
+    Returns
+    -------
+    tuple of array
+        Times, and the (radii, times) magnitudes of the difference of the displacements.
+    """
+    times = np.arange(0.0, t_end, 0.05)
+    osc = bilinear_oscillator(stiffness_below=BELOW)
+    force = cosine(CHAOTIC_OMEGA)
+    exact = simulate(osc, force, v0=CHAOTIC_SPEED, t_end=t_end)(times)[0]
+    errors = np.empty((len(radii), len(times)))
+    for row, radius in enumerate(radii):
+        x, _ = smooth_motion(
+            force,
+            times,
+            0.0,
+            CHAOTIC_SPEED,
+            stiffness_below=BELOW,
+            radius=radius,
+            tolerance=1e-11,
+        )
+        errors[row] = np.abs(x - exact)
+    return times, errors
+
+
+def horizons() -> Floats:
+    """Return until when the smoothed motion stays within 0.1 of a chaotic bilinear one.
+
+    Returns
+    -------
+    array
+        A time for each of `CHAOTIC_RADII`; infinite where it stays so to the end.
+    """
+    times, errors = chaotic_errors()
+    far = errors > FAR
+    return np.where(far.any(axis=1), times[far.argmax(axis=1)], math.inf)
