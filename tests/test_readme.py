@@ -20,8 +20,8 @@ def test_the_code_of_the_readme_runs(
     for block in blocks:
         exec(compile(block, "README.md", "exec"), {})  # noqa: S102  our own text
 
-    assert len(blocks) == 1
-    assert "Trajectory" in capsys.readouterr().out
+    assert len(blocks) == 2
+    assert capsys.readouterr().out.count("Trajectory") == 2
     assert (tmp_path / "portrait.png").stat().st_size > 10_000
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 __all__ = [
+    "ConvergenceError",
     "MissingExtraError",
     "OutputError",
     "ParameterError",
@@ -34,8 +35,8 @@ class ParameterError(PercussError, ValueError):
 
     Examples
     --------
-    >>> print(ParameterError("damping", -0.1, "negative; the motion would gain energy at rest"))
-    damping = -0.1: negative; the motion would gain energy at rest
+    >>> print(ParameterError("damping", -0.1, "negative; it would feed energy in"))
+    damping = -0.1: negative; it would feed energy in
     """
 
     def __init__(self, name: str, value: object, reason: str) -> None:
@@ -47,6 +48,38 @@ class ParameterError(PercussError, ValueError):
 
     def __str__(self) -> str:
         return f"{self.name} = {self.value!r}: {self.reason}"
+
+
+class ConvergenceError(PercussError, RuntimeError):
+    """An iteration found no solution.
+
+    Parameters
+    ----------
+    what
+        What was looked for.
+    last
+        The last iterate, None where there was none.
+    residual
+        By how much it misses; NaN where there was no iterate.
+    advice
+        What to try.
+
+    Examples
+    --------
+    >>> print(ConvergenceError("no (1, 1) orbit found", (0.2, 1.0), 0.013, "try another guess"))
+    no (1, 1) orbit found; the last iterate misses by 0.013: try another guess
+    """
+
+    def __init__(self, what: str, last: object, residual: float, advice: str) -> None:
+        super().__init__(what, last, residual, advice)
+        self.what = what
+        self.last = last
+        self.residual = residual
+        self.advice = advice
+
+    def __str__(self) -> str:
+        missed = "" if self.last is None else f"; the last iterate misses by {self.residual:.3g}"
+        return f"{self.what}{missed}: {self.advice}"
 
 
 class StudyError(PercussError, ValueError):

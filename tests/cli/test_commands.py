@@ -89,7 +89,10 @@ def test_results_are_refused_without_force_and_replaced_with_it() -> None:
 
     status, out, err = percuss("run", "study.toml")
     assert (status, out) == (2, "")
-    assert err == "study/motion.nc: exists already; --force (force=True) replaces it\n"
+    assert err == (
+        "study/motion.nc: exists already; --force replaces the results in study, "
+        "--out writes into another folder\n"
+    )
     assert Path("study/impacts.csv").read_text() == "mine"
 
     assert percuss("run", "study.toml", "--force")[0] == 0
@@ -151,7 +154,7 @@ def test_new_does_not_overwrite_a_study_unasked() -> None:
     status, _, err = percuss("new")
 
     assert status == 2
-    assert err == "study.toml: exists already; --force (force=True) replaces it\n"
+    assert err == "study.toml: exists already; --force replaces it\n"
     assert Path("study.toml").read_text() == STUDY
 
     assert percuss("new", "--force")[0] == 0

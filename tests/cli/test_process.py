@@ -88,6 +88,7 @@ def test_ctrl_c_keeps_what_was_done_and_ends_with_status_130(tmp_path: Path) -> 
     assert process.returncode == 130
     assert "Traceback" not in err
     assert "interrupted" in out
+    assert "interrupted; writing what was done (Ctrl-C again drops it)" in err
     result = tmp_path / "long" / "motion.nc"
     assert load_record(result).outcome == pc.Outcome.interrupted.value
     assert load_netcdf(result)["impacts"].to_dataset().sizes["impact"] > 1000

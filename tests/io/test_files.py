@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -63,7 +66,7 @@ def test_an_existing_file_is_refused_and_keeps_its_bytes(tmp_path: Path) -> None
     path = tmp_path / "a.txt"
     path.write_text("precious")
 
-    with pytest.raises(OutputError, match="exists already; --force"), OutputFiles(path):
+    with pytest.raises(OutputError, match="exists already; force=True"), OutputFiles(path):
         pytest.fail("the block must not be entered")
 
     assert path.read_text() == "precious"
@@ -142,3 +145,20 @@ def test_a_folder_without_permission_is_refused_before_any_work(
 def test_a_name_that_the_system_cannot_take_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="name too long"):
         check_output([tmp_path / ("x" * 5000)])
+
+
+def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path: Path) -> None:
+    killed = subprocess.Popen([sys.executable, "-c", ""])
+    killed.wait()
+    stale = tmp_path / f".a.txt.{killed.pid}.part"
+    running, other = (
+        tmp_path / f".a.txt.{os.getppid()}.part",
+        tmp_path / f".b.txt.{killed.pid}.part",
+    )
+    for path in (stale, running, other):
+        path.write_text("half")
+
+    with OutputFiles(tmp_path / "a.txt") as files:
+        files[tmp_path / "a.txt"].write_text("whole")
+
+    assert everything_in(tmp_path) == sorted(["a.txt", running.name, other.name])

@@ -26,6 +26,8 @@ from percuss.io import (
     save_netcdf,
 )
 from percuss.io.netcdf import TABLES
+from percuss.io.table import write_csv
+from percuss.motion.tables import COLUMNS
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import offscreen_figure, plot_velocity
 from percuss.studies import load_study, parse_study
@@ -54,8 +56,8 @@ def test_netcdf_keeps_every_table_to_the_bit(run: Trajectory, tmp_path: Path) ->
 
     assert len(run.impacts) > 0
     assert len(run.crossings) > 0
-    for name, columns in TABLES.items():
-        for column in columns:
+    for name in TABLES:
+        for column in COLUMNS[name.removesuffix("s")]:
             saved = tree[name][column].to_numpy()
             np.testing.assert_array_equal(saved, getattr(getattr(run, name), column))
     t = tree["motion"]["t"].to_numpy()
@@ -180,3 +182,35 @@ def test_a_record_is_read_back_whatever_its_words(command: str, date: str, outco
     record = Record("[run]\nt_end = 1\n\n[start]\nx0 = 0\n", command, date, outcome, versions)
 
     assert parse_record(record.text()) == record
+
+
+def test_csv_of_crossings_holds_them_to_the_bit_and_names_their_units(
+    run: Trajectory, tmp_path: Path
+) -> None:
+    path = tmp_path / "crossings.csv"
+    record = make_record(run, command="c")
+    write_csv(run, path, record, table="crossings", length_unit="mm", time_unit="s")
+
+    lines = path.read_text().splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    assert '# columns = "t [s], v [mm/s], stop, direction"' in lines
+    np.testing.assert_array_equal([float(row["t"]) for row in rows], run.crossings.t)
+    np.testing.assert_array_equal([float(row["v"]) for row in rows], run.crossings.v)
+    assert [row["direction"] for row in rows] == run.crossings.direction.tolist()
+    assert load_record(path) == record
+
+
+def test_a_run_limited_by_entries_into_soft_stops_is_repeated_by_that_limit() -> None:
+    run = pc.simulate(pc.backlash_oscillator(1, 25), pc.sine(1), v0=1.0, max_impacts=7)
+
+    assert run.outcome.name == "reached_max_impacts"
+    assert parse_study(make_record(run).study).run.max_impacts == 7
+
+
+def test_what_cannot_be_loaded_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "a.nc").write_text("no NetCDF")
+
+    with pytest.raises(FileNotFoundError, match=r"none\.nc: no such file$"):
+        load_netcdf(tmp_path / "none.nc")
+    with pytest.raises(OSError, match=r"a\.nc: not a NetCDF file"):
+        load_netcdf(tmp_path / "a.nc")

@@ -44,11 +44,11 @@ ABOVE = Wall(1.0, "above")
         (lambda: SoftStop(0.0, "below", math.inf), "stiffness = inf: not finite"),
         (
             lambda: SoftStop(0.0, "below", 1.0, -1),
-            "damping = -1: negative; the motion would gain energy at rest",
+            "damping = -1: negative; it would feed energy in",
         ),
         (
             lambda: Oscillator(damping=-0.1),
-            "damping = -0.1: negative; the motion would gain energy at rest",
+            "damping = -0.1: negative; it would feed energy in",
         ),
         (lambda: Oscillator(stiffness="soft"), "stiffness = 'soft': not a number; give an int"),
         (lambda: Oscillator(stops=BELOW), "stops = Wall("),  # type: ignore[arg-type]

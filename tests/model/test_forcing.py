@@ -16,6 +16,7 @@ from percuss.model import (
     Harmonic,
     Phase,
     as_float,
+    as_fraction,
     cosine,
     fourier,
     pi_times,
@@ -207,3 +208,44 @@ def test_the_text_of_a_forcing_shows_what_was_given() -> None:
         "Harmonic(amplitude=Fraction(1, 3), omega=3.0, phase=0.0)), constant=0.0, "
         "period=pi_times(2))"
     )
+
+
+def test_a_sum_has_all_harmonics_and_the_exact_constant() -> None:
+    total = cosine(2, constant="0.1") + sine(3, 5, constant="0.2")
+
+    assert total.harmonics == (*cosine(2).harmonics, *sine(3, 5).harmonics)
+    assert as_fraction(total.constant) == Fraction(3, 10)
+    assert total.period is None
+
+
+def test_a_sum_keeps_a_period_that_both_have() -> None:
+    one = Forcing((Harmonic(1, 2),), period=pi_times(2))
+    other = Forcing((Harmonic(1, 3),), period="2*pi")
+
+    assert (one + other).frequency == 1
+    assert (cosine("2.8") + sine("14/5")).frequency == Fraction(14, 5)
+    assert (one + cosine(3)).period is None
+
+
+def test_a_constant_is_added_without_losing_the_period() -> None:
+    series = fourier(2, (1, 2), (3,))
+
+    assert Forcing(constant=1) + series == fourier(2, (1, 2), (3,), constant=1.0)
+    assert (sine(3) + Forcing(constant=-1)).period == sine(3).period
+
+
+def test_a_fourier_sum_is_added_as_its_harmonics() -> None:
+    total = fourier(2, (1, 0), (0, "0.5")) + cosine(2, "0.25")
+
+    assert [(float(c.omega), c.cos, c.sin) for c in total.components()] == [
+        (2.0, 1.0, 0.0),
+        (4.0, 0.0, 0.5),
+        (2.0, 0.25, 0.0),
+    ]
+    assert total.frequency == 2
+    assert (fourier(2, (0,)) + fourier(2, (0,))).harmonics == ()
+
+
+def test_only_forcings_are_added() -> None:
+    with pytest.raises(TypeError, match="unsupported operand"):
+        cosine(2) + 1.0  # type: ignore[operator]

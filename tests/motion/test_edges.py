@@ -329,3 +329,21 @@ def test_force_far_faster_than_the_oscillator_only_makes_it_tremble() -> None:
 def test_force_too_fast_for_its_phase_to_be_known_over_a_flight_is_refused() -> None:
     with pytest.raises(pc.ParameterError, match="1e\\+40 times as fast"):
         pc.simulate(pc.impact_oscillator(), pc.sine(1e40), v0=1.0, max_impacts=5)
+
+
+def test_contact_whose_force_falls_steeply_is_released() -> None:
+    """A force that falls by more than its rounding within one ulp of the time in contact."""
+    slow, fast = (2.412575340060761, 0.09524200336769265), (0.21916498356896236, 65.84362761944287)
+    force = pc.Forcing(
+        harmonics=(pc.Harmonic(*slow, 2.5262294887857815), pc.Harmonic(*fast, 1.025918382811785))
+    )
+    osc = pc.impact_oscillator(0.5, wall=-0.044248419977565505)
+
+    run = pc.simulate(osc, force, v0=0.21307771939097353, t_end=30.0)
+
+    release = float(run.contacts.release[0])
+    pulls = [
+        float(run.forces([t])["forcing"][0]) + 0.044248419977565505
+        for t in (release - 1e-9, release + 1e-9)
+    ]
+    assert pulls[0] < 0.0 < pulls[1]

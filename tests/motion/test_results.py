@@ -164,6 +164,23 @@ BAD_CALLS: dict[str, tuple[Callable[[pc.Oscillator], Any], str]] = {
     "no limit": (pc.simulate, "no limit at all"),
     "no impacts": (lambda osc: pc.simulate(osc, max_impacts=0), "max_impacts = 0"),
     "half an impact": (lambda osc: pc.simulate(osc, max_impacts=1.5), "max_impacts = 1.5"),  # type: ignore[arg-type]
+    "force a harmonic": (
+        lambda osc: pc.simulate(osc, pc.Harmonic(1, 2), t_end=1),  # type: ignore[arg-type]
+        "not a Forcing; give Forcing((harmonic,))",
+    ),
+    "force a list": (lambda osc: pc.simulate(osc, [1], t_end=1), "force = [1]: not a Forcing"),  # type: ignore[arg-type]
+    "oscillator a text": (lambda _: pc.simulate("x", t_end=1), "osc = 'x': not an Oscillator"),  # type: ignore[arg-type]
+    "periods and end": (
+        lambda osc: pc.simulate(osc, pc.sine(1), t_end=1, periods=2),
+        "periods = 2: given together with t_end = 1",
+    ),
+    "no period": (
+        lambda osc: pc.simulate(osc, pc.sine(1) + pc.sine("1.5"), periods=2),
+        "periods = 2: the forcing has no period; give forcing.period",
+    ),
+    "free motion has no period": (lambda osc: pc.simulate(osc, periods=2), "without harmonics"),
+    "no periods": (lambda osc: pc.simulate(osc, pc.sine(1), periods=0), "periods = 0: not pos"),
+    "end a word": (lambda osc: pc.simulate(osc, t_end="late"), "a multiple of pi such as"),
     "negative count": (lambda osc: pc.eigenset(osc, -1), "count = -1"),
 }
 
@@ -183,3 +200,34 @@ def test_a_limit_beyond_all_integers_of_the_machine_is_a_limit() -> None:
     run = pc.simulate(pc.impact_oscillator(0.5), v0=1.0, t_end=10.0, max_impacts=10**30)
 
     assert run.outcome is pc.Outcome.reached_t_end
+
+
+def test_times_may_be_multiples_of_pi_and_periods() -> None:
+    osc, force = pc.impact_oscillator(), pc.sine(3)
+
+    run = pc.simulate(osc, force, v0=1, t0="pi", t_end="20*pi")
+
+    assert (run.t0, run.t_end) == (math.pi, 20 * math.pi)
+    assert pc.simulate(osc, force, v0=1, t_end=pc.pi_times(20)).t_end == 20 * math.pi
+    for periods in (30, "30"):
+        assert pc.simulate(osc, force, v0=1, periods=periods).t_end == 20 * math.pi
+    assert pc.simulate(osc, force, v0=1, t0="pi", periods="1.5").t_end == 2 * math.pi
+
+
+def test_max_impacts_counts_entries_into_soft_stops_and_the_outcome_says_so() -> None:
+    run = pc.simulate(MIXED, pc.sine(2.0, amplitude=2.0), x0=0.2, max_impacts=9)
+
+    assert len(run.impacts) + (run.crossings.direction == "in").sum() == 9
+    assert run.outcome.value == "the run reached max_impacts (impacts and entries into soft stops)"
+
+
+@pytest.mark.parametrize("name", ["impacts", "crossings", "contacts", "grazes"])
+def test_every_table_is_a_dataset_of_its_columns(name: str) -> None:
+    table = getattr(run_of_all_kinds(), name)
+
+    dataset = table.to_dataset()
+
+    assert dict(dataset.sizes) == {name.removesuffix("s"): len(table)}
+    for column, values in dataset.items():
+        np.testing.assert_array_equal(values, getattr(table, str(column)))
+        assert values.attrs["long_name"]

@@ -202,3 +202,60 @@ def test_a_motion_of_any_size_is_drawn(x0: float) -> None:
     run = pc.simulate(pc.Oscillator(stiffness=-1.0), x0=x0, t_end=5.0)
 
     plot_motion(run, offscreen_figure()).draw_without_rendering()
+
+
+@pytest.mark.parametrize("plot", ALL)
+@pytest.mark.parametrize("options", [{"units": ("m", "s")}, {"window": 100}, {"window": (99, 100)}])
+def test_options_that_cannot_be_are_refused_by_name(plot, options, elastic: Trajectory) -> None:  # type: ignore[no-untyped-def]
+    (name,) = options
+    with pytest.raises(pc.ParameterError, match=f"^{name} = "):
+        plot(elastic, new_axes(), **options)
+
+
+def labels(ax: Axes) -> list[str]:
+    return ax.get_legend_handles_labels()[1]
+
+
+def test_only_a_picture_that_begins_with_the_run_marks_the_start(elastic: Trajectory) -> None:
+    assert "start" in labels(plot_phase_portrait(elastic, new_axes()))
+    assert "start" not in labels(plot_phase_portrait(elastic, new_axes(), window=(5.0, 9.0)))
+
+
+@pytest.mark.parametrize("plot", [plot_displacement, plot_velocity, plot_phase_portrait])
+def test_a_picture_of_its_own_has_a_legend(plot, chattering: Trajectory) -> None:  # type: ignore[no-untyped-def]
+    alone, placed = plot(chattering), plot(chattering, new_axes())
+
+    (legend,) = alone.figure.legends
+    assert "contact" in [text.get_text() for text in legend.get_texts()]
+    assert placed.figure.legends == []
+    mpl.pyplot.close("all")
+
+
+def test_impacts_and_entries_have_markers_that_the_legend_names(
+    between_stops: Trajectory,
+) -> None:
+    run = between_stops
+    ax = plot_impact_velocities(run, new_axes())
+
+    assert labels(ax) == ["impact on stop 0", "entry into stop 1"]
+    impacts, entries = (np.asarray(dots.get_offsets())[:, 1] for dots in ax.collections)
+    np.testing.assert_array_equal(impacts, run.impacts.v_after)
+    np.testing.assert_array_equal(entries, run.crossings.v[run.crossings.direction == "in"])
+    assert ax.get_ylabel().startswith("velocity after impact, at entry $v$")
+    handles = [line.get_marker() for line in ax.lines]
+    assert len(set(handles)) == 2
+
+
+def test_one_stop_needs_no_legend_of_markers(elastic: Trajectory) -> None:
+    assert labels(plot_impact_velocities(elastic, new_axes())) == []
+
+
+def test_many_jumps_are_drawn_faintly() -> None:
+    few, many = (
+        pc.simulate(pc.impact_oscillator(), pc.sine(3), v0="0.51", max_impacts=n) for n in (20, 400)
+    )
+
+    alphas = [plot_velocity(run, new_axes()).collections[0].get_alpha() for run in (few, many)]
+
+    assert alphas[0] == 1.0
+    assert 0.1 < alphas[1] < 0.3

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -37,11 +39,30 @@ def test_a_short_visit_to_a_stiff_stop_is_drawn_round() -> None:
     assert curve.x.min() == pytest.approx(-1.0 / 2e4, rel=2e-3)
 
 
-def test_a_window_cuts_the_curve_and_one_outside_the_run_shows_all(elastic: Trajectory) -> None:
-    inside, outside = sample_curve(elastic, (5.0, 7.0)), sample_curve(elastic, (50.0, 60.0))
+def test_a_window_cuts_the_curve(elastic: Trajectory) -> None:
+    inside, beyond = sample_curve(elastic, (5.0, 7.0)), sample_curve(elastic, (30.0, 60.0))
 
     assert (inside.t[0], inside.t[-1]) == (5.0, 7.0)
-    assert (outside.t[0], outside.t[-1]) == (elastic.t0, elastic.t_end)
+    assert (beyond.t[0], beyond.t[-1]) == (30.0, elastic.t_end)
+
+
+@pytest.mark.parametrize(
+    ("window", "words"),
+    [
+        ((50.0, 60.0), r"window = \(50.0, 60.0\): outside the run, 0.0 to 31.0"),
+        ((-2.0, 0.0), "outside the run"),
+        ((7.0, 5.0), r"window = \(7.0, 5.0\): the first time is not before the last"),
+        ((5.0, 5.0), "not before"),
+        (100, "window = 100: not a pair of times"),
+        ((1.0, 2.0, 3.0), "not a pair"),
+        ((float("nan"), 2.0), "not finite"),
+    ],
+)
+def test_a_window_that_shows_nothing_is_refused(
+    window: Any, words: str, elastic: Trajectory
+) -> None:
+    with pytest.raises(pc.ParameterError, match=words):
+        sample_curve(elastic, window)
 
 
 def test_numbers_too_large_for_a_picture_are_left_out() -> None:
@@ -132,3 +153,27 @@ def test_a_periodic_motion_is_drawn_once_however_long_it_is() -> None:
 
     assert curve.x.size > 300_000
     assert x.size < 20_000
+
+
+def test_of_many_dots_the_last_in_each_cell_is_left() -> None:
+    x, y = np.random.default_rng(1).uniform(size=(2, 100_000)) ** 2
+
+    kept = samples.topmost(x, y)
+
+    cell = samples._pixels(x, samples.DOT_COLUMNS) * 1000 + samples._pixels(y, samples.DOT_COLUMNS)
+    last = {code: index for index, code in enumerate(cell.tolist())}
+    assert set(kept.tolist()) == set(last.values())
+    assert kept.size < x.size
+    assert samples.topmost(x[:1000], y[:1000]).size == 1000
+
+
+def test_of_many_spans_the_long_ones_and_one_a_pixel_column_are_left() -> None:
+    first = np.sort(np.random.default_rng(1).uniform(0.0, 1.0, 100_000))
+    last = first + 1e-6
+    last[777] = first[777] + 0.1
+
+    kept = samples.distinct_spans(first, last, np.zeros(first.size), 1.0)
+
+    assert 777 in kept
+    assert samples.COLUMNS // 2 < kept.size <= samples.COLUMNS + 2
+    assert np.diff(first[kept], prepend=0.0, append=1.0).max() < 3.0 / samples.COLUMNS

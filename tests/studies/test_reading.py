@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -9,7 +10,17 @@ from pathlib import Path
 import pytest
 
 from percuss.errors import StudyError
-from percuss.model import Harmonic, SoftStop, Wall, fourier, pi_times, sine
+from percuss.model import (
+    Forcing,
+    Harmonic,
+    Oscillator,
+    SoftStop,
+    Wall,
+    as_float,
+    fourier,
+    pi_times,
+    sine,
+)
 from percuss.studies import StudyFault, load_study, parse_study
 
 HEAD = """\
@@ -19,6 +30,9 @@ x0 = 0
 v0 = 1
 """
 RUN = "[run]\nt_end = 10\n"
+TWO_HARMONICS = "".join(
+    f"[[forcing.harmonics]]\namplitude = 1\nomega = {omega}\n" for omega in ('"4.2"', '"2.9"')
+)
 
 
 def faults_of(text: str) -> list[str]:
@@ -84,7 +98,10 @@ def test_stops_keep_their_order() -> None:
     [
         (
             HEAD.replace("[start]", "restitutoin = 1\n[start]") + RUN,
-            "s.toml:2: oscillator.restitutoin: unknown key; known here: stiffness, damping, stops",
+            (
+                "s.toml:2: oscillator.restitutoin: unknown key; known here: "
+                "stiffness, damping, mass, damping_coefficient, damping_ratio, stops"
+            ),
         ),
         (
             HEAD.replace("[start]", "Stiffnes = 1\n[start]") + RUN,
@@ -124,11 +141,17 @@ def test_stops_keep_their_order() -> None:
         ),
         (
             HEAD.replace("v0 = 1", "v0 = true") + RUN,
-            's.toml:4: start.v0 = true: not a number; write 2.8, or "2.8" for that decimal',
+            (
+                's.toml:4: start.v0 = true: not a number; write 2.8, or "2.8" for that decimal, '
+                '"1/3" for that fraction'
+            ),
         ),
         (
             HEAD.replace("v0 = 1", 'v0 = "fast"') + RUN,
-            's.toml:4: start.v0 = "fast": not a number; write 2.8, or "2.8" for that decimal',
+            (
+                's.toml:4: start.v0 = "fast": not a number; write 2.8, or "2.8" for that decimal, '
+                '"1/3" for that fraction'
+            ),
         ),
         (HEAD.replace("v0 = 1", "v0 = nan") + RUN, "s.toml:4: start.v0 = nan: not finite"),
         (HEAD.replace("v0 = 1", "") + RUN, "s.toml:2: start.v0: missing"),
@@ -137,7 +160,62 @@ def test_stops_keep_their_order() -> None:
         (HEAD + "[run]\nt_end = 0", "s.toml:6: run.t_end = 0: not after t0 = 0.0"),
         (
             HEAD + "[run]\nperiods = 3",
-            "s.toml:6: run.periods = 3: the forcing has no period; give t_end",
+            "s.toml:6: run.periods = 3: without harmonics there is no period; give t_end",
+        ),
+        (
+            HEAD + "[run]\nperiods = 3\n" + TWO_HARMONICS,
+            (
+                "s.toml:6: run.periods = 3: the forcing has no period; "
+                "give forcing.period, or t_end instead"
+            ),
+        ),
+        (
+            HEAD + RUN + '[[forcing.harmonics]]\namplitude = 1\nomega = 3\nphase = "half"',
+            (
+                's.toml:10: forcing.harmonics.0.phase = "half": not a number; write 2.8, or "2.8" '
+                'for that decimal, "1/3" for that fraction, "pi/2" for that multiple of pi'
+            ),
+        ),
+        (
+            HEAD.replace("[start]", "damping_ratio = 0.1\n[start]") + RUN,
+            (
+                "s.toml:2: oscillator.damping_ratio: needs oscillator.mass; "
+                "mass = 1 leaves all else as it is"
+            ),
+        ),
+        (
+            HEAD.replace("[start]", "mass = 0\nstiffness = 1\n[start]") + RUN,
+            "s.toml:2: oscillator.mass = 0: not positive",
+        ),
+        (
+            HEAD.replace("[start]", "mass = 2\n[start]") + RUN,
+            "s.toml:1: oscillator.stiffness: missing; with a mass it has no default",
+        ),
+        (
+            HEAD.replace("[start]", "mass = 2\nstiffness = 1\ndamping = 1\n[start]") + RUN,
+            (
+                "s.toml:4: oscillator.damping = 1: given together with mass; "
+                "give damping_coefficient or damping_ratio"
+            ),
+        ),
+        (
+            HEAD.replace(
+                "[start]",
+                "mass = 2\nstiffness = 1\ndamping_ratio = 1\ndamping_coefficient = 3\n[start]",
+            )
+            + RUN,
+            (
+                "s.toml:4: oscillator.damping_ratio = 1: "
+                "given together with damping_coefficient = 3; give one"
+            ),
+        ),
+        (
+            HEAD.replace("[start]", "mass = 1e-60\nstiffness = 1e60\n[start]") + RUN,
+            (
+                "s.toml:2: oscillator.mass = 1e-60: after the division by it, "
+                "oscillator.stiffness is not between 1e-70 and 1e+70; "
+                "choose units in which it is nearer to 1"
+            ),
         ),
         (
             HEAD + "[run]\nmax_impacts = 1.5",
@@ -174,6 +252,23 @@ def test_stops_keep_their_order() -> None:
             's.toml:8: study.kind = "sweep": not "motion"',
         ),
         (HEAD + RUN + "x = ", 's.toml:7: invalid value: "x ="'),
+        (
+            HEAD + RUN + "x = below  # the wall",
+            's.toml:7: invalid value: "x = below  # the wall"; put it in quotes: x = "below"',
+        ),
+        (
+            HEAD + RUN + "x = 1/3",
+            (
+                "s.toml:7: expected newline or end of document after a statement: "
+                '"x = 1/3"; put it in quotes: x = "1/3"'
+            ),
+        ),
+        (HEAD + RUN + "x = True", 's.toml:7: invalid value: "x = True"'),
+        (
+            HEAD + RUN + 2 * "[oscillator.stops]\nat = 0\n",
+            "s.toml:9: [oscillator.stops] twice; begin each of them with [[oscillator.stops]]",
+        ),
+        (HEAD + RUN + "[start]\n", "s.toml:7: [start] twice; put its keys under one"),
         (HEAD + "[run\n", "s.toml:5: expected ']' at the end of a table declaration: \"[run\""),
         ("a = " + 5000 * "[", "s.toml: lists or tables are nested too deeply"),
     ],
@@ -278,3 +373,48 @@ def test_files_with_a_byte_order_mark_and_foreign_line_ends_are_read(tmp_path: P
     path.write_bytes(b"\xef\xbb\xbf" + (HEAD + RUN).replace("\n", "\r\n").encode())
 
     assert load_study(path) == parse_study(HEAD + RUN)
+
+
+WITH_MASS = """\
+[oscillator]
+mass = "50"
+stiffness = 20
+damping_ratio = "0.25"
+stops = [{type = "soft", at = 1, side = "above", stiffness = 400, damping = 10}]
+[forcing]
+constant = 10
+harmonics = [{amplitude = "1/3", omega = 1}]
+[start]
+x0 = 0
+v0 = 0
+[run]
+t_end = 1
+"""
+
+
+def test_a_study_with_a_mass_is_divided_by_it_as_in_python() -> None:
+    stop = SoftStop(1, "above", 400, 10)
+    force = Forcing((Harmonic("1/3", 1),), 10)
+
+    study = parse_study(WITH_MASS)
+
+    assert study.oscillator == Oscillator.from_mass(50, 20, damping_ratio="0.25", stops=(stop,))
+    assert study.forcing == force.per_mass(50)
+
+
+def test_a_study_with_a_mass_keeps_its_units_in_its_text() -> None:
+    study = parse_study(WITH_MASS)
+
+    assert parse_study(study.text()) == study
+    assert 'mass = "50"' in study.text()
+    assert 'amplitude = "1/3"' in study.text()
+
+
+def test_a_start_may_be_at_a_multiple_of_pi() -> None:
+    study = parse_study(
+        HEAD + 't0 = "pi/2 + 1/4"\n' + "[run]\nperiods = 2\n[forcing]\nomega = 2\ncos = [1]"
+    )
+
+    assert as_float(study.start.t0) == pytest.approx(0.25 + math.pi / 2, rel=1e-15)
+    assert study.t_end == pytest.approx(0.25 + 2.5 * math.pi, rel=1e-15)
+    assert parse_study(study.text()) == study

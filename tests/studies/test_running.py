@@ -104,3 +104,32 @@ def test_a_run_that_is_stopped_is_written_as_far_as_it_came(tmp_path: Path) -> N
     np.testing.assert_array_equal(saved["impacts"]["t"].to_numpy(), result.run.impacts.t)
     assert load_record(tmp_path / "out" / "impacts.csv").outcome == result.run.outcome.value
     assert load_study(tmp_path / "out" / "motion.nc") == study
+
+
+def test_crossings_are_written_where_there_are_soft_stops(tmp_path: Path) -> None:
+    study = Study(
+        pc.backlash_oscillator(1, 25),
+        pc.cosine(1, phase="-pi/2"),
+        pc.Start(0, 1),
+        Limits(periods=3),
+        draw=Draw(png=False, svg=False, length_unit="mm", time_unit="s"),
+    )
+
+    seen: list[Path] = []
+    run_study(study, tmp_path / "out", on_write=seen.append)
+
+    assert names_in(tmp_path / "out") == {"motion.nc", "impacts.csv", "crossings.csv"}
+    assert [path.name for path in seen] == ["motion.nc", "impacts.csv", "crossings.csv"]
+    text = (tmp_path / "out" / "crossings.csv").read_text()
+    assert '# columns = "t [s], v [mm/s], stop, direction"' in text
+    assert load_study(tmp_path / "out" / "crossings.csv") == study
+
+
+def test_a_run_that_ends_before_its_window_is_drawn_whole(tmp_path: Path) -> None:
+    limits = Limits(t_end=100, max_impacts=3)
+    study = study_of(run=limits, draw=Draw(svg=False, window=(50, 60)), save=Save(csv=False))
+
+    result = run_study(study, tmp_path / "out")
+
+    assert result.run.t_end < 50.0
+    assert names_in(tmp_path / "out") == {"motion.nc", "motion.png"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -114,3 +115,19 @@ def test_the_example_of_the_ball_is_the_ball_on_a_table() -> None:
     table = pc.simulate(osc, force, x0=5, v0=-120, t_end=1)
 
     np.testing.assert_array_equal(run_of(study).impacts.t, table.impacts.t)
+
+
+def test_the_mooring_in_engineers_units_is_that_of_unit_mass() -> None:
+    study = example("mooring")
+
+    line = pc.SoftStop("0.5", "above", 8.0, Fraction(1, 10))
+    assert study.oscillator == pc.Oscillator(Fraction(2, 5), Fraction(1, 25), (line,))
+    assert study.forcing is not None
+    assert study.forcing.components() == pc.cosine("0.7854", amplitude="0.8").components()
+
+
+@pytest.mark.parametrize("name", template_names())
+def test_a_template_says_what_max_impacts_counts(name: str) -> None:
+    (line,) = (line for line in template_text(name).splitlines() if "max_impacts" in line)
+
+    assert line.endswith("counts impacts and entries into soft stops")

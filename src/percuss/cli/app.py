@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from percuss import __version__
-from percuss.errors import PercussError
+from percuss.errors import OutputError, PercussError
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -31,12 +31,20 @@ def main() -> None:
 
 
 @contextmanager
-def _faults_on_stderr(written: str = "nothing was written") -> Iterator[None]:
-    """Turn what percuss raises into one line a fault and the exit status 2."""
+def _faults_on_stderr(
+    written: str = "nothing was written", instead: str = "--force replaces it"
+) -> Iterator[None]:
+    """Turn what percuss raises into one line a fault and the exit status 2.
+
+    `instead` says what to do where a file exists already.
+    """
     try:
         yield
     except PercussError as error:
-        typer.echo(str(error), err=True)
+        message = str(error)
+        if isinstance(error, OutputError):
+            message = message.replace("force=True replaces it", instead)
+        typer.echo(message, err=True)
         raise typer.Exit(BAD_INPUT) from error
     except KeyboardInterrupt as error:
         typer.echo(f"interrupted; {written}", err=True)
@@ -77,12 +85,13 @@ def run(
     ] = False,
 ) -> None:
     """Run a study and write NetCDF, CSV and pictures."""
-    with _faults_on_stderr():
+    folder = Path(study.stem) if out is None else out
+    instead = f"--force replaces the results in {folder}, --out writes into another folder"
+    with _faults_on_stderr(instead=instead):
         from percuss.cli.report import print_report
         from percuss.cli.watch import Watch
         from percuss.studies.reading import load_study
 
-        folder = Path(study.stem) if out is None else out
         options = ["--out", str(out)] if out is not None else []
         options += ["--force"] if force else []
         question = load_study(study)
@@ -96,6 +105,7 @@ def run(
                 command=shlex.join(["percuss", "run", str(study), *options]),
                 force=force,
                 progress=watch,
+                on_write=watch.writing,
             )
         print_report(question, result)
     if result.run.outcome.name == "interrupted":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
 
@@ -14,13 +15,14 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 PATIENCE = 2.0
 STARTING = "starting (the first run compiles the engine)"
 RUNNING = "simulating"
+INTERRUPTED = "interrupted; writing what was done (Ctrl-C again drops it)"
 
 
 class Watch:
     """The progress of a run, as `simulate` reports it.
 
     Inside the ``with`` block the first Ctrl-C ends the run where it is, and the second one ends
-    the program.
+    the program; once the results are being written, the first one does.
 
     Parameters
     ----------
@@ -34,15 +36,30 @@ class Watch:
         self._timer = threading.Timer(PATIENCE, self._show)
         self._timer.daemon = True
         self._bar: Progress | None = None
+        self._console = Console(stderr=True, highlight=False, soft_wrap=True)
+        self._has_begun = self._is_told = False
         self._task: Any = None
         self._handler: Any = None
         self.is_stopped = False
 
     def __call__(self, done: float, total: float) -> bool:
         """Note the progress, and return whether to go on."""
+        self._has_begun = True
         if self._bar is not None:
             self._bar.update(self._task, description=self._doing, completed=done, total=total)
         return not self.is_stopped
+
+    def writing(self, file: Path) -> None:
+        """Tell that the run is over and that a file is being written."""
+        # What is written is dropped by the Ctrl-C of before.
+        signal.signal(signal.SIGINT, self._handler)
+        if self.is_stopped and not self._is_told:
+            self._is_told = True
+            self._console.print(INTERRUPTED)
+        self._has_begun = True
+        self._doing = f"writing {file.name}"
+        if self._bar is not None:
+            self._bar.reset(self._task, total=None, description=self._doing)
 
     def _show(self) -> None:
         bar = Progress(
@@ -50,10 +67,12 @@ class Watch:
             BarColumn(),
             TaskProgressColumn(),
             TimeRemainingColumn(),
-            console=Console(stderr=True),
+            console=self._console,
             transient=True,
+            # Where nobody looks, a bar is only an empty line.
+            disable=not self._console.is_terminal,
         )
-        self._task = bar.add_task(STARTING, total=None)
+        self._task = bar.add_task(self._doing if self._has_begun else STARTING, total=None)
         bar.start()
         self._bar = bar
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 from collections.abc import Iterable
 from contextlib import suppress
@@ -10,6 +11,8 @@ from types import TracebackType
 from typing import Self
 
 from percuss.errors import OutputError
+
+EXISTS = "exists already; force=True replaces it"
 
 
 def check_output(paths: Iterable[Path | str], *, force: bool = False) -> None:
@@ -38,7 +41,7 @@ def check_output(paths: Iterable[Path | str], *, force: bool = False) -> None:
             if path.is_dir():
                 raise OutputError(str(path), "is a folder; choose another name")
             if path.exists() and not force:
-                raise OutputError(str(path), "exists already; --force (force=True) replaces it")
+                raise OutputError(str(path), EXISTS)
         except OSError as error:
             raise OutputError(str(path), _reason(error)) from error
 
@@ -52,6 +55,29 @@ def _check_folder(folder: Path) -> None:
             if not os.access(ancestor, os.W_OK | os.X_OK):
                 raise OutputError(str(ancestor), "the folder cannot be written to")
             return
+
+
+def _remove_stale_parts(path: Path) -> None:
+    """Remove what processes that were killed while they wrote this file have left."""
+    for part in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
+        number = part.name.removesuffix(".part").rpartition(".")[2]
+        if number.isdecimal() and not _is_running(int(number)):
+            with suppress(OSError):
+                part.unlink()
+
+
+def _is_running(process: int) -> bool:
+    """Return whether a process of this number may be running."""
+    if os.name != "posix":
+        # There, asking by a signal would end it.
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def _reason(error: OSError) -> str:
@@ -101,6 +127,7 @@ class OutputFiles:
         try:
             for path in self._paths:
                 self._make_folder(path.parent)
+                _remove_stale_parts(path)
         except OSError as error:
             self._discard()
             raise OutputError(str(error.filename or path.parent), _reason(error)) from error

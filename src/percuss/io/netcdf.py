@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 
 from percuss.io.files import OutputFiles
@@ -14,36 +13,7 @@ from percuss.motion.trajectory import Trajectory
 
 SAMPLES = 2001
 
-# The columns of each table of events, and what they are.
-TABLES: dict[str, dict[str, str]] = {
-    "impacts": {
-        "t": "time of the impact",
-        "v_before": "velocity before the impact",
-        "v_after": "velocity after the impact",
-        "stop": "index of the stop that is hit",
-        "cycle": "time in forcing periods, modulo 1",
-        "impulse": "impulse of the stop per unit mass",
-    },
-    "crossings": {
-        "t": "time of the crossing",
-        "v": "velocity at the crossing",
-        "stop": "index of the soft stop",
-        "direction": "in or out of the soft stop",
-    },
-    "contacts": {
-        "start": "time at which the motion comes to rest on the stop",
-        "release": "time of the release, NaN if it has not come yet",
-        "stop": "index of the stop",
-        "n_impacts": "number of impacts listed before the contact",
-        "error_bound": "bound of the error of the start",
-    },
-    "grazes": {
-        "t": "time of the touch",
-        "stop": "index of the stop",
-        "clearance": "distance from the stop",
-        "error_bound": "bound of the error of the clearance",
-    },
-}
+TABLES = ("impacts", "crossings", "contacts", "grazes")
 
 
 def save_netcdf(
@@ -105,11 +75,18 @@ def load_netcdf(path: Path | str) -> xr.DataTree:
 
     Raises
     ------
+    FileNotFoundError
+        If there is no such file.
     OSError
-        If there is no such file, or it is no NetCDF file.
+        If it is no NetCDF file; both in one sentence.
     """
-    with xr.open_datatree(path, engine="h5netcdf") as tree:
-        return tree.load()
+    if not Path(path).exists():
+        raise FileNotFoundError(f"{path}: no such file")
+    try:
+        with xr.open_datatree(path, engine="h5netcdf") as tree:
+            return tree.load()
+    except OSError as error:
+        raise OSError(f"{path}: not a NetCDF file that percuss can read") from error
 
 
 def _attributes(record: Record) -> dict[str, str]:
@@ -125,12 +102,10 @@ def _attributes(record: Record) -> dict[str, str]:
 
 
 def _event_dataset(run: Trajectory, name: str) -> xr.Dataset:
-    """Return a table of events along a dimension of its own name."""
-    table, dimension = getattr(run, name), name.removesuffix("s")
-    columns = {}
-    for column, meaning in TABLES[name].items():
-        values = np.asarray(getattr(table, column))
-        # NetCDF knows texts of any length, but no array of none without a length.
-        values = values.astype(object) if values.dtype.kind == "U" else values
-        columns[column] = (dimension, values, {"long_name": meaning})
-    return xr.Dataset(columns)
+    """Return a table of events as NetCDF can hold it."""
+    dataset: xr.Dataset = getattr(run, name).to_dataset()
+    # NetCDF knows texts of any length, but no array of none without a length.
+    texts = {
+        key: column.astype(object) for key, column in dataset.items() if column.dtype.kind == "U"
+    }
+    return dataset.assign(texts)

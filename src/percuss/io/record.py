@@ -40,8 +40,13 @@ class Record:
     outcome: str
     versions: tuple[tuple[str, str], ...]
 
-    def text(self) -> str:
+    def text(self, **more: str) -> str:
         """Return the record as a TOML text that is itself a study file.
+
+        Parameters
+        ----------
+        **more
+            What else to tell about the file.
 
         Returns
         -------
@@ -53,6 +58,7 @@ class Record:
             "date": self.date,
             "outcome": self.outcome,
             **{f"{package}_version": version for package, version in self.versions},
+            **more,
         }
         lines = [f"{key} = {toml_string(value)}" for key, value in facts.items()]
         return "\n".join(["[record]", *lines, "", self.study])

@@ -112,7 +112,9 @@ def motion_text(run: Trajectory) -> str:
     start = Start(run.x0, run.v0, run.t0)
     limit: Table = {"t_end": float(run.t_end)}
     if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
-        limit = {"max_impacts": max(len(run.impacts), 1)}
+        # Stops that share an edge are entered together, at one time.
+        entries = run.crossings.t[run.crossings.direction == "in"]
+        limit = {"max_impacts": max(len(run.impacts) + len(set(entries.tolist())), 1)}
     return toml_text(
         {
             "study": {"kind": "motion"},

@@ -114,7 +114,8 @@ def release_time(
         pressing = -sign * (force + harmonic)
         slope = -sign * slope
         curve = -sign * curve
-        if pressing > tolerance:
+        # Where the force falls by more than the tolerance in one ulp of s, that ulp decides.
+        if pressing > tolerance + abs(slope) * ULP * s:
             # Divided first: the squares of small forces would underflow.
             back = slope / bend
             s += back + math.sqrt(back * back + 2.0 * (pressing / bend))

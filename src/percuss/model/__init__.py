@@ -29,6 +29,8 @@ from percuss.model.paths import parameter_paths as parameter_paths
 from percuss.model.paths import replace_parameter as replace_parameter
 from percuss.model.paths import replace_parameters as replace_parameters
 from percuss.model.start import Start as Start
+from percuss.model.start import end_after_periods as end_after_periods
+from percuss.model.start import periods_faults as periods_faults
 from percuss.model.start import start_faults as start_faults
 from percuss.model.stops import Side as Side
 from percuss.model.stops import SoftStop as SoftStop

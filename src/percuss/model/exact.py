@@ -53,8 +53,9 @@ _NOT_FINITE_TEXTS = frozenset({"nan", "inf", "infinity"})
 _LONGEST_TEXT = 1000
 
 NOT_A_NUMBER = (
-    'not a number; give an int, float, Fraction, Decimal or a decimal string such as "2.8"'
+    'not a number; give an int, float, Fraction, Decimal or a text such as "2.8" or "1/3"'
 )
+NOT_A_PHASE = f'{NOT_A_NUMBER}, or a multiple of pi such as "pi/2" or pi_times(1, 2)'
 NOT_FINITE = "not finite"
 DIVISION_BY_ZERO = "a division by zero"
 OUT_OF_RANGE = "beyond the range of floats, 5e-324 to 1.8e308"
@@ -116,7 +117,7 @@ Phase: TypeAlias = Exact | PiTimes
 
 
 def pi_times(p: Exact, q: Exact = 1) -> PiTimes:
-    """Return the exact number pi p/q, for a phase or a period.
+    """Return the exact number pi p/q, for a phase, a period or a time.
 
     Parameters
     ----------
@@ -219,7 +220,8 @@ def phase_problem(value: object) -> str | None:
     except ZeroDivisionError:
         return DIVISION_BY_ZERO
     if multiple is None:
-        return number_problem(value)
+        problem = number_problem(value)
+        return NOT_A_PHASE if problem == NOT_A_NUMBER else problem
     return _range_problem(multiple.times) or _range_problem(multiple.plus)
 
 

@@ -37,8 +37,8 @@ class Fault:
 
     Examples
     --------
-    >>> print(Fault("oscillator.damping", -0.1, "negative; the motion would gain energy at rest"))
-    oscillator.damping = -0.1: negative; the motion would gain energy at rest
+    >>> print(Fault("oscillator.damping", -0.1, "negative; it would feed energy in"))
+    oscillator.damping = -0.1: negative; it would feed energy in
     """
 
     name: str
@@ -188,5 +188,5 @@ def scale_faults(name: str, value: object) -> list[Fault]:
 
 def damping_faults(name: str, value: object) -> list[Fault]:
     """Return the fault of a damping that is no number of at least zero."""
-    found = not_negative_faults(name, value, "negative; the motion would gain energy at rest")
+    found = not_negative_faults(name, value, "negative; it would feed energy in")
     return found or scale_faults(name, value)

@@ -18,6 +18,7 @@ from percuss.model.exact import (
     angle,
     as_float,
     as_fraction,
+    kept,
     phase_problem,
     pi_times,
     plain,
@@ -57,12 +58,13 @@ class Forcing:
     Parameters
     ----------
     harmonics
-        The harmonics, any number.
+        The harmonics, any number. Forcings can be added: `cosine(2) + sine(3)` has both.
     constant
         Constant part [length/time^2], finite.
     period
-        A common period of the harmonics [time], > 0, which makes a sum of several periodic;
-        every omega period / (2 pi) is a whole number within 1e-9. May be a multiple of pi.
+        A common period of the harmonics [time], > 0, which makes a sum of several periodic: it
+        is not guessed, and without it `period` is None. Every omega period / (2 pi) is a whole
+        number within 1e-9. May be a multiple of pi.
     base
         Base frequency of a sum made by `fourier`, which sets it.
 
@@ -110,9 +112,28 @@ class Forcing:
         period = "" if self.given_period is None else f", period={self.given_period!r}"
         return f"Forcing(harmonics={self.harmonics!r}, constant={self.constant!r}{period})"
 
+    def __add__(self, other: Forcing) -> Forcing:
+        """Return the sum of two forcings, exactly.
+
+        It keeps a period that both have, and that of the one with harmonics if the other is
+        constant; otherwise it has none.
+        """
+        if not isinstance(other, Forcing):
+            return NotImplemented
+        constant = kept(as_fraction(self.constant) + as_fraction(other.constant))
+        for one, rest in ((self, other), (other, self)):
+            if not rest.harmonics:
+                return Forcing(one.harmonics, constant, one.given_period, base=one.base)
+        parts = [part for force in (self, other) for part in _plain_harmonics(force)]
+        periods = {_exact_period(force) for force in (self, other)}
+        return Forcing(parts, constant, periods.pop() if parts and len(periods) == 1 else None)
+
     @property
     def period(self) -> float | None:
-        """Period [time]; None without harmonics, and for several without a common period."""
+        """Period [time]; None without harmonics, and for several unless you give ``period=``.
+
+        `fourier` needs none: its period is 2 pi over its base frequency.
+        """
         frequency = self.frequency
         if frequency is not None:
             return float(2 * PI / frequency)
@@ -355,6 +376,32 @@ def _omegas(forcing: Forcing) -> tuple[Fraction, ...]:
 def _turns(omega: Fraction, period: Phase) -> Fraction:
     times, plus = angle(period)
     return omega * (times + plus / PI) / 2
+
+
+def _plain_harmonics(forcing: Forcing) -> list[Harmonic]:
+    """Return the parts as harmonics, those of a Fourier sum as cosines and sines."""
+    found = []
+    for omega, part in zip(_omegas(forcing), forcing.harmonics, strict=True):
+        if isinstance(part, Harmonic):
+            found.append(part)
+        else:
+            pairs: tuple[tuple[Exact, Phase], ...] = (
+                (part.cos, 0.0),
+                (part.sin, sine_phase(0.0)),
+            )
+            found += [
+                Harmonic(amplitude, kept(omega), phase)
+                for amplitude, phase in pairs
+                if as_float(amplitude) != 0.0
+            ]
+    return found
+
+
+def _exact_period(forcing: Forcing) -> PiTimes | None:
+    """Return the period as the exact number it is or was given as."""
+    if forcing.frequency is not None:
+        return PiTimes(2 / forcing.frequency)
+    return None if forcing.given_period is None else PiTimes(*angle(forcing.given_period))
 
 
 # The next two are asked for once a run; their answers only depend on the frozen value.

@@ -5,12 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import cast
 
-from percuss.model.exact import Exact, as_float, plain
-from percuss.model.faults import Fault, dotted, faults, make_plain, number_faults, raise_first
+from percuss.model.exact import PI, Exact, Phase, angle, as_float, as_fraction, plain
+from percuss.model.faults import (
+    Fault,
+    dotted,
+    faults,
+    make_plain,
+    number_faults,
+    phase_faults,
+    positive_faults,
+    raise_first,
+)
+from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
 
-__all__ = ["Start", "start_faults"]
+__all__ = ["Start", "end_after_periods", "periods_faults", "start_faults"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +34,7 @@ class Start:
     v0
         Velocity [length/time], finite.
     t0
-        Time [time], finite.
+        Time [time], finite; may be a multiple of pi.
 
     Raises
     ------
@@ -39,7 +49,7 @@ class Start:
 
     x0: Exact
     v0: Exact
-    t0: Exact = 0.0
+    t0: Phase = 0.0
 
     def __post_init__(self) -> None:
         make_plain(self, "x0", "v0", "t0")
@@ -50,9 +60,9 @@ class Start:
 def _(value: Start, prefix: str | None = None) -> list[Fault]:
     prefix = "start" if prefix is None else prefix
     return [
-        fault
-        for name in ("x0", "v0", "t0")
-        for fault in number_faults(dotted(prefix, name), getattr(value, name))
+        *number_faults(dotted(prefix, "x0"), value.x0),
+        *number_faults(dotted(prefix, "v0"), value.v0),
+        *phase_faults(dotted(prefix, "t0"), value.t0),
     ]
 
 
@@ -82,7 +92,8 @@ def start_faults(
     t_end
         Time of the end [time], after t0; or None.
     max_impacts
-        Number of impacts after which to stop, >= 1; or None, but not both.
+        Number of impacts and entries into soft stops after which to stop, >= 1; or None, but
+        not both.
     start, run
         Dotted paths put before the names of the start and of the limits.
 
@@ -101,7 +112,7 @@ def start_faults(
     """
     x0, v0, t0, t_end, max_impacts = (plain(value) for value in (x0, v0, t0, t_end, max_impacts))
     wrong_x0 = number_faults(dotted(start, "x0"), x0)
-    wrong_t0 = number_faults(dotted(start, "t0"), t0)
+    wrong_t0 = phase_faults(dotted(start, "t0"), t0)
     found = [
         *(wrong_x0 or _wall_faults(osc, dotted(start, "x0"), cast("Exact", x0))),
         *number_faults(dotted(start, "v0"), v0),
@@ -112,17 +123,92 @@ def start_faults(
         return [*found, Fault(dotted(run, "t_end"), None, reason)]
     if t_end is not None:
         name = dotted(run, "t_end")
-        wrong_t_end = number_faults(name, t_end)
+        wrong_t_end = phase_faults(name, t_end)
         found += wrong_t_end
         if (
             not wrong_t_end
             and not wrong_t0
-            and as_float(cast("Exact", t_end)) <= as_float(cast("Exact", t0))
+            and as_float(cast("Phase", t_end)) <= as_float(cast("Phase", t0))
         ):
             found.append(Fault(name, t_end, f"not after t0 = {t0}"))
     if max_impacts is not None:
         found += _count_faults(dotted(run, "max_impacts"), max_impacts)
     return found
+
+
+def periods_faults(
+    force: Forcing | None, periods: object, t_end: object = None, *, run: str | None = None
+) -> list[Fault]:
+    """Return the fault of a number of forcing periods that is to end a run.
+
+    Parameters
+    ----------
+    force
+        The forcing, without faults of its own; None for free motion.
+    periods
+        Number of periods, > 0.
+    t_end
+        Time of the end, which excludes the periods; or None.
+    run
+        Dotted path put before the names.
+
+    Returns
+    -------
+    list of Fault
+        Empty if nothing is wrong.
+
+    Examples
+    --------
+    >>> from percuss.model import Harmonic
+    >>> for fault in periods_faults(Forcing((Harmonic(1, "4.2"), Harmonic(1, "2.9"))), 20):
+    ...     print(fault)
+    periods = 20: the forcing has no period; give forcing.period, or t_end instead
+    """
+    name, periods = dotted(run, "periods"), plain(periods)
+    if t_end is not None:
+        return [Fault(name, periods, f"given together with t_end = {t_end}; give one")]
+    found = positive_faults(name, periods)
+    if found:
+        return found
+    if force is None or not force.harmonics:
+        return [Fault(name, periods, "without harmonics there is no period; give t_end")]
+    if force.period is None:
+        reason = "the forcing has no period; give forcing.period, or t_end instead"
+        return [Fault(name, periods, reason)]
+    return []
+
+
+def end_after_periods(force: Forcing, t0: Phase, periods: Exact) -> float:
+    """Return the time so many forcing periods after t0, rounded once.
+
+    Parameters
+    ----------
+    force
+        A forcing that has a period.
+    t0
+        Time of the start [time].
+    periods
+        Number of periods.
+
+    Returns
+    -------
+    float
+        The time [time].
+
+    Examples
+    --------
+    >>> from percuss.model import sine
+    >>> end_after_periods(sine(3), 0.0, 10)
+    20.943951023931955
+    """
+    # From the exact frequency where there is one: 2 pi rounds once, not once a period.
+    if force.frequency is not None:
+        period = 2 * PI / force.frequency
+    else:
+        times, plus = angle(cast("Phase", force.given_period))
+        period = times * PI + plus
+    times, plus = angle(t0)
+    return float(times * PI + plus + as_fraction(periods) * period)
 
 
 def _wall_faults(osc: Oscillator, name: str, x0: Exact) -> list[Fault]:

@@ -43,7 +43,8 @@ class Progress:
         if now - self._started > PATIENCE and now - self._shown > RENEWED:
             self._shown, self._line = now, True
             rate = n_impacts / (now - self._started)
-            sys.stderr.write(f"\r{share:6.1%}  {n_impacts:,} impacts, {rate:,.0f} a second ")
+            done = f"{n_impacts:,} impacts and entries into soft stops, {rate:,.0f} a second"
+            sys.stderr.write(f"\r{share:6.1%}  {done} ")
             sys.stderr.flush()
         return True
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 
@@ -11,12 +12,13 @@ from percuss.errors import ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
 from percuss.kernels.law import FIRST_HARMONIC, HALF_TURNS, N_HARMONICS, TURNS, Law, Table
-from percuss.model.exact import Exact, as_float
-from percuss.model.faults import raise_first
+from percuss.model.exact import Exact, Phase, as_float, plain
+from percuss.model.faults import Fault, phase_faults, raise_first
 from percuss.model.forcing import Forcing
+from percuss.model.harmonics import Harmonic
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
-from percuss.model.start import start_faults
+from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.motion.outcome import Outcome
 from percuss.motion.progress import Progress
 from percuss.motion.reach import free_until
@@ -49,9 +51,10 @@ def simulate(
     force: Forcing | None = None,
     x0: Exact = 0.0,
     v0: Exact = 0.0,
-    t0: Exact = 0.0,
+    t0: Phase = 0.0,
     *,
-    t_end: Exact | None = None,
+    t_end: Phase | None = None,
+    periods: Exact | None = None,
     max_impacts: int | None = None,
     progress: bool | Callable[[float, float], bool] | None = None,
 ) -> Trajectory:
@@ -60,6 +63,9 @@ def simulate(
     No impact is missed: a stretch is passed over only when a bound proves that it holds none
     (docs/theory/first-event.md). A start on a wall with v0 into it is an impact at t0; with
     v0 = 0 and a force into it, a contact.
+
+    A number (`Exact`) is an int, float, Fraction, Decimal or a text such as ``"2.8"`` or
+    ``"1/3"``, which is taken exactly; a time may be a multiple of pi too, as ``"20*pi"``.
 
     Parameters
     ----------
@@ -71,6 +77,8 @@ def simulate(
         Position [length], velocity [length/time] and time [time] of the start.
     t_end
         Time of the end [time], after t0.
+    periods
+        Number of forcing periods from t0 to the end, > 0, in place of `t_end`.
     max_impacts
         Number of impacts after which to stop, >= 1; an entry into a soft stop counts as one.
         Without it the run stops at ten million, which elastic hops on a wall can reach.
@@ -88,7 +96,8 @@ def simulate(
     ------
     ParameterError
         If a number is not finite, the start lies inside a wall, t_end is not after t0 or either
-        later than 1e14 periods, or there is no limit at all.
+        later than 1e14 periods, there is no limit at all, or `periods` are given together with
+        t_end or for a forcing without a period.
 
     Examples
     --------
@@ -101,6 +110,10 @@ def simulate(
     >>> run.impacts.t[:3] / 3.141592653589793
     array([1., 2., 3.])
     """
+    raise_first(_kind_faults(osc, force))
+    if periods is not None:
+        raise_first([*periods_faults(force, periods, t_end), *phase_faults("t0", plain(t0))])
+        t_end = end_after_periods(cast("Forcing", force), t0, periods)
     raise_first(start_faults(osc, x0, v0, t0, t_end, max_impacts))
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
     end = math.inf if t_end is None else as_float(t_end)
@@ -113,6 +126,17 @@ def simulate(
     if outcome in (Outcome.reached_t_end, Outcome.at_rest) and end < math.inf:
         stopped = end
     return Trajectory.of_record(osc, force, march.record(), stopped, outcome)
+
+
+def _kind_faults(osc: object, force: object) -> list[Fault]:
+    """Return the faults of arguments that are no oscillator and no forcing."""
+    if not isinstance(osc, Oscillator):
+        return [Fault("osc", osc, "not an Oscillator; impact_oscillator() makes one")]
+    if force is None or isinstance(force, Forcing):
+        return []
+    if isinstance(force, Harmonic):
+        return [Fault("force", force, "not a Forcing; give Forcing((harmonic,))")]
+    return [Fault("force", force, "not a Forcing; cosine(2) makes one, and forcings can be added")]
 
 
 def _check_times(table: Law, t0: float, t_end: float) -> None:

@@ -3,14 +3,50 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    # A second of import, and only `to_dataset` needs it.
+    from xarray import Dataset
 
 __all__ = ["Contacts", "Crossings", "Grazes", "Impacts"]
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
+
+# The columns of each table as a dataset, and what they are.
+COLUMNS: dict[str, dict[str, str]] = {
+    "impact": {
+        "t": "time of the impact",
+        "v_before": "velocity before the impact",
+        "v_after": "velocity after the impact",
+        "stop": "index of the stop that is hit",
+        "cycle": "time in forcing periods, modulo 1",
+        "impulse": "impulse of the stop per unit mass",
+    },
+    "crossing": {
+        "t": "time of the crossing",
+        "v": "velocity at the crossing",
+        "stop": "index of the soft stop",
+        "direction": "in or out of the soft stop",
+    },
+    "contact": {
+        "start": "time at which the motion comes to rest on the stop",
+        "release": "time of the release, NaN if it has not come yet",
+        "stop": "index of the stop",
+        "n_impacts": "number of impacts listed before the contact",
+        "error_bound": "bound of the error of the start",
+    },
+    "graze": {
+        "t": "time of the touch",
+        "stop": "index of the stop",
+        "clearance": "distance from the stop",
+        "error_bound": "bound of the error of the clearance",
+    },
+}
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -43,6 +79,18 @@ class Impacts:
         """(n,) array, the wall's impulse per unit mass, v_after - v_before [length/time]."""
         return self.v_after - self.v_before
 
+    def to_dataset(self) -> Dataset:
+        """Return the columns as an xarray.Dataset over `impact`; its ``to_dataframe`` is pandas'.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
+        >>> run.impacts.to_dataset().v_after.values
+        array([0.5 , 0.25])
+        """
+        return _dataset(self, "impact")
+
     def __len__(self) -> int:
         """Return the number of impacts."""
         return len(self.t)
@@ -72,6 +120,10 @@ class Crossings:
     v: Floats
     stop: Numbers
     direction: NDArray[np.str_]
+
+    def to_dataset(self) -> Dataset:
+        """Return the columns as an xarray.Dataset over `crossing`; its ``to_dataframe`` is pandas'."""
+        return _dataset(self, "crossing")
 
     def __len__(self) -> int:
         """Return the number of crossings."""
@@ -107,6 +159,10 @@ class Contacts:
     n_impacts: Numbers
     error_bound: Floats
 
+    def to_dataset(self) -> Dataset:
+        """Return the columns as an xarray.Dataset over `contact`; its ``to_dataframe`` is pandas'."""
+        return _dataset(self, "contact")
+
     def __len__(self) -> int:
         """Return the number of contacts."""
         return len(self.start)
@@ -139,6 +195,10 @@ class Grazes:
     clearance: Floats
     error_bound: Floats
 
+    def to_dataset(self) -> Dataset:
+        """Return the columns as an xarray.Dataset over `graze`; its ``to_dataframe`` is pandas'."""
+        return _dataset(self, "graze")
+
     def __len__(self) -> int:
         """Return the number of grazes."""
         return len(self.t)
@@ -146,6 +206,17 @@ class Grazes:
     def __repr__(self) -> str:
         """Tell the number of grazes and when they were."""
         return f"<Grazes: {len(self)}{_span(self.t)}>"
+
+
+def _dataset(table: object, dimension: str) -> Dataset:
+    import xarray
+
+    return xarray.Dataset(
+        {
+            column: (dimension, getattr(table, column), {"long_name": meaning})
+            for column, meaning in COLUMNS[dimension].items()
+        }
+    )
 
 
 def _span(t: Floats) -> str:

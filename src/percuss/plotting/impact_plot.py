@@ -10,25 +10,44 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 
 from percuss.motion.trajectory import Trajectory
-from percuss.plotting.samples import DRAWN_POINTS, window_of, within
+from percuss.plotting.samples import DRAWN_POINTS, topmost, window_of, within
 from percuss.plotting.stops import GRAZE_STYLE
-from percuss.plotting.style import Units, axes_for, fix_ticks, style
+from percuss.plotting.style import (
+    BLUE,
+    GREY,
+    Units,
+    axes_for,
+    draw_legend,
+    fix_ticks,
+    style,
+    units_of,
+)
 
 Floats = npt.NDArray[np.float64]
 
-# One for each stop, in their order, so that two walls can be told apart.
-MARKERS = ("o", "^", "s", "v", "P", "X")
+# One for each stop, in their order, so that two can be told apart; entries have open ones.
+IMPACT_MARKERS = ("o", "^", "s", "v", "P", "X")
+ENTRY_MARKERS = ("x", "+", "1", "2", "3", "4")
 
 
 @dataclass(frozen=True, slots=True)
 class _Hits:
-    """Impacts, or entries into soft stops, as arrays."""
+    """Impacts on one wall, or entries into one soft stop, as arrays."""
 
     t: Floats
-    cycle: Floats
     v: Floats
-    stop: npt.NDArray[np.int64]
-    what: str
+    cycle: Floats
+    stop: int
+    is_entry: bool
+
+    @property
+    def label(self) -> str:
+        return f"entry into stop {self.stop}" if self.is_entry else f"impact on stop {self.stop}"
+
+    @property
+    def marker(self) -> str:
+        markers = ENTRY_MARKERS if self.is_entry else IMPACT_MARKERS
+        return markers[self.stop % len(markers)]
 
 
 def plot_impact_velocities(
@@ -40,8 +59,8 @@ def plot_impact_velocities(
 ) -> Axes:
     """Draw the velocity after each impact over the cycle of the forcing.
 
-    A run that enters soft stops and never hits a wall shows the velocities of the entries;
-    without a period of the forcing they stand over time. The colour is the time.
+    Entries into soft stops are drawn too, by open markers, with the velocity at the entry. The
+    colour is the time; without a period of the forcing the time is the axis instead.
 
     Parameters
     ----------
@@ -57,21 +76,24 @@ def plot_impact_velocities(
     Returns
     -------
     Axes
-        The axes; with another one beside it, the scale of the colours.
+        The axes; with another one beside it, the scale of the colours. Those of a new figure have
+        a legend.
     """
-    units = units or Units()
+    units = units_of(units)
     low, high = window_of(run, window)
     period = None if run.forcing is None else run.forcing.period
-    hits = _hits(run, low, high, period)
+    groups = _groups(run, low, high, period)
     with style():
-        ax = axes_for(ax)
-        if hits.t.size:
-            points = _scatter(ax, hits, period)
+        is_alone, ax = ax is None, axes_for(ax)
+        if groups:
+            points = [_scatter(ax, hits, groups, period) for hits in groups]
             if period is not None:
-                bar = ax.figure.colorbar(points, ax=ax, pad=0.02)
+                bar = ax.figure.colorbar(points[0], ax=ax, pad=0.02)
                 bar.set_label(f"time $t$ ({units.duration})")
                 bar.outline.set_visible(False)
-            _pad(ax, hits.v)
+            if len(groups) > 1:
+                _name_markers(ax, groups)
+            _pad(ax, np.concatenate([hits.v for hits in groups]))
         else:
             ax.text(0.5, 0.5, "no impacts", transform=ax.transAxes, ha="center", va="center")
             ax.set_axis_off()
@@ -81,59 +103,70 @@ def plot_impact_velocities(
         ax.set_xlabel(
             f"time $t$ ({units.duration})" if period is None else "cycle (forcing periods)"
         )
-        ax.set_ylabel(f"{hits.what}\n({units.velocity})")
+        ax.set_ylabel(f"{_what(groups)} $v$\n({units.velocity})")
         fix_ticks(ax)
+        if is_alone:
+            draw_legend(ax.figure, [ax])
     return ax
 
 
-def _hits(run: Trajectory, low: float, high: float, period: float | None) -> _Hits:
-    if len(run.impacts) or not len(run.crossings):
-        shown = within(run.impacts.t, low, high)
-        table = run.impacts
-        return _Hits(
-            t=table.t[shown],
-            cycle=table.cycle[shown],
-            v=table.v_after[shown],
-            stop=table.stop[shown],
-            what="velocity after impact $v$",
-        )
-    crossings = run.crossings
-    shown = within(crossings.t, low, high) & (crossings.direction == "in")
-    return _Hits(
-        t=crossings.t[shown],
-        cycle=crossings.t[shown] / (period or np.nan),
-        v=crossings.v[shown],
-        stop=crossings.stop[shown],
-        what="velocity at entry $v$",
+def _groups(run: Trajectory, low: float, high: float, period: float | None) -> list[_Hits]:
+    """Return what is drawn: the impacts on each wall and the entries into each soft stop."""
+    impacts, crossings = run.impacts, run.crossings
+    hit = within(impacts.t, low, high)
+    entered = within(crossings.t, low, high) & (crossings.direction == "in")
+    groups = []
+    for stop in range(len(run.oscillator.stops)):
+        shown = hit & (impacts.stop == stop)
+        if shown.any():
+            t, cycle = impacts.t[shown], impacts.cycle[shown]
+            groups.append(_Hits(t, impacts.v_after[shown], cycle, stop, is_entry=False))
+        shown = entered & (crossings.stop == stop)
+        if shown.any():
+            t = crossings.t[shown]
+            groups.append(_Hits(t, crossings.v[shown], t / (period or np.nan), stop, is_entry=True))
+    return groups
+
+
+def _what(groups: list[_Hits]) -> str:
+    kinds = {hits.is_entry for hits in groups}
+    if kinds == {True}:
+        return "velocity at entry"
+    return "velocity after impact" if kinds != {True, False} else "velocity after impact, at entry"
+
+
+def _scatter(ax: Axes, hits: _Hits, groups: list[_Hits], period: float | None) -> PathCollection:
+    """Draw the hits on one stop; the scale of the colours is that of all."""
+    x = hits.t if period is None else _drawn_cycle(hits.cycle)
+    seen = topmost(x, hits.v)
+    size = sum(other.t.size for other in groups)
+    points: PathCollection = ax.scatter(
+        x[seen],
+        hits.v[seen],
+        c=BLUE if period is None else hits.t[seen],
+        cmap=None if period is None else "cividis",
+        vmin=None if period is None else min(other.t[0] for other in groups),
+        vmax=None if period is None else max(other.t[-1] for other in groups),
+        s=24.0 if size <= 1000 else 4.0,
+        marker=hits.marker,
+        linewidths=1.0 if hits.is_entry else 0.0,
+        rasterized=hits.t.size > DRAWN_POINTS // 10,
     )
-
-
-def _scatter(ax: Axes, hits: _Hits, period: float | None) -> PathCollection:
-    """Draw the hits, a marker for each stop, on one scale of colours; return the last."""
-    stops = np.unique(hits.stop)
-    for stop in stops:
-        chosen = hits.stop == stop
-        points = ax.scatter(
-            hits.t[chosen] if period is None else _drawn_cycle(hits.cycle[chosen]),
-            hits.v[chosen],
-            c=hits.t[chosen],
-            cmap="cividis",
-            vmin=hits.t[0],
-            vmax=hits.t[-1],
-            s=24.0 if hits.t.size <= 1000 else 4.0,
-            marker=MARKERS[stop % len(MARKERS)],
-            linewidths=0.0,
-            rasterized=hits.t.size > DRAWN_POINTS // 10,
-            label=f"stop {stop}" if stops.size > 1 else None,
-        )
     return points
+
+
+def _name_markers(ax: Axes, groups: list[_Hits]) -> None:
+    """Give the legend the markers in grey, since their colour is the time."""
+    for hits in groups:
+        ax.plot([], [], hits.marker, color=GREY, markersize=5.0, label=hits.label)
 
 
 def _draw_grazes(ax: Axes, run: Trajectory, low: float, high: float, period: float) -> None:
     shown = within(run.grazes.t, low, high)
     if shown.any():
         cycle = _drawn_cycle(run.grazes.t[shown] / period)
-        ax.plot(cycle, np.zeros(cycle.size), **GRAZE_STYLE)
+        seen = topmost(cycle, np.zeros(cycle.size))
+        ax.plot(cycle[seen], np.zeros(seen.size), **GRAZE_STYLE)
 
 
 def _drawn_cycle(cycle: Floats) -> Floats:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting.impact_plot import plot_impact_velocities
 from percuss.plotting.portrait import plot_phase_portrait
-from percuss.plotting.style import Units, new_figure, style
+from percuss.plotting.style import Units, draw_legend, new_figure, style
 from percuss.plotting.time_plots import plot_displacement, plot_velocity
 
 WIDTH, HEIGHT = 8.0, 9.0
@@ -62,17 +60,5 @@ def plot_motion(
         upper.align_ylabels([panels["x"], panels["v"]])
         if title:
             figure.suptitle(title, fontsize=12.0, parse_math=False)
-        _draw_legend(figure, list(panels.values()))
+        draw_legend(figure, panels.values())
     return figure
-
-
-def _draw_legend(figure: Figure, panels: list[Axes]) -> None:
-    """Draw one legend for all panels, each label once."""
-    entries: dict[str, Artist] = {}
-    for panel in panels:
-        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-    if entries:
-        figure.legend(
-            list(entries.values()), list(entries), loc="outside lower center", ncols=len(entries)
-        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,7 +20,19 @@ from percuss.plotting.samples import (
     within,
 )
 from percuss.plotting.stops import draw_rest_points, draw_stops, stop_places
-from percuss.plotting.style import BLUE, Units, axes_for, fix_ticks, style
+from percuss.plotting.style import BLUE, Units, axes_for, draw_legend, fix_ticks, style, units_of
+
+# Hollow, unlike the dots of impact velocities beside it.
+START_STYLE: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 5.5,
+    "markerfacecolor": "white",
+    "markeredgecolor": BLUE,
+    "markeredgewidth": 1.4,
+    "linestyle": "none",
+    "label": "start",
+    "zorder": 3.0,
+}
 
 
 def plot_phase_portrait(
@@ -45,27 +58,29 @@ def plot_phase_portrait(
     Returns
     -------
     Axes
-        The axes.
+        The axes; those of a new figure have a legend.
     """
-    units = units or Units()
+    units = units_of(units)
     low, high = window_of(run, window)
     curve = sample_curve(run, (low, high))
     with style():
-        ax = axes_for(ax)
+        is_alone, ax = ax is None, axes_for(ax)
         x, v = reduce_to_pixels(curve)
         # A long line is drawn finely, so that its loops stay apart; very long ones stay an image
         # inside an SVG, which would be large otherwise.
         width = float(np.clip(1.2 * math.sqrt(40.0 / (1.0 + _length(curve))), 0.35, 1.2))
         ax.plot(x, v, color=BLUE, linewidth=width, rasterized=x.size > DRAWN_POINTS)
-        # Before the impact of a start that runs into a wall.
-        start = (run.x0, run.v0) if low == run.t0 else (curve.x[0], curve.v[0])
-        ax.plot(*start, "o", color=BLUE, markersize=4.5, label="start")
+        if low == run.t0:
+            # Before the impact of a start that runs into a wall.
+            ax.plot(run.x0, run.v0, **START_STYLE)
         _draw_jumps(ax, run, low, high)
         draw_stops(ax, run, curve.x, "x")
         draw_rest_points(ax, run, low, high)
         ax.set_xlabel(f"displacement $x$ ({units.displacement})")
         ax.set_ylabel(f"velocity $v$ ({units.velocity})")
         fix_ticks(ax)
+        if is_alone:
+            draw_legend(ax.figure, [ax])
     return ax
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.stops import SoftStop
 from percuss.motion.trajectory import Trajectory
@@ -28,6 +29,9 @@ LARGEST = 1e150
 MOST_JUMPS = 2000
 # About one column for every pixel of an axes 7 inches wide at 200 dots per inch.
 COLUMNS = 1500
+# Dots a fortieth of an inch across, of which more lie on one another than beside one another.
+MOST_DOTS = 20_000
+DOT_COLUMNS = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +53,36 @@ class Curve:
 
 
 def window_of(run: Trajectory, window: tuple[float, float] | None) -> tuple[float, float]:
-    """Return the part of [t0, t_end] that is drawn: all of it if the window lies outside.
+    """Return the part of [t0, t_end] that is drawn.
 
-    A run may end before the window of its study begins: it was interrupted, or came to rest.
+    Parameters
+    ----------
+    run
+        The run.
+    window
+        First and last time; default: the whole run.
+
+    Returns
+    -------
+    tuple of float
+        The first and the last time that are in the run.
+
+    Raises
+    ------
+    ParameterError
+        If the window is no pair of increasing times, or lies outside the run.
     """
-    if window is None or window[0] >= run.t_end or window[1] <= run.t0:
+    if window is None:
         return run.t0, run.t_end
-    return max(window[0], run.t0), min(window[1], run.t_end)
+    if np.shape(window) != (2,):
+        raise ParameterError("window", window, "not a pair of times (first, last)")
+    first, last = (as_float(time) for time in window)
+    if first >= last:
+        raise ParameterError("window", window, "the first time is not before the last")
+    if first >= run.t_end or last <= run.t0:
+        reason = f"outside the run, {run.t0!r} to {run.t_end!r}"
+        raise ParameterError("window", window, reason)
+    return max(first, run.t0), min(last, run.t_end)
 
 
 def within(t: Floats, low: float, high: float) -> npt.NDArray[np.bool_]:
@@ -169,13 +196,21 @@ def reduce_to_columns(
     column = np.floor((t - t[0]) * (COLUMNS / (t[-1] - t[0]))).astype(np.int64)
     stretch = np.concatenate([[0], np.cumsum(jumps[:-1])])
     starts = np.flatnonzero(np.diff(column, prepend=-1) | np.diff(stretch, prepend=-1))
-    order = np.lexsort((values, stretch, column))
-    # Sorted by value inside each cell, the first is the least and the last the greatest.
-    lasts = np.append(starts[1:], t.size) - 1
-    kept = np.unique(np.concatenate([order[starts], order[lasts]]))
+    cell = np.repeat(np.arange(starts.size), np.diff(starts, append=t.size))
+    kept = np.unique(
+        np.concatenate(
+            [_firsts(values, cell, of.reduceat(values, starts)) for of in (np.minimum, np.maximum)]
+        )
+    )
     left = np.zeros(kept.size, dtype=np.bool_)
     left[:-1] = stretch[kept[1:]] != stretch[kept[:-1]]
     return t[kept], values[kept], left
+
+
+def _firsts(values: Floats, cell: Ints, wanted: Floats) -> Ints:
+    """Return the index of the first value in each cell that is the one wanted there."""
+    found = np.flatnonzero(values == wanted[cell])
+    return found[np.diff(cell[found], prepend=-1) > 0]
 
 
 def reduce_to_pixels(curve: Curve) -> tuple[Floats, Floats]:
@@ -228,10 +263,58 @@ def distinct_jumps(places: Floats, before: Floats, after: Floats) -> Ints:
     return np.sort(np.unique(codes, return_index=True)[1])
 
 
-def _pixels(values: Floats) -> Ints:
-    """Return the pixel, from 0 to COLUMNS - 1, of each value."""
+def topmost(x: Floats, y: Floats) -> Ints:
+    """Return which of the dots at (x, y) are seen, if each is drawn over those before it.
+
+    Parameters
+    ----------
+    x, y
+        (n,) arrays.
+
+    Returns
+    -------
+    array
+        Indices of all of up to 20,000 dots; of more, those of the last one in each of 500 x 500
+        cells, half a dot wide.
+    """
+    if x.size <= MOST_DOTS:
+        return np.arange(x.size)
+    cells = _pixels(x, DOT_COLUMNS) * DOT_COLUMNS + _pixels(y, DOT_COLUMNS)
+    return np.sort(x.size - 1 - np.unique(cells[::-1], return_index=True)[1])
+
+
+def distinct_spans(first: Floats, last: Floats, places: Floats, width: float) -> Ints:
+    """Return which of the spans of time to draw in a picture so wide.
+
+    Parameters
+    ----------
+    first, last
+        (n,) arrays, the ends of the spans.
+    places
+        (n,) array, the height at which each is drawn.
+    width
+        Time from the left to the right of the picture.
+
+    Returns
+    -------
+    array
+        Indices of all of up to 2,000 spans; of more, those longer than a pixel, and the first of
+        the others in each pixel column.
+    """
+    if first.size <= MOST_JUMPS:
+        return np.arange(first.size)
+    column = np.floor((first - first.min()) * (COLUMNS / width)).astype(np.int64)
+    cells = np.unique(places, return_inverse=True)[1] * (COLUMNS + 1) + column
+    shown = last - first > width / COLUMNS
+    shown[np.unique(cells, return_index=True)[1]] = True
+    return np.flatnonzero(shown)
+
+
+def _pixels(values: Floats, columns: int | None = None) -> Ints:
+    """Return the pixel, from 0 to columns - 1, of each value."""
+    columns = COLUMNS if columns is None else columns
     low, high = values.min(), values.max()
     if high <= low:
         return np.zeros(values.size, dtype=np.int64)
     share = (values - low) / (high - low)
-    return np.asarray(np.minimum(share * COLUMNS, COLUMNS - 1), dtype=np.int64)
+    return np.asarray(np.minimum(share * columns, columns - 1), dtype=np.int64)

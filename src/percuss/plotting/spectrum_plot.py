@@ -13,7 +13,7 @@ from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.spectrum import spectrum
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting.samples import reduce_to_columns
-from percuss.plotting.style import BLUE, ORANGE, Units, axes_for, fix_ticks, style
+from percuss.plotting.style import BLUE, ORANGE, Units, axes_for, fix_ticks, style, units_of
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -52,7 +52,7 @@ def plot_spectrum(
     Axes
         The axes; the lines of a periodic motion are drawn as lines.
     """
-    units = units or Units()
+    units = units_of(units)
     if isinstance(result, Trajectory):
         resonance = _resonance(result) if resonance is None else resonance
         result = spectrum(result)

@@ -9,7 +9,7 @@ from percuss.errors import ParameterError
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting.samples import reduce_to_columns
-from percuss.plotting.style import BLUE, GREY, Units, axes_for, fix_ticks, style
+from percuss.plotting.style import BLUE, GREY, Units, axes_for, fix_ticks, style, units_of
 
 # More impacts than this are a line without markers.
 MOST_MARKERS = 400
@@ -52,7 +52,7 @@ def plot_staircase(
         spacing = 2.0 * np.pi / resonant_frequency(run.oscillator)
     elif not 0.0 < spacing < np.inf:
         raise ParameterError("spacing", spacing, "not a positive number")
-    units = units or Units()
+    units = units_of(units)
     times = run.impacts.t
     if len(times) == 0:
         times = run.crossings.t[run.crossings.direction == "in"]

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from percuss.model.exact import as_float
 from percuss.model.stops import Stop, Wall
 from percuss.motion.trajectory import Trajectory
-from percuss.plotting.samples import within
+from percuss.plotting.samples import distinct_spans, within
 from percuss.plotting.style import GREY, ORANGE, PURPLE, VERMILION
 
 Floats = npt.NDArray[np.float64]
@@ -93,6 +93,8 @@ def draw_contacts_in_time(
         places = stop_places(run, run.contacts.stop[shown])
         heights = 0.0 * places if velocity else places
         first, last = np.maximum(start[shown], low), np.minimum(release[shown], high)
+        apart = distinct_spans(first, last, heights, high - low)
+        first, last, heights = first[apart], last[apart], heights[apart]
         ax.hlines(heights, first, last, linewidth=3.5, zorder=4.0, color=VERMILION)
         # A contact may be too short for a line to be seen.
         ax.plot(first, heights, "s", markersize=4.5, zorder=5.0, **CONTACT_STYLE)
@@ -104,12 +106,10 @@ def draw_grazes_in_time(
     """Mark each graze in [low, high], at the stop or at zero velocity."""
     shown = within(run.grazes.t, low, high)
     if shown.any():
-        places = stop_places(run, run.grazes.stop)
-        ax.plot(
-            run.grazes.t[shown],
-            np.zeros(shown.sum()) if velocity else places[shown],
-            **GRAZE_STYLE,
-        )
+        places = stop_places(run, run.grazes.stop[shown])
+        heights, t = 0.0 * places if velocity else places, run.grazes.t[shown]
+        apart = distinct_spans(t, t, heights, high - low)
+        ax.plot(t[apart], heights[apart], **GRAZE_STYLE)
 
 
 def draw_rest_points(ax: Axes, run: Trajectory, low: float, high: float) -> None:

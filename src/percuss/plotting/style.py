@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, cast
 
 import matplotlib as mpl
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
+
+from percuss.errors import ParameterError
 
 # The palette of Okabe and Ito, which people with any of the colour blindnesses tell apart.
 BLACK = "#000000"
@@ -19,6 +23,9 @@ BLUE = "#0072B2"
 VERMILION = "#D55E00"
 PURPLE = "#CC79A7"
 GREY = "#6B6B6B"
+
+# Of the entries of a legend.
+MOST_IN_A_ROW = 6
 
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
@@ -45,7 +52,9 @@ STYLE: dict[str, Any] = {
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """Units of length and time for the axes; empty texts mean dimensionless.
+    """Units of length and time for the labels of the axes; empty texts mean dimensionless.
+
+    They only name what the numbers of the run are measured in: no number is converted.
 
     Examples
     --------
@@ -78,6 +87,21 @@ class Units:
 def _plain(text: str) -> str:
     """Return a text in which a dollar is a dollar, not the beginning of mathematics."""
     return text.replace("$", r"\$")
+
+
+def units_of(units: Units | None) -> Units:
+    """Return the units of a picture, dimensionless by default.
+
+    Raises
+    ------
+    ParameterError
+        If they are no `Units`.
+    """
+    if units is None:
+        return Units()
+    if not isinstance(units, Units):
+        raise ParameterError("units", units, 'not a Units; write Units("m", "s")')
+    return units
 
 
 def style() -> AbstractContextManager[None]:
@@ -114,6 +138,21 @@ def offscreen_figure(width: float = 8.0, height: float = 9.0) -> Figure:
 def axes_for(ax: Axes | None) -> Axes:
     """Return the axes to draw on: those given, or the only ones of a new figure."""
     return new_figure(6.4, 4.0).add_subplot() if ax is None else ax
+
+
+def draw_legend(figure: Figure | SubFigure, panels: Iterable[Axes]) -> None:
+    """Draw one legend for all panels below them, each label once, as it looks in the last."""
+    entries: dict[str, Artist] = {}
+    for panel in panels:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            entries[label] = handle
+    if entries:
+        figure.legend(
+            list(entries.values()),
+            list(entries),
+            loc="outside lower center",
+            ncols=min(len(entries), MOST_IN_A_ROW),
+        )
 
 
 def fix_ticks(ax: Axes) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 __all__ = [
     "Draw",
+    "EngineersModel",
     "Limits",
     "Save",
     "Study",
@@ -24,6 +25,7 @@ __all__ = [
 # Running needs xarray and matplotlib, a template needs neither: each name loads its own module.
 _MODULES = {
     "Draw": "study",
+    "EngineersModel": "study",
     "Limits": "study",
     "Save": "study",
     "Study": "study",

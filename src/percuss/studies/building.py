@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
+from percuss.errors import ParameterError
 from percuss.model.exact import (
     NOT_A_NUMBER,
+    NOT_A_PHASE,
     Phase,
     PiTimes,
     angle,
@@ -15,16 +17,16 @@ from percuss.model.exact import (
     number_problem,
     phase_problem,
 )
-from percuss.model.faults import Fault, draft, faults
+from percuss.model.faults import Fault, damping_faults, draft, faults, positive_faults
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator
-from percuss.model.start import Start, start_faults
+from percuss.model.start import Start, periods_faults, start_faults
 from percuss.model.stops import SoftStop, Wall
 from percuss.studies.faults import shown
-from percuss.studies.schema import NO_NUMBER
+from percuss.studies.schema import NO_NUMBER, NO_PHASE
 from percuss.studies.shape import Found
-from percuss.studies.study import Draw, Limits, Save, Study, end_time
+from percuss.studies.study import Draw, EngineersModel, Limits, Save, Study, end_time
 
 Table = Mapping[str, Any]
 Part = TypeVar("Part")
@@ -34,6 +36,9 @@ _MISSING: Any = object()
 NO_LIMIT = "missing a limit; give t_end, periods or max_impacts"
 _PLACE = ("at", "side")
 _FOURIER = ("omega", "cos", "sin")
+_DAMPINGS = ("damping_coefficient", "damping_ratio")
+# What the model says, and what it is called in a file.
+_REASONS = {NOT_A_NUMBER: NO_NUMBER, NOT_A_PHASE: NO_PHASE}
 
 
 def build(document: Table, found: Found) -> Study | None:
@@ -53,7 +58,12 @@ def build(document: Table, found: Found) -> Study | None:
     """
     oscillator = _oscillator(_table(document, "oscillator"), found)
     forcing = _forcing(_table(document, "forcing"), found) if "forcing" in document else None
-    start = _draft(Start, _table(document, "start"), {"x0": _MISSING, "v0": _MISSING, "t0": 0.0})
+    given = _engineers_model(_table(document, "oscillator"), oscillator, forcing, found)
+    if given is not None:
+        oscillator, forcing = _per_mass(given, found)
+    state = {**_table(document, "start")}
+    state |= {"t0": exact_phase(state["t0"])} if "t0" in state else {}
+    start = _draft(Start, state, {"x0": _MISSING, "v0": _MISSING, "t0": 0.0})
     limits = _limits(_table(document, "run"), forcing, found)
     _check_start(oscillator, forcing, start, limits, found)
     window = _window(_table(document, "draw"), start, limits, found)
@@ -69,6 +79,7 @@ def build(document: Table, found: Found) -> Study | None:
         save=Save(**save),
         draw=Draw(**{**draw, "window": window}),
         kind=head.get("kind", "motion"),
+        given=given,
     )
 
 
@@ -94,8 +105,7 @@ def _add(wrong: list[Fault], found: Found) -> None:
         if fault.value is _MISSING:
             continue
         path = tuple(int(part) if part.isdecimal() else part for part in fault.name.split("."))
-        reason = NO_NUMBER if fault.reason == NOT_A_NUMBER else fault.reason
-        found.add(path, reason, shown(fault.value))
+        found.add(path, _REASONS.get(fault.reason, fault.reason), shown(fault.value))
 
 
 def _oscillator(table: Table, found: Found) -> Oscillator:
@@ -105,6 +115,49 @@ def _oscillator(table: Table, found: Found) -> Oscillator:
     oscillator = draft(Oscillator, **values, stops=stops)
     _add(faults(oscillator, "oscillator"), found)
     return oscillator
+
+
+def _engineers_model(
+    table: Table, oscillator: Oscillator, forcing: Forcing | None, found: Found
+) -> EngineersModel | None:
+    """Return the model in engineers' units if a mass is given and nothing is wrong with it."""
+    dampings = {name: table[name] for name in _DAMPINGS if name in table}
+    if "mass" not in table:
+        for name in dampings:
+            found.add(
+                ("oscillator", name), "needs oscillator.mass; mass = 1 leaves all else as it is"
+            )
+        return None
+    _add(positive_faults("oscillator.mass", table["mass"]), found)
+    for name, value in dampings.items():
+        _add(damping_faults(f"oscillator.{name}", value), found)
+    if "stiffness" not in table:
+        found.add(("oscillator", "stiffness"), "missing; with a mass it has no default")
+    if "damping" in table:
+        reason = "given together with mass; give damping_coefficient or damping_ratio"
+        found.add(("oscillator", "damping"), reason, shown(table["damping"]))
+    if found.is_wrong("oscillator") or found.is_wrong("forcing"):
+        return None
+    return EngineersModel(
+        table["mass"], table["stiffness"], **dampings, stops=oscillator.stops, forcing=forcing
+    )
+
+
+def _per_mass(given: EngineersModel, found: Found) -> tuple[Oscillator, Forcing | None]:
+    """Return the oscillator and the forcing of unit mass; add what the division makes wrong."""
+    oscillator, forcing = Oscillator(stops=given.stops), given.forcing
+    owner = "oscillator"
+    try:
+        oscillator = given.oscillator()
+        owner = "forcing"
+        forcing = given.forcing_per_mass()
+    except ParameterError as error:
+        if error.name in _DAMPINGS:
+            _add([Fault(f"{owner}.{error.name}", error.value, error.reason)], found)
+        else:
+            reason = f"after the division by it, {owner}.{error.name} is {error.reason}"
+            found.add(("oscillator", "mass"), reason, shown(given.mass))
+    return oscillator, forcing
 
 
 def _stop(row: Any) -> Wall | SoftStop:
@@ -170,17 +223,12 @@ def exact_phase(value: Any) -> Any:
 
 def _limits(table: Table, forcing: Forcing | None, found: Found) -> Limits:
     t_end, periods = exact_phase(table.get("t_end")), table.get("periods")
-    if t_end is not None and periods is not None:
-        found.add(("run", "periods"), "given together with t_end; give one", shown(periods))
     if periods is not None:
-        problem = number_problem(periods)
-        if problem is None and as_float(periods) <= 0.0:
-            problem = "not positive"
-        is_known = forcing is None or not found.is_wrong("forcing")
-        if problem is None and is_known and (forcing is None or forcing.period is None):
-            problem = "the forcing has no period; give t_end"
-        if problem is not None:
-            found.add(("run", "periods"), problem, shown(periods))
+        if found.is_wrong("forcing"):
+            # Then whether it has a period cannot be told.
+            _add(positive_faults("run.periods", periods), found)
+        else:
+            _add(periods_faults(forcing, periods, t_end, run="run"), found)
     return Limits(t_end, periods, table.get("max_impacts"))
 
 
@@ -189,12 +237,10 @@ def _check_start(
 ) -> None:
     """Add the faults of the start and of the limits that do not follow from others."""
     t_end: Any = limits.t_end
-    if isinstance(t_end, PiTimes) or (isinstance(t_end, str) and phase_problem(t_end) is None):
-        t_end = as_float(cast("Phase", t_end))
     if limits.periods is not None:
         # Any end will do where the periods, the forcing or t0 have faults of their own.
         is_right = not any(map(found.is_wrong, ("run", "forcing", "start.t0")))
-        is_right = is_right and number_problem(start.t0) is None
+        is_right = is_right and phase_problem(start.t0) is None
         t_end = end_time(limits, forcing, start.t0) if is_right else None
     is_open = t_end is None and limits.periods is None and limits.max_impacts is None
     if is_open and not found.is_wrong("run"):

@@ -16,6 +16,12 @@ from percuss.studies.study import Study
 
 _RESULTS = (".nc", ".csv", ".png", ".svg")
 _MOST_SYNTAX_FAULTS = 20
+_TWICE = re.compile(r"cannot declare \((?P<path>.*)\) twice", re.IGNORECASE)
+# A value that begins like a word, a fraction or a multiple of pi, and is none of TOML's words.
+_UNQUOTED = re.compile(
+    r"\s*(?P<key>[\w.-]+)\s*=\s*(?!(?:(?i:true|false)|[+-]?inf|[+-]?nan)\s*(?:#|$))"
+    r"(?P<value>[+-]?(?:[^\W\d]|\d[\d.]*\s*[*/])[^\"'#]*?)\s*(?:#.*)?"
+)
 _PLACE = re.compile(r"\s*\(at (?:line (?P<line>\d+), column \d+|end of document)\)$")
 
 __all__ = ["load_study", "parse_study"]
@@ -124,9 +130,23 @@ def _document(text: str, name: str) -> tuple[dict[str, object] | None, list[str]
             number = int(place["line"]) if place and place["line"] else len(lines)
             words = _PLACE.sub("", str(error))
             bad = lines[number - 1]
-            reason = f"{words[:1].lower()}{words[1:]}: {shown(bad.strip())}"
-            faults.append(StudyFault(name, number, "", reason))
+            faults.append(StudyFault(name, number, "", _syntax_reason(words, bad)))
             is_stuck = not bad.strip() or bad.lstrip().startswith(("[", "#"))
             if is_stuck or len(faults) == _MOST_SYNTAX_FAULTS:
                 return None, lines, faults
             lines[number - 1] = ""
+
+
+def _syntax_reason(words: str, line: str) -> str:
+    """Return what is wrong with a line that is not TOML, and what may have been meant."""
+    reason = f"{words[:1].lower()}{words[1:]}: {shown(line.strip())}"
+    twice = _TWICE.search(words)
+    if twice is not None:
+        table = ".".join(part.strip(" '\"") for part in twice["path"].split(",")).strip(".")
+        if table in ("oscillator.stops", "forcing.harmonics"):
+            return f"[{table}] twice; begin each of them with [[{table}]]"
+        return f"[{table}] twice; put its keys under one"
+    unquoted = _UNQUOTED.fullmatch(line)
+    if unquoted is not None:
+        reason += f'; put it in quotes: {unquoted["key"]} = "{unquoted["value"]}"'
+    return reason

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from percuss.io.figures import write_figure
+from percuss.io.figures import Figure, write_figure
 from percuss.io.files import OutputFiles, check_output
 from percuss.io.netcdf import write_netcdf
-from percuss.io.record import make_record
-from percuss.io.table import write_csv
+from percuss.io.record import Record, make_record
+from percuss.io.table import TableName, write_csv
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import SoftStop
 from percuss.motion.impact_times import ImpactTimes, classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
@@ -35,7 +37,7 @@ class StudyResult:
     files
         The files that were written.
     seconds
-        How long the simulation took [s].
+        How long the simulation took [s], the compiling of the engine not counted.
     """
 
     run: Trajectory
@@ -57,12 +59,14 @@ def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
     Returns
     -------
     tuple of Path
-        All of ``motion.nc``, ``impacts.csv``, ``motion.png`` and ``motion.svg`` that the study
-        asks for.
+        All of ``motion.nc``, ``impacts.csv``, ``crossings.csv`` (where there are soft stops),
+        ``motion.png`` and ``motion.svg`` that the study asks for.
     """
+    has_soft_stops = any(isinstance(stop, SoftStop) for stop in study.oscillator.stops)
     names = {
         "motion.nc": study.save.netcdf,
         "impacts.csv": study.save.csv,
+        "crossings.csv": study.save.csv and has_soft_stops,
         "motion.png": study.draw.png,
         "motion.svg": study.draw.svg,
     }
@@ -76,6 +80,7 @@ def run_study(
     command: str | None = None,
     force: bool = False,
     progress: Progress | bool | None = None,
+    on_write: Callable[[Path], None] | None = None,
 ) -> StudyResult:
     """Simulate the motion of a study and write its files, all of them or none.
 
@@ -91,6 +96,8 @@ def run_study(
         Whether files of the same names may be replaced. Other files are never touched.
     progress
         As in `percuss.simulate`; a run that is stopped is written as far as it came.
+    on_write
+        Called with each file before it is written.
 
     Returns
     -------
@@ -105,6 +112,8 @@ def run_study(
     """
     files = output_files(study, folder)
     check_output(files, force=force)
+    # The first run of a process compiles the engine or loads it: no time of this motion.
+    simulate(Oscillator(), t_end=1.0)
     began = time.perf_counter()
     start = study.start
     run = simulate(
@@ -118,25 +127,39 @@ def run_study(
         progress=progress,
     )
     seconds = time.perf_counter() - began
-    _write(run, study, files, command=command, force=force)
+    record = make_record(run, study=study.text(), command=command)
+    with OutputFiles(*files, force=force) as parts:
+        _write(run, study, record, {file: parts[file] for file in files}, on_write)
     return StudyResult(run, classify_impact_times(run), files, seconds)
 
 
 def _write(
-    run: Trajectory, study: Study, files: tuple[Path, ...], *, command: str | None, force: bool
+    run: Trajectory,
+    study: Study,
+    record: Record,
+    parts: Mapping[Path, Path],
+    on_write: Callable[[Path], None] | None,
 ) -> None:
-    record = make_record(run, study=study.text(), command=command)
-    with OutputFiles(*files, force=force) as parts:
-        for file in files:
-            if file.suffix == ".nc":
-                write_netcdf(run, parts[file], record, samples=study.save.samples)
-            elif file.suffix == ".csv":
-                write_csv(run, parts[file], record)
-        pictures = [file for file in files if file.suffix in (".png", ".svg")]
-        if pictures:
-            units = Units(study.draw.length_unit, study.draw.time_unit)
-            figure = plot_motion(
-                run, offscreen_figure(), title=study.title, window=study.window, units=units
-            )
-            for picture in pictures:
-                write_figure(figure, parts[picture], picture.suffix, record)
+    """Write each file under its temporary name."""
+    figure = None
+    for file, part in parts.items():
+        if on_write is not None:
+            on_write(file)
+        if file.suffix == ".nc":
+            write_netcdf(run, part, record, samples=study.save.samples)
+        elif file.suffix == ".csv":
+            units = {"length_unit": study.draw.length_unit, "time_unit": study.draw.time_unit}
+            table: TableName = "crossings" if file.stem == "crossings" else "impacts"
+            write_csv(run, part, record, table=table, **units)
+        else:
+            figure = figure or _figure(run, study)
+            write_figure(figure, part, file.suffix, record)
+
+
+def _figure(run: Trajectory, study: Study) -> Figure:
+    window = study.window
+    # A run may end before the window begins: it was interrupted, or came to rest.
+    if window is not None and not (window[0] < run.t_end and window[1] > run.t0):
+        window = None
+    units = Units(study.draw.length_unit, study.draw.time_unit)
+    return plot_motion(run, offscreen_figure(), title=study.title, window=window, units=units)

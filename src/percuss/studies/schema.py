@@ -7,17 +7,30 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-NO_NUMBER = 'not a number; write 2.8, or "2.8" for that decimal'
+NO_NUMBER = 'not a number; write 2.8, or "2.8" for that decimal, "1/3" for that fraction'
+NO_PHASE = f'{NO_NUMBER}, "pi/2" for that multiple of pi'
+
+
+def _is_number(value: object) -> bool:
+    # Whether a text is a number is the model's question; true is an int for Python only.
+    return not isinstance(value, bool) and isinstance(value, int | float | str)
 
 
 def _number(value: object) -> object:
-    # Whether a text is a number is the model's question; true is an int for Python only.
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
+    if not _is_number(value):
         raise PydanticCustomError("number", NO_NUMBER)
     return value
 
 
+def _phase(value: object) -> object:
+    if not _is_number(value):
+        raise PydanticCustomError("number", NO_PHASE)
+    return value
+
+
 Number = Annotated[int | float | str, BeforeValidator(_number)]
+# May be a multiple of pi.
+Phase = Annotated[int | float | str, BeforeValidator(_phase)]
 
 
 class Table(BaseModel):
@@ -53,10 +66,13 @@ class SoftTable(Table):
 
 
 class OscillatorTable(Table):
-    """``[oscillator]``: x'' + 2 damping x' + stiffness x."""
+    """``[oscillator]``: x'' + 2 damping x' + stiffness x, or with a mass m x'' + c x' + k x."""
 
     stiffness: Number = 1.0
     damping: Number = 0.0
+    mass: Number | None = None
+    damping_coefficient: Number | None = None
+    damping_ratio: Number | None = None
     stops: list[Annotated[WallTable | SoftTable, Field(discriminator="type")]] = []
 
 
@@ -65,14 +81,14 @@ class HarmonicTable(Table):
 
     amplitude: Number
     omega: Number
-    phase: Number = 0.0
+    phase: Phase = 0.0
 
 
 class ForcingTable(Table):
     """``[forcing]``: a constant and harmonics, or the coefficients of a Fourier sum."""
 
     constant: Number = 0.0
-    period: Number | None = None
+    period: Phase | None = None
     harmonics: list[HarmonicTable] = []
     omega: Number | None = None
     cos: list[Number] = []
@@ -84,13 +100,13 @@ class StartTable(Table):
 
     x0: Number
     v0: Number
-    t0: Number = 0.0
+    t0: Phase = 0.0
 
 
 class RunTable(Table):
     """``[run]``: how long the motion is followed."""
 
-    t_end: Number | None = None
+    t_end: Phase | None = None
     periods: Number | None = None
     max_impacts: int | None = None
 
@@ -108,7 +124,7 @@ class DrawTable(Table):
 
     png: bool = True
     svg: bool = True
-    window: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
+    window: Annotated[list[Phase], Field(min_length=2, max_length=2)] | None = None
     length_unit: str = ""
     time_unit: str = ""
 

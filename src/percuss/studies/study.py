@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from percuss.io.study_text import model_tables, number
+from percuss.io.study_text import forcing_table, model_tables, number, stop_table
 from percuss.io.toml import toml_text
-from percuss.model.exact import PI, Exact, Phase, angle, as_float, as_fraction
+from percuss.model.exact import Exact, Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
-from percuss.model.start import Start
+from percuss.model.start import Start, end_after_periods
+from percuss.model.stops import Stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +25,7 @@ class Limits:
     periods
         Number of forcing periods from the start, in place of `t_end`; or None.
     max_impacts
-        Number of impacts after which to stop; or None.
+        Number of impacts and entries into soft stops after which to stop; or None.
     """
 
     t_end: Phase | None = None
@@ -41,7 +42,7 @@ class Save:
     netcdf
         Whether to write the run as NetCDF.
     csv
-        Whether to write the impacts as CSV.
+        Whether to write the impacts, and the crossings of soft stops, as CSV.
     samples
         Number of equally spaced times in the NetCDF file.
     """
@@ -73,6 +74,54 @@ class Draw:
 
 
 @dataclass(frozen=True, slots=True)
+class EngineersModel:
+    """An oscillator and its forcing in engineers' units, before they are divided by the mass.
+
+    Parameters
+    ----------
+    mass, stiffness, damping_coefficient, damping_ratio, stops
+        As `Oscillator.from_mass` takes them.
+    forcing
+        The force on the mass [force]; or None.
+
+    Examples
+    --------
+    >>> from percuss.model import cosine
+    >>> model = EngineersModel(mass=2.0, stiffness=50.0, forcing=cosine(3.0, amplitude=5.0))
+    >>> model.oscillator().stiffness, model.forcing_per_mass().harmonics[0].amplitude
+    (25.0, 2.5)
+    """
+
+    mass: Exact
+    stiffness: Exact
+    damping_coefficient: Exact | None = None
+    damping_ratio: Exact | None = None
+    stops: tuple[Stop, ...] = ()
+    forcing: Forcing | None = None
+
+    def oscillator(self) -> Oscillator:
+        """Return the oscillator of unit mass."""
+        return Oscillator.from_mass(
+            self.mass, self.stiffness, self.damping_coefficient, self.damping_ratio, self.stops
+        )
+
+    def forcing_per_mass(self) -> Forcing | None:
+        """Return the forcing divided by the mass."""
+        return None if self.forcing is None else self.forcing.per_mass(self.mass)
+
+    def tables(self) -> dict[str, object]:
+        """Return the model as the tables of a study."""
+        names = ("mass", "stiffness", "damping_coefficient", "damping_ratio")
+        given = {name: getattr(self, name) for name in names}
+        row = {name: number(value) for name, value in given.items() if value is not None}
+        stops = [stop_table(stop) for stop in self.stops] or None
+        tables: dict[str, object] = {"oscillator": {**row, "stops": stops}}
+        if self.forcing is not None:
+            tables["forcing"] = forcing_table(self.forcing)
+        return tables
+
+
+@dataclass(frozen=True, slots=True)
 class Study:
     """One motion to simulate, and what to keep of it.
 
@@ -88,6 +137,9 @@ class Study:
         Files and pictures.
     kind
         What is asked; so far always one motion.
+    given
+        The model in the engineers' units of the study file, if it names a mass; `oscillator` and
+        `forcing` are then those of unit mass that follow from it.
 
     Examples
     --------
@@ -105,6 +157,7 @@ class Study:
     save: Save = Save()
     draw: Draw = Draw()
     kind: Literal["motion"] = "motion"
+    given: EngineersModel | None = None
 
     @property
     def t_end(self) -> float | None:
@@ -124,19 +177,13 @@ class Study:
         return study_text(self)
 
 
-def end_time(run: Limits, forcing: Forcing | None, t0: Exact) -> float | None:
+def end_time(run: Limits, forcing: Forcing | None, t0: Phase) -> float | None:
     """Return the time at which a run ends; None without `t_end` and without periods."""
     if run.t_end is not None:
         return as_float(run.t_end)
     if run.periods is None or forcing is None or forcing.period is None:
         return None
-    # From the exact frequency where there is one: 2 pi rounds once, not once a period.
-    if forcing.frequency is not None:
-        period = 2 * PI / forcing.frequency
-    else:
-        times, plus = angle(forcing.period)
-        period = times * PI + plus
-    return float(as_fraction(t0) + as_fraction(run.periods) * period)
+    return end_after_periods(forcing, t0, run.periods)
 
 
 def study_text(study: Study) -> str:
@@ -159,10 +206,13 @@ def study_text(study: Study) -> str:
         "max_impacts": run.max_impacts,
     }
     window = None if draw.window is None else [number(time) for time in draw.window]
+    model = model_tables(study.oscillator, study.forcing, study.start)
+    if study.given is not None:
+        model |= study.given.tables()
     return toml_text(
         {
             "study": {"kind": study.kind, "title": study.title},
-            **model_tables(study.oscillator, study.forcing, study.start),
+            **model,
             "run": limits,
             "save": {"netcdf": save.netcdf, "csv": save.csv, "samples": save.samples},
             "draw": {
