@@ -117,8 +117,8 @@ class OutputError(PercussError):
 
     Examples
     --------
-    >>> print(OutputError("out", "holds files already; --force overwrites them"))
-    out: holds files already; --force overwrites them
+    >>> print(OutputError("out", "holds files already; --force replaces them"))
+    out: holds files already; --force replaces them
     """
 
     def __init__(self, path: object, reason: str) -> None:
