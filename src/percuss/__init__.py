@@ -17,6 +17,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     # For type checkers: at run time a name's module is loaded at the name's first use, since
     # numba and xarray take long.
+    from percuss.ensembles import LyapunovExponents as LyapunovExponents
+    from percuss.ensembles import basins as basins
+    from percuss.ensembles import bifurcation_diagram as bifurcation_diagram
+    from percuss.ensembles import lyapunov_exponents as lyapunov_exponents
+    from percuss.ensembles import status_of_store as status_of_store
+    from percuss.ensembles import sweep as sweep
+    from percuss.errors import ConvergenceError as ConvergenceError
     from percuss.errors import MissingExtraError as MissingExtraError
     from percuss.errors import OutputError as OutputError
     from percuss.errors import ParameterError as ParameterError
@@ -60,27 +67,39 @@ if TYPE_CHECKING:
     from percuss.motion import spectrum as spectrum
     from percuss.motion import subset_critical_velocity as subset_critical_velocity
     from percuss.motion import subset_forcing as subset_forcing
+    from percuss.orbits import ImpactMap as ImpactMap
+    from percuss.orbits import PeriodicOrbit as PeriodicOrbit
+    from percuss.orbits import StroboscopicMap as StroboscopicMap
+    from percuss.orbits import find_orbit as find_orbit
+    from percuss.orbits import find_orbits as find_orbits
+    from percuss.orbits import impact_map as impact_map
+    from percuss.orbits import stroboscopic_map as stroboscopic_map
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Contacts",
+    "ConvergenceError",
     "Crossings",
     "Forcing",
     "Grazes",
     "Growth",
     "Harmonic",
     "HarmonicMotion",
+    "ImpactMap",
     "ImpactTimes",
     "Impacts",
+    "LyapunovExponents",
     "MissingExtraError",
     "Oscillator",
     "Outcome",
     "OutputError",
     "ParameterError",
     "PercussError",
+    "PeriodicOrbit",
     "SoftStop",
     "Start",
+    "StroboscopicMap",
     "StudyError",
     "SubsetMotion",
     "Trajectory",
@@ -88,17 +107,23 @@ __all__ = [
     "__version__",
     "backlash_oscillator",
     "ball_on_table",
+    "basins",
+    "bifurcation_diagram",
     "bilinear_oscillator",
     "classify_impact_times",
     "cosine",
     "eigenset",
     "eigenset_motion",
+    "find_orbit",
+    "find_orbits",
     "fourier",
     "growth",
     "harmonic_critical_velocity",
+    "impact_map",
     "impact_oscillator",
     "line_spectrum",
     "load_netcdf",
+    "lyapunov_exponents",
     "pi_times",
     "resonant_frequency",
     "save_csv",
@@ -106,12 +131,24 @@ __all__ = [
     "simulate",
     "sine",
     "spectrum",
+    "status_of_store",
+    "stroboscopic_map",
     "subset_critical_velocity",
     "subset_forcing",
+    "sweep",
 ]
 
 _HOMES = {
+    "percuss.ensembles": (
+        "LyapunovExponents",
+        "basins",
+        "bifurcation_diagram",
+        "lyapunov_exponents",
+        "status_of_store",
+        "sweep",
+    ),
     "percuss.errors": (
+        "ConvergenceError",
         "MissingExtraError",
         "OutputError",
         "ParameterError",
@@ -162,9 +199,18 @@ _HOMES = {
         "subset_critical_velocity",
         "subset_forcing",
     ),
+    "percuss.orbits": (
+        "ImpactMap",
+        "PeriodicOrbit",
+        "StroboscopicMap",
+        "find_orbit",
+        "find_orbits",
+        "impact_map",
+        "stroboscopic_map",
+    ),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
-_SUBPACKAGES = ("errors", "io", "model", "motion", "plotting", "studies")
+_SUBPACKAGES = ("ensembles", "errors", "io", "model", "motion", "orbits", "plotting", "studies")
 
 
 def __getattr__(name: str) -> Any:

@@ -1,0 +1,208 @@
+"""Many motions at once through the compiled batch kernel, and what has become of each."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.kernels import batch, survey
+from percuss.kernels import record as columns
+from percuss.kernels.flight import set_phases
+from percuss.kernels.law import N_HARMONICS
+from percuss.motion.reach import free_until
+
+__all__ = ["Lanes", "Plan", "follow_lanes", "reason_of"]
+
+Floats = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+# Searches of a lane before it is looked at one by one, and how often it is then.
+PATIENCE = 20_000
+MOST_LOOKS = 50
+# Impacts of a lane: a motion of a few hundred periods has hundreds. Elastic hops on a wall, or a
+# fast motion against two walls, can be any number.
+MOST_IMPACTS = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What is kept of each lane, and from when to when.
+
+    Attributes
+    ----------
+    since, every, until
+        (n,) arrays [time]: tallies and strobes begin at ``since``, strobes come every ``every``,
+        the lane ends at ``until``.
+    section
+        `survey.NO_POINTS`, `survey.STROBES` or `survey.IMPACT_POINTS`.
+    n_points
+        The last so many points are kept, >= 1.
+    surveyed
+        Whether extremes of x and the work of the dashpots are wanted: it takes twice as long.
+    max_impacts
+        Impacts from the start after which a lane ends, >= 1.
+    """
+
+    since: Floats
+    every: Floats
+    until: Floats
+    section: int = survey.NO_POINTS
+    n_points: int = 1
+    surveyed: bool = False
+    max_impacts: int = MOST_IMPACTS
+
+
+@dataclass(frozen=True, slots=True)
+class Lanes:
+    """What is left of many motions.
+
+    Attributes
+    ----------
+    status
+        (n,) array, why each ended: the codes of `percuss.kernels.record`.
+    state
+        (n, entries) array: the last event's t, x, v, ...
+    n_impacts
+        (n,) array, impacts and entries into soft stops from the start on.
+    tallies
+        (n, `survey.TALLIES`) array.
+    points
+        (n, n_points, `survey.POINT_COLUMNS`) array, in order of time; NaN where there are fewer.
+    """
+
+    status: Numbers
+    state: Floats
+    n_impacts: Numbers
+    tallies: Floats
+    points: Floats
+
+
+def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> Lanes:
+    """Follow each motion to the end of its plan.
+
+    The bits of a lane do not depend on what lanes are followed with it.
+
+    Parameters
+    ----------
+    laws
+        (n_laws, rows, columns) array: tables of `percuss.model.law.law`, stacked.
+    which
+        (n,) array, the number of each lane's law.
+    starts
+        (n, 3) array of x0 [length], v0 [length/time] and t0 [time].
+    plan
+        What to keep.
+
+    Returns
+    -------
+    Lanes
+        What is left of each.
+    """
+    n = len(which)
+    states = np.zeros((n, columns.STATE_ENTRIES))
+    states[:, [columns.X, columns.V, columns.T]] = starts
+    counters = np.zeros((n, columns.COUNTERS), dtype=np.int64)
+    status = np.full(n, batch.NEW, dtype=np.int64)
+    tallies = np.zeros((n, survey.TALLIES))
+    points = np.full((n, plan.n_points, survey.POINT_COLUMNS), np.nan)
+    plans = np.stack([plan.since, plan.every, plan.until], axis=1)
+    laws, which = np.ascontiguousarray(laws), np.ascontiguousarray(which, dtype=np.int64)
+
+    def march(lanes: slice) -> None:
+        batch.run_lanes(
+            laws,
+            which[lanes],
+            states[lanes],
+            counters[lanes],
+            status[lanes],
+            plans[lanes],
+            plan.max_impacts,
+            PATIENCE,
+            plan.section,
+            plan.surveyed,
+            tallies[lanes],
+            points[lanes],
+            *_scratch(laws),
+        )
+
+    march(slice(None))
+    for i in np.flatnonzero(status == columns.SPENT):
+        law = laws[which[i]]
+        for _ in range(MOST_LOOKS):
+            _look_far(law, states[i], counters[i], float(plan.until[i]))
+            march(slice(i, i + 1))
+            if status[i] != columns.SPENT:
+                break
+    _put_in_order(points, tallies)
+    return Lanes(status, states, counters[:, columns.N_IMPACTS].copy(), tallies, points)
+
+
+def _scratch(laws: Floats) -> tuple[Floats, Numbers, Floats, Floats]:
+    """Return the buffers that the lanes of one call share."""
+    n = int(laws[0, 0, N_HARMONICS])
+    return (
+        np.empty((batch.BUFFER, columns.EVENT_COLUMNS)),
+        np.empty((batch.BUFFER, columns.MARK_COLUMNS), dtype=np.int64),
+        np.empty((batch.GRAZES, columns.GRAZE_COLUMNS)),
+        np.zeros((3, n, 2)),
+    )
+
+
+def _look_far(law: Floats, state: Floats, counters: Numbers, until: float) -> None:
+    """Move on the search of a flight that small steps do not get through, as `simulate` does."""
+    searched = float(min(state[columns.FREE_BELOW], state[columns.FREE_ABOVE]))
+    if counters[columns.TOUCHED] != 0 or searched == 0.0:
+        return
+    phases = np.zeros((int(law[0, N_HARMONICS]), 2))
+    set_phases(law, state[columns.T], state[columns.T_LOW], phases)
+    t, t_low, v, force = (
+        float(state[entry]) for entry in (columns.T, columns.T_LOW, columns.V, columns.FORCE)
+    )
+    longest = until - t
+    region = int(counters[columns.REGION])
+    free = free_until(
+        law, region, float(state[columns.X]), (t, t_low, v, force), phases, searched, longest
+    )
+    for side in (columns.FREE_BELOW, columns.FREE_ABOVE):
+        state[side] = max(state[side], min(free, longest))
+
+
+def _put_in_order(points: Floats, tallies: Floats) -> None:
+    """Turn rings of points that have gone round so that the oldest comes first."""
+    m = points.shape[1]
+    written = tallies[:, survey.POINTS].astype(np.int64)
+    for i in np.flatnonzero(written > m):
+        points[i] = np.roll(points[i], -(written[i] % m), axis=0)
+
+
+def reason_of(status: int, plan: Plan) -> str | None:
+    """Return why a lane has no answer, None where it came to its end.
+
+    Parameters
+    ----------
+    status
+        Its status.
+    plan
+        The plan it followed.
+
+    Returns
+    -------
+    str or None
+        A sentence.
+
+    Examples
+    --------
+    >>> plan = Plan(np.zeros(1), np.ones(1), np.ones(1), max_impacts=10)
+    >>> reason_of(columns.REACHED_LIMIT, plan)
+    'more than 10 impacts before the end'
+    """
+    if status == columns.OVERFLOW:
+        return "the motion grew beyond 1e150"
+    if status == columns.REACHED_LIMIT and plan.until.size and plan.until.min() < math.inf:
+        return f"more than {plan.max_impacts} impacts before the end"
+    if status in (columns.SPENT, columns.NO_MORE, batch.NEW):
+        return f"not at its end after {PATIENCE * (1 + MOST_LOOKS)} searches"
+    return None

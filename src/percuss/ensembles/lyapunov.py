@@ -1,0 +1,164 @@
+"""Both Lyapunov exponents of a motion, from exact propagators and saltation matrices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.ensembles.grid import check_whole, make_grid
+from percuss.ensembles.lanes import Lanes, Plan, follow_lanes, reason_of
+from percuss.ensembles.measures import period_of
+from percuss.ensembles.tangents import BLOCKS, exponents_of, tangent_plan
+from percuss.errors import ParameterError
+from percuss.kernels import survey
+from percuss.kernels.law import PERIOD
+from percuss.model.exact import Phase
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.model.start import Start
+
+__all__ = ["LyapunovExponents", "lyapunov_exponents"]
+
+Floats = NDArray[np.float64]
+
+# The longest orbit that is looked for, in forcing periods.
+LONGEST = 16
+
+
+@dataclass(frozen=True, slots=True)
+class LyapunovExponents:
+    """The exponents of a motion.
+
+    Attributes
+    ----------
+    exponents
+        (2,) array, the larger first [1/time]; both -inf where a contact has ended all memory.
+    errors
+        (2,) array, their standard errors from the means of blocks [1/time]; on a periodic orbit,
+        whose multipliers give the exponents, the difference of two rounds.
+    total
+        Their sum by the sum rule [1/time]: -2 times the time-mean of the damping in force, and 2
+        for each wall times its rate of impacts times ln r.
+    impact_rate
+        Impacts, and entries into soft stops, in a unit of time.
+    duration
+        Time over which they were taken [time].
+    """
+
+    exponents: Floats
+    errors: Floats
+    total: float
+    impact_rate: float
+    duration: float
+
+
+def lyapunov_exponents(
+    osc: Oscillator,
+    force: Forcing | None,
+    *,
+    start: Start | Sequence[Phase] | None = None,
+    transient: int = 1000,
+    periods: int = 20_000,
+) -> LyapunovExponents:
+    """Return both exponents of the motion from a start.
+
+    A neighbour is carried along each flight by the exact propagator and over each event by its
+    saltation matrix, through the edges of soft stops as over impacts. Two neighbours span an area
+    whose factor is known in closed form: the sum of the exponents.
+
+    Parameters
+    ----------
+    osc, force
+        What moves; the forcing has a period.
+    start
+        Where it starts: a `Start`, or x0 [length] and v0 [length/time]; default: at rest at 0.
+    transient, periods
+        Forcing periods that are left out, and that the exponents are taken over, >= 64.
+
+    Returns
+    -------
+    LyapunovExponents
+        The exponents, their errors, and the sum they have to have.
+
+    Raises
+    ------
+    ParameterError
+        If the forcing has no period, the start lies inside a wall, or the motion comes to no end.
+
+    Examples
+    --------
+    A stable orbit with one impact a period: both are (omega / 2 pi) ln r.
+
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator(restitution=0.8)
+    >>> found = pc.lyapunov_exponents(osc, pc.cosine(2.5), start=(0.0, 1.0))
+    >>> found.exponents.round(5)
+    array([-0.08879, -0.08879])
+    """
+    check_whole("transient", transient, 0)
+    check_whole("periods", periods, BLOCKS)
+    if force is None or force.period is None:
+        raise ParameterError("forcing.period", None, "exponents are taken over forcing periods")
+    grid = make_grid(osc, force, start, {})
+    groups, faults = grid.lanes(0, 1)
+    if faults:
+        raise ParameterError("start", grid.start, faults[0])
+    (group,) = groups
+    plan = tangent_plan(group.laws, group.which, group.starts[:, 2], transient, periods)
+    lanes = follow_lanes(group.laws, group.which, group.starts, plan)
+    reason = reason_of(int(lanes.status[0]), plan)
+    if reason is not None:
+        raise ParameterError("start", grid.start, reason)
+    duration = float(plan.until[0] - plan.since[0])
+    largest, smallest, error, total = (value[0] for value in exponents_of(lanes, plan))
+    exponents, errors = np.array([largest, smallest]), np.array([error, error])
+    if math.isfinite(total):
+        known = _of_orbit(group.laws, lanes, plan)
+        exponents, errors = known if known is not None else (exponents, errors)
+    return LyapunovExponents(
+        exponents,
+        errors,
+        float(total),
+        float(lanes.tallies[0, survey.IMPACTS]) / duration,
+        duration,
+    )
+
+
+def _of_orbit(laws: Floats, lanes: Lanes, plan: Plan) -> tuple[Floats, Floats] | None:
+    """Return the exponents of a periodic orbit and their errors; None where there is no orbit.
+
+    A vector u, M u and M^2 u of the monodromy M give its trace, for M^2 - tr M + det = 0. The
+    error is the difference between two such vectors.
+    """
+    which = np.zeros(1, dtype=np.int64)
+    period = laws[0, 0, PERIOD]
+    end = np.column_stack([lanes.tallies[:, [survey.END_X, survey.END_V]], plan.until])
+    t, step = end[:, 2].copy(), np.array([period])
+    strobed = Plan(t, step, t + 2 * LONGEST * period, survey.STROBES, 2 * LONGEST + 1)
+    strobes = follow_lanes(laws, which, end, strobed).points[:, :, :2]
+    n_periods = int(period_of(strobes, LONGEST)[0])
+    if n_periods == 0:
+        return None
+    step = step * n_periods
+    rounds = Plan(t, step, t + 3 * step, survey.TANGENTS, 4)
+    points = follow_lanes(laws, which, end, rounds).points[0]
+    found = np.array([_rates(points[k : k + 3]) for k in (0, 1)]) / step
+    if not np.isfinite(found).all():
+        return None
+    return found[1], np.abs(found[1] - found[0])
+
+
+def _rates(points: Floats) -> Floats:
+    """Return the logarithms of the sizes of both multipliers, from three rounds' points."""
+    logs, angles = points[:, survey.FIRST], points[:, survey.THIRD]
+    area = float(np.exp(points[1, survey.SECOND] - points[0, survey.SECOND]))
+    size = np.exp(logs - logs[0])
+    u, once, twice = np.stack([size * np.cos(angles), size * np.sin(angles)], axis=1)
+    trace = float((twice + area * u) @ once / (once @ once))
+    multipliers = np.abs(np.roots([1.0, -trace, area]))
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.sort(np.log(multipliers))[::-1])

@@ -1,0 +1,275 @@
+"""A measure over any grid of parameters and starts."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from percuss.ensembles.datasets import dataset_of
+from percuss.ensembles.engines import Engine
+from percuss.ensembles.grid import Grid, check_whole, make_grid
+from percuss.ensembles.job import Block, Column
+from percuss.ensembles.lanes import MOST_IMPACTS
+from percuss.ensembles.measures import MEASURES, Window, measure_lanes
+from percuss.ensembles.running import Report, run_job
+from percuss.errors import ParameterError
+from percuss.model.exact import Phase
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.model.start import Start
+from percuss.motion.simulate import simulate
+
+if TYPE_CHECKING:
+    # A second of import, which no worker needs.
+    from xarray import Dataset
+
+__all__ = ["sweep"]
+
+# Impacts of a compiled chunk, at about one a period: a tenth of a second or more, and no memory
+# to speak of.
+IMPACTS_OF_A_CHUNK = 300_000
+SMALLEST_CHUNK, LARGEST_CHUNK = 16, 8192
+# Points of a chunk where a function of the user's is called for each.
+CALLS_OF_A_CHUNK = 16
+
+
+def sweep(
+    measure: str | Callable[..., float] | Sequence[str],
+    osc: Oscillator,
+    force: Forcing | None = None,
+    *,
+    over: Mapping[str, object],
+    start: Start | Sequence[Phase] | None = None,
+    transient: int = 200,
+    periods: int = 64,
+    max_impacts: int = MOST_IMPACTS,
+    store: str | Path | None = None,
+    engine: Engine = "threads",
+    n_workers: int | None = None,
+    progress: Report = None,
+) -> Dataset:
+    """Measure every motion of a grid of parameters and starts.
+
+    Parameters
+    ----------
+    measure
+        One or several of "peak_displacement", "peak_impact_velocity", "impacts_per_period",
+        "period", "dissipated_energy", "growth_exponent", which run compiled. Or a function: of a
+        run, of (osc, force), or of (osc, force, start), that returns a number.
+    osc, force
+        What moves, where ``over`` does not say otherwise.
+    over
+        Values by the dotted path of a parameter, of the start's too: the axes of the grid.
+    start
+        Where the motions start: a `Start`, or x0 [length], v0 [length/time] and where wanted
+        t0 [time]; default: at rest at 0.
+    transient, periods
+        Forcing periods that are left out first, and that are measured then.
+    max_impacts
+        Impacts after which a motion is given up, >= 1.
+    store
+        Folder of a Zarr store: what is in it is not done again.
+    engine
+        "threads", "processes", the address of a Dask scheduler ("tcp://...") or a client of one.
+    n_workers
+        Threads or processes; default: the cores that this process may use.
+    progress
+        True shows a line on the error stream for what takes longer than two seconds; a function
+        ``(done, total) -> bool`` is called now and then, and ends the sweep by returning False.
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable for each measure over one dimension for each path, in its long form. Points
+        without an answer hold NaN, and `reason` over the dimension `failure` says why; `point`
+        is their number in the grid, the last axis the fastest. The same bits whatever the
+        engine.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such measure or path, or an axis is empty or not finite.
+    OutputError
+        If the store is of another study or cannot be written.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> found = pc.sweep(
+    ...     "period", pc.impact_oscillator(restitution=0.8), pc.cosine(2.5),
+    ...     over={"forcing.omega": [2.5, 2.67, 2.8]}, start=(0.0, 1.0),
+    ... )
+    >>> found.period.values
+    array([1., 2., 0.])
+    """
+    grid = make_grid(osc, force, start, over)
+    work = _work(measure, grid, Window(transient, periods), max_impacts)
+    answer = run_job(work, store, engine, n_workers, progress)
+    units = {name: MEASURES[name].units for name in work.names if name in MEASURES}
+    meanings = {name: MEASURES[name].meaning for name in work.names if name in MEASURES}
+    return dataset_of(grid, answer, units, meanings)
+
+
+def _work(
+    measure: str | Callable[..., float] | Sequence[str],
+    grid: Grid,
+    window: Window,
+    max_impacts: int,
+) -> Measured | Called:
+    check_whole("max_impacts", max_impacts, 1)
+    if callable(measure):
+        return Called(grid, measure, window)
+    names = (measure,) if isinstance(measure, str) else tuple(measure)
+    for name in names:
+        if name not in MEASURES:
+            raise ParameterError("measure", name, f"none of {', '.join(MEASURES)}, and no function")
+    if not names:
+        raise ParameterError("measure", (), f"none at all; there are {', '.join(MEASURES)}")
+    if grid.force is None or grid.force.period is None:
+        reason = "a built-in measure counts in forcing periods; give a forcing that has one"
+        raise ParameterError("forcing.period", None, reason)
+    return Measured(grid, names, window, max_impacts)
+
+
+def identity_of(grid: Grid) -> dict[str, object]:
+    """Return the grid as JSON can hold it: what was given, exactly."""
+    axes = {axis.path: [repr(value) for value in axis.given] for axis in grid.axes}
+    return {
+        "oscillator": repr(grid.osc),
+        "forcing": repr(grid.force),
+        "start": repr(grid.start),
+        "over": axes,
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """The job of built-in measures."""
+
+    grid: Grid
+    names: tuple[str, ...]
+    window: Window
+    max_impacts: int
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return self.grid.size
+
+    @property
+    def chunk(self) -> int:
+        """Points of a chunk."""
+        each = self.window.transient + self.window.periods
+        return min(max(IMPACTS_OF_A_CHUNK // each, SMALLEST_CHUNK), LARGEST_CHUNK)
+
+    @property
+    def columns(self) -> dict[str, Column]:
+        """One number for each measure."""
+        return {name: Column() for name in self.names}
+
+    def identity(self) -> dict[str, object]:
+        """Return what makes it this study."""
+        return identity_of(self.grid) | {
+            "kind": "sweep",
+            "measure": list(self.names),
+            "transient": self.window.transient,
+            "periods": self.window.periods,
+            "max_impacts": self.max_impacts,
+        }
+
+    def compute(self, first: int, last: int) -> Block:
+        """Measure the points of a chunk."""
+        groups, faults = self.grid.lanes(first, last)
+        block = Block({name: Column().empty(last - first) for name in self.names}, dict(faults))
+        for group in groups:
+            values, reasons, count = measure_lanes(self.names, group, self.window, self.max_impacts)
+            for name in self.names:
+                block.arrays[name][group.rows] = values[name]
+            block.reasons |= {int(group.rows[i]): text for i, text in reasons.items()}
+            block.n_impacts += count
+        return block
+
+
+@dataclass(frozen=True, slots=True)
+class Called:
+    """The job of a measure that is a function of the user's."""
+
+    grid: Grid
+    measure: Callable[..., float]
+    window: Window
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The function's name."""
+        name = getattr(self.measure, "__name__", "measure")
+        return ("measure" if name == "<lambda>" else name,)
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return self.grid.size
+
+    @property
+    def chunk(self) -> int:
+        """Points of a chunk."""
+        return CALLS_OF_A_CHUNK
+
+    @property
+    def columns(self) -> dict[str, Column]:
+        """One number."""
+        return {self.names[0]: Column()}
+
+    def identity(self) -> dict[str, object]:
+        """Return what makes it this study; of the function its name and text."""
+        try:
+            text = inspect.getsource(self.measure)
+        except (OSError, TypeError):
+            text = ""
+        return identity_of(self.grid) | {
+            "kind": "sweep",
+            "measure": [getattr(self.measure, "__qualname__", repr(type(self.measure)))],
+            "text": hashlib.sha256(text.encode()).hexdigest()[:20],
+            "transient": self.window.transient,
+            "periods": self.window.periods,
+        }
+
+    def compute(self, first: int, last: int) -> Block:
+        """Call the function for each point; what it raises is that point's reason."""
+        values = np.full(last - first, np.nan)
+        block = Block({self.names[0]: values})
+        for i in range(first, last):
+            try:
+                values[i - first] = float(self._call(*self.grid.point(i)))
+            except ParameterError as error:
+                block.reasons[i - first] = str(error)
+            except Exception:  # noqa: BLE001  whatever a user's function raises
+                block.reasons[i - first] = traceback.format_exc()
+        return block
+
+    def _call(self, osc: Oscillator, force: Forcing | None, start: Start) -> Any:
+        count = _positional(self.measure)
+        if count >= 3:
+            return self.measure(osc, force, start)
+        if count == 2:
+            return self.measure(osc, force)
+        period = force.period if force is not None else None
+        if period is None:
+            reason = "a measure of a run counts in forcing periods; take a function of (osc, force)"
+            raise ParameterError("forcing.period", None, reason)
+        length = (self.window.transient + self.window.periods) * period
+        t_end = float(start.t0) + length
+        return self.measure(simulate(osc, force, start.x0, start.v0, start.t0, t_end=t_end))
+
+
+def _positional(function: Callable[..., float]) -> int:
+    """Return how many arguments a function must be given in their order."""
+    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    parameters = inspect.signature(function).parameters.values()
+    return sum(p.kind in kinds and p.default is p.empty for p in parameters)

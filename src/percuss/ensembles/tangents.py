@@ -1,0 +1,66 @@
+"""How the exponents of many motions are taken: their plan, and the numbers from what is left."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.ensembles.lanes import Lanes, Plan
+from percuss.kernels import survey
+from percuss.kernels.law import PERIOD
+
+__all__ = ["BLOCKS", "exponents_of", "tangent_plan"]
+
+Floats = NDArray[np.float64]
+
+# Stretches of time whose means tell the error: long against the memory of a motion, and many
+# enough to know their spread to a tenth.
+BLOCKS = 64
+
+
+def tangent_plan(
+    laws: Floats, which: NDArray[np.int64], t0: Floats, transient: int, periods: int
+) -> Plan:
+    """Return the plan of lanes whose exponents are wanted."""
+    period = laws[which, 0, PERIOD]
+    since = t0 + transient * period
+    every = periods / BLOCKS * period
+    return Plan(
+        since,
+        every,
+        since + BLOCKS * every,
+        section=survey.TANGENTS,
+        n_points=BLOCKS + 1,
+    )
+
+
+def exponents_of(lanes: Lanes, plan: Plan) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return largest and smallest exponent, the standard error of either, and their sum.
+
+    Parameters
+    ----------
+    lanes
+        What is left of lanes that followed a `tangent_plan`.
+    plan
+        That plan.
+
+    Returns
+    -------
+    tuple of (n,) arrays
+        In 1/time; -inf where there was a contact, with an error of 0.
+    """
+    logs = lanes.points[:, :, survey.FIRST]
+    shrunk = lanes.points[:, :, survey.SECOND]
+    with np.errstate(invalid="ignore"):
+        rates = np.diff(logs, axis=1) / plan.every[:, np.newaxis]
+        largest = (logs[:, -1] - logs[:, 0]) / (plan.until - plan.since)
+        total = (shrunk[:, -1] - shrunk[:, 0]) / (plan.until - plan.since)
+        error = rates.std(axis=1, ddof=1) / math.sqrt(BLOCKS)
+    # Once all memory is lost the logarithm stays what it is.
+    forgotten = np.isneginf(logs[:, -1])
+    for values, there in ((largest, -np.inf), (total, -np.inf), (error, 0.0)):
+        values[forgotten] = there
+    smallest = np.where(forgotten, -np.inf, total - np.where(forgotten, 0.0, largest))
+    return largest, smallest, error, total

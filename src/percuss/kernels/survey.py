@@ -1,0 +1,321 @@
+"""What is kept of a motion that is one of many: tallies and points instead of events.
+
+A *stretch* is a flight, or a contact, between two events. Tallies are counted from the instant
+``since`` on, when a transient is over.
+"""
+
+from __future__ import annotations
+
+import math
+
+from percuss.kernels.compile import kernel
+from percuss.kernels.doubled import turns
+from percuss.kernels.flight import Start, acceleration_and_jerk, move
+from percuss.kernels.law import (
+    DAMPING,
+    LOWER_ENTRY,
+    NUMBER,
+    PERIOD_TURNS,
+    PERIOD_TURNS_LOW,
+    QUICKEST,
+    STEP,
+    UPPER_ENTRY,
+    Law,
+    Table,
+)
+from percuss.kernels.record import (
+    BOUND,
+    CONTACT,
+    CROSSING,
+    EVENT_T,
+    EVENT_T_LOW,
+    IMPACT,
+    KIND,
+    V_AFTER,
+    V_BEFORE,
+    Integers,
+)
+from percuss.kernels.tangent import Matrix, product, propagator
+
+# Entries of a lane's tallies, from ``since`` on: impacts and entries into soft stops, contacts,
+# points written; the greatest impact speed; the least and the greatest x; the energy that
+# impacts and the dashpots have taken, per unit mass; and x and v at the end, NaN before it.
+IMPACTS, CONTACTS, POINTS, PEAK_SPEED, LOWEST, HIGHEST, LOST, DRAGGED, END_X, END_V = range(10)
+# From the start on: the direction to a neighbour, the logarithm of how far it has moved away,
+# and that of the factor of an area between neighbours.
+AHEAD_X, AHEAD_V, STRETCHED, SHRUNK = range(10, 14)
+TALLIES = 14
+
+# What a point is: nothing is written; (x, v) once a period; (cycle, v_after) at an impact on, or
+# an entry into, a stop; (STRETCHED, SHRUNK, angle of the direction) once a period.
+NO_POINTS, STROBES, IMPACT_POINTS, TANGENTS = range(4)
+# Columns of the points; the third is the bound's number, -1 for a strobe.
+FIRST, SECOND, THIRD = range(3)
+POINT_COLUMNS = 3
+
+# Entries of the plan of a lane: tallies and strobes begin at SINCE, strobes come every EVERY.
+SINCE, EVERY, UNTIL = range(3)
+PLAN_ENTRIES = 3
+
+# Nodes and weights of Gauss's rule with five points on [0, 1], and the parts of a search's step
+# that it is applied to: over a phase of 1/2 its relative error is below 1e-15.
+NODES = (
+    0.046910077030668004,
+    0.2307653449471585,
+    0.5,
+    0.7692346550528415,
+    0.953089922969332,
+)
+WEIGHTS = (
+    0.11846344252809454,
+    0.23931433524968324,
+    0.28444444444444444,
+    0.23931433524968324,
+    0.11846344252809454,
+)
+PARTS_OF_A_STEP = 2.0
+# Newton's steps to a turning point, from a secant: the third leaves rounding.
+TURNING_STEPS = 4
+# Phase, or exponent, over which a neighbour is carried at once.
+LONGEST_PHASE = 200.0
+
+
+@kernel
+def tally_event(
+    law: Law,
+    region: int,
+    events: Table,
+    marks: Integers,
+    row: int,
+    since: float,
+    section: int,
+    tally: Table,
+    points: Table,
+) -> None:
+    """Count the event of a row; ``region`` is the row of the region before it."""
+    if events[row, EVENT_T] < since:
+        return
+    kind = marks[row, KIND]
+    if kind == CONTACT:
+        tally[CONTACTS] += 1.0
+    if kind == CROSSING:
+        upper = marks[row, BOUND] > law[region, NUMBER]
+        if law[region, UPPER_ENTRY if upper else LOWER_ENTRY] == 0.0:
+            return
+    elif kind != IMPACT:
+        return
+    before = events[row, V_BEFORE]
+    after = events[row, V_AFTER]
+    tally[IMPACTS] += 1.0
+    tally[PEAK_SPEED] = max(tally[PEAK_SPEED], abs(before))
+    tally[LOST] += 0.5 * (before - after) * (before + after)
+    if section == IMPACT_POINTS:
+        part = turns(
+            law[0, PERIOD_TURNS],
+            law[0, PERIOD_TURNS_LOW],
+            events[row, EVENT_T],
+            events[row, EVENT_T_LOW],
+        )
+        if part < 0.0:
+            part += 1.0
+        write_point(tally, points, part if part < 1.0 else 0.0, after, float(marks[row, BOUND]))
+
+
+@kernel
+def write_point(tally: Table, points: Table, first: float, second: float, third: float) -> None:
+    """Write a point over the oldest one."""
+    i = int(tally[POINTS]) % points.shape[0]
+    points[i, FIRST] = first
+    points[i, SECOND] = second
+    points[i, THIRD] = third
+    tally[POINTS] += 1.0
+
+
+@kernel
+def strobe(
+    law: Law,
+    region: int,
+    x: float,
+    start: Start,
+    held: bool,
+    until: float,
+    plan: Table,
+    phases: Table,
+    arrival: Table,
+    tally: Table,
+    points: Table,
+) -> None:
+    """Write the points of the strobes that fall on a stretch, up to ``until`` and not at it."""
+    while True:
+        instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
+        if not (instant < until and instant <= plan[UNTIL]):
+            return
+        y = 0.0
+        v = 0.0
+        s = (instant - start[0]) - start[1]
+        if not held:
+            y, v = move(law, region, start, phases, max(s, 0.0), arrival)
+        write_point(tally, points, x + y, v, -1.0)
+
+
+@kernel
+def move_neighbour(
+    law: Law, region: int, s: float, restitution: float, jump: Matrix, tally: Table
+) -> None:
+    """Take a neighbour along a flight and over the event at its end.
+
+    ``jump`` is the event's saltation matrix, ``restitution`` the wall's, or 1.
+    """
+    stretch, x, v = stretched(law, region, s, jump, tally)
+    tally[STRETCHED] += stretch
+    lost = math.log(restitution) if restitution > 0.0 else -math.inf
+    tally[SHRUNK] += 2.0 * (lost - law[region, DAMPING] * s)
+    tally[AHEAD_X] = x
+    tally[AHEAD_V] = v
+
+
+@kernel
+def stretched(
+    law: Law, region: int, s: float, jump: Matrix, tally: Table
+) -> tuple[float, float, float]:
+    """Return by how much a neighbour moves away, as a logarithm, and the direction to it then."""
+    x = tally[AHEAD_X]
+    v = tally[AHEAD_V]
+    total = 0.0
+    # In a long flight the propagator itself would underflow.
+    count = max(1, math.ceil(s * law[region, QUICKEST] / LONGEST_PHASE))
+    for i in range(count):
+        matrix = propagator(law, region, s / count)
+        if i == count - 1:
+            matrix = product(jump, matrix)
+        x, v = matrix[0] * x + matrix[1] * v, matrix[2] * x + matrix[3] * v
+        size = math.hypot(x, v)
+        if size == 0.0:
+            # A contact forgets where the mass came from.
+            return -math.inf, 0.0, 0.0
+        total += math.log(size)
+        x /= size
+        v /= size
+    return total, x, v
+
+
+@kernel
+def strobe_neighbour(
+    law: Law,
+    region: int,
+    start: Start,
+    until: float,
+    plan: Table,
+    tally: Table,
+    points: Table,
+) -> None:
+    """Write the logarithms at the strobes that fall on a stretch, up to ``until``."""
+    while True:
+        instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
+        if not (instant < until and instant <= plan[UNTIL]):
+            return
+        s = max((instant - start[0]) - start[1], 0.0)
+        stretch, x, v = stretched(law, region, s, (1.0, 0.0, 0.0, 1.0), tally)
+        shrunk = tally[SHRUNK] - 2.0 * law[region, DAMPING] * s
+        # What is held has lost its neighbours.
+        write_point(tally, points, tally[STRETCHED] + stretch, shrunk, math.atan2(v, x))
+
+
+@kernel
+def survey(
+    law: Law,
+    region: int,
+    x: float,
+    start: Start,
+    span: tuple[float, float],
+    phases: Table,
+    arrival: Table,
+    tally: Table,
+) -> None:
+    """Tally the extremes of x and the work of the dashpots on a part of a flight.
+
+    ``span`` is the part, counted from the flight's start. Turning points are those between
+    neighbouring nodes at which v has different signs.
+    """
+    s, end = span
+    y, v = move(law, region, start, phases, s, arrival)
+    tally[LOWEST] = min(tally[LOWEST], x + y)
+    tally[HIGHEST] = max(tally[HIGHEST], x + y)
+    drag = 0.0
+    longest = law[region, STEP] / PARTS_OF_A_STEP if law[region, STEP] > 0.0 else end - s
+    count = max(1, math.ceil((end - s) / longest))
+    step = (end - s) / count
+    for i in range(count):
+        left = span[0] + i * step
+        total = 0.0
+        for k in range(6):
+            s1 = left + step * NODES[k] if k < 5 else left + step
+            y1, v1 = move(law, region, start, phases, s1, arrival)
+            if k < 5:
+                total += WEIGHTS[k] * v1 * v1
+            turned = y1
+            if v * v1 < 0.0:
+                turned = turning_point(law, region, start, phases, arrival, (s, v), (s1, v1))
+            tally[LOWEST] = min(tally[LOWEST], x + min(y1, turned))
+            tally[HIGHEST] = max(tally[HIGHEST], x + max(y1, turned))
+            s = s1
+            v = v1
+        drag += step * total
+    tally[DRAGGED] += 2.0 * law[region, DAMPING] * drag
+
+
+@kernel
+def turning_point(
+    law: Law,
+    region: int,
+    start: Start,
+    phases: Table,
+    arrival: Table,
+    left: tuple[float, float],
+    right: tuple[float, float],
+) -> float:
+    """Return the displacement where v vanishes between two (s, v) of different signs."""
+    s = left[0] + (right[0] - left[0]) * left[1] / (left[1] - right[1])
+    y = 0.0
+    for _ in range(TURNING_STEPS):
+        y, v = move(law, region, start, phases, s, arrival)
+        second, _ = acceleration_and_jerk(law, region, start[3], arrival, y, v)
+        if second == 0.0:
+            break
+        s = min(max(s - v / second, left[0]), right[0])
+    return y
+
+
+@kernel
+def end_at(
+    law: Law,
+    region: int,
+    x: float,
+    start: Start,
+    held: bool,
+    until: float,
+    phases: Table,
+    arrival: Table,
+    tally: Table,
+) -> None:
+    """Tally where a lane ends."""
+    tally[END_X] = x
+    tally[END_V] = 0.0
+    if not held:
+        y, v = move(law, region, start, phases, max((until - start[0]) - start[1], 0.0), arrival)
+        tally[END_X] = x + y
+        tally[END_V] = v
+
+
+@kernel
+def clear_tally(tally: Table) -> None:
+    """Set the tallies of a lane that begins."""
+    for i in range(tally.shape[0]):
+        tally[i] = 0.0
+    tally[LOWEST] = math.inf
+    tally[HIGHEST] = -math.inf
+    tally[END_X] = math.nan
+    tally[END_V] = math.nan
+    # Any direction turns into that of the fastest growth.
+    tally[AHEAD_X] = 0.8
+    tally[AHEAD_V] = 0.6

@@ -1,0 +1,182 @@
+"""How neighbours move: the derivative of a motion with respect to its start, in closed form.
+
+Along a flight the difference of two neighbours obeys the free equation, so that its *propagator*
+is exact whatever the forcing. At an event neighbours arrive at other times; the *saltation matrix*
+carries their difference over it, taken at one time before and after (Kong et al. 2024,
+arXiv:2306.06862, eq. 20). A contact ends all memory: the release does not depend on how the mass
+came to the wall. Matrices are handed about as (xx, xv, vx, vv), so that
+dx' = xx dx + xv dv and dv' = vx dx + vv dv.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+from percuss.kernels.angles import cos_sin
+from percuss.kernels.compile import kernel
+from percuss.kernels.flight import constant_force, force_and_slopes, set_phases
+from percuss.kernels.law import (
+    COSINE,
+    DAMPING,
+    FIRST_HARMONIC,
+    LOWER,
+    LOWER_RESTITUTION,
+    NUMBER,
+    OMEGA,
+    SINE,
+    STIFFNESS,
+    TURNS,
+    TURNS_LOW,
+    UPPER,
+    UPPER_RESTITUTION,
+    Law,
+    Table,
+)
+from percuss.kernels.record import (
+    BOUND,
+    CONTACT,
+    CROSSING,
+    EVENT_T,
+    EVENT_T_LOW,
+    IMPACT,
+    KIND,
+    NEXT_REGION,
+    V_BEFORE,
+    Integers,
+)
+from percuss.kernels.response import free_response, harmonic_response
+
+Matrix: TypeAlias = tuple[float, float, float, float]
+
+
+@kernel
+def product(left: Matrix, right: Matrix) -> Matrix:
+    """Return the matrix product: what ``right`` does first, and ``left`` after it."""
+    return (
+        left[0] * right[0] + left[1] * right[2],
+        left[0] * right[1] + left[1] * right[3],
+        left[2] * right[0] + left[3] * right[2],
+        left[2] * right[1] + left[3] * right[3],
+    )
+
+
+@kernel
+def propagator(law: Law, region: int, s: float) -> Matrix:
+    """Return the derivative of (x, v) after a flight of a time s by (x, v) at its start."""
+    blow, even, _ = free_response(law, region, s)
+    drag = law[region, DAMPING] * blow
+    return even + drag, blow, -law[region, STIFFNESS] * blow, even - drag
+
+
+@kernel
+def impact_saltation(restitution: float, force: float, v: float) -> Matrix:
+    """Return the saltation matrix of an impact that comes with velocity v.
+
+    ``force`` is that at the wall, without damping. A neighbour that is ahead by dx arrives
+    earlier by dx / v. In the entry (r a_before + a_after) / v of the accelerations the damping
+    cancels, since the velocity after is -r v.
+    """
+    return -restitution, 0.0, (1.0 + restitution) * force / v, -restitution
+
+
+@kernel
+def crossing_saltation(damping_before: float, damping_after: float) -> Matrix:
+    """Return the saltation matrix of the edge of a soft stop.
+
+    The force jumps there by the stop's dashpot alone, in proportion to the velocity.
+    """
+    return 1.0, 0.0, 2.0 * (damping_before - damping_after), 1.0
+
+
+@kernel
+def event_saltation(
+    law: Law,
+    event: tuple[int, int, int, int],
+    instant: tuple[float, float],
+    v: float,
+    phases: Table,
+) -> Matrix:
+    """Return the saltation matrix of an event: its kind, bound, region before and region after.
+
+    ``v`` is the velocity before it; ``phases`` is scratch.
+    """
+    kind, bound, before, after = event
+    if kind == CROSSING:
+        return crossing_saltation(law[before, DAMPING], law[after, DAMPING])
+    if kind == IMPACT:
+        set_phases(law, instant[0], instant[1], phases)
+        is_lower = bound == int(law[before, NUMBER])
+        force = constant_force(law, before, law[before, LOWER if is_lower else UPPER])
+        force += force_and_slopes(law, phases)[0]
+        restitution = law[before, LOWER_RESTITUTION if is_lower else UPPER_RESTITUTION]
+        return impact_saltation(restitution, force, v)
+    if kind == CONTACT:
+        return 0.0, 0.0, 0.0, 0.0
+    return 1.0, 0.0, 0.0, 1.0
+
+
+@kernel
+def neighbours(
+    law: Law,
+    events: Table,
+    marks: Integers,
+    instants: Table,
+    after: bool,
+    phases: Table,
+    out: Table,
+) -> None:
+    """Write the derivative of (x, v) at each of ``instants`` by (x, v) at the START.
+
+    ``events`` and ``marks`` are the record of `march`; ``instants`` (n,) ascend, and row i of
+    ``out`` (n, 4) receives the matrix for the i-th. ``after`` takes the side after an event at
+    an instant of its own, else the side before it.
+    """
+    matrix = (1.0, 0.0, 0.0, 1.0)
+    region = int(marks[0, NEXT_REGION])
+    t = events[0, EVENT_T]
+    t_low = events[0, EVENT_T_LOW]
+    i = 0
+    for n in range(events.shape[0]):
+        if n > 0:
+            s = (events[n, EVENT_T] - t) + (events[n, EVENT_T_LOW] - t_low)
+            matrix = product(propagator(law, region, s), matrix)
+            t = events[n, EVENT_T]
+            t_low = events[n, EVENT_T_LOW]
+            following = int(marks[n, NEXT_REGION])
+            event = (int(marks[n, KIND]), int(marks[n, BOUND]), region, following)
+            jump = event_saltation(law, event, (t, t_low), events[n, V_BEFORE], phases)
+            matrix = product(jump, matrix)
+            region = following
+        until = events[n + 1, EVENT_T] if n + 1 < events.shape[0] else math.inf
+        while i < instants.shape[0]:
+            if not (instants[i] < until or (instants[i] == until and not after)):
+                break
+            # At the event's own float the motion is that of the event.
+            s = (instants[i] - t) - t_low if instants[i] != t else 0.0
+            out[i, 0], out[i, 1], out[i, 2], out[i, 3] = product(propagator(law, region, s), matrix)
+            i += 1
+
+
+@kernel
+def delayed_start(law: Law, region: int, phases: Table, s: float) -> tuple[float, float]:
+    """Return the derivative of (y, v) a time s after the start by the time of the start.
+
+    Displacement and velocity at the start are kept, and so is s; ``phases`` are those of the
+    start. It is the response to the rate of the force: no difference of large terms in short
+    flights.
+    """
+    blow, even, _ = free_response(law, region, s)
+    dy = 0.0
+    dv = 0.0
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        omega = law[harmonic, OMEGA]
+        turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
+        to_cos, to_sin = harmonic_response(law, region, j, s, blow, even, turn)
+        in_phase = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
+        quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
+        # The rate of the phasor (in_phase, quadrature) is omega (quadrature, -in_phase).
+        dy += omega * (quadrature * to_cos - in_phase * to_sin)
+        dv += omega * (quadrature * (blow - omega * to_sin) - in_phase * omega * to_cos)
+    return dy, dv

@@ -1,0 +1,181 @@
+"""Newton's method on the equations of a chain of flights, families included."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.kernels.law import N_HARMONICS, Law
+from percuss.kernels.newton import (
+    SINGULAR,
+    SMALLEST_STEP,
+    WEAK,
+    advance,
+    iterate,
+)
+from percuss.kernels.record import Integers
+from percuss.kernels.shooting import AT, BEFORE, factor
+
+__all__ = ["Solution", "solve"]
+
+Floats = NDArray[np.float64]
+
+MOST_STEPS = 40
+# Residuals of a solution, as a part of the scales: far above rounding, far below any other.
+SOLVED = 1e-11
+# Flights that last this part of the whole are looked at: do they go anywhere?
+SHORT = 1e-6
+# A family is told from a fold by a step of this size along it, and what remains to be solved.
+ALONG = 1e-3
+ON_FAMILY = 1e-10
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Where Newton's method ended.
+
+    Attributes
+    ----------
+    unknowns
+        (2 n + 1,) array, those of `percuss.kernels.shooting.shoot`.
+    residual
+        Largest residual [length, length/time, time].
+    converged
+        Whether that is a solution.
+    isolated
+        Whether no other solution lies beside it.
+    """
+
+    unknowns: Floats
+    residual: float
+    converged: bool
+    isolated: bool
+
+
+def solve(table: Law, chain: Integers, guess: Floats, period: float | None) -> Solution:
+    """Solve the equations of a chain, from a guess of its unknowns.
+
+    Where the solutions form a family the step is that of least norm, which leads to the member
+    next to the guess.
+
+    Parameters
+    ----------
+    table
+        The law.
+    chain
+        (n, 3) array, the events.
+    guess
+        (2 n + 1,) array: instant of event 0, durations of the flights, velocities after events.
+    period
+        What the durations sum to [time]; None for free motion, whose period is unknown and
+        whose event 0 stays where it is.
+
+    Returns
+    -------
+    Solution
+        The last iterate, converged or not.
+    """
+    system = _System(table, chain, period)
+    unknowns, size = system.improved(np.array(guess, dtype=np.float64))
+    for i, (bound, before, _) in enumerate(chain.tolist()):
+        if factor(table, before, bound) == 0.0:
+            # A plastic impact leaves no velocity, not even rounding.
+            unknowns[1 + len(chain) + i] = 0.0
+    converged = size < SOLVED and not system.stands_still(unknowns)
+    isolated = not (converged and system.is_on_family(unknowns))
+    return Solution(unknowns, system.largest(unknowns), converged, isolated)
+
+
+class _System:
+    """The equations of a chain, and room for the kernels."""
+
+    def __init__(self, table: Law, chain: Integers, period: float | None) -> None:
+        self.law, self.chain = table, chain
+        self.n = len(chain)
+        self.period = period or 0.0
+        harmonics = int(table[0, N_HARMONICS])
+        size = 2 * self.n + 1
+        self.phases, self.arrival = np.empty((harmonics, 2)), np.empty((harmonics, 2))
+        self.residual, self.matrix = np.empty(size), np.empty((size, size))
+
+    def iterated(self, unknowns: Floats, best: Floats, steps: int) -> tuple[int, float, int]:
+        """Go on from the unknowns; return why it came back, the least residual, steps left."""
+        return iterate(
+            self.law,
+            self.chain,
+            unknowns,
+            self.period,
+            self.phases,
+            self.arrival,
+            self.residual,
+            self.matrix,
+            best,
+            steps,
+        )
+
+    def at(self, unknowns: Floats) -> None:
+        """Set scaled residuals and Jacobian."""
+        self.iterated(unknowns, np.empty_like(unknowns), 0)
+
+    def improved(self, unknowns: Floats) -> tuple[Floats, float]:
+        """Return the best iterate, and its largest scaled residual."""
+        best, found = np.empty_like(unknowns), np.empty_like(unknowns)
+        least, steps = math.inf, MOST_STEPS
+        while True:
+            why, size, steps = self.iterated(unknowns, found, steps)
+            if size < least or least == math.inf:
+                least, best = size, found.copy()
+            if why != SINGULAR or steps == 0:
+                return best, least
+            # Directions that the equations hold so weakly are left as they are.
+            self.at(unknowns)
+            found_step = np.linalg.lstsq(self.matrix, -self.residual, rcond=WEAK)[0]
+            step = np.asarray(found_step, dtype=np.float64)
+            steps -= 1
+            if advance(unknowns, step, self.n) < SMALLEST_STEP:
+                return best, least
+
+    def largest(self, unknowns: Floats) -> float:
+        """Return the largest residual, without a scale."""
+        self.at(unknowns)
+        time, speed = self.scales(unknowns)
+        rows = np.array([time * speed, speed] * self.n + [time])
+        return float(np.abs(self.residual * rows).max())
+
+    def scales(self, unknowns: Floats) -> tuple[float, float]:
+        """Return the scales of time and velocity, as the kernels take them."""
+        time = float(np.abs(unknowns[1 : 1 + self.n]).mean())
+        return time or 1.0, float(np.abs(unknowns[1 + self.n :]).max()) or 1.0
+
+    def stands_still(self, unknowns: Floats) -> bool:
+        """Tell whether a flight ends where it starts: zero duration solves its equation too.
+
+        A short hop comes back with the opposite velocity.
+        """
+        lasting, speeds = unknowns[1 : 1 + self.n].tolist(), unknowns[1 + self.n :].tolist()
+        for i in range(self.n):
+            if lasting[i] >= SHORT * sum(lasting):
+                continue
+            following = (i + 1) % self.n
+            bound = self.chain[following, AT]
+            kept = factor(self.law, int(self.chain[following, BEFORE]), int(bound))
+            if self.chain[i, AT] == bound and speeds[following] * kept * speeds[i] > 0.0:
+                return True
+        return False
+
+    def is_on_family(self, unknowns: Floats) -> bool:
+        """Tell whether solutions lie beside this one: at a fold the equations only begin to hold."""
+        self.at(unknowns)
+        _, sizes, directions = np.linalg.svd(self.matrix)
+        weak = directions[sizes < math.sqrt(WEAK) * sizes[0]]
+        return any(self._goes_on(unknowns, direction) for direction in weak)
+
+    def _goes_on(self, unknowns: Floats, direction: Floats) -> bool:
+        beside = unknowns.copy()
+        advance(beside, ALONG * direction, self.n)
+        found, size = self.improved(beside)
+        scale = np.repeat(self.scales(unknowns), [1 + self.n, self.n])
+        return size < ON_FAMILY and float(np.abs((found - unknowns) / scale).max()) > 0.1 * ALONG

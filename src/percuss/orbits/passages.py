@@ -1,0 +1,148 @@
+"""How near an orbit comes to the stops between its events, and where it passes through one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.kernels import law as at
+from percuss.kernels import record as columns
+from percuss.kernels.flight import constant_force, set_phases
+from percuss.kernels.law import N_HARMONICS, Law, Table
+from percuss.kernels.record import Integers
+from percuss.kernels.shooting import place, turning_points
+from percuss.model.law import lines
+from percuss.model.oscillator import Oscillator
+
+__all__ = ["Passages", "Turns", "passages_of", "turns_of"]
+
+Floats = NDArray[np.float64]
+
+# Turning points of a flight for which there is room at first.
+ROOM = 64
+ULP = 2.220446049250313e-16
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Passages:
+    """Where a formal orbit passes through stops: at its turning points beyond them.
+
+    Attributes
+    ----------
+    t
+        (n,) array, instants of the turning points [time].
+    stop
+        (n,) array, index into the oscillator's `stops`.
+    depth
+        (n,) array, how far beyond the stop [length], > 0.
+    """
+
+    t: Floats
+    stop: NDArray[np.int64]
+    depth: Floats
+
+    def __len__(self) -> int:
+        """Return the number of passages."""
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        """Tell the number of passages and the depth of the deepest."""
+        deepest = f", the deepest {self.depth.max():.3g}" if len(self) else ""
+        return f"<Passages: {len(self)}{deepest}>"
+
+
+@dataclass(frozen=True, slots=True)
+class Turns:
+    """The turning points of a motion between its events.
+
+    Attributes
+    ----------
+    t
+        (n,) array, instants [time].
+    clearance
+        (n,) array, distance to the nearer bound of the region, negative beyond it [length].
+    bound
+        (n,) array, number of that bound.
+    flight
+        (n,) array, number of the event that the flight comes from.
+    doubt
+        (n,) array, bound on the rounding error of `clearance` [length].
+    """
+
+    t: Floats
+    clearance: Floats
+    bound: NDArray[np.int64]
+    flight: NDArray[np.int64]
+    doubt: Floats
+
+
+def turns_of(table: Law, events: Table, marks: Integers, x0: float, t_end: float) -> Turns:
+    """Return the turning points of all flights of a record up to t_end."""
+    rows: list[tuple[float, float, int, int, float]] = []
+    for i in range(len(events)):
+        if marks[i, columns.KIND] == columns.CONTACT:
+            continue
+        t, t_low = float(events[i, columns.EVENT_T]), float(events[i, columns.EVENT_T_LOW])
+        longest = (t_end - t) - t_low
+        if i + 1 < len(events):
+            later = events[i + 1]
+            longest = (later[columns.EVENT_T] - t) + (later[columns.EVENT_T_LOW] - t_low)
+        if longest <= 0.0:
+            continue
+        region = int(marks[i, columns.NEXT_REGION])
+        x = x0
+        if marks[i, columns.KIND] != columns.START:
+            x = place(table, region, int(marks[i, columns.BOUND]))
+        start = (t, t_low, float(events[i, columns.V_AFTER]))
+        for s, y, doubt in _turns_of_flight(table, region, x, start, float(longest)):
+            rows.append((t + s, *_clearance(table, region, x, y), i, doubt + ULP * abs(x)))
+    found = list(zip(*rows, strict=True)) if rows else [()] * 5
+    floats = (np.array(found[k], dtype=np.float64) for k in (0, 1, 4))
+    t_, clearance, doubts = floats
+    bound, flight = (np.array(found[k], dtype=np.int64) for k in (2, 3))
+    return Turns(t_, clearance, bound, flight, doubts)
+
+
+def _turns_of_flight(
+    table: Law, region: int, x: float, start: tuple[float, float, float], longest: float
+) -> Table:
+    n = int(table[0, N_HARMONICS])
+    phases, arrival = np.empty((n, 2)), np.empty((n, 2))
+    set_phases(table, start[0], start[1], phases)
+    whole = (*start, constant_force(table, region, x))
+    room = ROOM
+    while True:
+        out = np.empty((room, 3))
+        found = turning_points(table, region, whole, phases, arrival, longest, out)
+        if found < room:
+            return out[:found]
+        room *= 8
+
+
+def _clearance(table: Law, region: int, x: float, y: float) -> tuple[float, int]:
+    """Return distance to, and number of, the nearer bound of a region at x + y."""
+    number = int(table[region, at.NUMBER])
+    below = (x - float(table[region, at.LOWER])) + y
+    above = (float(table[region, at.UPPER]) - x) - y
+    return (below, number) if below <= above else (above, number + 1)
+
+
+def passages_of(osc: Oscillator, turns: Turns) -> Passages:
+    """Return those turning points that lie beyond a stop, more than rounding can tell."""
+    beyond = turns.clearance < -turns.doubt
+    layout = lines(osc)
+    stops = [wall if wall is not None else edges[0] if edges else -1
+             for wall, edges in zip(layout.wall, layout.edges, strict=True)]  # fmt: skip
+    stop = np.array(stops, dtype=np.int64)[turns.bound[beyond]]
+    return Passages(turns.t[beyond], stop, -turns.clearance[beyond])
+
+
+def margin_of(turns: Turns, counted: NDArray[np.bool_] | None = None) -> float:
+    """Return the least clearance, 0 where rounding cannot tell its sign; inf without a turn."""
+    clearance = np.where(np.abs(turns.clearance) <= turns.doubt, 0.0, turns.clearance)
+    if counted is not None:
+        clearance = clearance[counted]
+    return float(clearance.min()) if clearance.size else math.inf

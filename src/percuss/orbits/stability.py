@@ -1,0 +1,93 @@
+"""What the multipliers of an orbit tell."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Stability", "multipliers_of", "stability_of"]
+
+Stability: TypeAlias = Literal["asymptotic", "elliptic", "parabolic", "unstable"]
+
+# A trace this near to the edge of stability, as a part of the matrix, is on it: orbits are
+# found to some 1e-12, and a conservative family sits there exactly.
+ON_EDGE = 1e-9
+
+
+def multipliers_of(monodromy: NDArray[np.float64], determinant: float) -> NDArray[np.complex128]:
+    """Return the eigenvalues of a 2x2 matrix whose determinant is known exactly, larger first.
+
+    The smaller one is the determinant over the larger: it keeps its digits however far the two
+    are apart.
+
+    Parameters
+    ----------
+    monodromy
+        (2, 2) array.
+    determinant
+        Its determinant.
+
+    Returns
+    -------
+    array
+        (2,), complex; of a conjugate pair first the one with positive imaginary part.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> multipliers_of(np.array([[4.0, 0.0], [1.0, 0.5]]), 2.0).real
+    array([4. , 0.5])
+    """
+    half = 0.5 * float(np.trace(monodromy))
+    root = cmath.sqrt(half * half - determinant)
+    first = half + (root if half >= 0.0 else -root)
+    if root.imag != 0.0:
+        return np.array([complex(half, abs(root.imag)), complex(half, -abs(root.imag))])
+    second = determinant / first if first != 0.0 else 0.0j
+    return np.array([first, second])
+
+
+def stability_of(
+    monodromy: NDArray[np.float64], determinant: float, *, conservative: bool
+) -> Stability:
+    """Return the stability that a monodromy matrix means to first order.
+
+    With D its determinant, at most 1, both multipliers lie inside the unit circle if
+    abs(trace) < 1 + D.
+
+    Parameters
+    ----------
+    monodromy
+        (2, 2) array.
+    determinant
+        Its determinant.
+    conservative
+        Whether the motion is exactly so: neither dashpots nor restitutions below 1.
+
+    Returns
+    -------
+    str
+        "asymptotic"; "elliptic": a conjugate pair on the circle; "parabolic": on the edge, a
+        multiplier at +1 or -1; "unstable".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stability_of(np.array([[0.0, 1.0], [-0.5, 0.2]]), 0.5, conservative=False)
+    'asymptotic'
+    """
+    edge = 1.0 + (1.0 if conservative else determinant)
+    trace = abs(float(np.trace(monodromy)))
+    size = float(np.abs(monodromy).max())
+    if not math.isfinite(size):
+        return "unstable"
+    size = max(1.0, size)
+    if trace > edge + ON_EDGE * size:
+        return "unstable"
+    if trace >= edge - ON_EDGE * size:
+        return "parabolic"
+    return "elliptic" if conservative else "asymptotic"

@@ -1,0 +1,46 @@
+"""A study of some seconds that runs in a process of its own, to be killed."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+import percuss as pc
+from percuss.ensembles.running import Report
+
+
+def chart(store: str | None = None, engine: object = "threads", progress: Report = None):  # type: ignore[no-untyped-def]
+    """Return two measures over 15 x 20 points, in seven chunks."""
+    return pc.sweep(
+        ["period", "peak_impact_velocity"],
+        pc.impact_oscillator(restitution="0.8"),
+        pc.cosine(2.5),
+        over={
+            "forcing.omega": np.linspace(2.0, 3.0, 15),
+            "oscillator.stops.0.restitution": np.linspace(0.7, 0.9, 20),
+        },
+        start=(0.0, 1.0),
+        transient=6000,
+        periods=32,
+        store=store,
+        engine=engine,
+        progress=progress,
+    )
+
+
+def slow_measure(osc: pc.Oscillator, force: pc.Forcing) -> float:
+    """Return the speed of the 3000th impact: a hundredth of a second or so."""
+    run = pc.simulate(osc, force, v0=1.0, max_impacts=3000)
+    return float(run.impacts.v_after[-1])
+
+
+def failing(osc: pc.Oscillator, force: pc.Forcing) -> float:
+    """Raise at some points."""
+    if float(force.frequency or 0) > 2.5:
+        raise RuntimeError("no answer here")
+    return float(osc.stiffness)
+
+
+if __name__ == "__main__":
+    chart(sys.argv[1])

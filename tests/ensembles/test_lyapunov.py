@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import percuss as pc
+
+
+def reference(omega: str) -> tuple[pc.Oscillator, pc.Forcing]:
+    return pc.impact_oscillator(restitution="0.8", side="above"), pc.cosine(omega)
+
+
+def test_a_stable_orbit_has_the_exponents_of_its_multipliers() -> None:
+    """Reference case lyap-stable-w2.5: (omega / 2 pi) ln r, to 1e-8."""
+    found = pc.lyapunov_exponents(*reference("2.5"), start=(0.0, -1.0))
+
+    expected = 2.5 / (2 * math.pi) * math.log(0.8)
+    np.testing.assert_allclose(found.exponents, expected, rtol=0, atol=1e-12)
+    assert expected == pytest.approx(-0.088785998026841200854, abs=1e-15)
+    # A round is one impact a period.
+    assert found.impact_rate == pytest.approx(2.5 / (2 * math.pi), rel=1e-9)
+
+
+def test_chaos_has_the_exponents_of_the_reference() -> None:
+    """Reference case lyap-chaos-w2.8-s0.0; its tolerance is four of its standard errors."""
+    found = pc.lyapunov_exponents(*reference("2.8"), start=(0.0, -1.0), periods=200_000)
+
+    error = 4.0 * found.errors[0] + 0.00057
+    assert found.errors[0] < 0.001
+    np.testing.assert_allclose(found.exponents, [0.14192, -0.35221], rtol=0, atol=error)
+    assert found.impact_rate == pytest.approx(0.4712, abs=0.0005)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.03])
+def test_the_sum_rule_holds(damping: float) -> None:
+    """The sum is -2 a and 2 ln r an impact, where nothing but one wall is met."""
+    osc = pc.impact_oscillator(restitution=0.8, damping=damping)
+
+    found = pc.lyapunov_exponents(osc, pc.cosine(2.8), start=(0.0, 1.0))
+
+    expected = -2.0 * damping + 2.0 * found.impact_rate * math.log(0.8)
+    assert found.total == pytest.approx(expected, rel=1e-9)
+    assert found.exponents.sum() == pytest.approx(found.total, rel=1e-9)
+
+
+def test_soft_stops_are_passed_through() -> None:
+    """Both exponents of an orbit, from the derivative of two periods by central differences."""
+    soft = (pc.SoftStop(0.5, "above", 29.0, 0.3), pc.Wall(-1.0, "below", 0.7))
+    osc, force = pc.Oscillator(1.0, 0.02, soft), pc.cosine(2.0)
+    found = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0))
+    period = float(force.period or math.nan)
+    strobes = pc.simulate(osc, force, v0=1.0, t_end=400.5 * period).stroboscopic()
+    x, v = float(strobes.x[400]), float(strobes.v[400])
+    step, columns = 1e-6, []
+    for dx, dv in ((step, 0.0), (0.0, step)):
+        ends = []
+        for sign in (1.0, -1.0):
+            run = pc.simulate(osc, force, x + sign * dx, v + sign * dv, t_end=1.01 * period)
+            ends.append(np.array([float(part) for part in run(period)]))
+        columns.append((ends[0] - ends[1]) / (2 * step))
+
+    multipliers = np.linalg.eigvals(np.stack(columns, axis=1))
+
+    expected = np.sort(np.log(np.abs(multipliers)))[::-1] / period
+    np.testing.assert_allclose(found.exponents, expected, rtol=0, atol=1e-6)
+    assert found.errors.max() < 1e-9
+
+
+def test_after_sticking_both_are_minus_infinity() -> None:
+    osc, force = pc.impact_oscillator(0.3), pc.cosine(2.7, constant=-0.8)
+    assert len(pc.simulate(osc, force, v0=1.0, t_end=20.0).contacts) > 0
+
+    found = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), transient=10, periods=100)
+
+    assert np.isneginf(found.exponents).all()
+    assert found.errors.tolist() == [0.0, 0.0]
+
+
+def test_a_free_oscillator_has_its_damping_twice() -> None:
+    found = pc.lyapunov_exponents(pc.Oscillator(1.0, 0.1), pc.cosine(2.0))
+
+    np.testing.assert_allclose(found.exponents, -0.1, rtol=0, atol=1e-12)
+    overdamped = pc.lyapunov_exponents(pc.Oscillator(1.0, 1.25), pc.cosine(2.0))
+    np.testing.assert_allclose(overdamped.exponents, [-0.5, -2.0], rtol=0, atol=1e-9)
+
+
+def test_the_measure_is_that_of_one_motion() -> None:
+    osc, force = reference("2.8")
+
+    found = pc.sweep(
+        "largest_lyapunov_exponent",
+        osc,
+        force,
+        over={"forcing.omega": ["2.5", "2.8"]},
+        start=(0.0, -1.0),
+        transient=1000,
+        periods=20_000,
+    )
+
+    one = pc.lyapunov_exponents(osc, force, start=(0.0, -1.0))
+    assert found.largest_lyapunov_exponent.values[1] == one.exponents[0]
+    # In a finite time, by what a direction gains once.
+    assert found.largest_lyapunov_exponent.values[0] == pytest.approx(-0.0887860, abs=1e-4)
+
+
+def test_what_is_wrong_with_a_call_is_said() -> None:
+    osc, force = reference("2.5")
+    with pytest.raises(pc.ParameterError, match="forcing periods"):
+        pc.lyapunov_exponents(osc, None)
+    with pytest.raises(pc.ParameterError, match="use a SoftStop"):
+        pc.lyapunov_exponents(osc, force, start=(1.0, 0.0))
+    with pytest.raises(pc.ParameterError, match="at least 64"):
+        pc.lyapunov_exponents(osc, force, periods=3)

@@ -1,0 +1,165 @@
+"""A store goes on where it was, with the same bits, whatever has happened to it."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.ensembles.studies import chart, failing
+
+import percuss as pc
+from percuss.ensembles import store as store_module
+from percuss.ensembles.job import Block
+from percuss.ensembles.store import REASON_BYTES, _as_bytes
+
+ROOT = Path(__file__).parents[2]
+KILLS = 3
+
+
+def chunks(path: Path) -> int:
+    found = pc.status_of_store(path)["chunks"]
+    assert isinstance(found, int)
+    return found
+
+
+def done(path: Path) -> int:
+    try:
+        found = pc.status_of_store(path)["done"]
+    except pc.OutputError:
+        return 0
+    assert isinstance(found, int)
+    return found
+
+
+def test_killed_again_and_again_it_ends_with_the_same_bits(tmp_path: Path) -> None:
+    path = tmp_path / "chart.zarr"
+    seen = []
+    for _ in range(KILLS):
+        before = done(path)
+        process = subprocess.Popen(
+            [sys.executable, "-m", "tests.ensembles.studies", str(path)], cwd=ROOT
+        )
+        while process.poll() is None and done(path) <= before:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        seen.append(done(path))
+    total = chunks(path)
+    # It was killed while it had work left, and never lost any.
+    assert seen == sorted(seen)
+    assert 0 < seen[0] < total
+    calls: list[float] = []
+
+    def count(now: float, total: float) -> bool:  # noqa: ARG001
+        calls.append(now)
+        return True
+
+    resumed = chart(str(path), progress=count)
+
+    assert resumed.identical(chart())
+    assert len(calls) == total - seen[-1]
+    assert resumed.attrs["complete"] == 1
+
+
+def test_a_chunk_without_its_mark_is_done_again(tmp_path: Path) -> None:
+    path = tmp_path / "chart.zarr"
+    whole = chart(str(path))
+    chunk = next(iter(sorted((path / "period" / "c").iterdir())))
+    chunk.unlink()
+    (path / "done" / "c" / chunk.name).unlink()
+
+    again = chart(str(path))
+
+    assert again.identical(whole)
+    assert chunk.exists()
+
+
+def test_a_store_of_another_study_is_refused(tmp_path: Path) -> None:
+    path = str(tmp_path / "a.zarr")
+    osc, force = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
+    keywords = {"transient": 5, "periods": 5, "store": path}
+    pc.sweep("period", osc, force, over={"forcing.omega": [2.0, 2.5]}, **keywords)  # type: ignore[arg-type]
+
+    with pytest.raises(pc.OutputError, match="another study, which differs in over"):
+        pc.sweep("period", osc, force, over={"forcing.omega": [2.0, 2.6]}, **keywords)  # type: ignore[arg-type]
+    with pytest.raises(pc.OutputError, match="another study, which differs in measure"):
+        pc.sweep(
+            "impacts_per_period",
+            osc,
+            force,
+            over={"forcing.omega": [2.0, 2.5]},
+            **keywords,  # type: ignore[arg-type]
+        )
+
+
+def test_a_store_of_other_code_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = str(tmp_path / "a.zarr")
+    chart(path, progress=lambda now, total: False)  # noqa: ARG005
+    monkeypatch.setattr(store_module, "code_hash", lambda: "other")
+
+    with pytest.raises(pc.OutputError, match="begun by other code"):
+        chart(path)
+
+
+def test_what_is_no_store_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "text").write_text("mine", encoding="utf-8")
+
+    with pytest.raises(pc.OutputError, match="no store of percuss"):
+        chart(str(tmp_path / "notes"))
+    with pytest.raises(pc.OutputError, match="no store there"):
+        pc.status_of_store(tmp_path / "nothing")
+    assert (tmp_path / "notes" / "text").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_damaged_store_is_told_in_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "a.zarr"
+    chart(str(path), progress=lambda now, total: False)  # noqa: ARG005
+    (path / "done" / "zarr.json").write_text("{", encoding="utf-8")
+
+    with pytest.raises(pc.OutputError, match="damaged"):
+        chart(str(path))
+
+
+def test_a_full_disk_is_told_and_what_was_finished_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.zarr"
+    write = store_module.Store.write
+    written: list[int] = []
+
+    def fail(self: store_module.Store, number: int, block: Block) -> None:
+        if len(written) == 2:
+            with store_module._told(self.path):
+                raise OSError(28, "No space left on device")
+        written.append(number)
+        write(self, number, block)
+
+    monkeypatch.setattr(store_module.Store, "write", fail)
+    with pytest.raises(pc.OutputError, match="No space left on device; what was finished is kept"):
+        chart(str(path))
+    monkeypatch.undo()
+
+    assert done(path) == 2
+    assert chart(str(path)).identical(chart())
+
+
+def test_reasons_come_back_from_a_store(tmp_path: Path) -> None:
+    osc, force = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
+    over = {"forcing.omega": np.linspace(2.0, 3.0, 40)}
+
+    kept = pc.sweep(failing, osc, force, over=over, store=str(tmp_path / "a.zarr"))
+
+    assert kept.identical(pc.sweep(failing, osc, force, over=over))
+    assert len(kept.reason) == 20
+
+
+def test_reasons_that_do_not_fit_are_cut() -> None:
+    long = {i: f"{i} " + "x" * 10_000 for i in range(1000)}
+
+    assert len(_as_bytes(long)) == REASON_BYTES

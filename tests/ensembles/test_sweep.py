@@ -1,0 +1,173 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.ensembles.studies import failing
+
+import percuss as pc
+
+OSC = pc.impact_oscillator(restitution=0.8)
+FORCE = pc.cosine(2.5)
+OMEGA = "forcing.harmonics.0.omega"
+
+
+def test_dimensions_are_paths_in_their_long_form_with_units() -> None:
+    found = pc.sweep("period", OSC, FORCE, over={"forcing.omega": [2.5, 2.67]}, start=(0.0, 1.0))
+
+    assert found.period.dims == (OMEGA,)
+    assert found[OMEGA].attrs["units"] == "1/time"
+    assert found.period.values.tolist() == [1.0, 2.0]
+    assert found.attrs["complete"] == 1
+
+
+def test_built_in_measures_are_those_of_a_run() -> None:
+    period = float(FORCE.period or math.nan)
+
+    def speed(run: pc.Trajectory) -> float:
+        late = run.impacts.t >= 200 * period
+        return float(np.abs(run.impacts.v_before[late]).max())
+
+    def rate(run: pc.Trajectory) -> float:
+        return float((run.impacts.t >= 200 * period).sum() / 64)
+
+    def farthest(run: pc.Trajectory) -> float:
+        t = np.linspace(200 * period, 264 * period, 400_001)
+        return float(np.abs(run(t)[0]).max())
+
+    # Few periods apart from a stable orbit: chaos would not agree with itself.
+    over = {"oscillator.stops.0.restitution": [0.75, 0.8], "start.v0": [1.0, 0.5]}
+    names = ["peak_impact_velocity", "impacts_per_period", "peak_displacement"]
+    found = pc.sweep(names, OSC, FORCE, over=over, start=(0.0, 1.0))
+
+    for name, measure in zip(names, (speed, rate, farthest), strict=True):
+        own = pc.sweep(measure, OSC, FORCE, over=over, start=(0.0, 1.0))
+        # Samples miss the farthest point by up to x'' dt^2 / 8.
+        np.testing.assert_allclose(found[name], own[measure.__name__], rtol=1e-7)
+
+
+def test_a_round_of_a_periodic_orbit_loses_what_its_impact_loses() -> None:
+    """Undamped and one impact a round: (1 - r^2) v^2 / 2."""
+    found = pc.sweep(
+        ["dissipated_energy", "peak_impact_velocity", "impacts_per_period"],
+        OSC,
+        FORCE,
+        over={"forcing.amplitude": [1.0, 2.0]},
+        start=(0.0, 1.0),
+    )
+
+    np.testing.assert_array_equal(found.impacts_per_period, 1.0)
+    v = found.peak_impact_velocity.values
+    np.testing.assert_allclose(found.dissipated_energy, 0.5 * (1 - 0.64) * v**2, rtol=1e-9)
+    # The equation has no length of its own with the wall at 0.
+    np.testing.assert_allclose(v[1] / v[0], 2.0, rtol=1e-9)
+
+
+def test_the_main_resonance_grows_linearly() -> None:
+    found = pc.sweep(
+        "growth_exponent",
+        pc.impact_oscillator(),
+        pc.sine(2),
+        over={"start.v0": [1.0, 2.0]},
+        transient=0,
+        periods=2000,
+    )
+
+    np.testing.assert_allclose(found.growth_exponent, 1.0, atol=0.01)
+
+
+def test_points_without_an_answer_hold_nan_and_say_why() -> None:
+    found = pc.sweep(
+        "impacts_per_period",
+        OSC,
+        FORCE,
+        over={"oscillator.stops.0.restitution": [0.8, 1.5], "start.x0": [-0.1, 0.5]},
+        transient=10,
+        periods=10,
+    )
+
+    assert np.isnan(found.impacts_per_period.values).tolist() == [[True, False], [True, True]]
+    assert found.point.values.tolist() == [0, 2, 3]
+    assert "use a SoftStop" in found.reason.values[0]
+    assert "restitution = 1.5" in found.reason.values[1]
+
+
+def test_the_traceback_of_a_measure_is_kept_and_the_sweep_goes_on() -> None:
+    found = pc.sweep(failing, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.4]})
+
+    assert found.failing.values[[0, 2]].tolist() == [1.0, 1.0]
+    assert np.isnan(found.failing.values[1])
+    assert found.point.values.tolist() == [1]
+    assert 'raise RuntimeError("no answer here")' in found.reason.values[0]
+
+
+def test_a_motion_with_too_many_impacts_is_given_up() -> None:
+    found = pc.sweep(
+        "period", OSC, FORCE, over={"start.v0": [1.0]}, start=(0.0, 1.0), max_impacts=50
+    )
+
+    assert np.isnan(found.period.values[0])
+    assert found.reason.values[0] == "more than 50 impacts before the end"
+
+
+def test_a_term_of_a_fourier_sum_may_vanish_on_the_way() -> None:
+    force = pc.fourier(2.5, cos=(1.0, 0.2))
+
+    found = pc.sweep(
+        "peak_impact_velocity",
+        OSC,
+        force,
+        over={"forcing.cos.1": [0.0, 0.1, 0.0]},
+        start=(0.0, 1.0),
+    )
+
+    alone = pc.sweep("peak_impact_velocity", OSC, FORCE, over={"start.v0": [1.0]}, start=(0.0, 1.0))
+    assert found.peak_impact_velocity.values[0] == alone.peak_impact_velocity.values[0]
+    assert found.peak_impact_velocity.values[2] == alone.peak_impact_velocity.values[0]
+
+
+def test_a_sweep_can_be_stopped_and_returns_what_is_done() -> None:
+    done = []
+
+    def stop(points: float, total: float) -> bool:
+        done.append((points, total))
+        return False
+
+    found = pc.sweep(
+        failing,
+        OSC,
+        FORCE,
+        over={"forcing.omega": np.linspace(1.0, 2.0, 100)},
+        progress=stop,
+        n_workers=1,
+    )
+
+    assert found.attrs["complete"] == 0
+    assert len(done) == 1
+    assert int(np.isfinite(found.failing.values).sum()) == done[0][0] == 16
+
+
+@pytest.mark.parametrize(
+    ("over", "measure", "message"),
+    [
+        ({"forcing.omga": [1.0]}, "period", "did you mean"),
+        ({"forcing.omega": []}, "period", "an axis without values"),
+        ({"forcing.omega": [1.0, math.nan]}, "period", "nan"),
+        ({"forcing.omega": 2.0}, "period", "not a list of values"),
+        ({"forcing.omega": [[1.0, 2.0]]}, "period", "not a"),
+        ({"forcing.omega": [1.0], OMEGA: [2.0]}, "period", "named twice"),
+        ({"forcing.omega": [1.0]}, "perod", "none of peak_displacement"),
+        ({"forcing.omega": [1.0]}, [], "none at all"),
+    ],
+)
+def test_what_is_wrong_with_a_call_is_said(
+    over: dict[str, object], measure: str, message: str
+) -> None:
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.sweep(measure, OSC, FORCE, over=over)
+
+
+def test_a_built_in_measure_needs_a_period() -> None:
+    with pytest.raises(pc.ParameterError, match=r"forcing\.period"):
+        pc.sweep("period", OSC, None, over={"start.v0": [1.0]})

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.kernels.compile import python_of
+from percuss.kernels.law import FIRST_HARMONIC
+from percuss.kernels.newton import SETTLED, SINGULAR, SPENT, advance, eliminate, iterate
+from percuss.model.law import law
+
+
+@pytest.mark.parametrize("size", [1, 2, 5, 11])
+def test_elimination_solves_what_numpy_solves(size: int) -> None:
+    random = np.random.default_rng(size)
+    matrix, residual = random.normal(size=(size, size)), random.normal(size=size)
+    # A zero on the diagonal needs a pivot.
+    matrix[0, 0] = 0.0 if size > 1 else 1.0
+    expected = np.linalg.solve(matrix, -residual)
+
+    for solver in (eliminate, python_of(eliminate)):
+        found = residual.copy()
+        assert solver(matrix.copy(), found)
+        np.testing.assert_allclose(found, expected, rtol=1e-11)
+
+
+def test_elimination_refuses_a_singular_matrix() -> None:
+    matrix = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [5.0, 7.0, 9.0]])
+
+    assert not eliminate(matrix, np.ones(3))
+    assert not eliminate(np.full((2, 2), math.nan), np.ones(2))
+
+
+def test_a_step_leaves_every_flight_a_tenth_of_its_duration() -> None:
+    # t0, two durations, two velocities; the scales are 2 and 4.
+    unknowns = np.array([0.0, 1.0, 3.0, 4.0, -1.0])
+
+    size = advance(unknowns, np.array([0.0, -0.9, 0.0, 0.5, 0.0]), 2)
+
+    assert size == 0.9
+    np.testing.assert_allclose(unknowns, [0.0, 0.1, 3.0, 5.0, -1.0], rtol=1e-15)
+
+
+def run(
+    restitution: float, omega: float, unknowns: list[float], steps: int = 40
+) -> tuple[int, float, list[float]]:
+    """Return why it came back, the residual and the best unknowns: one wall, one impact."""
+    table = law(pc.impact_oscillator(restitution, side="above"), pc.cosine(omega))
+    region = FIRST_HARMONIC + 1
+    chain = np.array([[1, region, region]])
+    scratch = np.empty((1, 2)), np.empty((1, 2)), np.empty(3), np.empty((3, 3))
+    best = np.empty(3)
+    period = 2.0 * math.pi / omega
+    there = np.array([unknowns[0], period, unknowns[1]])
+    why, size, _ = iterate(table, chain, there, period, *scratch, best, steps)
+    return why, size, best.tolist()
+
+
+def test_newtons_method_converges_to_the_closed_form() -> None:
+    """The reference case orbit-w2.5-r0.8-s0-n1."""
+    why, size, best = run(0.8, 2.5, [1.25, -0.45])
+
+    assert why == SETTLED
+    assert size < 1e-14
+    expected = [1.202260149499610598, 2.0 * math.pi / 2.5, -0.8 * 0.64535217841419570395]
+    np.testing.assert_allclose(best, expected, rtol=1e-14)
+
+
+def test_without_steps_left_the_best_iterate_is_given() -> None:
+    why, size, best = run(0.8, 2.5, [1.25, -0.45], steps=1)
+
+    assert why == SPENT
+    assert 1e-8 < size < 1e-1
+    assert best[1] == pytest.approx(2.0 * math.pi / 2.5, rel=1e-15)
+
+
+def test_equations_of_a_family_are_singular() -> None:
+    """Every free elastic hop lasts pi: one forcing period of a force of no amplitude cannot tell one from another."""
+    table = law(pc.impact_oscillator(), pc.cosine(2, amplitude=0.0))
+    chain = np.array([[0, FIRST_HARMONIC + 1, FIRST_HARMONIC + 1]])
+    scratch = np.empty((1, 2)), np.empty((1, 2)), np.empty(3), np.empty((3, 3))
+
+    why, _, _ = iterate(table, chain, np.array([0.3, 3.0, 1.0]), math.pi, *scratch, np.empty(3), 40)
+
+    assert why == SINGULAR

@@ -1,0 +1,154 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import percuss as pc
+
+Floats = NDArray[np.float64]
+
+WALLS = (pc.Wall(0.4, "above", 0.7), pc.Wall(-0.5, "below", 0.9))
+SOFT = (pc.SoftStop(0.2, "above", 29.0, 0.7), pc.SoftStop(-0.3, "below", 5.0, 0.2))
+BOTH = (WALLS[0], pc.SoftStop(0.2, "above", 5.0, 0.3), WALLS[1])
+SYSTEMS = {
+    "walls": (pc.Oscillator(1.0, 0.02, WALLS), pc.cosine(1.3)),
+    "soft stops": (pc.Oscillator(1.0, 0.02, SOFT), pc.cosine(1.3)),
+    "soft stop before a wall": (pc.Oscillator(1.0, 0.02, BOTH), pc.fourier(1.3, cos=(1.0, 0.3))),
+    "elastic": (pc.impact_oscillator(), pc.sine(3)),
+    "no spring": (pc.ball_on_table(amplitude=0.9, omega=1.0, gravity=1.0, restitution=0.8)),
+}
+CASES = [(name, stop) for name, (osc, _) in SYSTEMS.items() for stop in range(len(osc.stops))]
+
+
+def way_after(stop: pc.Wall | pc.SoftStop) -> float:
+    """Return the sign of a velocity after an impact on a stop."""
+    above = stop.side == "above"
+    return 1.0 if above == isinstance(stop, pc.SoftStop) else -1.0
+
+
+def around(cycles: Floats) -> Floats:
+    """Return differences of cycles, less whole ones."""
+    return np.asarray((cycles + 0.5) % 1.0 - 0.5)
+
+
+@pytest.mark.parametrize(("name", "stop"), CASES)
+def test_impact_map_is_what_a_run_does(name: str, stop: int) -> None:
+    osc, force = SYSTEMS[name]
+    assert force.period is not None
+    v = 0.8 * way_after(osc.stops[stop])
+    run = pc.simulate(osc, force, osc.stops[stop].at, v, 0.3 * force.period, max_impacts=40)
+    if isinstance(osc.stops[stop], pc.Wall):
+        on_it = run.impacts.stop == stop
+        t, expected = run.impacts.t[on_it][0], run.impacts.v_after[on_it][0]
+    else:
+        on_it = (run.crossings.stop == stop) & (run.crossings.direction == "in")
+        t, expected = run.crossings.t[on_it][0], run.crossings.v[on_it][0]
+
+    cycle, v_after = pc.impact_map(osc, force, stop)(0.3, v)
+
+    assert around(cycle - t / force.period) == pytest.approx(0.0, abs=1e-14)
+    assert v_after == pytest.approx(expected, abs=1e-14)
+
+
+@pytest.mark.parametrize(("name", "stop"), CASES)
+def test_derivative_of_the_impact_map_agrees_with_central_differences(name: str, stop: int) -> None:
+    osc, force = SYSTEMS[name]
+    step = pc.impact_map(osc, force, stop)
+    cycles = np.array([0.1, 0.35, 0.6, 0.8])
+    v = way_after(osc.stops[stop]) * np.array([0.9, 1.4, 0.6, 2.0])
+    h = 1e-6
+
+    matrices = step.jacobian(cycles, v)
+
+    by_cycle = (step(cycles + h, v), step(cycles - h, v))
+    by_v = (step(cycles, v + h), step(cycles, v - h))
+    for k, (plus, minus) in enumerate((by_cycle, by_v)):
+        expected = np.stack([around(plus[0] - minus[0]), plus[1] - minus[1]], axis=-1) / (2.0 * h)
+        # The higher derivatives of a low impact are larger than the first.
+        size = np.abs(matrices).max(axis=(1, 2))[:, None] ** 2 + 1.0
+        assert (np.abs(matrices[:, :, k] - expected) <= 1e-7 * size).all()
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_stroboscopic_map_and_its_derivative(name: str) -> None:
+    osc, force = SYSTEMS[name]
+    assert force.period is not None
+    strobe = pc.stroboscopic_map(osc, force, cycle=0.2)
+    x, v = np.array([0.05, 0.1, 0.15]), np.array([0.4, -0.9, 1.3])
+    run = pc.simulate(osc, force, 0.1, -0.9, 0.2 * force.period, t_end=1.2 * force.period)
+    h = 1e-6
+
+    np.testing.assert_allclose(
+        [part[1] for part in strobe(x, v)], run(run.t_end), rtol=0, atol=1e-13
+    )
+    matrices = strobe.jacobian(x, v)
+    by_x = (np.array(strobe(x + h, v)) - np.array(strobe(x - h, v))) / (2.0 * h)
+    by_v = (np.array(strobe(x, v + h)) - np.array(strobe(x, v - h))) / (2.0 * h)
+    expected = np.stack([by_x, by_v], axis=-1).transpose(1, 0, 2)
+    np.testing.assert_allclose(matrices, expected, atol=1e-7 * np.abs(matrices).max())
+
+
+def test_shapes_are_those_of_the_arguments() -> None:
+    step = pc.impact_map(*SYSTEMS["elastic"])
+    strobe = pc.stroboscopic_map(*SYSTEMS["elastic"])
+
+    assert step(np.full((2, 3), 0.2), 0.7)[0].shape == (2, 3)
+    assert step.jacobian(0.2, 0.7).shape == (2, 2)
+    assert strobe(np.full((2, 3), 0.2), 0.7)[1].shape == (2, 3)
+    assert strobe.jacobian(np.full(4, 0.2), 0.7).shape == (4, 2, 2)
+
+
+def test_through_chatter_and_sticking_the_derivative_is_zero() -> None:
+    osc, force = pc.impact_oscillator(0.5), pc.cosine(1.0, constant=-0.9)
+    strobe = pc.stroboscopic_map(osc, force)
+
+    # Different pasts, one release: the same end.
+    ends = np.array(strobe(0.0, np.array([0.2, 0.25, 0.3])))
+    np.testing.assert_allclose(ends, ends[:, :1] * np.ones(3), rtol=0, atol=1e-14)
+    np.testing.assert_array_equal(strobe.jacobian(0.0, 0.25), np.zeros((2, 2)))
+
+
+def test_an_impact_map_goes_on_from_rest_at_the_wall_with_its_release() -> None:
+    osc, force = pc.impact_oscillator(0.5), pc.cosine(1.0, constant=-0.9)
+    step = pc.impact_map(osc, force)
+
+    # At half a turn the force holds the mass.
+    cycle, v = step(np.array([0.4, 0.5]), 0.0)
+
+    assert cycle[0] == pytest.approx(cycle[1], abs=1e-14)
+    assert v[0] == pytest.approx(v[1], abs=1e-14)
+    np.testing.assert_array_equal(step.jacobian(0.5, 0.0), np.zeros((2, 2)))
+
+
+def test_where_no_impact_follows_the_map_is_nowhere() -> None:
+    osc = pc.impact_oscillator(0.5, damping=0.4, wall=-0.5)
+    step = pc.impact_map(osc, pc.cosine(2.0, amplitude=0.1))
+
+    assert all(math.isnan(part) for part in step(0.2, 0.01))
+    assert np.isnan(step.jacobian(0.2, 0.01)).all()
+
+
+def test_a_stop_that_others_shield_is_nowhere_met_in_thousands_of_impacts() -> None:
+    """The motion settles to hops on one wall for ever, that do not reach the other."""
+    osc = pc.Oscillator(1.0, 0.05, (pc.Wall(0.0, "below", 0.8), pc.Wall(9.0, "above", 0.1)))
+
+    assert np.isnan(pc.impact_map(osc, pc.sine(3), stop=1)(0.1, -0.1)[0])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda o, f: pc.impact_map(o, f, stop=2), "stop = 2: the oscillator has 1 stops"),
+        (lambda o, _: pc.impact_map(o, pc.Forcing()), "an impact map needs a periodic forcing"),
+        (lambda o, _: pc.stroboscopic_map(o, pc.Forcing()), "needs a periodic forcing"),
+        (lambda o, f: pc.impact_map(o, f)(0.1, -0.3), "into the wall"),
+        (lambda o, f: pc.impact_map(o, f)(math.nan, 0.3), "cycle = nan: not a finite"),
+        (lambda o, f: pc.stroboscopic_map(o, f)(-0.1, 0.3), "below the wall"),
+    ],
+)
+def test_what_does_not_fit_is_told_in_a_sentence(call: object, message: str) -> None:
+    with pytest.raises(pc.ParameterError, match=message):
+        call(pc.impact_oscillator(0.8), pc.sine(3))  # type: ignore[operator]
