@@ -183,9 +183,9 @@ def hop(
     over_slopes = [k * term for k, term in enumerate(over)][1:]
     s = 2 * v
     for _ in range(5):
-        rate = mpmath.polyval(over_slopes, s, asc=True)
-        s -= mpmath.polyval(over, s, asc=True) / rate
-    return t + s, -mpmath.polyval(slopes, s, asc=True)
+        rate = mpmath.polyval(over_slopes[::-1], s)
+        s -= mpmath.polyval(over[::-1], s) / rate
+    return t + s, -mpmath.polyval(slopes[::-1], s)
 
 
 @pytest.mark.parametrize(("v0", "end"), [(-1.0, 2.5), (1.0, 5.0)])

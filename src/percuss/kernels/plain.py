@@ -60,6 +60,9 @@ from percuss.kernels.record import EVENT_T, EVENT_T_LOW, HUGE, V_AFTER, V_BEFORE
 from percuss.kernels.response import SERIES_LIMIT
 from percuss.kernels.search import STEPS_A_WALK, THIRD, WALK_SLACK, cubic_minimum, quintic_root
 
+# Looks at a landing: most are settled by the second, slow ones need more.
+MOST_LOOKS = 6
+
 
 @kernel
 def plain_flights(
@@ -255,8 +258,13 @@ def plain_landing(
     drag = 2.0 * law[region, DAMPING]
     stiffness = law[region, STIFFNESS]
     s = guess
-    for _ in range(3):
-        if not min(law[region, QUICKEST], omega) * s > SERIES_LIMIT:
+    slow = law[region, QUICKEST]
+    pace = max(slow, omega)
+    if law[region, DAMPING] > 0.0:
+        # What a constant force does cancels there as well.
+        pace = slow
+    for _ in range(MOST_LOOKS):
+        if not pace * s > SERIES_LIMIT:
             return math.nan, math.nan, math.nan
         y, kept, won, push, rate = plain_state(law, region, begin, s)
         v = kept + won
