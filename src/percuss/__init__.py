@@ -67,9 +67,12 @@ if TYPE_CHECKING:
     from percuss.motion import spectrum as spectrum
     from percuss.motion import subset_critical_velocity as subset_critical_velocity
     from percuss.motion import subset_forcing as subset_forcing
+    from percuss.orbits import Branch as Branch
     from percuss.orbits import ImpactMap as ImpactMap
     from percuss.orbits import PeriodicOrbit as PeriodicOrbit
+    from percuss.orbits import SpecialPoint as SpecialPoint
     from percuss.orbits import StroboscopicMap as StroboscopicMap
+    from percuss.orbits import continue_orbit as continue_orbit
     from percuss.orbits import find_orbit as find_orbit
     from percuss.orbits import find_orbits as find_orbits
     from percuss.orbits import impact_map as impact_map
@@ -78,6 +81,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "Branch",
     "Contacts",
     "ConvergenceError",
     "Crossings",
@@ -98,6 +102,7 @@ __all__ = [
     "PercussError",
     "PeriodicOrbit",
     "SoftStop",
+    "SpecialPoint",
     "Start",
     "StroboscopicMap",
     "StudyError",
@@ -111,6 +116,7 @@ __all__ = [
     "bifurcation_diagram",
     "bilinear_oscillator",
     "classify_impact_times",
+    "continue_orbit",
     "cosine",
     "eigenset",
     "eigenset_motion",
@@ -200,9 +206,12 @@ _HOMES = {
         "subset_forcing",
     ),
     "percuss.orbits": (
+        "Branch",
         "ImpactMap",
         "PeriodicOrbit",
+        "SpecialPoint",
         "StroboscopicMap",
+        "continue_orbit",
         "find_orbit",
         "find_orbits",
         "impact_map",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from percuss.orbits.branch import Branch as Branch
+from percuss.orbits.continuation import continue_orbit as continue_orbit
 from percuss.orbits.find import find_orbit as find_orbit
 from percuss.orbits.find import find_orbits as find_orbits
 from percuss.orbits.maps import ImpactMap as ImpactMap
@@ -13,4 +15,5 @@ from percuss.orbits.periodic_orbit import PeriodicOrbit as PeriodicOrbit
 from percuss.orbits.single_impact import SingleImpact as SingleImpact
 from percuss.orbits.single_impact import single_impact as single_impact
 from percuss.orbits.single_impact import single_impact_orbits as single_impact_orbits
+from percuss.orbits.special_points import SpecialPoint as SpecialPoint
 from percuss.orbits.stability import Stability as Stability

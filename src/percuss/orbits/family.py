@@ -27,6 +27,10 @@ SOLVED = 1e-12
 MOST_STEPS = 12
 # Scaled step of the central difference by the parameter: h^2 and 1e-16/h are both small.
 BESIDE = 1e-5
+# Where the largest velocity of an orbit is looked for.
+INSTANTS = 65
+# Singular values below this part of the largest.
+WEAK = 1e-7
 
 
 class Family:
@@ -50,10 +54,11 @@ class Family:
         self.shape = table.shape
         self.region = int(orbit._marks[0, 2]) if len(self.chain) == 0 else -1
         n = self.n = len(self.chain)
-        speed = float(np.abs(orbit.trajectory()(_instants(orbit))[1]).max()) or 1.0
+        run = orbit.trajectory()
+        speed = float(np.abs(run(np.linspace(run.t0, run.t_end, INSTANTS))[1]).max()) or 1.0
         self.scale = np.repeat([orbit.period, speed], [1 + n, n]) if n else np.empty(0)
         # Distance, velocity after it and, last, time.
-        self.rows = np.array([orbit.period * speed, speed] * n + [orbit.period]) if n else []
+        self.rows = np.array([orbit.period * speed, speed] * n + [orbit.period] * min(n, 1))
         self.ways = [(i, stop, entry(self.oscillator, stop).way)
                      for i, stop in entries_of(self.oscillator, table, self.chain)]  # fmt: skip
         self.walls = is_wall(table, self.chain)
@@ -98,17 +103,21 @@ class Family:
         table = self.table(value)
         period = self.n_periods * float(table[0, PERIOD])
         unknowns = z[:-1] * self.scale
-        shoot(table, self.chain, unknowns, period, *self._phases, residual, matrix)
-        if self.n_periods == 0:
-            # Free motion: the period is unknown, and event 0 stays where it is.
-            residual[-1], matrix[-1] = 0.0, 0.0
-            matrix[-1, 0] = self.rows[-1] / self.scale[0]
+        phases, arrival = self._phases
+        shoot(table, self.chain, unknowns, period, phases, arrival, residual, matrix)
         return residual / self.rows, matrix * (self.scale / np.reshape(self.rows, (-1, 1)))
 
-    def slope(self, z: Floats) -> Floats:
-        """Return the derivative of the scaled residuals by the scaled parameter."""
+    def slope(self, z: Floats, known: float | None = None) -> Floats:
+        """Return the derivative of the scaled residuals by the scaled parameter.
+
+        With a value whose law is known already it is a difference from there, of first order.
+        """
         if self.n == 0:
             return np.empty(0)
+        if known is not None:
+            apart = (self.value(z) - known) / (self.high - self.low)
+            there, here = self.residual(z, known)[0], self.residual(z, self.value(z))[0]
+            return np.asarray((here - there) / apart)
         sides = []
         for q in (z[-1] - BESIDE, z[-1] + BESIDE):
             try:
@@ -119,8 +128,11 @@ class Family:
         (q0, below), (q1, above) = sides
         return np.asarray((above - below) / (q1 - q0))
 
-    def corrected(self, guess: Floats, normal: Floats) -> Floats:
+    def corrected(self, guess: Floats, normal: Floats, *, beside_others: bool = False) -> Floats:
         """Return the point of the family in the plane through a guess with this normal.
+
+        Where another family crosses, the direction to it, which the equations hold weakly, can be
+        left as the guess has it.
 
         Raises
         ------
@@ -131,7 +143,7 @@ class Family:
         """
         z = guess.copy()
         fixed = not normal[:-1].any()
-        slope = np.zeros(len(z) - 1) if fixed else self.slope(z)
+        slope = np.empty(0) if fixed else self.slope(z)
         least = np.inf
         for _ in range(MOST_STEPS):
             residual, matrix = self.residual(z, self.value(z))
@@ -141,16 +153,22 @@ class Family:
             if size < SOLVED and (size >= 0.5 * least or size < 1e-15):
                 return z
             least = min(least, size)
-            z = z + bordered(matrix, slope, normal, np.append(-residual, normal @ (guess - z)))
+            if fixed:
+                z[:-1] -= solved(matrix, residual)
+            else:
+                right = np.append(-residual, normal @ (guess - z))
+                z = z + bordered(matrix, slope, normal, right, WEAK if beside_others else 0.0)
         residual, _ = self.residual(z, self.value(z))
         if np.abs(residual).max(initial=0.0) < SOLVED:
             return z
-        raise ConvergenceError("no orbit next to it", z, float(np.abs(residual).max()), "smaller")
+        worst = float(np.abs(residual).max())
+        raise ConvergenceError("Newton's method finds no orbit", z, worst, "take smaller steps")
 
-    def tangent(self, z: Floats, before: Floats) -> Floats:
+    def tangent(self, z: Floats, before: Floats, known: float | None = None) -> Floats:
         """Return the unit tangent of the family, on the side of an earlier one."""
         _, matrix = self.residual(z, self.value(z))
-        found = bordered(matrix, self.slope(z), before, np.append(np.zeros(len(z) - 1), 1.0))
+        slope = self.slope(z, known)
+        found = bordered(matrix, slope, before, np.append(np.zeros(len(z) - 1), 1.0))
         return np.asarray(found / np.linalg.norm(found))
 
     def orbit(self, z: Floats) -> PeriodicOrbit:
@@ -169,14 +187,21 @@ class Family:
         return np.array([way * orbit._events[i or self.n, 2] for i, _, way in self.ways])
 
 
-def bordered(matrix: Floats, slope: Floats, normal: Floats, right: Floats) -> Floats:
+def bordered(
+    matrix: Floats, slope: Floats, normal: Floats, right: Floats, weak: float = 0.0
+) -> Floats:
     """Solve the equations and one more, along a normal."""
-    whole = np.block([[matrix, slope.reshape(-1, 1)], [normal.reshape(1, -1)]])
-    try:
-        return np.linalg.solve(whole, right)
-    except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.lstsq(whole, right, rcond=None)[0])
+    n = len(right)
+    whole = np.empty((n, n))
+    whole[:-1, :-1], whole[:-1, -1], whole[-1] = matrix, slope, normal
+    return solved(whole, right, weak)
 
 
-def _instants(orbit: PeriodicOrbit) -> Floats:
-    return orbit.t0 + orbit.period * np.linspace(0.0, 1.0, 65)
+def solved(matrix: Floats, right: Floats, weak: float = 0.0) -> Floats:
+    """Solve linear equations; of least norm where they are singular, or weaker than this."""
+    if weak == 0.0:
+        try:
+            return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            weak = WEAK
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=weak)[0], dtype=np.float64)

@@ -8,6 +8,7 @@ from typing import Any
 __all__ = [
     "Units",
     "offscreen_figure",
+    "plot_branch",
     "plot_displacement",
     "plot_impact_velocities",
     "plot_motion",
@@ -21,6 +22,7 @@ __all__ = [
 _MODULES = {
     "Units": "style",
     "offscreen_figure": "style",
+    "plot_branch": "branch_plot",
     "plot_displacement": "time_plots",
     "plot_impact_velocities": "impact_plot",
     "plot_motion": "motion_figure",
