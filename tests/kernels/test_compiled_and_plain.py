@@ -53,7 +53,7 @@ for n, count in product(range(1, 9), range(5)):
     run(np.linspace(0.0, 5.0, 20)[::2], "before")
     run.forces([1.0])
 entries = (
-    march.march, march.begin, sample.evaluate, sample.cycles, sample.drive, steps.fill_steps
+    march.march, sample.evaluate, sample.cycles, sample.drive, steps.fill_steps
 )
 print(json.dumps({entry.__name__: len(entry.signatures) for entry in entries}))
 """

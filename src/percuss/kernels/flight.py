@@ -77,10 +77,9 @@ def force_derivative(law: Law, phases: Table, order: int) -> float:
         part = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
         quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
         # A derivative turns the phasor (part, quadrature) by a quarter and scales it by w.
-        omega = law[harmonic, OMEGA]
-        for _ in range(order):
-            part, quadrature = omega * quadrature, -omega * part
-        total += part
+        turned = quadrature if order & 1 else part
+        scale = law[harmonic, OMEGA] ** order
+        total += -scale * turned if order & 2 else scale * turned
     return total
 
 

@@ -100,11 +100,13 @@ def march(
     max_impacts: int,
     patience: int,
 ) -> int:
-    """Go on from event to event; return why it stopped.
+    """Go on from event to event, or begin; return why it stopped.
 
     ``phases`` (n_harmonics, 2) are those at the last event, ``arrival`` and ``walker`` room for
     as many. ``patience`` bounds the searches made before control is handed back (SPENT).
     """
+    if counters[N_EVENTS] == 0:
+        begin(law, state, counters, phases, events, marks)
     status = MOVING
     plain = law[counters[REGION], PLAIN] == 1.0
     while status == MOVING:

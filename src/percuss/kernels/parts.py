@@ -9,6 +9,7 @@ then optimised once, as one: two thirds of the time, and a tenth faster code
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -19,11 +20,17 @@ from numba.core.compiler import Compiler
 
 def as_part(compiled: Any, options: Mapping[str, Any]) -> None:
     """Let kernels that call ``compiled`` take its code in, instead of calling its machine code."""
-    njit: Any = numba.njit
-    part = njit(pipeline_class=_PartCompiler, no_cpython_wrapper=True, **options)(compiled.py_func)
+
+    @functools.cache
+    def part() -> Any:
+        njit: Any = numba.njit
+        return njit(pipeline_class=_PartCompiler, no_cpython_wrapper=True, **options)(
+            compiled.py_func
+        )
+
     # These two are what numba asks of a function that is called by one it compiles.
-    compiled.get_call_template = part.get_call_template
-    compiled.get_overload = part.get_overload
+    compiled.get_call_template = lambda args, kws: part().get_call_template(args, kws)
+    compiled.get_overload = lambda sig: part().get_overload(sig)
 
 
 class _PartCompiler(Compiler):

@@ -176,7 +176,6 @@ class _March:
         self.grazes = np.empty((16, columns.GRAZE_COLUMNS))
         self.state[columns.T], self.state[columns.X], self.state[columns.V] = t0, x0, v0
         self.start = (x0, v0)
-        engine.begin(table, self.state, self.counters, self.phases, self.events, self.marks)
 
     @property
     def last_time(self) -> float:
