@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from tests.kernels.uncompiled import python_of
 
 from percuss.kernels import compile as compile_module
 
@@ -252,10 +253,8 @@ def test_with_the_compiler_off_a_kernel_is_the_function_itself(package: Package)
     script = """
 import types
 from throwaway.caller import caller
-from throwaway.compile import python_of
 
 assert isinstance(caller, types.FunctionType)
-assert python_of(caller) is caller
 assert caller(10.0) == -22.0
 """
 
@@ -298,8 +297,8 @@ def test_the_python_function_behind_a_kernel_gives_the_same_value() -> None:
     def cubed(x: float) -> float:
         return x * x * x
 
-    assert compile_module.python_of(cubed)(0.1) == cubed(0.1)
-    assert compile_module.python_of(cubed) is not cubed
+    assert python_of(cubed)(0.1) == cubed(0.1)
+    assert python_of(cubed) is not cubed
 
 
 def test_a_division_by_zero_in_a_kernel_is_infinite() -> None:

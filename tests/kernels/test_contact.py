@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.kernels.uncompiled import python_of
 
 import percuss as pc
-from percuss.kernels.compile import python_of
 from percuss.kernels.contact import chatter_time, release_time
 from percuss.kernels.flight import set_phases
 from percuss.kernels.law import FIRST_HARMONIC, LOWER_FORCE, Law, Table

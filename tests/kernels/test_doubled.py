@@ -7,9 +7,9 @@ import mpmath
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.kernels.uncompiled import python_of
 
 from percuss.kernels.angles import cos_sin
-from percuss.kernels.compile import python_of
 from percuss.kernels.doubled import later, nearest, turns, two_product, two_sum
 from percuss.model.exact import PI
 

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from tests.kernels.uncompiled import python_of
 
 import percuss as pc
-from percuss.kernels.compile import python_of
 from percuss.kernels.law import FIRST_HARMONIC
 from percuss.kernels.newton import SETTLED, SINGULAR, SPENT, advance, eliminate, iterate
 from percuss.model.law import law

@@ -5,9 +5,9 @@ from fractions import Fraction
 import mpmath
 import pytest
 from tests.kernels.exact_flight import DIGITS, Rest
+from tests.kernels.uncompiled import python_of
 
 from percuss.kernels.angles import cos_sin
-from percuss.kernels.compile import python_of
 from percuss.kernels.law import FIRST_HARMONIC, TURNS, TURNS_LOW
 from percuss.kernels.response import free_response, harmonic_response
 

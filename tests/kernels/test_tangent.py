@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.kernels.uncompiled import python_of
 
 import percuss as pc
-from percuss.kernels.compile import python_of
 from percuss.kernels.flight import constant_force, move, set_phases
 from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS, Table
 from percuss.kernels.shooting import shoot, turning_points

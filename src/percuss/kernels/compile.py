@@ -82,27 +82,3 @@ def _undisturbed(function: Callable[..., Any]) -> Callable[..., Any]:
             gc.enable()
 
     return wrapped
-
-
-def python_of(function: Callable[P, R]) -> Callable[P, R]:
-    """Give the plain Python function behind a kernel.
-
-    Parameters
-    ----------
-    function
-        A kernel, compiled or, with ``NUMBA_DISABLE_JIT=1``, not.
-
-    Returns
-    -------
-    Callable
-        The function as it was written.
-
-    Examples
-    --------
-    >>> @kernel
-    ... def twice(x: float) -> float:
-    ...     return 2.0 * x
-    >>> python_of(twice).__name__, python_of(python_of(twice))(4.0)
-    ('twice', 8.0)
-    """
-    return cast("Callable[P, R]", getattr(function, "py_func", function))

@@ -10,7 +10,7 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
-from percuss.kernels.law import Law, Table
+from percuss.kernels.law import Law
 from percuss.kernels.record import Integers
 from percuss.kernels.shooting import CHAIN_COLUMNS
 from percuss.model.law import lines
@@ -155,10 +155,3 @@ def is_wall(table: Law, chain: Integers) -> list[bool]:
         lower = bound == int(table[before, at.NUMBER])
         kinds.append(bool(table[before, at.LOWER_KIND if lower else at.UPPER_KIND] == at.WALL))
     return kinds
-
-
-def velocities_fit(osc: Oscillator, table: Law, chain: Integers, v_before: Table) -> bool:
-    """Tell whether each stop is met with a velocity into it."""
-    return all(
-        entry(osc, stop).way * v_before[i] > 0.0 for i, stop in entries_of(osc, table, chain)
-    )

@@ -17,7 +17,7 @@ from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.figures.motions import impact_speeds
+from percuss.paper.models.motions import impact_speeds
 
 __all__ = [
     "STIFFNESSES",

@@ -16,7 +16,7 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.envelope import power_law
 from percuss.paper.claims.half_harmonic_growth import PRINTED_ERROR, Floats, envelope_factor, peaks
-from percuss.paper.figures.motions import STIFFNESS_BELOW, impact_speeds, oscillators, simulate_all
+from percuss.paper.models.motions import STIFFNESS_BELOW, impact_speeds, oscillators, simulate_all
 from percuss.paper.models.runge_kutta import runge_kutta
 from percuss.paper.statement import Check, Finding, Statement
 

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.statement import Check
+from percuss.paper.statement import Check, Finding
 
-__all__ = ["ROUNDING", "WALL", "apart", "condition", "furthest", "last_unchanged", "latest", "near"]
+__all__ = [
+    "ROUNDING",
+    "WALL",
+    "apart",
+    "condition",
+    "furthest",
+    "last_unchanged",
+    "latest",
+    "near",
+    "printed_table",
+]
 
 Floats = NDArray[np.float64]
 
@@ -90,3 +100,14 @@ def last_unchanged(unchanged: Callable[[float], bool], low: float, high: float) 
         else:
             high = middle
     return low
+
+
+def printed_table(
+    name: str, printed: Mapping[int, str], computed: Callable[[int], float]
+) -> Finding:
+    """Return a table of the paper beside what was computed, allowed half its last digit."""
+    checks = []
+    for n, text in printed.items():
+        value, digits = computed(n), len(text.split(".")[1])
+        checks.append(near(f"{name}({n}) = {value:.12f}", value, float(text), 0.5 * 10.0**-digits))
+    return Finding(tuple(checks), remark="Tolerance: half a unit of the last printed digit.")

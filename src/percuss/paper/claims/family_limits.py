@@ -22,6 +22,7 @@ from percuss.paper.claims.evidence import (
     last_unchanged,
     latest,
     near,
+    printed_table,
 )
 from percuss.paper.statement import Finding, Statement
 
@@ -151,12 +152,7 @@ def _through_contact() -> Finding:
 
 
 def _table() -> Finding:
-    checks = []
-    for m, text in TABLE_1.items():
-        computed, digits = subset_critical_velocity(m), len(text.split(".")[1])
-        what = f"V*({m}) = {computed:.12f}"
-        checks.append(near(what, computed, float(text), 0.5 * 10.0**-digits))
-    return Finding(tuple(checks), remark="Tolerance: half a unit of the last printed digit.")
+    return printed_table("V*", TABLE_1, subset_critical_velocity)
 
 
 def _both_sides() -> Finding:

@@ -16,7 +16,7 @@ from percuss.motion.half_harmonic import half_harmonic_growth, half_harmonic_inv
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.envelope import power_law
-from percuss.paper.figures.motions import STIFFNESS_BELOW, impact_speeds, simulate_all
+from percuss.paper.models.motions import STIFFNESS_BELOW, impact_speeds, simulate_all
 from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["GROWTH_STATEMENTS"]

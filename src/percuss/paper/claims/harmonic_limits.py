@@ -18,6 +18,7 @@ from percuss.paper.claims.evidence import (
     last_unchanged,
     latest,
     near,
+    printed_table,
 )
 from percuss.paper.statement import Check, Finding, Statement
 
@@ -154,12 +155,7 @@ def _xi(n: int) -> float:
 
 
 def _table() -> Finding:
-    checks = []
-    for n, text in TABLE_2.items():
-        computed, digits = harmonic_critical_velocity(n), len(text.split(".")[1])
-        what = f"V_max({n}) = {computed:.12f}"
-        checks.append(near(what, computed, float(text), 0.5 * 10.0**-digits))
-    return Finding(tuple(checks), remark="Tolerance: half a unit of the last printed digit.")
+    return printed_table("V_max", TABLE_2, harmonic_critical_velocity)
 
 
 def _both_sides() -> Finding:

@@ -15,7 +15,7 @@ from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
-from percuss.paper.figures.motions import impact_speeds
+from percuss.paper.models.motions import impact_speeds
 
 __all__ = ["damped_deviation", "kinds_from_rest", "periodic_speed", "periodic_start"]
 

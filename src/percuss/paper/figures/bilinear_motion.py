@@ -15,7 +15,7 @@ from percuss.motion.simulate import simulate
 from percuss.motion.tables import NO_CONTACTS
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import COLOURS, draw_curve, label, panels, styled
-from percuss.paper.figures.motions import impact_speeds, motion_dataset
+from percuss.paper.models.motions import impact_speeds, motion_dataset
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,14 +13,14 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import COLOURS, draw_envelope, label, styled
 from percuss.paper.figures.model_panels import heading, time_panels
-from percuss.paper.figures.motions import (
+from percuss.paper.figures.words import within
+from percuss.paper.models.motions import (
     STEP_TOLERANCE,
     motion_dataset,
     simulate_all,
     step_columns,
     step_through,
 )
-from percuss.paper.figures.words import within
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture

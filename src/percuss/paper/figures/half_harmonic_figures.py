@@ -14,7 +14,8 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import COLOURS, draw_envelope, label, styled
 from percuss.paper.figures.model_panels import heading, portraits, spectra, time_panels
-from percuss.paper.figures.motions import (
+from percuss.paper.figures.power import with_power
+from percuss.paper.models.motions import (
     MODEL_LABELS,
     STEP_TOLERANCE,
     motion_dataset,
@@ -22,7 +23,6 @@ from percuss.paper.figures.motions import (
     step_columns,
     step_through,
 )
-from percuss.paper.figures.power import with_power
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture

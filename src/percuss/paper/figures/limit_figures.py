@@ -22,7 +22,7 @@ from percuss.paper.claims.bilinear_limit import (
 from percuss.paper.claims.limits import GRAZES
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import COLOURS, label, panels, styled
-from percuss.paper.figures.motions import impact_speeds
+from percuss.paper.models.motions import impact_speeds
 from percuss.paper.models.smooth_law import rounded_magnitude
 from percuss.paper.models.smoothing_errors import (
     BELOW,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.paper.figures.drawing import COLOURS, draw_curve, draw_motion, label, panels
-from percuss.paper.figures.motions import MODEL_LABELS
+from percuss.paper.models.motions import MODEL_LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

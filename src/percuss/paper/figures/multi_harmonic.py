@@ -12,8 +12,8 @@ from percuss.model.oscillator import impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import COLOURS, draw_curve, panels, styled
-from percuss.paper.figures.motions import motion_dataset
 from percuss.paper.figures.words import within
+from percuss.paper.models.motions import motion_dataset
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
