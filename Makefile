@@ -67,7 +67,8 @@ LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" uv pip compile pyproject.toml --qui
 	--python-version 3.11 --generate-hashes --no-annotate --no-emit-index-url \
 	--no-emit-find-links $(UPGRADE)
 lock:
-	$(LOCK) --group build --group dev --extra paper --extra cluster -o requirements/dev.txt
+	$(LOCK) --group build --group dev --extra certified --extra cluster --extra paper \
+		-o requirements/dev.txt
 	$(LOCK) --group build --extra paper -c requirements/dev.txt -o requirements/run.txt
 	$(LOCK) --group build --extra benchmark -c requirements/dev.txt -o requirements/benchmark.txt
 
