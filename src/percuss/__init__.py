@@ -14,12 +14,17 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from percuss.version import __version__ as __version__
+
 if TYPE_CHECKING:
     # For type checkers: at run time a name's module is loaded at the name's first use, since
     # numba and xarray take long.
+    from percuss.certified import certify as certify
     from percuss.ensembles import LyapunovExponents as LyapunovExponents
+    from percuss.ensembles import basin_fractions as basin_fractions
     from percuss.ensembles import basins as basins
     from percuss.ensembles import bifurcation_diagram as bifurcation_diagram
+    from percuss.ensembles import load_store as load_store
     from percuss.ensembles import lyapunov_exponents as lyapunov_exponents
     from percuss.ensembles import status_of_store as status_of_store
     from percuss.ensembles import sweep as sweep
@@ -68,24 +73,44 @@ if TYPE_CHECKING:
     from percuss.motion import subset_critical_velocity as subset_critical_velocity
     from percuss.motion import subset_forcing as subset_forcing
     from percuss.orbits import Branch as Branch
+    from percuss.orbits import Cascade as Cascade
+    from percuss.orbits import Curve as Curve
+    from percuss.orbits import CurvePoint as CurvePoint
+    from percuss.orbits import GrazeAnalysis as GrazeAnalysis
     from percuss.orbits import ImpactMap as ImpactMap
+    from percuss.orbits import ManifoldBranch as ManifoldBranch
+    from percuss.orbits import Manifolds as Manifolds
     from percuss.orbits import PeriodicOrbit as PeriodicOrbit
+    from percuss.orbits import Response as Response
+    from percuss.orbits import SingularityCurve as SingularityCurve
+    from percuss.orbits import SingularitySet as SingularitySet
     from percuss.orbits import SpecialPoint as SpecialPoint
     from percuss.orbits import StroboscopicMap as StroboscopicMap
+    from percuss.orbits import VelocityGap as VelocityGap
+    from percuss.orbits import continue_curve as continue_curve
     from percuss.orbits import continue_orbit as continue_orbit
     from percuss.orbits import find_orbit as find_orbit
     from percuss.orbits import find_orbits as find_orbits
+    from percuss.orbits import follow_cascade as follow_cascade
     from percuss.orbits import impact_map as impact_map
+    from percuss.orbits import manifolds as manifolds
+    from percuss.orbits import response_curve as response_curve
+    from percuss.orbits import singularity_set as singularity_set
     from percuss.orbits import stroboscopic_map as stroboscopic_map
-
-__version__ = "0.1.0"
+    from percuss.orbits import switch_branch as switch_branch
+    from percuss.orbits import velocity_gap_curve as velocity_gap_curve
+    from percuss.web.widget import explore as explore
 
 __all__ = [
     "Branch",
+    "Cascade",
     "Contacts",
     "ConvergenceError",
     "Crossings",
+    "Curve",
+    "CurvePoint",
     "Forcing",
+    "GrazeAnalysis",
     "Grazes",
     "Growth",
     "Harmonic",
@@ -94,6 +119,8 @@ __all__ = [
     "ImpactTimes",
     "Impacts",
     "LyapunovExponents",
+    "ManifoldBranch",
+    "Manifolds",
     "MissingExtraError",
     "Oscillator",
     "Outcome",
@@ -101,6 +128,9 @@ __all__ = [
     "ParameterError",
     "PercussError",
     "PeriodicOrbit",
+    "Response",
+    "SingularityCurve",
+    "SingularitySet",
     "SoftStop",
     "SpecialPoint",
     "Start",
@@ -108,20 +138,26 @@ __all__ = [
     "StudyError",
     "SubsetMotion",
     "Trajectory",
+    "VelocityGap",
     "Wall",
     "__version__",
     "backlash_oscillator",
     "ball_on_table",
+    "basin_fractions",
     "basins",
     "bifurcation_diagram",
     "bilinear_oscillator",
+    "certify",
     "classify_impact_times",
+    "continue_curve",
     "continue_orbit",
     "cosine",
     "eigenset",
     "eigenset_motion",
+    "explore",
     "find_orbit",
     "find_orbits",
+    "follow_cascade",
     "fourier",
     "growth",
     "harmonic_critical_velocity",
@@ -129,26 +165,35 @@ __all__ = [
     "impact_oscillator",
     "line_spectrum",
     "load_netcdf",
+    "load_store",
     "lyapunov_exponents",
+    "manifolds",
     "pi_times",
     "resonant_frequency",
+    "response_curve",
     "save_csv",
     "save_netcdf",
     "simulate",
     "sine",
+    "singularity_set",
     "spectrum",
     "status_of_store",
     "stroboscopic_map",
     "subset_critical_velocity",
     "subset_forcing",
     "sweep",
+    "switch_branch",
+    "velocity_gap_curve",
 ]
 
 _HOMES = {
+    "percuss.certified": ("certify",),
     "percuss.ensembles": (
         "LyapunovExponents",
+        "basin_fractions",
         "basins",
         "bifurcation_diagram",
+        "load_store",
         "lyapunov_exponents",
         "status_of_store",
         "sweep",
@@ -207,19 +252,47 @@ _HOMES = {
     ),
     "percuss.orbits": (
         "Branch",
+        "Cascade",
+        "Curve",
+        "CurvePoint",
+        "GrazeAnalysis",
         "ImpactMap",
+        "ManifoldBranch",
+        "Manifolds",
         "PeriodicOrbit",
+        "Response",
+        "SingularityCurve",
+        "SingularitySet",
         "SpecialPoint",
         "StroboscopicMap",
+        "VelocityGap",
+        "continue_curve",
         "continue_orbit",
         "find_orbit",
         "find_orbits",
+        "follow_cascade",
         "impact_map",
+        "manifolds",
+        "response_curve",
+        "singularity_set",
         "stroboscopic_map",
+        "switch_branch",
+        "velocity_gap_curve",
     ),
+    "percuss.web.widget": ("explore",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
-_SUBPACKAGES = ("ensembles", "errors", "io", "model", "motion", "orbits", "plotting", "studies")
+_SUBPACKAGES = (
+    "certified",
+    "ensembles",
+    "errors",
+    "io",
+    "model",
+    "motion",
+    "orbits",
+    "plotting",
+    "studies",
+)
 
 
 def __getattr__(name: str) -> Any:

@@ -185,21 +185,6 @@ def test_a_doubled_orbit_ends_where_the_single_one_doubles() -> None:
     assert branch.stability[1] == "asymptotic"
 
 
-def test_with_a_soft_stop_the_branch_ends_where_the_stop_is_not_met() -> None:
-    osc = pc.Oscillator(1.0, "0.05", (pc.SoftStop(1.0, "above", 9.0),))
-    orbit = pc.find_orbit(osc, pc.cosine("1.5", amplitude=3))
-
-    branch = pc.continue_orbit(orbit, over={"forcing.amplitude": (4.0, 0.5)})
-
-    last = branch.special_points[-1]
-    assert last.kind == "grazing"
-    assert last.row == len(branch) - 1
-    # The motion without the stop has amplitude 1 there.
-    assert last.value == pytest.approx(math.hypot(1.25, 0.15), abs=1e-9)
-    assert "does not meet soft stop 0" in branch.end_reason
-    assert branch.admissible[:-1].all()
-
-
 @pytest.mark.parametrize("restitution", [0.0, 1.0])
 def test_a_parameter_may_go_to_the_edge_of_what_it_can_be(restitution: float) -> None:
     orbit = pc.find_orbit(pc.impact_oscillator(0.5), pc.cosine(2.5))
@@ -230,6 +215,33 @@ def test_what_was_followed_is_returned_when_the_points_are_used_up() -> None:
     assert branch.end_reason == "max_points = 3 reached"
     assert len(branch) == 4
     assert "max_points = 3 reached" in repr(branch)
+
+
+def test_progress_is_told_and_may_stop_it() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
+    told: list[tuple[float, float]] = []
+
+    def until_ten(done: float, total: float) -> bool:
+        told.append((done, total))
+        return done < 10
+
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.4, 2.6)}, progress=until_ten)
+
+    assert branch.end_reason == "stopped by progress"
+    assert told == [(k + 1, 4000) for k in range(10)]
+    assert len(branch) == 11
+
+
+def test_a_long_branch_shows_a_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("percuss.orbits.telling.PATIENCE", 0.0)
+    monkeypatch.setattr("percuss.orbits.telling.RENEWED", 0.0)
+    orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
+
+    pc.continue_orbit(orbit, over={"forcing.omega": (2.49, 2.51)}, progress=True)
+
+    assert "orbits, forcing.omega = 2.5" in capsys.readouterr().err
 
 
 def test_a_branch_is_a_table(coco: Branch) -> None:

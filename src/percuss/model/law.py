@@ -31,6 +31,9 @@ STEP_PHASE = 1.0
 GROWING_STEP_PHASE = 0.5
 # A harmonic is near a root when the gain's inverse is this small a part of its own terms.
 NEAR_PART = Fraction(1, 16)
+# Beyond this part by floats it is not so: rounding is far smaller than what lies between.
+FAR_PART = 0.07
+ORDERS = np.arange(at.N_FORCE_BOUNDS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,23 +88,33 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     quickest = max((float(c.omega) for c in components if c.cos or c.sin), default=0.0)
     for number in range(n_regions):
         first = at.FIRST_HARMONIC + n + number * (1 + n)
-        region = _region(oscillator, bounds, number)
-        _fill_bounds(table[first], oscillator, bounds, number)
-        _fill_forces(table[first], region, bounds, constant)
-        _fill_motion(table[first], region, quickest)
+        row, stiffness, damping = _region_row(oscillator, constant, number)
+        table[first] = row
+        _fill_steps_of_search(table[first], quickest)
         for j, component in enumerate(components):
-            _fill_response(table[first + 1 + j], region, component.omega)
+            _fill_response(table[first + 1 + j], stiffness, damping, component.omega)
         _mark_simple(table[first], table[first + 1 : first + 1 + n])
     fill_steps(table)
     return table
 
 
-def _pair(value: Fraction) -> tuple[float, float]:
-    """Return a rational as the sum of two floats."""
-    high = float(value)
-    return high, float(value - Fraction(high))
+def _pair(numerator: int, denominator: int) -> tuple[float, float]:
+    """Return a rational as the sum of two floats, each rounded once.
+
+    Division of integers is correctly rounded in Python, whatever they have in common: without
+    the reduction to lowest terms that a `Fraction` makes this takes a tenth of the time.
+    """
+    high = numerator / denominator
+    p, q = high.as_integer_ratio()
+    return high, (numerator * q - p * denominator) / (denominator * q)
 
 
+def _turns(value: Fraction, halves: int) -> tuple[float, float]:
+    """Return a rate over so many times pi as the sum of two floats."""
+    return _pair(value.numerator * PI.denominator, value.denominator * halves * PI.numerator)
+
+
+@lru_cache(maxsize=1024)
 def _root(value: Fraction) -> Fraction:
     """Return the square root to 120 bits."""
     shift = max(0, 120 + (value.denominator.bit_length() - value.numerator.bit_length()) // 2)
@@ -126,6 +139,20 @@ class _Region:
         return float(force)
 
 
+@lru_cache(maxsize=256)
+def _region_row(
+    oscillator: Oscillator, constant: Fraction, number: int
+) -> tuple[at.Table, Fraction, Fraction]:
+    """Return what a region's row holds whatever the harmonics are, and its K and a."""
+    bounds = lines(oscillator)
+    region = _region(oscillator, bounds, number)
+    row = np.zeros(at.COLUMNS)
+    _fill_bounds(row, oscillator, bounds, number)
+    _fill_forces(row, region, bounds, constant)
+    _fill_motion(row, region)
+    return row, region.stiffness, region.damping
+
+
 def _region(oscillator: Oscillator, bounds: Lines, number: int) -> _Region:
     touched = []
     for i, edges in enumerate(bounds.edges):
@@ -143,23 +170,27 @@ def _fill_header(
     row: at.Table, forcing: Forcing | None, components: tuple[Component, ...], n_regions: int
 ) -> None:
     row[at.N_HARMONICS], row[at.N_REGIONS] = len(components), n_regions
-    orders = np.arange(at.N_FORCE_BOUNDS)
-    for component in components:
-        amplitude = math.hypot(component.cos, component.sin)
-        with np.errstate(over="ignore"):
-            row[at.FORCE_BOUND + orders] += amplitude * float(component.omega) ** orders
-    if forcing is None or forcing.period is None:
+    bounds = row[at.FORCE_BOUND : at.FORCE_BOUND + at.N_FORCE_BOUNDS]
+    with np.errstate(over="ignore"):
+        for component in components:
+            amplitude = math.hypot(component.cos, component.sin)
+            bounds += amplitude * float(component.omega) ** ORDERS
+    period = forcing.period if forcing is not None else None
+    if forcing is None or period is None:
         return
-    row[at.PERIOD] = forcing.period
+    row[at.PERIOD] = period
     frequency = forcing.frequency
-    turns = 1 / Fraction(forcing.period) if frequency is None else frequency / (2 * PI)
-    row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(turns)
+    if frequency is None:
+        p, q = period.as_integer_ratio()
+        row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(q, p)
+    else:
+        row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _turns(frequency, 2)
 
 
 def _fill_harmonic(row: at.Table, component: Component) -> None:
     row[at.COSINE], row[at.SINE] = component.cos, component.sin
     row[at.OMEGA] = float(component.omega)
-    row[at.TURNS], row[at.TURNS_LOW] = _pair(component.omega / (2 * PI))
+    row[at.TURNS], row[at.TURNS_LOW] = _turns(component.omega, 2)
     row[at.AMPLITUDE] = math.hypot(component.cos, component.sin)
 
 
@@ -194,19 +225,14 @@ def _fill_forces(row: at.Table, region: _Region, bounds: Lines, constant: Fracti
         row[at.UPPER_FORCE] = region.force_at(constant, high)
 
 
-def _fill_motion(row: at.Table, region: _Region, omega: float) -> None:
-    """Fill the roots, the length of a search step, and the constants of ``derivative_bound``.
-
-    For K >= 0 the energy norm of (x, v) does not grow without force; for K < 0 the norm
-    max(p abs(x), abs(v)) with p = a + sqrt(a^2 + abs(K)) grows by exp(p s) at most
-    (docs/theory/first-event.md).
-    """
+def _fill_motion(row: at.Table, region: _Region) -> None:
+    """Fill the rates of the free motion."""
     stiffness, damping = region.stiffness, region.damping
     k, a = float(stiffness), float(damping)
     discriminant = stiffness - damping**2
     rate = _root(abs(discriminant))
     row[at.STIFFNESS], row[at.DAMPING], row[at.RATE] = k, a, float(rate)
-    row[at.HALF_TURNS], row[at.HALF_TURNS_LOW] = _pair(rate / (4 * PI))
+    row[at.HALF_TURNS], row[at.HALF_TURNS_LOW] = _turns(rate, 4)
     row[at.TWICE_PER_RATE] = 2.0 / row[at.RATE] if rate else 0.0
     row[at.PER_STIFFNESS] = float(1 / stiffness) if stiffness else 0.0
     if discriminant < 0:
@@ -214,6 +240,16 @@ def _fill_motion(row: at.Table, region: _Region, omega: float) -> None:
         row[at.SLOW_ROOT] = float(-stiffness / (damping + rate))
         row[at.FAST_ROOT] = float(-(damping + rate))
     row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * a)
+
+
+def _fill_steps_of_search(row: at.Table, omega: float) -> None:
+    """Fill the length of a search step, and the constants of ``derivative_bound``.
+
+    For K >= 0 the energy norm of (x, v) does not grow without force; for K < 0 the norm
+    max(p abs(x), abs(v)) with p = a + sqrt(a^2 + abs(K)) grows by exp(p s) at most
+    (docs/theory/first-event.md).
+    """
+    k, a = float(row[at.STIFFNESS]), float(row[at.DAMPING])
     fastest = max(float(row[at.QUICKEST]), omega)
     if fastest > 0.0:
         row[at.STEP] = (GROWING_STEP_PHASE if k < 0.0 else STEP_PHASE) / fastest
@@ -226,12 +262,20 @@ def _fill_motion(row: at.Table, region: _Region, omega: float) -> None:
         row[at.BOUND_OF_X], row[at.BOUND_OF_V] = pace * math.sqrt(k), pace
 
 
-def _fill_response(row: at.Table, region: _Region, omega: Fraction) -> None:
-    stiffness, damping = region.stiffness, region.damping
-    real, imaginary = stiffness - omega**2, 2 * damping * omega
-    square = real**2 + imaginary**2
+def _fill_response(row: at.Table, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
+    # K - w^2 and 2 a w over one denominator, as integers: see `_pair`.
+    bottom = stiffness.denominator * damping.denominator * omega.denominator**2
+    square_of_omega = omega.numerator**2 * stiffness.denominator * damping.denominator
+    p = stiffness.numerator * damping.denominator * omega.denominator**2 - square_of_omega
+    q = 2 * damping.numerator * omega.numerator * stiffness.denominator * omega.denominator
+    square = p * p + q * q
     if square > 0:
-        row[at.GAIN_RE], row[at.GAIN_IM] = float(real / square), float(-imaginary / square)
+        row[at.GAIN_RE], row[at.GAIN_IM] = p * bottom / square, -q * bottom / square
+    # Far from a root for certain: no need to look exactly.
+    k, a, w = float(stiffness), float(damping), float(omega)
+    if abs(k - w * w) + 2.0 * a * w > FAR_PART * (2.0 * a * a + w * w + abs(k)):
+        return
+    real, imaginary = stiffness - omega**2, 2 * damping * omega
     discriminant = stiffness - damping**2
     if abs(real) + imaginary > NEAR_PART * (damping**2 + omega**2 + abs(discriminant)):
         return

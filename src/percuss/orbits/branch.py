@@ -36,7 +36,8 @@ class Branch:
         the largest velocity of the first orbit as units.
     impact_velocity
         (n, m) array, velocity into the stop of each impact and each entry into a soft stop
-        [length/time]; negative ones are formal: they come out of the stop.
+        [length/time]; negative ones are formal: they come out of the stop. NaN where an orbit
+        has fewer than others of the branch.
     multipliers
         (n, 2) complex array.
     stability

@@ -26,6 +26,7 @@ class Point:
     tangent: Floats
     orbit: PeriodicOrbit
     conditions: dict[str, float]
+    family: Family | None = None
 
 
 def conditions_of(family: Family, orbit: PeriodicOrbit) -> dict[str, float]:

@@ -5,18 +5,24 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, as_float
-from percuss.model.paths import get_parameter
+from percuss.model.exact import Phase
 from percuss.orbits.branch import Branch
+from percuss.orbits.conditions import Point
 from percuss.orbits.family import Family
 from percuss.orbits.periodic_orbit import PeriodicOrbit
-from percuss.orbits.walk import Row, Walk
+from percuss.orbits.ranges import checked_range
+from percuss.orbits.telling import Report, Telling
+from percuss.orbits.walk import STOPPED, Row, Walk
 
 __all__ = ["continue_orbit"]
+
+Floats = NDArray[np.float64]
 
 
 def continue_orbit(
@@ -25,13 +31,16 @@ def continue_orbit(
     *,
     max_points: int = 2000,
     largest_step: float = 0.02,
+    progress: Report = None,
 ) -> Branch:
     """Follow a periodic orbit along a parameter, both ways, stable or not.
 
     The unknowns are the instants and velocities of the events, and the equations the closed
     forms of the flights between them (`find_orbit`): they are smooth where an impact loses its
     velocity, so that a branch goes through a graze as through any other point. Beyond it the
-    orbits are formal, and flagged so. At a fold the branch turns.
+    orbits are formal, and flagged so. At a fold the branch turns. Where the orbits meet a soft
+    stop that they did not meet, or no more, there are physical ones beyond: the branch goes on
+    with their events (docs/theory/grazing.md).
 
     Parameters
     ----------
@@ -44,6 +53,10 @@ def continue_orbit(
         The most steps each way.
     largest_step
         The longest step, as a part of the range.
+    progress
+        True shows a line on the error stream after two seconds; a function
+        ``(done, total) -> bool`` is called after each step with the number of orbits and the
+        most there can be, and stops the branch by returning False.
 
     Returns
     -------
@@ -70,7 +83,7 @@ def continue_orbit(
     grazing 0.1
     period_doubling 0.107276459
     """
-    path, first, last, value = _checked(orbit, over)
+    path, first, last, value = checked_range(orbit, over)
     if max_points < 1:
         raise ParameterError("max_points", max_points, "less than one")
     if not 0.0 < largest_step <= 1.0:
@@ -79,55 +92,50 @@ def continue_orbit(
     walk = Walk(family, max_points, largest_step)
     start = walk.start(orbit, value)
     towards = math.copysign(1.0, last - first) * (math.copysign(1.0, start.tangent[-1]))
-    ahead, why_ahead, closed = walk.along(start, towards)
+    telling = Telling(progress, 2 * max_points, path)
+    ahead, why_ahead, closed = walk.along(start, towards, telling=telling)
     behind: list[Row] = []
     why = why_ahead
-    if not closed:
-        behind, why_behind, _ = walk.along(start, -towards)
+    if not closed and why != STOPPED:
+        behind, why_behind, _ = walk.along(start, -towards, telling=telling)
         if behind:
             why = f"{why_behind}; at the other end {why_ahead}"
+    telling.close()
     return _branch(family, [*reversed(behind), (start, None), *ahead], why)
-
-
-def _checked(
-    orbit: PeriodicOrbit, over: Mapping[str, tuple[Phase, Phase]]
-) -> tuple[str, float, float, float]:
-    """Return the path, the range and the orbit's own value."""
-    if len(over) != 1:
-        raise ParameterError("over", over, "not one parameter and its range")
-    ((path, given),) = over.items()
-    value = as_float(get_parameter(orbit.oscillator, orbit.forcing, None, path))
-    try:
-        first, last = (as_float(end) for end in given)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(path, given, "not a range of two numbers") from error
-    if first == last or not min(first, last) <= value <= max(first, last):
-        raise ParameterError(path, given, f"no range that holds the orbit's own value {value:.12g}")
-    if math.isinf(orbit.n_impacts):
-        raise ParameterError("orbit", orbit, "it sticks; only orbits without sticking are followed")
-    if not orbit.isolated:
-        raise ParameterError("orbit", orbit, "one of a family in one system; nothing tells which")
-    return path, first, last, value
 
 
 def _branch(family: Family, rows: list[Row], end_reason: str) -> Branch:
     points = [point for point, _ in rows]
     orbits = tuple(point.orbit for point in points)
-    into = np.array([family.into_stops(orbit) for orbit in orbits]).reshape(len(rows), -1)
-    steps = np.diff([point.z for point in points], axis=0)
+    into = _padded([(point.family or family).into_stops(point.orbit) for point in points])
     special = tuple(
         dataclasses.replace(it, row=row) for row, (_, it) in enumerate(rows) if it is not None
     )
     return Branch(
         path=family.path,
         values=np.array([family.value(point.z) for point in points]),
-        arclength=np.append(0.0, np.cumsum(np.linalg.norm(steps, axis=1))),
+        arclength=np.append(0.0, np.cumsum([_apart(*pair) for pair in pairwise(points)])),
         impact_velocity=into,
         multipliers=np.array([orbit.multipliers for orbit in orbits]),
         stability=np.array([orbit.stability for orbit in orbits]),
-        admissible=np.array([orbit.admissible for orbit in orbits]) & (into > 0.0).all(axis=1),
+        admissible=np.array([orbit.admissible for orbit in orbits]) & ~(into <= 0.0).any(axis=1),
         grazing_margin=np.array([orbit.grazing_margin for orbit in orbits]),
         orbits=orbits,
         special_points=special,
         end_reason=end_reason,
     )
+
+
+def _padded(rows: list[Floats]) -> Floats:
+    """Return rows of different length as one array, with NaN where there is nothing."""
+    out = np.full((len(rows), max(map(len, rows))), np.nan)
+    for row, values in zip(out, rows, strict=True):
+        row[: len(values)] = values
+    return out
+
+
+def _apart(one: Point, other: Point) -> float:
+    """Return the distance of two points; by the parameter where their events differ."""
+    if one.family is other.family:
+        return float(np.linalg.norm(other.z - one.z))
+    return abs(float(other.z[-1] - one.z[-1]))

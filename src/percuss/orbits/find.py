@@ -21,6 +21,7 @@ from percuss.orbits.periodic_orbit import PeriodicOrbit, counted
 from percuss.orbits.refine import Known, refined, solved
 from percuss.orbits.same import are_same, repetitions
 from percuss.orbits.search import Guess, guesses, scattered
+from percuss.orbits.settled import settled_motions
 from percuss.orbits.single_impact import has_closed_form, single_impact_orbits
 from percuss.orbits.steady import free_region, regions, steady_orbit
 from percuss.orbits.sticking import sticking_orbits
@@ -29,6 +30,8 @@ __all__ = ["find_orbit", "find_orbits"]
 
 # The better first.
 _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
+# Motions that are followed for long where nothing physical is found otherwise.
+ATTRACTED = 40
 
 
 def find_orbit(
@@ -99,6 +102,8 @@ abs(multipliers) 0.5843, 0.5843>
     found = list(_wanted(osc, force, n_impacts, n_periods, sequence, seed))
     if not any(orbit.admissible for orbit in found):
         found += _scattered(osc, force, n_impacts, n_periods, sequence, seed)
+    if not any(orbit.admissible for orbit in found):
+        found += _attracting(osc, force, n_impacts, n_periods, sequence, seed)
     if not found:
         what = _described(n_impacts, n_periods if _has_period(force) else 0)
         advice = "give a guess: (cycle, v_after) of an impact, or a run that settles on it"
@@ -251,6 +256,26 @@ def _scattered(
     for guess in scattered(osc, force, stops, n_periods, seed):
         orbit = refined(osc, force, guess, known)
         if orbit is not None and (orbit.n_impacts, orbit.n_periods) == (n_impacts, n_periods):
+            yield orbit
+
+
+def _attracting(
+    osc: Oscillator,
+    force: Forcing | None,
+    n_impacts: float,
+    n_periods: int,
+    sequence: Sequence[int] | None,
+    seed: int,
+) -> Iterator[PeriodicOrbit]:
+    """Yield orbits of one kind to which motions settle that are followed for long."""
+    if force is None or not _has_period(force) or n_impacts in (0, math.inf):
+        return
+    counts = int(n_impacts), n_periods
+    for motion in settled_motions(osc, force, *counts, n_starts=ATTRACTED, seed=seed):
+        orbit = motion.orbit
+        if orbit is None or (orbit.n_impacts, orbit.n_periods) != counts:
+            continue
+        if sequence is None or _is_rotation(orbit.sequence, tuple(sequence)):
             yield orbit
 
 

@@ -39,9 +39,18 @@ def changes_sign(before: float, after: float) -> bool:
 
 
 def find_zero(
-    family: Family, a: Point, b: Point, test: Callable[[Floats, PeriodicOrbit], float]
+    family: Family,
+    a: Point,
+    b: Point,
+    test: Callable[[Floats, PeriodicOrbit], float],
+    *,
+    beside_others: bool = True,
 ) -> Zero | None:
-    """Return a zero of a function on the family between two points, None if it gets lost."""
+    """Return a zero of a function on the family between two points, None if it gets lost.
+
+    ``beside_others`` is for zeros at which another family may cross; the equations then hold one
+    direction more weakly, and solving them so takes longer.
+    """
     chord = b.z - a.z
     length = float(np.linalg.norm(chord))
     normal = chord / length
@@ -50,9 +59,9 @@ def find_zero(
     def at(part: float) -> tuple[float, Floats, PeriodicOrbit]:
         guess = a.z + part * chord
         try:
-            z = family.corrected(guess, normal, beside_others=True)
+            z = family.corrected(guess, normal, beside_others=beside_others)
         except ConvergenceError:
-            z = family.corrected(guess, normal)
+            z = family.corrected(guess, normal, beside_others=not beside_others)
         orbit = family.orbit(z)
         return test(z, orbit), z, orbit
 

@@ -295,7 +295,7 @@ def impact_map(osc: Oscillator, force: Forcing, stop: int = 0) -> ImpactMap:
     >>> round(float(cycle), 5), round(float(v), 5)
     (0.01209, -1.35659)
     """
-    _check_period(osc, force, "an impact map")
+    check_period(osc, force, "an impact map")
     if not 0 <= stop < len(osc.stops):
         reason = f"the oscillator has {len(osc.stops)} stops, counted from 0"
         raise ParameterError("stop", stop, reason)
@@ -335,13 +335,14 @@ def stroboscopic_map(osc: Oscillator, force: Forcing, *, cycle: float = 0.0) -> 
     >>> round(float(np.linalg.det(matrix) / np.exp(-0.2 * 2 * np.pi / 3) / 0.8**2), 9)
     1.0
     """
-    _check_period(osc, force, "a stroboscopic map")
+    check_period(osc, force, "a stroboscopic map")
     if not math.isfinite(cycle):
         raise ParameterError("cycle", cycle, "not a finite number")
     return StroboscopicMap(osc, force, float(cycle))
 
 
-def _check_period(osc: Oscillator, force: Forcing | None, what: str) -> None:
+def check_period(osc: Oscillator, force: Forcing | None, what: str) -> None:
+    """Raise a ParameterError if this is no oscillator, or the forcing has no period."""
     if not isinstance(osc, Oscillator):
         raise ParameterError("osc", osc, "not an Oscillator")
     if force is None or force.period is None:

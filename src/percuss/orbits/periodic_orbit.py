@@ -23,6 +23,7 @@ from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.passages import Passages
 from percuss.orbits.stability import Stability
+from percuss.orbits.symmetry import is_mirrored_state, is_symmetric_system
 
 if TYPE_CHECKING:
     # A second of import.
@@ -102,6 +103,26 @@ class PeriodicOrbit:
     def is_stable(self) -> bool:
         """Whether neighbours approach the orbit: its stability is "asymptotic"."""
         return self.stability == "asymptotic"
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether it repeats itself mirrored, x -> -x, after half its period.
+
+        For that the system must be so after half a forcing period: its stops mirror each other
+        and its forcing has odd harmonics only.
+        """
+        even = self.n_periods > 0 and self.n_periods % 2 == 0
+        if even or not is_symmetric_system(self.oscillator, self.forcing):
+            return False
+        run = self.trajectory(2)
+        # In the middle of the longest flight: no event is near.
+        ends = np.append(self._events[:, columns.EVENT_T], self.t0 + self.period)
+        longest = int(np.argmax(np.diff(ends)))
+        t = 0.5 * float(ends[longest] + ends[longest + 1])
+        x, v = run([t, t + 0.5 * self.period])
+        fastest = max(float(np.abs(self._events[:, columns.V_AFTER]).max()), float(np.abs(v).max()))
+        scale = np.array([fastest * self.period, fastest])
+        return is_mirrored_state((float(x[0]), float(v[0])), (float(x[1]), float(v[1])), scale)
 
     @property
     def sequence(self) -> tuple[int, ...]:

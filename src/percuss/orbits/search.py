@@ -22,7 +22,7 @@ from percuss.model.stops import Wall
 from percuss.orbits.chain import chain_of_record, chain_of_stops, entries_of, entry
 from percuss.orbits.short_runs import ShortRuns
 
-__all__ = ["Guess", "guesses", "guesses_in", "scattered"]
+__all__ = ["Guess", "guesses", "guesses_in", "scale_of_speed", "scattered"]
 
 Floats = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def guesses(
     runs = ShortRuns(osc, force)
     random = np.random.default_rng(seed)
     period = float(runs.law[0, at.PERIOD])
-    speed = _speed(osc, force, runs.law)
+    speed = scale_of_speed(osc, force, runs.law)
     starts = STARTS if period > 0.0 else FREE_STARTS
     for stop in range(len(osc.stops)):
         way = entry(osc, stop).way * (-1.0 if isinstance(osc.stops[stop], Wall) else 1.0)
@@ -129,7 +129,7 @@ def scattered(
     chain = chain_of_stops(osc, table, stops)
     n, period = len(chain), float(table[0, at.PERIOD])
     random = np.random.default_rng(seed)
-    speed, ways = _speed(osc, force, table), ways_after(table, chain)
+    speed, ways = scale_of_speed(osc, force, table), ways_after(table, chain)
     for _ in range(SCATTERED):
         lasting = random.exponential(size=n) + 0.05
         lasting *= n_periods * period / lasting.sum()
@@ -145,7 +145,7 @@ def ways_after(table: Law, chain: Integers) -> Floats:
     return np.where(ways == 0.0, np.where(lower, 1.0, -1.0), ways)
 
 
-def _speed(osc: Oscillator, force: Forcing | None, table: Law) -> float:
+def scale_of_speed(osc: Oscillator, force: Forcing | None, table: Law) -> float:
     """Return a scale of the velocities that forcing, springs and gaps give."""
     n = int(table[0, at.N_HARMONICS])
     rows = table[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]

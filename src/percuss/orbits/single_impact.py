@@ -35,7 +35,15 @@ from percuss.orbits.making import orbit_of_solution
 from percuss.orbits.newton import Solution, solve
 from percuss.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["SingleImpact", "has_closed_form", "single_impact", "single_impact_orbits"]
+__all__ = [
+    "SingleImpact",
+    "cycle_of",
+    "equations_of",
+    "has_closed_form",
+    "orbit_of_root",
+    "single_impact",
+    "single_impact_orbits",
+]
 
 Floats = NDArray[np.float64]
 
@@ -121,24 +129,25 @@ def single_impact(
     if not has_closed_form(osc, force, stop):
         raise ParameterError("stop", stop, "no wall, or the forcing is not one harmonic")
     table = law(osc, force)
-    region = row_of_region(table, wanted.before)
-    kept = factor(table, region, wanted.bound)
-    period = n_periods * float(table[0, at.PERIOD])
-    matrix, of_one, of_velocity = _equations(table, region, wanted.bound, period, kept)
+    matrix, of_one, of_velocity = equations_of(osc, table, n_periods, stop)
     amplitude = float(table[at.FIRST_HARMONIC, at.AMPLITUDE])
     found = _on_circle(matrix, of_one, of_velocity, amplitude)
     points, coefficients, discriminant = found
-    roots = [(_cycle(table, p, q), u) for p, q, u in points]
+    roots = [(cycle_of(table, p, q), u) for p, q, u in points]
     roots.sort(key=lambda root: -wanted.way * root[1])
     return SingleImpact(
         stop, n_periods, wanted.way, coefficients, discriminant, np.array(roots).reshape(-1, 2)
     )
 
 
-def _equations(
-    table: Law, region: int, bound: int, period: float, kept: float
+def equations_of(
+    osc: Oscillator, table: Law, n_periods: int, stop: int
 ) -> tuple[Floats, Floats, Floats]:
     """Return M, b and d of the equations M (p, q) = b + d U."""
+    bound = entry(osc, stop).bound
+    region = row_of_region(table, entry(osc, stop).before)
+    kept = factor(table, region, bound)
+    period = n_periods * float(table[0, at.PERIOD])
     blow, even, rise = free_response(table, region, period)
     # After whole periods the force is what it was, exactly.
     to_cos, to_sin = harmonic_response(table, region, 0, period, blow, even, (1.0, 0.0))
@@ -196,7 +205,7 @@ def _real_roots(c2: float, c1: float, c0: float) -> list[float]:
     return [first] if first == second else [first, second]
 
 
-def _cycle(table: Law, p: float, q: float) -> float:
+def cycle_of(table: Law, p: float, q: float) -> float:
     """Return the cycle at which the force's part in phase is p and in quadrature q."""
     row = table[at.FIRST_HARMONIC]
     # p + i q = (C + i S) exp(-i w t).
@@ -235,19 +244,26 @@ def single_impact_orbits(
     unstable 1.49258925
     """
     form = single_impact(osc, force, n_periods, stop)
+    found = (orbit_of_root(osc, force, form, cycle, u) for cycle, u in form.roots.tolist())
+    return [orbit for orbit in found if orbit is not None]
+
+
+def orbit_of_root(
+    osc: Oscillator, force: Forcing, form: SingleImpact, cycle: float, u: float
+) -> PeriodicOrbit | None:
+    """Return the orbit of a root, polished by Newton's method; None for one of no velocity.
+
+    That one touches the wall, and needs no wall: an orbit without impacts.
+    """
+    if u == 0.0:
+        return None
     table = law(osc, force)
-    chain = chain_of_stops(osc, table, (stop,))
-    period = float(table[0, at.PERIOD])
+    chain = chain_of_stops(osc, table, (form.stop,))
+    lasting = form.n_periods * float(table[0, at.PERIOD])
     kept = -factor(table, int(chain[0, 1]), int(chain[0, 0]))
-    orbits = []
-    for cycle, u in form.roots:
-        if u == 0.0:
-            # It touches the wall, and needs no wall: an orbit without impacts.
-            continue
-        guess = np.array([cycle * period, n_periods * period, -kept * u])
-        solution = solve(table, chain, guess, n_periods * period)
-        if not solution.converged:
-            # The closed form stands; Newton's method only polishes it.
-            solution = Solution(guess, solution.residual, converged=True, isolated=True)
-        orbits.append(orbit_of_solution(osc, force, chain, solution, n_periods))
-    return orbits
+    guess = np.array([cycle * float(table[0, at.PERIOD]), lasting, -kept * u])
+    solution = solve(table, chain, guess, lasting)
+    if not solution.converged:
+        # The closed form stands; Newton's method only polishes it.
+        solution = Solution(guess, solution.residual, converged=True, isolated=True)
+    return orbit_of_solution(osc, force, chain, solution, form.n_periods)

@@ -11,30 +11,44 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.errors import PercussError
+from percuss.model.law import law
+from percuss.orbits.births import birth_of, located_birth
 from percuss.orbits.conditions import Point, conditions_of, leaves_soft_stop
+from percuss.orbits.corners import corner_between
 from percuss.orbits.family import Family
+from percuss.orbits.grazing import GrazeAnalysis, analysed_graze
 from percuss.orbits.locating import Zero, changes_sign, find_zero
 from percuss.orbits.periodic_orbit import PeriodicOrbit
+from percuss.orbits.rounds import halves_differ
+from percuss.orbits.symmetry import half_multipliers
+from percuss.orbits.touches import accumulates
 
-__all__ = ["Kind", "SpecialPoint", "goes_round_twice", "special_points_between"]
+__all__ = ["Kind", "SpecialPoint", "corner_point", "special_points_between"]
 
 Floats = NDArray[np.float64]
 Kind: TypeAlias = Literal[
-    "fold", "period_doubling", "symmetry_breaking", "branch_point", "grazing", "strong_resonance"
+    "fold",
+    "period_doubling",
+    "symmetry_breaking",
+    "branch_point",
+    "grazing",
+    "chatter",
+    "corner",
+    "strong_resonance",
 ]
 
 # A bracket in the parameter that is a location, as a part of it.
 LOCATED = 1e-10
+# How far beside a corner its orbit is taken, in scaled parameter.
+CORNER = 1e-11
 # Velocities below this part of the scale are too small to tell a passage beside an impact.
 SLOW = 1e-6
 # Multipliers that the conditions bring to the edge of stability, and how near they come.
 EDGES, ON_EDGE = {"one": 1.0, "minus one": -1.0}, 1e-3
 # Special points nearer than this are one.
 SAME = 1e-9
-# Of the halves of an orbit that mirror each other.
-MIRRORED = 1e-6
-# Of the halves of a doubled orbit where it comes from: they part with a square root.
-ONE_AND_THE_SAME = 1e-4
+_DOUBLES = "which doubles here"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +59,11 @@ class SpecialPoint:
     ----------
     kind
         "fold" (two orbits meet and end), "period_doubling" (a multiplier of -1),
-        "symmetry_breaking" (a multiplier of 1, of an orbit whose halves mirror each other),
+        "symmetry_breaking" (the multiplier of the map over half a symmetric orbit is -1),
         "branch_point" (a multiplier of 1 otherwise), "grazing" (an impact of no velocity, or a
-        turning point that touches a stop), "strong_resonance" (of a conservative family, trace
-        -1 or 0).
+        turning point that touches a stop), "chatter" (impacts lose their velocity together
+        while the force pushes into the wall: they accumulate), "corner" (two stops that are met come to lie at one
+        place), "strong_resonance" (of a conservative family, trace -1 or 0).
     path, value
         The parameter and its value there.
     interval
@@ -75,6 +90,52 @@ class SpecialPoint:
     row: int
     detail: str
     codimension: int = 1
+    # Of the branch there, by unknowns and parameter.
+    _tangent: Floats | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def graze(self) -> GrazeAnalysis | None:
+        """What a graze implies for the motions beside it, worked out on demand.
+
+        None for other kinds of points, and where a touch is none of one stop, or of two that
+        mirror each other, alone.
+        """
+        if self.kind != "grazing":
+            return None
+        try:
+            return analysed_graze(self.orbit, self.path)
+        except PercussError:
+            return None
+
+
+def corner_point(
+    family: Family, beside: Point, end: float, *, is_end: bool
+) -> tuple[SpecialPoint, Point] | None:
+    """Return the corner between a point of a family and a value of the parameter, None for none.
+
+    At the corner itself the stops are one, and the equations others: its orbit is the one beside.
+    """
+    value = family.value(beside.z)
+    found = corner_between(family, beside.orbit, value, end)
+    if found is None:
+        return None
+    at, moved, other = found
+    detail = f"stops {moved} and {other} come to lie at one place"
+    there = beside
+    if not is_end:
+        held = np.append(np.zeros(len(beside.z) - 1), 1.0)
+        guess = beside.z.copy()
+        guess[-1] = (at - family.low) / (family.high - family.low) - CORNER * np.sign(at - value)
+        z = family.corrected(guess, held)
+        orbit = family.orbit(z)
+        there = Point(z, beside.tangent, orbit, conditions_of(family, orbit), family)
+    ends = sorted((family.value(there.z), at))
+    exact = ends[1] - ends[0] <= LOCATED * max(1.0, abs(at)) or not is_end
+    status: Literal["located", "bracketed"] = "located" if exact else "bracketed"
+    special = SpecialPoint(
+        "corner", family.path, at, (ends[0], ends[1]), status, there.orbit, -1, detail
+    )
+    return special, there
 
 
 def special_points_between(
@@ -89,20 +150,23 @@ def special_points_between(
     turns = a.tangent[-1] * b.tangent[-1] < 0.0
     zeros = []
     for name in changed:
-        zero = find_zero(family, a, b, _test(family, name))
+        crossed = name == "one"
+        zero = find_zero(family, a, b, _test(family, name), beside_others=crossed)
         if zero is not None:
             zeros.append((name, zero))
     if turns and "one" not in changed:
         zero = find_zero(family, a, b, lambda z, _: float(family.tangent(z, a.tangent)[-1]))
         if zero is not None:
             zeros.append(("fold", zero))
-    yield from _told(family, a, sorted(zeros, key=lambda found: found[1].part), turns=turns)
+    zeros = [(name, _at_birth(family, a, name, zero, turns=turns)) for name, zero in zeros]
+    yield from _told(family, (a, b), sorted(zeros, key=lambda found: found[1].part), turns=turns)
 
 
 def _told(
-    family: Family, a: Point, zeros: list[tuple[str, Zero]], *, turns: bool
+    family: Family, ends: tuple[Point, Point], zeros: list[tuple[str, Zero]], *, turns: bool
 ) -> Iterator[tuple[SpecialPoint, Point]]:
     """Return zeros in order as special points, those of one kind at one place as one."""
+    a, b = ends
     touched = any(name.startswith("velocity") for name, _ in zeros)
     leaves = any(leaves_soft_stop(family, name) for name, _ in zeros)
     # The passage of a formal orbit vanishes with the velocity of the impact beside it; and a
@@ -118,15 +182,19 @@ def _told(
             and not _has_multiplier(zero, EDGES[name])
         ):
             continue
-        kind, detail = _meaning(family, name, zero.orbit, turns=turns)
+        kind, detail = _meaning(family, a, name, zero.orbit, turns=turns)
         if last is not None and last[0].kind == kind and _is_at(zero, last[1]):
             last = dataclasses.replace(last[0], detail=f"{last[0].detail}, and {detail}"), last[1]
             continue
         if last is not None:
             yield last
         tangent = family.tangent(zero.z, a.tangent)
-        there = Point(zero.z, tangent, zero.orbit, conditions_of(family, zero.orbit))
-        last = _special(family, kind, detail, zero), there
+        there = Point(zero.z, tangent, zero.orbit, conditions_of(family, zero.orbit), family)
+        # Where branches cross the equations do not tell their tangents apart; the points do.
+        chord = (1.0 - zero.part) * a.tangent + zero.part * b.tangent
+        chord = chord * np.append(family.scale, family.high - family.low)
+        it = dataclasses.replace(_special(family, kind, detail, zero), _tangent=chord)
+        last = it, there
         if leaves_soft_stop(family, name):
             break
     if last is not None:
@@ -158,9 +226,13 @@ def _special(family: Family, kind: Kind, detail: str, zero: Zero) -> SpecialPoin
     return SpecialPoint(kind, family.path, value, (low, high), status, zero.orbit, -1, detail)
 
 
-def _meaning(family: Family, name: str, orbit: PeriodicOrbit, *, turns: bool) -> tuple[Kind, str]:
+def _meaning(
+    family: Family, a: Point, name: str, orbit: PeriodicOrbit, *, turns: bool
+) -> tuple[Kind, str]:
     if name.startswith("velocity"):
-        stop = family.ways[int(name.split()[1])][1]
+        row, stop, _ = family.ways[int(name.split()[1])]
+        if family.walls[row] and accumulates(orbit, row):
+            return "chatter", f"impacts on stop {stop} accumulate: the force pushes into it"
         return "grazing", f"an impact on stop {stop} has no velocity"
     if name == "passage":
         return "grazing", "a turning point between two events touches a stop"
@@ -170,33 +242,32 @@ def _meaning(family: Family, name: str, orbit: PeriodicOrbit, *, turns: bool) ->
         return "strong_resonance", "the multipliers are third roots of 1"
     if name == "fourth":
         return "strong_resonance", "the multipliers are fourth roots of 1"
-    if turns and goes_round_twice(family, orbit):
-        return "period_doubling", "the orbit is a shorter one gone round twice, which doubles here"
     if turns:
+        birth = birth_of(family, orbit)
+        if birth == "doubled" and halves_differ(a.orbit) > SAME:
+            return "period_doubling", "the orbit is a shorter one gone round twice, " + _DOUBLES
+        if birth == "mirrored" and not a.orbit.symmetric:
+            return "symmetry_breaking", "the orbit is symmetric; two that mirror each other start"
         return "fold", "two orbits meet and end"
-    if _is_symmetric(family, orbit):
-        return "symmetry_breaking", "a multiplier of an orbit with mirrored halves is 1"
+    if orbit.symmetric and family.n % 2 == 0 and _breaks(orbit):
+        return "symmetry_breaking", "a multiplier of the map over half the symmetric orbit is -1"
     return "branch_point", "a multiplier is 1, and the parameter does not turn"
 
 
-def goes_round_twice(family: Family, orbit: PeriodicOrbit) -> bool:
-    """Tell whether an orbit is a shorter one: there the shorter one doubles its period."""
-    if family.n_periods % 2:
-        return False
-    return _halves_differ(family, orbit, 1.0) < ONE_AND_THE_SAME
+def _breaks(orbit: PeriodicOrbit) -> bool:
+    """Tell whether the multiplier 1 of a symmetric orbit is the square of -1, not of 1."""
+    table = law(orbit.oscillator, orbit.forcing)
+    over_half = half_multipliers(table, orbit._events, orbit._marks)
+    return min(abs(each + 1.0) for each in over_half) < min(abs(each - 1.0) for each in over_half)
 
 
-def _is_symmetric(family: Family, orbit: PeriodicOrbit) -> bool:
-    return _halves_differ(family, orbit, -1.0) < MIRRORED
-
-
-def _halves_differ(family: Family, orbit: PeriodicOrbit, sign: float) -> float:
-    """Return by how much the halves of an orbit differ, the second one mirrored by -1."""
-    n = family.n
-    if n == 0 or n % 2:
-        return math.inf
-    scaled = orbit._unknowns[1:] / family.scale[1:]
-    half = n // 2
-    lasting, speeds = scaled[:n], scaled[n:]
-    apart = np.append(lasting[:half] - lasting[half:], speeds[:half] - sign * speeds[half:])
-    return float(np.abs(apart).max())
+def _at_birth(family: Family, a: Point, name: str, zero: Zero, *, turns: bool) -> Zero:
+    """Return a zero where one family starts from another as the simpler of the two locates it."""
+    if name not in ("one", "fold"):
+        return zero
+    birth = birth_of(family, zero.orbit)
+    symmetric = birth == "mirrored" and a.orbit.symmetric
+    if birth is None or symmetric == turns:
+        # Nothing starts; or symmetric orbits fold.
+        return zero
+    return located_birth(family, zero, birth) or zero

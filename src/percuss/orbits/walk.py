@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,13 @@ from percuss.errors import PercussError
 from percuss.model.stops import SoftStop
 from percuss.orbits.conditions import Point, conditions_of, leaves_soft_stop
 from percuss.orbits.family import Family
+from percuss.orbits.meetings import orbit_beyond
 from percuss.orbits.periodic_orbit import PeriodicOrbit
-from percuss.orbits.special_points import SpecialPoint, goes_round_twice, special_points_between
+from percuss.orbits.ranges import own_value
+from percuss.orbits.special_points import SpecialPoint, corner_point, special_points_between
+from percuss.orbits.telling import Telling
 
-__all__ = ["Row", "Walk"]
+__all__ = ["STOPPED", "Row", "Walk"]
 
 Floats = NDArray[np.float64]
 Row = tuple[Point, SpecialPoint | None]
@@ -28,7 +32,12 @@ LONGER = 1.6
 # Where the parameter makes up this part of a step it is the coordinate; elsewhere arclength is.
 MOSTLY_PARAMETER = 0.1
 # Steps of the parameter between these give its derivative, as a part of the range.
-SHORT, LONG = 1e-7, 0.02
+SHORT, LONG = 1e-7, 0.05
+
+# A branch that ends this near to a corner, in scaled parameter, ends there.
+AT_CORNER = 1e-6
+
+STOPPED = "stopped by progress"
 
 
 class Walk:
@@ -42,47 +51,115 @@ class Walk:
         z = self.family.start(orbit, value)
         before = np.zeros(len(z))
         before[-1] = 1.0
-        return Point(z, self.family.tangent(z, before), orbit, conditions_of(self.family, orbit))
+        tangent = self.family.tangent(z, before)
+        return Point(z, tangent, orbit, conditions_of(self.family, orbit), self.family)
 
-    def along(self, start: Point, way: float) -> tuple[list[Row], str, bool]:
-        """Go one way; return the rows after the start, why they end, whether they close."""
+    def along(
+        self,
+        start: Point,
+        way: float,
+        *,
+        until: Callable[[SpecialPoint], bool] | None = None,
+        telling: Telling | None = None,
+    ) -> tuple[list[Row], str, bool]:
+        """Go one way; return the rows after the start, why they end, whether they close.
+
+        ``until`` ends it at a special point, which then is the last row; ``telling`` is told of
+        each orbit, and may end it too.
+        """
         rows: list[Row] = []
-        here = dataclasses.replace(start, tangent=way * start.tangent)
-        step = min(FIRST_STEP, self.largest)
-        for _ in range(self.max_points):
-            end = self._edge(here)
+        walk, here = self, dataclasses.replace(start, tangent=way * start.tangent)
+        step = first = min(FIRST_STEP, self.largest)
+        while len(rows) < self.max_points:
+            end = walk._edge(here)
             if end is not None:
                 return rows, end, False
-            found, step, why = self._step(here, step)
+            found, step, why = walk._step(here, step)
             if found is None:
-                return rows, why, False
-            new: list[Row] = [
-                (it, there) for there, it in special_points_between(self.family, here, found)
-            ]
-            last, change = self._last(here, found, new)
-            if change:
-                return rows + new[: last + 1], change, False
-            rows += new
+                corner = walk._corner(here)
+                if corner is None or corner[1] is None:
+                    return rows, why, False
+                at = f"{walk.family.path} = {corner[1].value:.12g}"
+                return [*rows, corner], f"at {at} {corner[1].detail}", False
+            new = walk._specials(here, found)
+            last, why, changes = walk._last(here, found, new)
+            for row in new[: last + 1]:
+                rows.append(row)
+                if until is not None and row[1] is not None and until(row[1]):
+                    return rows, row[1].detail, False
+            if why:
+                graze = here if last < 0 else new[last][0]
+                other = walk._beyond(graze) if changes else None
+                if other is None:
+                    return rows, why, False
+                walk, found = other
+                step = first
             rows.append((found, None))
-            if len(rows) > 5 and _is_back(start, found, way, here):
+            if len(rows) > 5 and walk is self and _is_back(start, found, way, here):
                 return rows, "the branch closed", True
             here = found
+            if telling is not None and not telling.go_on(walk.family.value(here.z)):
+                return rows, STOPPED, False
         return rows, f"max_points = {self.max_points} reached", False
 
-    def _last(self, here: Point, found: Point, new: list[Row]) -> tuple[int, str]:
-        """Return which of the special points after a point ends the branch, and why, if one does.
+    def _specials(self, here: Point, found: Point) -> list[Row]:
+        """Return the special points between two points, in order."""
+        between = special_points_between(self.family, here, found)
+        new: list[Row] = [(it, special) for special, it in between]
+        corner = corner_point(self.family, here, self.family.value(found.z), is_end=False)
+        if corner is not None:
+            new.append((corner[1], corner[0]))
+            new.sort(key=lambda row: float(np.linalg.norm(row[0].z - here.z)))
+        return new
 
-        At soft stops another order of events takes over, and this one means nothing.
+    def _corner(self, here: Point) -> Row | None:
+        """Return the corner at which the parameter can go no further, None if it is none."""
+        beyond = self.family.value(here.z + np.sign(here.tangent[-1]) * AT_CORNER)
+        corner = corner_point(self.family, here, beyond, is_end=True)
+        return None if corner is None else (corner[1], corner[0])
+
+    def _beyond(self, graze: Point) -> tuple[Walk, Point] | None:
+        """Return the walk that goes on beyond a graze of a soft stop, and its first point."""
+        value = self.family.value(graze.z)
+        orbit = orbit_beyond(self.family, graze.orbit, value)
+        if orbit is None:
+            return None
+        beside = own_value(orbit, self.family.path)
+        other = Family(orbit, self.family.path, self.family.low, self.family.high)
+        walk = Walk(other, self.max_points, self.largest)
+        point = walk.start(orbit, beside)
+        # Away from the graze.
+        way = np.sign(beside - value) * np.sign(point.tangent[-1])
+        return walk, dataclasses.replace(point, tangent=way * point.tangent)
+
+    def _last(self, here: Point, found: Point, new: list[Row]) -> tuple[int, str, bool]:
+        """Return which of the special points after a point ends the family, and why, if one does.
+
+        At soft stops another order of events takes over, and this one means nothing; the last
+        entry tells whether it is that.
         """
         change = self._change(here, found)
         for k, (point, it) in enumerate(new):
             at = f"{self.family.path} = {self.family.value(point.z):.12g}"
             if change and it is not None and it.kind == "grazing":
-                return k, f"beyond {at} {change}"
-            doubles = it is not None and it.kind == "period_doubling"
-            if doubles and goes_round_twice(self.family, point.orbit):
-                return k, f"at {at} the orbit is a shorter one gone round twice"
-        return 0, ""
+                return k, f"beyond {at} {change}", True
+            if it is not None and it.kind == "chatter":
+                return k, f"at {at} {it.detail}, and hops cannot be told apart", False
+            if it is not None and it.kind == "period_doubling" and "twice" in it.detail:
+                return k, f"at {at} the orbit is a shorter one gone round twice", False
+            if it is not None and it.kind == "symmetry_breaking" and "start" in it.detail:
+                return (
+                    k,
+                    f"at {at} the orbit is symmetric; beyond it lies the mirrored family",
+                    False,
+                )
+        if change and here.conditions["passage"] == 0.0:
+            return (
+                -1,
+                f"beyond {self.family.path} = {self.family.value(here.z):.12g} {change}",
+                True,
+            )
+        return len(new), "", False
 
     def _change(self, here: Point, found: Point) -> str:
         """Tell how an orbit's meetings with soft stops change between two points, "" if not."""
@@ -91,11 +168,15 @@ class Walk:
             met = here.conditions[name] > 0.0
             if met and found.conditions[name] <= 0.0 and leaves_soft_stop(self.family, name):
                 return f"the orbit does not meet soft stop {stop}"
-        if here.conditions["passage"] > 0.0 >= found.conditions["passage"]:
+        if here.conditions["passage"] >= 0.0 > found.conditions["passage"]:
             for stop in found.orbit.passages.stop.tolist():
                 if isinstance(self.family.oscillator.stops[stop], SoftStop):
                     return f"the orbit meets soft stop {stop} once more"
         return ""
+
+    def _size(self, z: Floats) -> float:
+        """Return how much larger the velocities are than those of the first orbit, at least 1."""
+        return max(1.0, float(np.abs(z[1 + self.family.n : -1]).max(initial=0.0)))
 
     def _edge(self, here: Point) -> str | None:
         part, outwards = here.z[-1], here.tangent[-1]
@@ -117,7 +198,7 @@ class Walk:
                 here = dataclasses.replace(here, tangent=exact)
             if found is not None:
                 straight = float(here.tangent @ found.tangent) > STRAIGHT
-                longest = min(self.largest, step * LONGER)
+                longest = min(self.largest * self._size(found.z), step * LONGER)
                 return found, longest if straight else step, ""
             step *= 0.5
         at = f"{self.family.path} = {self.family.value(here.z):.12g}"
@@ -139,12 +220,12 @@ class Walk:
         if not 0.0 <= z[-1] <= 1.0 or np.linalg.norm(z - guess) > 0.5 * step:
             return None
         stepped = SHORT < abs(z[-1] - here.z[-1]) < LONG
-        known = self.family.value(here.z) if along_parameter and stepped else None
+        known = self.family.value(here.z) if stepped else None
         orbit = self.family.orbit(z)
         tangent = self.family.tangent(z, here.tangent, known)
         if known is not None and here.tangent @ tangent < STRAIGHT:
             tangent = self.family.tangent(z, here.tangent)
-        found = Point(z, tangent, orbit, conditions_of(self.family, orbit))
+        found = Point(z, tangent, orbit, conditions_of(self.family, orbit), self.family)
         return found if here.tangent @ found.tangent > TURNED else None
 
 

@@ -1,0 +1,363 @@
+"""What came before: a motion followed back in time, event by event.
+
+A motion runs back in short stretches of the closed form, `flight.move` at negative times, for
+which its power series have all digits. The first event of a stretch is found as in `touch`: by
+Taylor's theorem with a bound of the fourth derivative, which needs no damping of the right sign.
+At a wall the velocity before an impact is that after it, divided by the restitution: without
+restitution, and in a contact, there is no way back (docs/theory/impact-surface.md).
+"""
+
+from __future__ import annotations
+
+import math
+
+from percuss.kernels.compile import kernel
+from percuss.kernels.doubled import later
+from percuss.kernels.flight import acceleration_and_jerk, constant_force, move, set_phases
+from percuss.kernels.landing import ULP
+from percuss.kernels.law import (
+    FIRST_HARMONIC,
+    FORCE_BOUND,
+    LOWER,
+    LOWER_KIND,
+    LOWER_RESTITUTION,
+    N_HARMONICS,
+    NUMBER,
+    OMEGA,
+    QUICKEST,
+    STIFFNESS,
+    UPPER,
+    UPPER_KIND,
+    UPPER_RESTITUTION,
+    WALL,
+    Law,
+    Table,
+)
+from percuss.kernels.record import Integers
+from percuss.kernels.touch import CLEAR, FLAT, ONE_MINIMUM, UNKNOWN, shape_of
+
+# Columns of a lane's state: instant, displacement from PLACE, velocity, PLACE, the events met, and
+# the size of the flight so far.
+T, T_LOW, Y, V, PLACE, EVENTS, SIZE = range(7)
+STATE_ENTRIES = 7
+# Columns of a hit: instant, velocity after it, and the events met later in time.
+HIT_T, HIT_T_LOW, HIT_V, HIT_EVENTS = range(4)
+HIT_COLUMNS = 4
+
+# Why a lane ended: at its last hit, at its time, at an impact without restitution, at an instant
+# from which no motion leads back (rest, or a velocity against the wall's normal), too fast, or
+# after too many events.
+AT_HITS, AT_TIME, NO_RESTITUTION, NO_PAST, TOO_FAST, TOO_MANY = range(6)
+
+# The longest stretch, as a phase of the fastest motion or harmonic: that of the power series.
+PART = 0.5
+# Relative rounding of a stretch, of the sizes of its terms.
+ROUNDING = 32.0 * ULP
+# Relative rounding of a whole flight: a touch that is less deep is none.
+TOUCH = 64.0 * ULP
+MOST_EVENTS = 100_000
+HALVINGS = 60
+
+
+@kernel
+def bound_of_fourth(law: Law, region: int, second: float, third: float, width: float) -> float:
+    """Return a bound on abs(x'''') over the ``width`` before an instant.
+
+    u = x'' obeys u'' = f'' - 2 a u' - K u, and with q = QUICKEST, 2 a <= q and abs(K) <= q**2:
+    E = abs(u') + q abs(u) grows by at most F + 2 q E, either way in time.
+    """
+    quickest = law[region, QUICKEST]
+    force = law[0, FORCE_BOUND + 2]
+    energy = abs(third) + quickest * abs(second) + force * width
+    return force + quickest * energy * math.exp(2.0 * quickest * width)
+
+
+@kernel
+def time_to_leave(first: float, second: float, third: float, fourth: float, width: float) -> float:
+    """Return how long a clearance that starts at 0 is surely positive, at most ``width``.
+
+    ``first`` to ``third`` are its derivatives, of which the first that is not zero is positive;
+    0 if it is negative.
+    """
+    third = abs(third) + fourth * width
+    if first != 0.0:
+        bend = abs(second) + width * third
+        free = 1.8 * first / bend if bend > 0.0 else width
+    else:
+        free = 2.7 * second / third if third > 0.0 else width
+        if second == 0.0:
+            free = 0.0
+    return max(0.0, min(free, width))
+
+
+@kernel
+def retreat(
+    law: Law, region: int, state: Table, force: float, phases: Table, arrival: Table, s: float
+) -> None:
+    """Take a state back by s."""
+    # The force of `move` is that at the place where it starts.
+    start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
+    y, v = move(law, region, start, phases, -s, arrival)
+    state[Y] += y
+    state[V] = v
+    state[T], state[T_LOW] = later(state[T], state[T_LOW], -s)
+    set_phases(law, state[T], state[T_LOW], phases)
+
+
+@kernel
+def root_before(
+    law: Law,
+    region: int,
+    state: Table,
+    force: float,
+    phases: Table,
+    arrival: Table,
+    sign: float,
+    distance: float,
+    right: float,
+) -> float:
+    """Return how long before a state the clearance, positive there, was zero, once in ``right``."""
+    start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
+    left = 0.0
+    s = 0.5 * right
+    for _ in range(HALVINGS + 20):
+        y, v = move(law, region, start, phases, -s, arrival)
+        clearance = sign * ((state[Y] - distance) + y)
+        if clearance > 0.0:
+            left = s
+        else:
+            right = s
+        step = sign * clearance / v if v != 0.0 else 2.0 * right
+        if abs(step) <= ULP * s:
+            break
+        s += step
+        if not left < s < right:
+            s = 0.5 * (left + right)
+            if not left < s < right:
+                break
+    return s
+
+
+@kernel
+def turn_before(
+    law: Law,
+    region: int,
+    state: Table,
+    force: float,
+    phases: Table,
+    arrival: Table,
+    sign: float,
+    distance: float,
+    right: float,
+) -> tuple[float, float]:
+    """Return how long before a state the velocity was zero, once in ``right``, and the clearance."""
+    start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
+    left = 0.0
+    clearance = 0.0
+    for _ in range(HALVINGS):
+        s = 0.5 * (left + right)
+        y, v = move(law, region, start, phases, -s, arrival)
+        clearance = sign * ((state[Y] - distance) + y)
+        # Back in time the clearance falls while the velocity leads off the bound.
+        if sign * v > 0.0:
+            left = s
+        else:
+            right = s
+        if not left < 0.5 * (left + right) < right:
+            break
+    return 0.5 * (left + right), clearance
+
+
+@kernel
+def zero_on(
+    law: Law,
+    region: int,
+    state: Table,
+    force: float,
+    phases: Table,
+    arrival: Table,
+    sign: float,
+    distance: float,
+    piece: tuple[float, float],
+    shape: int,
+) -> float:
+    """Return how long before a state a bound was met, infinite if not at all.
+
+    ``piece`` is how long, and up to which clearance a touch is none.
+    """
+    if shape in (CLEAR, FLAT):
+        return math.inf
+    width, doubt = piece
+    start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
+    y, v = move(law, region, start, phases, -width, arrival)
+    end = width
+    clearance = sign * ((state[Y] - distance) + y)
+    if clearance > 0.0 and shape == ONE_MINIMUM and sign * state[V] > 0.0 and sign * v < 0.0:
+        end, clearance = turn_before(
+            law, region, state, force, phases, arrival, sign, distance, width
+        )
+        clearance += doubt
+    if clearance > 0.0:
+        return math.inf
+    return root_before(law, region, state, force, phases, arrival, sign, distance, end)
+
+
+@kernel
+def meet_before(
+    law: Law,
+    region: int,
+    state: Table,
+    force: float,
+    phases: Table,
+    arrival: Table,
+    longest: float,
+    fastest: float,
+) -> float:
+    """Take a state back to the last event before it, or by ``longest``; return the event's side.
+
+    The side is -1 at the lower bound, +1 at the upper, 0 if the time is over. At a bound whose
+    normal the velocity is against, the event is at once; 2 where nothing ever moved.
+    """
+    low = law[region, LOWER] - state[PLACE]
+    high = law[region, UPPER] - state[PLACE]
+    part = longest_part(law, region, longest)
+    width = part
+    gone = 0.0
+    while gone < longest and abs(state[V]) < fastest:
+        width = min(width, longest - gone)
+        second, third = acceleration_and_jerk(law, region, force, phases, state[Y], state[V])
+        fourth = bound_of_fourth(law, region, second, third, width)
+        # Back in time the odd derivatives change their signs.
+        ends = (state[Y] <= low, state[Y] >= high)
+        if ends[0] or ends[1]:
+            way = 1.0 if ends[0] else -1.0
+            first = -way * state[V]
+            width = time_to_leave(first, way * second, third, fourth, width)
+            if width == 0.0:
+                return -way if first < 0.0 else 2.0
+        size = abs(state[Y]) + width * (abs(state[V]) + width * (abs(force) + law[0, FORCE_BOUND]))
+        state[SIZE] = max(state[SIZE], size)
+        doubt = ROUNDING * size
+        below = CLEAR
+        if low > -math.inf and not ends[0]:
+            below = shape_of(state[Y] - low, -state[V], second, -third, fourth, width, doubt)
+        above = CLEAR
+        if high < math.inf and not ends[1]:
+            above = shape_of(high - state[Y], state[V], -second, third, fourth, width, doubt)
+        if UNKNOWN in (below, above) and width > 8.0 * ULP * part:
+            width *= 0.5
+            continue
+        piece = (width, TOUCH * state[SIZE])
+        first = zero_on(law, region, state, force, phases, arrival, 1.0, low, piece, below)
+        last = zero_on(law, region, state, force, phases, arrival, -1.0, high, piece, above)
+        s = min(first, last)
+        if s < math.inf:
+            retreat(law, region, state, force, phases, arrival, s)
+            state[Y] = low if first <= last else high
+            return -1.0 if first <= last else 1.0
+        retreat(law, region, state, force, phases, arrival, width)
+        gone += width
+        width = min(2.0 * width, part)
+    return 0.0
+
+
+@kernel
+def longest_part(law: Law, region: int, longest: float) -> float:
+    """Return the length of the longest stretch."""
+    fastest = law[region, QUICKEST]
+    for j in range(int(law[0, N_HARMONICS])):
+        fastest = max(fastest, law[FIRST_HARMONIC + j, OMEGA])
+    return PART / fastest if fastest > 0.0 else longest
+
+
+@kernel
+def cross_back(law: Law, state: Table, region: int, side: float) -> tuple[int, int]:
+    """Take a state at a bound back over it; return the region before and a status, -1 if none."""
+    kind = law[region, LOWER_KIND if side < 0.0 else UPPER_KIND]
+    x = law[region, LOWER if side < 0.0 else UPPER]
+    state[PLACE] = x
+    state[Y] = 0.0
+    state[SIZE] = 0.0
+    if kind == WALL:
+        restitution = law[region, LOWER_RESTITUTION if side < 0.0 else UPPER_RESTITUTION]
+        if restitution == 0.0:
+            return region, NO_RESTITUTION
+        state[V] = -state[V] / restitution
+        return region, -1
+    rows = 1 + int(law[0, N_HARMONICS])
+    return region + (rows if side > 0.0 else -rows), -1
+
+
+@kernel
+def trace_back(
+    law: Law,
+    region: int,
+    state: Table,
+    wanted: tuple[int, float],
+    longest: float,
+    fastest: float,
+    hits: Table,
+    phases: Table,
+    arrival: Table,
+) -> tuple[int, int, int]:
+    """Follow a motion back until ``hits`` (n, HIT_COLUMNS) are full, or by ``longest``.
+
+    A hit is an impact on the bound of that number, or a crossing of it that comes with a velocity
+    of that sign. It ends too where it was faster than ``fastest``: back in time impacts accumulate
+    between two walls, each slower than the one before it. Return why it ended, the number of hits and the region's row.
+    """
+    begin = state[T]
+    begin_low = state[T_LOW]
+    count = 0
+    set_phases(law, state[T], state[T_LOW], phases)
+    while state[EVENTS] < MOST_EVENTS:
+        force = constant_force(law, region, state[PLACE])
+        left = longest - ((begin - state[T]) + (begin_low - state[T_LOW]))
+        side = meet_before(law, region, state, force, phases, arrival, left, fastest)
+        if not abs(state[V]) < fastest:
+            return TOO_FAST, count, region
+        if side == 0.0:
+            return AT_TIME, count, region
+        if side == 2.0:
+            return NO_PAST, count, region
+        bound = int(law[region, NUMBER]) + (1 if side > 0.0 else 0)
+        wall = law[region, LOWER_KIND if side < 0.0 else UPPER_KIND] == WALL
+        state[EVENTS] += 1.0
+        if bound == wanted[0] and (wall or wanted[1] * state[V] > 0.0):
+            hits[count, HIT_T] = state[T]
+            hits[count, HIT_T_LOW] = state[T_LOW]
+            hits[count, HIT_V] = state[V]
+            hits[count, HIT_EVENTS] = state[EVENTS] - 1.0
+            count += 1
+            if count == hits.shape[0]:
+                return AT_HITS, count, region
+        region, status = cross_back(law, state, region, side)
+        if status >= 0:
+            return status, count, region
+    return TOO_MANY, count, region
+
+
+@kernel
+def trace_lanes(
+    law: Law,
+    regions: Integers,
+    states: Table,
+    wanted: tuple[int, float],
+    longest: float,
+    fastest: float,
+    hits: Table,
+    ends: Integers,
+    room: Table,
+) -> None:
+    """Follow each motion back as `trace_back` does.
+
+    ``regions`` (n,) are their rows, ``states`` (n, STATE_ENTRIES), ``hits`` (n, m, HIT_COLUMNS);
+    ``ends`` (n, 2) receives the reason and the number of hits; ``room`` is (2, n_harmonics, 2).
+    """
+    for i in range(regions.shape[0]):
+        status, count, region = trace_back(
+            law, regions[i], states[i], wanted, longest, fastest, hits[i], room[0], room[1]
+        )
+        ends[i, 0] = status
+        ends[i, 1] = count
+        regions[i] = region

@@ -1,0 +1,114 @@
+"""Motion that repeats itself mirrored after half a period, and its map over that half."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.kernels import record as columns
+from percuss.kernels.law import N_HARMONICS, Law, Table
+from percuss.kernels.record import Integers
+from percuss.kernels.tangent import neighbours
+from percuss.model.exact import as_fraction
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import SoftStop, Stop
+
+__all__ = ["half_multipliers", "is_mirrored_state", "is_symmetric_system"]
+
+Floats = NDArray[np.float64]
+
+# How far a frequency may be from a whole multiple of the forcing's, as for a given period.
+WHOLE = 1e-9
+# Of states half a period apart: orbits are found to some 1e-12.
+MIRRORED = 1e-8
+
+
+def is_symmetric_system(osc: Oscillator, force: Forcing | None) -> bool:
+    """Tell whether the system is unchanged under (x, t) -> (-x, t + half a forcing period).
+
+    The stops come in mirrored pairs, and the forcing has odd multiples of its frequency only, and
+    no constant.
+
+    Parameters
+    ----------
+    osc, force
+        What moves; None for free motion, where any shift of time will do.
+
+    Returns
+    -------
+    bool
+        By the exact values of the parameters.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> backlash = pc.backlash_oscillator(gap=1.0, stiffness=9.0)
+    >>> is_symmetric_system(backlash, pc.cosine(2.0))
+    True
+    >>> is_symmetric_system(backlash, pc.cosine(2.0, constant=0.1))
+    False
+    """
+    stops = sorted(_told(stop, mirrored=False) for stop in osc.stops)
+    if stops != sorted(_told(stop, mirrored=True) for stop in osc.stops):
+        return False
+    if force is None:
+        return True
+    if as_fraction(force.constant) != 0 or (force.harmonics and force.period is None):
+        return False
+    return all(_is_odd(part.omega, force) for part in force.components() if part.cos or part.sin)
+
+
+def _told(stop: Stop, *, mirrored: bool) -> tuple[object, ...]:
+    """Return what tells a stop, or its mirror image, from others."""
+    at, above = as_fraction(stop.at), stop.side == "above"
+    if isinstance(stop, SoftStop):
+        numbers = 1, as_fraction(stop.stiffness), as_fraction(stop.damping)
+    else:
+        numbers = 0, as_fraction(stop.restitution), as_fraction(0)
+    return (-at, not above, *numbers) if mirrored else (at, above, *numbers)
+
+
+def _is_odd(omega: object, force: Forcing) -> bool:
+    if force.frequency is not None:
+        ratio = as_fraction(omega) / force.frequency  # type: ignore[arg-type]
+        return ratio.denominator == 1 and ratio.numerator % 2 == 1
+    assert force.period is not None
+    turns = float(as_fraction(omega)) * force.period / (2.0 * math.pi)  # type: ignore[arg-type]
+    return abs(turns - round(turns)) < WHOLE * max(1.0, turns) and round(turns) % 2 == 1
+
+
+def is_mirrored_state(one: tuple[float, float], other: tuple[float, float], scale: Floats) -> bool:
+    """Tell whether two states (x, v) are each other's mirror image, to what orbits are found.
+
+    With a symmetric system, and half an odd number of forcing periods between them, then the
+    whole orbit repeats itself mirrored: its mirror image is the motion from the second state.
+    """
+    return bool((np.abs(np.add(one, other)) <= MIRRORED * scale).all())
+
+
+def half_multipliers(table: Law, events: Table, marks: Integers) -> tuple[complex, complex]:
+    """Return the multipliers of the map over half a symmetric orbit, mirrored.
+
+    Their squares are those of the orbit. Where one is -1 the symmetry breaks: two orbits start
+    that are each other's mirror image. Where one is +1 symmetric orbits meet
+    (Swift & Wiesenfeld 1984).
+
+    Parameters
+    ----------
+    table
+        The law.
+    events, marks
+        The record of the orbit, an even number of events after its START.
+    """
+    half = (len(events) - 1) // 2
+    phases, out = np.empty((int(table[0, N_HARMONICS]), 2)), np.empty((1, 4))
+    instant = events[half : half + 1, columns.EVENT_T].copy()
+    neighbours(table, events[: half + 1], marks[: half + 1], instant, True, phases, out)
+    trace = -float(out[0, 0] + out[0, 3])
+    determinant = float(out[0, 0] * out[0, 3] - out[0, 1] * out[0, 2])
+    root = cmath.sqrt(0.25 * trace * trace - determinant)
+    return 0.5 * trace + root, 0.5 * trace - root

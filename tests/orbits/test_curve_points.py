@@ -1,0 +1,169 @@
+"""Points of codimension two, at soft stops, between walls and under several harmonics."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import percuss as pc
+from percuss.orbits import Branch, SpecialPoint
+
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+OMEGA, AMPLITUDE = "forcing.omega", "forcing.amplitude"
+GAP = "oscillator.stops.0.at"
+
+
+def points(branch: Branch, kind: str) -> list[SpecialPoint]:
+    return [point for point in branch.special_points if point.kind == kind]
+
+
+@pytest.fixture(scope="module")
+def soft() -> Branch:
+    osc = pc.Oscillator(1.0, "0.05", (pc.SoftStop(1.0, "above", 9.0),))
+    orbit = pc.find_orbit(osc, pc.cosine("1.5", amplitude=3))
+    return pc.continue_orbit(orbit, over={AMPLITUDE: (4.0, 0.5)})
+
+
+@pytest.fixture(scope="module")
+def mirrored() -> Branch:
+    stops = (pc.Wall(0.3, "above", 0.7), pc.Wall(-0.3, "below", 0.7))
+    orbit = pc.find_orbit(pc.Oscillator(1.0, 0.02, stops), pc.cosine(1.5), 2, 1)
+    return pc.continue_orbit(orbit, over={AMPLITUDE: (0.05, 4.0)})
+
+
+def test_curves_of_folds_at_a_soft_stop_end_in_a_cusp(soft: Branch) -> None:
+    few = {OMEGA: (1.45, 1.6), AMPLITUDE: (1.2, 1.4)}
+    both = [pc.continue_curve(fold, few) for fold in points(soft, "fold")]
+    assert len(both) == 2
+
+    (one,), (other,) = (curve.special_points for curve in both)
+
+    assert one.kind == other.kind == "cusp"
+    assert one.status == "located"
+    assert one.values == pytest.approx(other.values, abs=1e-9)
+    # Beyond it no orbit of the family folds.
+    osc = pc.Oscillator(1.0, "0.05", (pc.SoftStop(1.0, "above", 9.0),))
+    for part, count in ((0.995, 2), (1.005, 0)):
+        orbit = pc.find_orbit(osc, pc.cosine(1.45, amplitude=part * one.values[1]))
+        found = pc.continue_orbit(orbit, over={OMEGA: (1.45, 1.55)})
+        assert len(points(found, "fold")) == count
+
+
+def test_a_curve_of_folds_may_close(soft: Branch) -> None:
+    ranges = {OMEGA: (0.5, 2.5), AMPLITUDE: (0.1, 4.0)}
+
+    curve = pc.continue_curve(points(soft, "fold")[0], ranges, largest_step=0.1)
+
+    assert curve.end_reason == "the curve closed"
+    assert [point.kind for point in curve.special_points] == ["cusp", "cusp"]
+    assert curve.values[0] == pytest.approx(curve.values[-1], abs=0.05)
+
+
+def test_folds_at_a_soft_stop_end_where_another_one_is_met() -> None:
+    """The same point is on the curve of grazing of the second stop, where a multiplier is 1."""
+    stops = (pc.SoftStop(1.0, "above", 9.0), pc.SoftStop(1.4, "above", 9.0))
+    start = pc.find_orbit(pc.Oscillator(1.0, "0.05", stops), pc.cosine("1.5", amplitude="1.29"))
+    assert start.sequence == (0,)
+    branch = pc.continue_orbit(start, over={AMPLITUDE: (1.27, 1.31)})
+    (graze,) = (point for point in points(branch, "grazing") if "turning" in point.detail)
+    fold = max(points(branch, "fold"), key=lambda point: point.value)
+    ranges = {OMEGA: (1.49, 1.53), AMPLITUDE: (1.25, 1.36)}
+
+    folds, grazes = pc.continue_curve(fold, ranges), pc.continue_curve(graze, ranges)
+
+    assert "meets soft stop 1 once more" in folds.end_reason
+    ((last), (crossed,)) = folds.special_points[-1], grazes.special_points
+    assert last.kind == crossed.kind == "fold_grazing"
+    assert last.row in (0, len(folds) - 1)
+    assert last.values == pytest.approx(crossed.values, abs=1e-10)
+    assert folds.admissible.all()
+    # From the other side, where both stops are met, it is approached only.
+    both = pc.find_orbits(start.oscillator, pc.cosine("1.5", amplitude="1.29"), 2, 1)
+    (deep,) = (each for each in both if each.n_impacts == 2 and not each.is_stable)
+    other = pc.continue_orbit(deep, over={OMEGA: (1.45, 1.7)})
+    (fold,) = (point for point in points(other, "fold") if point.orbit.n_impacts == 2)
+    beyond = pc.continue_curve(fold, {OMEGA: (1.45, 1.7), AMPLITUDE: (1.28, 2.0)})
+    assert "hardly meets soft stop 1" in beyond.end_reason
+    distances = np.abs(beyond.values[[0, -1]] - last.values).max(axis=1)
+    assert 0.0 < distances.min() < 1e-3
+
+
+def test_symmetry_breaks_on_a_curve_of_symmetric_orbits(mirrored: Branch) -> None:
+    (breaks,) = points(mirrored, "symmetry_breaking")
+    (graze,) = points(mirrored, "grazing")
+    ranges = {OMEGA: (1.0, 1.6), AMPLITUDE: (0.05, 4.0)}
+
+    curve, grazes = pc.continue_curve(breaks, ranges), pc.continue_curve(graze, ranges)
+
+    assert np.ptp(curve.values, axis=0).min() > 0.5
+    for row in range(0, len(curve), 10):
+        assert curve[row].symmetric
+        assert np.abs(curve.multipliers[row] - 1.0).min() < 1e-9
+    # Two systems of equations meet in one point.
+    (one,), (other,) = curve.special_points, grazes.special_points
+    assert one.kind == other.kind == "symmetry_breaking_grazing"
+    assert one.values == pytest.approx(other.values, abs=1e-10)
+
+
+def test_harmonics_graze_twice_and_without_acceleration() -> None:
+    osc = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.1")
+    cos, sin = (0.3, 0.4, 0.0), (0.0, 0.2, 0.15)
+    calm = pc.find_orbit(osc, pc.fourier(0.7, cos=cos, sin=sin), n_impacts=0)
+    (graze,) = points(pc.continue_orbit(calm, over={GAP: (0.1, 3.0)}), "grazing")
+
+    curve = pc.continue_curve(graze, {GAP: (0.1, 3.0), "forcing.cos.1": (-2.0, 2.0)})
+
+    def motion(second: float) -> Complex:
+        """Fourier coefficients of the displacement."""
+        n = np.arange(1, 4)
+        force = np.array([cos[0], second, cos[2]]) - 1j * np.array(sin)
+        return force / (1.0 - (0.7 * n) ** 2 + 0.2j * 0.7 * n)
+
+    def turning(coefficients: Complex, order: int) -> Floats:
+        """Angles at which a derivative of that order vanishes."""
+        n = np.arange(1, 4)
+        half = (1j * n) ** order * coefficients
+        roots = np.roots(np.concatenate([half[::-1], [0.0], half.conj()]))
+        return np.asarray(np.angle(roots[np.abs(np.abs(roots) - 1.0) < 1e-4]))
+
+    def at(coefficients: Complex, angles: Floats, order: int = 0) -> Floats:
+        n = np.arange(1, 4)
+        terms = (1j * n) ** order * coefficients * np.exp(1j * np.outer(angles, n))
+        return np.asarray(terms.sum(axis=1).real)
+
+    (degenerate,) = [each for each in curve.special_points if each.kind == "degenerate_grazing"]
+    gap, second = degenerate.values
+    flat = turning(motion(second), 2)
+    slope = at(motion(second), flat, 1)
+    assert np.abs(slope).min() < 1e-10
+    assert at(motion(second), flat)[np.argmin(np.abs(slope))] == pytest.approx(gap, abs=1e-10)
+    (double,) = [each for each in curve.special_points if each.kind == "double_grazing"]
+    gap, second = double.values
+    heights = np.sort(at(motion(second), turning(motion(second), 1)))
+    assert heights[-2:] == pytest.approx([gap, gap], abs=1e-9)
+    # On the way to it the highest turning point touches, and the motion is physical.
+    for row in np.flatnonzero(curve.admissible)[::5]:
+        gap, second = curve.values[row]
+        heights = at(motion(second), turning(motion(second), 1))
+        assert heights.max() == pytest.approx(gap, abs=1e-10)
+
+
+def test_a_motion_without_a_spring_grazes_from_the_middle() -> None:
+    """With no spring, and soft stops on either side, its amplitude is A/(w sqrt(w^2 + 4 a^2))."""
+    osc = pc.backlash_oscillator(gap=1.0, stiffness=20.0, damping="0.1")
+    amplitude = 2.5 * math.hypot(2.5, 0.2)
+    calm = pc.find_orbit(osc, pc.cosine(2.5, amplitude=amplitude), n_impacts=0)
+    assert calm.grazing_margin == pytest.approx(0.0, abs=1e-15)
+    at = (amplitude, amplitude)
+    graze = SpecialPoint("grazing", AMPLITUDE, amplitude, at, "located", calm, 0, "it touches")
+
+    curve = pc.continue_curve(graze, {OMEGA: (2.5, 3.0), AMPLITUDE: (0.1, 12.0)})
+
+    omega, found = curve.values.T
+    assert omega[[0, -1]].tolist() == [2.5, 3.0]
+    np.testing.assert_allclose(found, omega * np.sqrt(omega**2 + 0.04), rtol=0.0, atol=1e-11)

@@ -1,0 +1,50 @@
+"""When the force leads a mass off a stop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.model.law import law
+from percuss.orbits.touch_intervals import touch_intervals
+
+OSC = pc.impact_oscillator()
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_intervals_are_those_of_the_sign_on_a_fine_grid(seed: int, sign: float) -> None:
+    rng = np.random.default_rng(seed)
+    cos, sin = rng.normal(size=(2, 1 + seed))
+    constant = float(rng.normal())
+    force = pc.fourier(1.3, cos=tuple(cos), sin=tuple(sin))
+    assert force.period is not None
+    t = (np.arange(20_000) + 0.5) / 20_000 * force.period
+    phases = 1.3 * np.outer(t, np.arange(1, 2 + seed))
+    value = constant + np.cos(phases) @ cos + np.sin(phases) @ sin
+
+    found = touch_intervals(law(OSC, force), constant, sign)
+
+    inside = np.zeros(len(t), dtype=np.bool_)
+    for begin, end in found:
+        assert 0.0 <= begin < force.period
+        inside |= (t > begin) & (t < end)
+        inside |= (t + force.period > begin) & (t + force.period < end)
+    np.testing.assert_array_equal(inside, sign * value > 0.0)
+
+
+def test_force_that_touches_zero_leads_off_all_but_one_instant() -> None:
+    table = law(OSC, pc.cosine(1.0))
+
+    lengths = [end - begin for begin, end in touch_intervals(table, 1.0, 1.0)]
+    assert sum(lengths) == pytest.approx(2.0 * np.pi, abs=1e-6)
+    assert sum(end - begin for begin, end in touch_intervals(table, 1.0, -1.0)) < 1e-6
+
+
+def test_force_of_one_sign_leads_off_always_or_never() -> None:
+    table = law(OSC, pc.cosine(2.0, amplitude=0.3))
+
+    assert touch_intervals(table, 1.0, 1.0) == [(0.0, np.pi)]
+    assert touch_intervals(table, 1.0, -1.0) == []
+    assert touch_intervals(law(OSC, pc.cosine(2.0, amplitude=0.0)), 0.0, 1.0) == []
