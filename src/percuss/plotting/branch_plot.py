@@ -39,6 +39,8 @@ MARKERS = {
     "symmetry_breaking": "D",
     "branch_point": "X",
     "grazing": "v",
+    "chatter": "^",
+    "corner": "*",
     "strong_resonance": "P",
 }
 # Labels of special points nearer than these parts of the width and height stand below each other.
@@ -113,7 +115,10 @@ def _values(branch: Branch, quantity: Quantity | None) -> tuple[Quantity, Floats
     if name == "impact_velocity":
         if not has_impacts:
             raise ParameterError("quantity", name, "the orbits have no impacts")
-        return name, branch.impact_velocity.min(axis=1)
+        # Where fewer stops are met a row ends with NaN; where none is, it holds nothing else.
+        met = np.where(np.isnan(branch.impact_velocity), np.inf, branch.impact_velocity)
+        least = met.min(axis=1)
+        return name, np.where(np.isinf(least), np.nan, least)
     if name == "grazing_margin":
         finite = np.isfinite(branch.grazing_margin)
         return name, np.where(finite, branch.grazing_margin, np.nan)

@@ -174,7 +174,12 @@ def separated(values: Floats, jumps: npt.NDArray[np.bool_]) -> Floats:
 
 
 def reduce_to_columns(
-    t: Floats, values: Floats, jumps: npt.NDArray[np.bool_]
+    t: Floats,
+    values: Floats,
+    jumps: npt.NDArray[np.bool_],
+    *,
+    columns: int | None = None,
+    most: int | None = None,
 ) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
     """Return the least and the greatest point of every pixel column, for a curve over time.
 
@@ -184,16 +189,23 @@ def reduce_to_columns(
         (n,) arrays, t increasing.
     jumps
         (n,) bool array, as in `Curve`: columns are cut where the curve is.
+    columns
+        How many columns the picture has; default: 1500.
+    most
+        How many points are left as they are; default: 20,000.
 
     Returns
     -------
     tuple of array
         Times, values and jumps of the points that are left, in the order of time; the drawn
-        curve is the same to one pixel. Curves of at most 20,000 points are returned unchanged.
+        curve is the same to one pixel. Curves with few points are returned unchanged.
     """
-    if t.size <= DRAWN_POINTS:
+    # Looked up now: tests make these smaller.
+    most = DRAWN_POINTS if most is None else most
+    columns = COLUMNS if columns is None else columns
+    if t.size <= most:
         return t, values, jumps
-    column = np.floor((t - t[0]) * (COLUMNS / (t[-1] - t[0]))).astype(np.int64)
+    column = np.floor((t - t[0]) * (columns / (t[-1] - t[0]))).astype(np.int64)
     stretch = np.concatenate([[0], np.cumsum(jumps[:-1])])
     starts = np.flatnonzero(np.diff(column, prepend=-1) | np.diff(stretch, prepend=-1))
     cell = np.repeat(np.arange(starts.size), np.diff(starts, append=t.size))

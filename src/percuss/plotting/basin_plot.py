@@ -1,0 +1,203 @@
+"""Basins of attraction with their attractors and the manifolds of saddles drawn in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from percuss.errors import ParameterError
+from percuss.plotting.cells import draw_cells, label_of
+from percuss.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    VERMILION,
+    Units,
+    axes_for,
+    fix_ticks,
+    style,
+    units_of,
+)
+
+__all__ = ["CLASS_COLOURS", "class_names", "plot_basins"]
+
+Floats = npt.NDArray[np.float64]
+
+# Of the attractors with the largest basins, in order; the others share one.
+CLASS_COLOURS = (SKY_BLUE, ORANGE, GREEN, PURPLE, BLUE, VERMILION, "#F0E442")
+OTHERS, UNDECIDED, NO_START = "#9A9A9A", "#FFFFFF", "#4D4D4D"
+# Basins are this much paler than the attractors in them.
+PALE = 0.45
+# Entries in a row of the legend.
+ROW = 3
+
+
+def plot_basins(
+    basins: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    manifolds: Any = (),
+    units: Units | None = None,
+) -> Axes:
+    """Draw basins in the plane of the starts, the attractors in them, and saddles' manifolds.
+
+    Parameters
+    ----------
+    basins
+        What `percuss.basins` has returned.
+    ax
+        Axes to draw on; default: those of a new figure.
+    manifolds
+        Curves to draw over them, in the plane of the starts: what `percuss.manifolds` has
+        returned, (n, 2) arrays, or a mapping of "stable" and "unstable" to such arrays; a
+        sequence of any of these, too. Stable ones, which bound basins, are solid, unstable ones
+        dashed; an array alone counts as stable.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes, with a legend above that names the classes and the parts of the starts.
+
+    Raises
+    ------
+    ParameterError
+        If there are no basins, or a manifold is no curve.
+    """
+    units = units_of(units)
+    if "basin" not in basins:
+        raise ParameterError("basins", sorted(map(str, basins)), "not what percuss.basins returns")
+    across, upwards = (str(dim) for dim in basins["basin"].dims)
+    colours = _colours_of(basins)
+    labels = basins["basin"].transpose(upwards, across).to_numpy()
+    # Label -2 is the first row.
+    table = np.array([to_rgb(NO_START), to_rgb(UNDECIDED), *(_pale(it) for it in colours)])
+    with style():
+        ax = axes_for(ax)
+        x, y = (basins[dim].to_numpy() for dim in (across, upwards))
+        draw_cells(ax, x, y, table[labels + 2])
+        limits = ax.get_xlim(), ax.get_ylim()
+        drawn = _draw_manifolds(ax, manifolds)
+        _draw_attractors(ax, basins, colours)
+        ax.set(xlim=limits[0], ylim=limits[1])
+        for dim, set_label in ((across, ax.set_xlabel), (upwards, ax.set_ylabel)):
+            set_label(label_of(dim, str(basins[dim].attrs.get("units", "")), units))
+        _add_legend(ax, basins, colours, drawn)
+        fix_ticks(ax)
+    return ax
+
+
+def class_names(basins: xr.Dataset) -> list[str]:
+    """Return the names of attractors; those of the same name with a number."""
+    names = [str(name) for name in basins["name"].to_numpy()]
+    seen: dict[str, int] = {}
+    found = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        found.append(name if names.count(name) == 1 else f"{name} no. {seen[name]}")
+    return found
+
+
+def _colours_of(basins: xr.Dataset) -> list[str]:
+    """Return the colour of each attractor, by the sizes of their basins."""
+    order = np.argsort(-basins["fraction"].to_numpy(), kind="stable")
+    colours = [OTHERS] * len(order)
+    for colour, number in zip(CLASS_COLOURS, order, strict=False):
+        colours[int(number)] = colour
+    return colours
+
+
+def _pale(colour: str) -> tuple[float, float, float]:
+    red, green, blue = (1.0 - PALE * (1.0 - part) for part in to_rgb(colour))
+    return red, green, blue
+
+
+def _draw_attractors(ax: Axes, basins: xr.Dataset, colours: list[str]) -> None:
+    points = [name for name in basins if str(name).startswith("attractor_")]
+    x, y = (basins[name].to_numpy() for name in points)
+    for i, colour in enumerate(colours):
+        there = np.isfinite(x[i]) & np.isfinite(y[i])
+        if str(basins["kind"].to_numpy()[i]) == "chaotic":
+            ax.plot(x[i, there], y[i, there], ".", color=BLACK, markersize=1.6, rasterized=True)
+        else:
+            ax.plot(
+                x[i, there], y[i, there], "o", color=colour, markersize=7.0,
+                markeredgecolor=BLACK, markeredgewidth=1.0, clip_on=False,
+            )  # fmt: skip
+
+
+def _draw_manifolds(ax: Axes, given: Any) -> list[str]:
+    """Draw curves, and return which kinds there are."""
+    drawn: list[str] = []
+    looks = {"stable": "-", "unstable": (0, (3, 1.5))}
+    for kind, curve in _curves(given, "stable"):
+        ax.plot(curve[:, 0], curve[:, 1], color=BLACK, linewidth=1.1, linestyle=looks[kind])
+        if kind not in drawn:
+            drawn.append(kind)
+    return drawn
+
+
+def _curves(given: Any, kind: str) -> Iterable[tuple[str, Floats]]:
+    """Give the curves in whatever holds them, with their kinds."""
+    if isinstance(given, Mapping):
+        for name in ("stable", "unstable"):
+            yield from _curves(given.get(name, ()), name)
+        return
+    if hasattr(given, "branches"):
+        yield from _curves(given.branches, kind)
+        return
+    if hasattr(given, "pieces"):
+        yield from _curves(given.pieces, given.kind)
+        return
+    if isinstance(given, np.ndarray):
+        if given.ndim != 2 or given.shape[1] != 2:
+            raise ParameterError("manifolds", given.shape, "not a curve, an array of shape (n, 2)")
+        yield kind, given
+        return
+    if not isinstance(given, Iterable):
+        raise ParameterError("manifolds", given, "neither curves nor manifolds")
+    for one in given:
+        yield from _curves(one, kind)
+
+
+def _add_legend(ax: Axes, basins: xr.Dataset, colours: list[str], drawn: list[str]) -> None:
+    fractions = basins["fraction"].to_numpy()
+    handles: list[Any] = []
+    for i in np.argsort(-fractions, kind="stable"):
+        if colours[i] != OTHERS:
+            text = f"{class_names(basins)[i]}: {_percent(float(fractions[i]))}"
+            handles.append(Patch(facecolor=_pale(colours[i]), edgecolor=GREY, label=text))
+    rest = [i for i, colour in enumerate(colours) if colour == OTHERS]
+    if rest:
+        text = f"{len(rest)} others: {_percent(float(fractions[rest].sum()))}"
+        handles.append(Patch(facecolor=_pale(OTHERS), edgecolor=GREY, label=text))
+    undecided = float(basins.attrs.get("undecided", 0.0))
+    if undecided > 0.0:
+        text = f"undecided: {_percent(undecided)}"
+        handles.append(Patch(facecolor=UNDECIDED, edgecolor=GREY, label=text))
+    if bool((basins["basin"] == -2).any()):
+        handles.append(Patch(facecolor=NO_START, edgecolor=GREY, label="inside a wall"))
+    for kind in drawn:
+        dashes: Any = "-" if kind == "stable" else (0, (3, 1.5))
+        handles.append(Line2D([], [], color=BLACK, linestyle=dashes, label=f"{kind} manifold"))
+    ax.legend(
+        handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
+        ncols=min(ROW, len(handles)), handlelength=1.6, columnspacing=1.4,
+    )  # fmt: skip
+
+
+def _percent(part: float) -> str:
+    return f"{part:.1%}" if part >= 0.001 or part == 0.0 else f"{part:.1e}"

@@ -1,0 +1,83 @@
+"""Numbers over two axes as coloured cells, and the names of the axes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from percuss.plotting.style import Units
+
+__all__ = ["EVEN", "draw_cells", "edges_of", "label_of"]
+
+Floats = npt.NDArray[np.float64]
+
+# Values that are equally spaced to this part of a step are drawn as an image.
+EVEN = 1e-6
+_DIMENSIONS = {
+    "length": "displacement",
+    "time": "duration",
+    "length/time": "velocity",
+}
+
+
+def edges_of(values: Floats) -> Floats:
+    """Return the edges of the cells around values in order: half way to the next.
+
+    Examples
+    --------
+    >>> edges_of(np.array([1.0, 2.0, 4.0]))
+    array([0.5, 1.5, 3. , 5. ])
+    """
+    if len(values) == 1:
+        half = 0.5 * (abs(float(values[0])) or 1.0)
+        return np.array([values[0] - half, values[0] + half])
+    middle = 0.5 * (values[1:] + values[:-1])
+    first, last = values[0] - (middle[0] - values[0]), values[-1] + (values[-1] - middle[-1])
+    return np.concatenate([[first], middle, [last]])
+
+
+def draw_cells(ax: Axes, x: Floats, y: Floats, cells: npt.NDArray[Any], **look: Any) -> Any:
+    """Draw a cell around each pair of values, and return what can have a colour bar.
+
+    Parameters
+    ----------
+    ax
+        Where.
+    x, y
+        (n,) and (m,) arrays, the values along the axes, in any order.
+    cells
+        (m, n) array of numbers or (m, n, 4) array of colours.
+    **look
+        For matplotlib: a colour map and its norm.
+    """
+    along, upwards = np.argsort(x), np.argsort(y)
+    cells = cells[upwards][:, along]
+    left, low = edges_of(x[along]), edges_of(y[upwards])
+    if all(_is_even(edges) for edges in (left, low)):
+        extent = (left[0], left[-1], low[0], low[-1])
+        return ax.imshow(
+            cells, origin="lower", extent=extent, aspect="auto", interpolation="nearest", **look
+        )
+    return ax.pcolormesh(left, low, cells, rasterized=True, **look)
+
+
+def _is_even(edges: Floats) -> bool:
+    steps = np.diff(edges)
+    return bool(np.ptp(steps) <= EVEN * np.abs(steps).max())
+
+
+def label_of(name: str, dimensions: str, units: Units | None) -> str:
+    """Return the label of an axis: a parameter's path, with its unit where there are units.
+
+    Examples
+    --------
+    >>> label_of("start.v0", "length/time", Units("m", "s"))
+    'start.v0 (m/s)'
+    """
+    measure = _DIMENSIONS.get(dimensions)
+    if units is None or measure is None or units == Units():
+        return name
+    return f"{name} ({getattr(units, measure)})"

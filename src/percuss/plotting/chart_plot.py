@@ -1,0 +1,247 @@
+"""Charts: a number of the attractor over two parameters, or over one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize, TwoSlopeNorm
+from matplotlib.patches import Patch
+
+from percuss.errors import ParameterError
+from percuss.plotting.cells import draw_cells, label_of
+from percuss.plotting.style import (
+    BLACK,
+    BLUE,
+    Units,
+    axes_for,
+    fix_ticks,
+    style,
+    units_of,
+)
+
+__all__ = ["plot_chart", "plot_sweep"]
+
+Floats = npt.NDArray[np.float64]
+
+# No period found, and periods 1, 2, ... , the last colour for all longer ones: neighbours differ in
+# lightness, too.
+PERIODS = (
+    "#1A1A1A", "#56B4E9", "#0072B2", "#F0E442", "#E69F00", "#009E73", "#CC79A7", "#D55E00",
+    "#8C510A", "#B8B8B8",
+)  # fmt: skip
+MISSING, HATCH, MINUS_INFINITY = "#FFFFFF", "#C8C8C8", "#8FCFB2"
+# The colours span all but this part of the values, in percent, at either end.
+FAR_OUT = 0.5
+
+
+def plot_chart(
+    data: xr.Dataset,
+    measure: str | None = None,
+    ax: Axes | None = None,
+    *,
+    units: Units | None = None,
+) -> Axes:
+    """Draw a measure over two parameters in colours, with a colour bar.
+
+    Periods have a colour each. What has both signs, as a Lyapunov exponent, has one hue for
+    either, and 0 is white between them.
+
+    Parameters
+    ----------
+    data
+        What `percuss.sweep` has returned, over two paths.
+    measure
+        Which of its measures; default: the first.
+    ax
+        Axes to draw on; default: those of a new figure.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes; points without an answer are hatched.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such measure, or it is not over two paths.
+    """
+    units = units_of(units)
+    name = _measure_of(data, measure, 2)
+    across, upwards = (str(dim) for dim in data[name].dims)
+    values = data[name].transpose(upwards, across).to_numpy().astype(np.float64)
+    scale = _periods(values) if name == "period" else _shades(values)
+    with style():
+        ax = axes_for(ax)
+        x, y = (data[dim].to_numpy() for dim in (across, upwards))
+        ax.set_facecolor(MISSING)
+        ax.patch.set_hatch("////")
+        ax.patch.set_edgecolor(HATCH)
+        seen = np.where(np.isneginf(values), np.nan, values)
+        shown = draw_cells(ax, x, y, np.ma.masked_invalid(seen), cmap=scale.map, norm=scale.norm)
+        if np.isneginf(values).any():
+            # Their memory ends where the motion sticks.
+            still = np.ma.masked_where(~np.isneginf(values), np.zeros_like(values))
+            draw_cells(ax, x, y, still, cmap=ListedColormap([MINUS_INFINITY]))
+        for dim, set_label in ((across, ax.set_xlabel), (upwards, ax.set_ylabel)):
+            set_label(label_of(dim, str(data[dim].attrs.get("units", "")), units))
+        _add_bar(ax, data, name, scale, shown)
+        _add_legend(ax, values)
+        fix_ticks(ax)
+    return ax
+
+
+def plot_sweep(
+    data: xr.Dataset,
+    measure: str | None = None,
+    ax: Axes | None = None,
+    *,
+    units: Units | None = None,
+) -> Axes:
+    """Draw a measure over one parameter; points without an answer leave gaps.
+
+    Parameters
+    ----------
+    data
+        What `percuss.sweep` has returned, over one path.
+    measure
+        Which of its measures; default: the first.
+    ax
+        Axes to draw on; default: those of a new figure.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such measure, or it is not over one path.
+    """
+    units = units_of(units)
+    name = _measure_of(data, measure, 1)
+    (path,) = (str(dim) for dim in data[name].dims)
+    order = np.argsort(data[path].to_numpy(), kind="stable")
+    x, y = data[path].to_numpy()[order], data[name].to_numpy()[order]
+    with style():
+        ax = axes_for(ax)
+        whole = name == "period" or len(x) < 20
+        look = {"marker": ".", "linestyle": "none"} if whole else {"linewidth": 1.0}
+        ax.plot(x, np.where(np.isfinite(y), y, np.nan), color=BLUE, **look)
+        if np.nanmin(np.where(np.isfinite(y), y, np.nan), initial=0.0) < 0.0:
+            ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
+        ax.set_xlabel(label_of(path, str(data[path].attrs.get("units", "")), units))
+        ax.set_ylabel(_name_of(data, name))
+        fix_ticks(ax)
+    return ax
+
+
+@dataclass(frozen=True, slots=True)
+class _Scale:
+    """How numbers become colours.
+
+    Attributes
+    ----------
+    map, norm
+        As matplotlib takes them.
+    ticks, labels
+        Of the colour bar; None for matplotlib's own.
+    extend
+        At which ends numbers lie beyond the bar.
+    """
+
+    map: Colormap
+    norm: Normalize
+    ticks: list[float] | None = None
+    labels: list[str] | None = None
+    extend: str = "neither"
+
+
+def _measure_of(data: xr.Dataset, measure: str | None, n_axes: int) -> str:
+    known = [
+        str(name)
+        for name, values in data.data_vars.items()
+        if values.ndim == n_axes and values.dtype.kind in "fi" and "failure" not in values.dims
+    ]
+    if not known:
+        dims = list(map(str, data.dims))
+        raise ParameterError("data", dims, f"nothing over {n_axes} parameters; sweep over them")
+    if measure is not None and measure not in known:
+        raise ParameterError("measure", measure, f"none of {', '.join(known)}")
+    return measure or known[0]
+
+
+def _periods(values: Floats) -> _Scale:
+    """Return a colour for each period, the last one for all that are longer."""
+    most = len(PERIODS) - 2
+    longest = int(min(np.nanmax(values, initial=1.0), most + 1))
+    colours = list(PERIODS[: longest + 1])
+    labels = ["none", *(str(p) for p in range(1, longest + 1))]
+    if longest > most:
+        colours[-1], labels[-1] = PERIODS[-1], f"> {most}"
+    edges = np.arange(-0.5, longest + 1.0)
+    edges[-1] = np.inf if longest > most else edges[-1]
+    norm = BoundaryNorm([*edges[:-1], longest + 0.5], len(colours), clip=True)
+    return _Scale(ListedColormap(colours), norm, [float(p) for p in range(longest + 1)], labels)
+
+
+def _shades(values: Floats) -> _Scale:
+    """Return shades for numbers: one hue, or one for either sign."""
+    finite = values[np.isfinite(values)]
+    if finite.size == 0:
+        return _Scale(mpl.colormaps["cividis"], Normalize(0.0, 1.0))
+    low, high = (float(q) for q in np.percentile(finite, [FAR_OUT, 100.0 - FAR_OUT]))
+    if low == high:
+        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+    # Rounding beyond the ends is no number beyond them.
+    room = 1e-9 * (high - low)
+    below, above = bool((finite < low - room).any()), bool((finite > high + room).any())
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max"}.get(
+        (below, above), "both"
+    )
+    if low < 0.0 < high:
+        return _Scale(mpl.colormaps["PuOr_r"], TwoSlopeNorm(0.0, low, high), extend=extend)
+    return _Scale(mpl.colormaps["cividis"], Normalize(low, high), extend=extend)
+
+
+def _add_legend(ax: Axes, values: Floats) -> None:
+    """Tell what has no number in the colour bar."""
+    handles = []
+    if np.isneginf(values).any():
+        handles.append(Patch(color=MINUS_INFINITY, label="minus infinity"))
+    if np.isnan(values).any():
+        handles.append(Patch(facecolor=MISSING, edgecolor=HATCH, hatch="////", label="no answer"))
+    if handles:
+        ax.legend(
+            handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
+            ncols=2,
+        )  # fmt: skip
+
+
+def _add_bar(ax: Axes, data: xr.Dataset, name: str, scale: _Scale, shown: Any) -> None:
+    source = shown if scale.labels is None else ScalarMappable(scale.norm, scale.map)
+    bar = ax.figure.colorbar(source, ax=ax, pad=0.02, fraction=0.06, extend=scale.extend)
+    if scale.ticks is not None and scale.labels is not None:
+        bar.set_ticks(scale.ticks, labels=scale.labels)
+        bar.ax.tick_params(length=0.0, which="both")
+    bar.set_label(_name_of(data, name))
+    bar.outline.set_linewidth(0.6)
+
+
+def _name_of(data: xr.Dataset, name: str) -> str:
+    dimensions = str(data[name].attrs.get("units", "1"))
+    words = name.replace("_", " ").replace("lyapunov", "Lyapunov")
+    if name == "period":
+        return "forcing periods of a round"
+    return words if dimensions == "1" else f"{words} [{dimensions}]"

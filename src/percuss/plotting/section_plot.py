@@ -1,0 +1,204 @@
+"""What lies in a section: singularity sets and manifolds."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from percuss.errors import ParameterError
+from percuss.model.exact import as_float
+from percuss.model.stops import Wall
+from percuss.orbits.manifolds import Manifolds
+from percuss.orbits.singularity_set import SingularityCurve, SingularitySet
+from percuss.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    VERMILION,
+    Units,
+    axes_for,
+    fix_ticks,
+    style,
+    units_of,
+)
+
+Floats = npt.NDArray[np.float64]
+
+# Colours of the iterates of a singularity set, and lines of the stops that are touched.
+ITERATES = (BLACK, BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, VERMILION)
+LINES = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (4, 1.5, 1, 1.5)))
+KINDS = {"unstable": VERMILION, "stable": BLUE}
+
+
+def plot_singularity_set(
+    found: SingularitySet, ax: Axes | None = None, *, units: Units | None = None
+) -> Axes:
+    """Draw the curves of a singularity set in the impact surface, a colour an iterate.
+
+    Curves of touches of other stops than the set's own have lines of their own.
+
+    Parameters
+    ----------
+    found
+        What `percuss.singularity_set` has returned.
+    ax
+        Axes to draw on; default: those of a new figure.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes.
+
+    Raises
+    ------
+    ParameterError
+        If it is no `SingularitySet`.
+    """
+    if not isinstance(found, SingularitySet):
+        raise ParameterError("found", found, "not a SingularitySet")
+    units = units_of(units)
+    several = len({curve.touched for curve in found}) > 1
+    with style():
+        is_alone, ax = ax is None, axes_for(ax)
+        known = set(ax.get_legend_handles_labels()[1])
+        for curve in sorted(found, key=lambda curve: -curve.iterate):
+            look = LINES[0] if curve.touched == found.stop else LINES[1 + curve.touched % 3]
+            label = _label(curve, several=several)
+            for cycle, v in _in_the_cycle(curve):
+                ax.plot(
+                    cycle, v, color=ITERATES[(curve.iterate - 1) % len(ITERATES)], linestyle=look,
+                    linewidth=1.4 if curve.iterate == 1 else 1.0,
+                    label=label if label not in known else None,
+                )  # fmt: skip
+                known.add(label)
+        _label_impact_surface(ax, units)
+        _explain(ax, alone=is_alone)
+    return ax
+
+
+def _label(curve: SingularityCurve, *, several: bool) -> str:
+    what = f"touch of stop {curve.touched}" if several else "touch"
+    return f"{what} at impact {curve.iterate}"
+
+
+def _in_the_cycle(curve: SingularityCurve) -> list[tuple[Floats, Floats]]:
+    """Return the parts of a curve in each cycle that it enters, moved to [0, 1]."""
+    first, last = int(np.floor(curve.cycle.min())), int(np.floor(curve.cycle.max()))
+    parts = []
+    for whole in range(first, last + 1):
+        cycle = curve.cycle - whole
+        inside = (cycle >= 0.0) & (cycle <= 1.0)
+        # With one neighbour beyond each edge the line goes on to it; the axes cut it off.
+        near = inside | np.append(inside[1:], False) | np.append(False, inside[:-1])
+        if near.any():
+            parts.append((np.where(near, cycle, np.nan), curve.v_after))
+    return parts
+
+
+def plot_manifolds(found: Manifolds, ax: Axes | None = None, *, units: Units | None = None) -> Axes:
+    """Draw the manifolds of a saddle orbit in their section: stable ones blue, unstable ones red.
+
+    Parameters
+    ----------
+    found
+        What `percuss.manifolds` has returned.
+    ax
+        Axes to draw on; default: those of a new figure.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes; the saddle is marked.
+
+    Raises
+    ------
+    ParameterError
+        If it is no `Manifolds`.
+    """
+    if not isinstance(found, Manifolds):
+        raise ParameterError("found", found, "not a Manifolds")
+    units = units_of(units)
+    with style():
+        is_alone, ax = ax is None, axes_for(ax)
+        known = set(ax.get_legend_handles_labels()[1])
+        for kind, colour in KINDS.items():
+            pieces = [p for b in found.branches if b.kind == kind for p in b.pieces]
+            if not pieces:
+                continue
+            label = f"{kind} manifold"
+            x, y = _with_gaps(pieces, wraps=found.section == "impact").T
+            ax.plot(
+                x, y, color=colour, linewidth=0.8, label=label if label not in known else None,
+                rasterized=x.size > 20_000,
+            )  # fmt: skip
+        ax.plot(
+            *found.saddles.T, "o", color=BLACK, markersize=5.0, zorder=3.0,
+            label="saddle" if "saddle" not in known else None,
+        )  # fmt: skip
+        if found.section == "impact":
+            _label_impact_surface(ax, units)
+        else:
+            _draw_stops(ax, found)
+            ax.set_xlabel(f"displacement $x$ ({units.displacement})")
+            ax.set_ylabel(f"velocity $v$ ({units.velocity})")
+            ax.set_title(f"once a forcing period, at cycle {found.cycle:g}")
+        _explain(ax, alone=is_alone)
+    return ax
+
+
+def _draw_stops(ax: Axes, found: Manifolds) -> None:
+    """Draw the stops within the picture as lines."""
+    low, high = ax.get_xlim()
+    for stop in found.orbit.oscillator.stops:
+        if low <= as_float(stop.at) <= high:
+            colour = GREY if isinstance(stop, Wall) else ORANGE
+            ax.axvline(as_float(stop.at), color=colour, linewidth=0.8, zorder=0.8)
+
+
+def _with_gaps(pieces: list[Floats], *, wraps: bool) -> Floats:
+    """Return all pieces as one line with gaps between them, and where a cycle begins anew."""
+    rows: list[Floats] = []
+    gap = np.full((1, 2), np.nan)
+    for piece in pieces:
+        leaps = np.abs(np.diff(piece[:, 0])) > 0.5
+        cuts = np.flatnonzero(leaps & wraps) + 1
+        for part in np.split(piece, cuts):
+            rows += [part, gap]
+    return np.concatenate(rows)
+
+
+def _label_impact_surface(ax: Axes, units: Units) -> None:
+    ax.set_xlim(0.0, 1.0)
+    ax.set_xlabel("cycle of the impact ($t$/period, mod 1)")
+    ax.set_ylabel(f"velocity after it ({units.velocity})")
+
+
+def _explain(ax: Axes, *, alone: bool) -> None:
+    handles, labels = ax.get_legend_handles_labels()
+    order = np.lexsort((labels, [_rank(label) for label in labels]))
+    entries = [handles[i] for i in order], [labels[i] for i in order]
+    figure = ax.figure
+    # What is drawn onto a picture with its legend below joins that legend.
+    below = alone or (len(figure.axes) == 1 and len(figure.legends) == 1)
+    if below and labels:
+        for legend in list(figure.legends):
+            legend.remove()
+        figure.legend(*entries, loc="outside lower center", ncols=min(len(labels), 3))
+    elif labels:
+        ax.legend(*entries, loc="best")
+    fix_ticks(ax)
+
+
+def _rank(label: str) -> int:
+    """Return the place of a label in the legend."""
+    order = ("saddle", "unstable", "stable", "touch")
+    return next((i for i, word in enumerate(order) if label.startswith(word)), len(order))

@@ -1,0 +1,124 @@
+"""Charts over two parameters, and lines over one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+
+import percuss as pc
+from percuss.plotting import Units, offscreen_figure, plot_chart, plot_sweep
+from percuss.plotting.chart_plot import PERIODS
+
+A, B = "forcing.harmonics.0.omega", "start.v0"
+
+
+def new_axes() -> Axes:
+    ax: Axes = offscreen_figure().add_subplot()
+    return ax
+
+
+def chart(name: str, values: list[list[float]], units: str = "1") -> xr.Dataset:
+    array = np.array(values)
+    return xr.Dataset(
+        {name: ((A, B), array, {"units": units})},
+        coords={
+            A: (A, np.linspace(1.0, 2.0, array.shape[0]), {"units": "1/time"}),
+            B: (B, np.linspace(0.0, 1.0, array.shape[1]), {"units": "length/time"}),
+        },
+    )
+
+
+def shown(ax: Axes, image: int = 0) -> np.ndarray:
+    """Return the colours of the cells, rows upwards."""
+    it = ax.images[image]
+    return np.asarray(it.to_rgba(np.ma.asarray(it.get_array())))
+
+
+def test_each_period_has_its_colour_and_long_ones_share_the_last() -> None:
+    ax = plot_chart(chart("period", [[0, 1, 2], [8, 9, 40]]), ax=new_axes())
+
+    cells = shown(ax)
+    expected = [PERIODS[0], PERIODS[1], PERIODS[2], PERIODS[8], PERIODS[9], PERIODS[9]]
+    found = [cells[j, i] for i in range(2) for j in range(3)]
+    np.testing.assert_allclose(found, [to_rgba(colour) for colour in expected])
+    bar = ax.figure.axes[1]
+    assert [label.get_text() for label in bar.get_yticklabels()] == [
+        "none", "1", "2", "3", "4", "5", "6", "7", "8", "> 8",
+    ]  # fmt: skip
+    assert bar.get_ylabel() == "forcing periods of a round"
+
+
+def test_a_chart_of_few_periods_has_no_colours_for_others() -> None:
+    ax = plot_chart(chart("period", [[1, 2], [2, 1]]), ax=new_axes())
+
+    bar = ax.figure.axes[1]
+    assert [label.get_text() for label in bar.get_yticklabels()] == ["none", "1", "2"]
+
+
+def test_an_exponent_has_a_hue_for_either_sign_and_white_between() -> None:
+    values = [[-0.2, -0.1], [0.0, 0.3]]
+    ax = plot_chart(chart("largest_lyapunov_exponent", values, "1/time"), ax=new_axes())
+
+    cells = shown(ax)
+    red, blue = cells[..., 0], cells[..., 2]
+    assert cells[0, 1, :3].min() > 0.95
+    assert blue[0, 0] > red[0, 0]
+    assert red[1, 1] > blue[1, 1]
+    assert ax.figure.axes[1].get_ylabel() == "largest Lyapunov exponent [1/time]"
+
+
+def test_minus_infinity_and_no_answer_have_marks_of_their_own() -> None:
+    values = [[-np.inf, np.nan], [0.0, 0.3]]
+    ax = plot_chart(chart("largest_lyapunov_exponent", values), ax=new_axes())
+
+    legend = ax.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["minus infinity", "no answer"]
+    numbers, still = (np.ma.getmaskarray(image.get_array()) for image in ax.images)
+    assert numbers.tolist() == [[True, False], [True, False]]
+    assert still.tolist() == [[False, True], [True, True]]
+
+
+def test_axes_are_named_and_measured() -> None:
+    ax = plot_chart(
+        chart("fraction", [[0.1, 0.4], [0.7, 1.0]]), ax=new_axes(), units=Units("m", "s")
+    )
+
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (A, f"{B} (m/s)")
+    assert ax.get_xlim() == (0.5, 2.5)
+
+
+def test_a_measure_is_drawn_over_one_parameter() -> None:
+    found = pc.sweep(
+        ["period", "peak_impact_velocity"],
+        pc.impact_oscillator(0.8),
+        pc.cosine(2.5),
+        over={"forcing.omega": [2.6, 2.5, 1e200]},
+        start=(0.0, 1.0),
+    )
+
+    ax = plot_sweep(found, "peak_impact_velocity", new_axes())
+
+    (line,) = ax.lines
+    order = np.argsort(found[A].values)
+    np.testing.assert_array_equal(line.get_ydata(), found.peak_impact_velocity.values[order])
+    assert ax.get_ylabel() == "peak impact velocity [length/time]"
+    assert plot_sweep(found, ax=new_axes()).get_ylabel() == "forcing periods of a round"
+
+
+def test_what_cannot_be_drawn_is_told() -> None:
+    data = chart("period", [[1, 2], [2, 1]])
+
+    with pytest.raises(pc.ParameterError, match="none of period"):
+        plot_chart(data, "fraction", new_axes())
+    with pytest.raises(pc.ParameterError, match="nothing over 1 parameters"):
+        plot_sweep(data, ax=new_axes())
+
+
+def test_nothing_but_holes_can_be_drawn() -> None:
+    ax = plot_chart(chart("fraction", [[np.nan, np.nan]] * 2), ax=new_axes())
+
+    assert ax.get_legend() is not None
