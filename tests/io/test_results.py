@@ -30,7 +30,8 @@ from percuss.io.table import write_csv
 from percuss.motion.tables import COLUMNS
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import offscreen_figure, plot_velocity
-from percuss.studies import load_study, parse_study
+from percuss.studies import Limits, Motion, load_study, parse_study
+from percuss.studies.question import Means
 
 Saver = Callable[..., None]
 
@@ -105,14 +106,7 @@ def test_every_file_says_how_to_repeat_the_run(name: str, run: Trajectory, tmp_p
 
     record = load_record(path)
     study = load_study(path)
-    again = pc.simulate(
-        study.oscillator,
-        study.forcing,
-        study.start.x0,
-        study.start.v0,
-        study.start.t0,
-        t_end=study.t_end,
-    )
+    again = study.question.answer(study, Means())
 
     assert record.command == 'percuss run "a b.toml"'
     assert record.outcome == run.outcome.value
@@ -151,9 +145,10 @@ def test_no_format_overwrites_without_force(name: str, run: Trajectory, tmp_path
 def test_a_run_that_ended_at_its_impact_limit_is_repeated_by_that_limit() -> None:
     run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.51, max_impacts=7)
 
-    study = parse_study(make_record(run).study)
+    question = parse_study(make_record(run).study).question
 
-    assert (study.run.max_impacts, study.run.t_end) == (7, None)
+    assert isinstance(question, Motion)
+    assert question.limits == Limits(max_impacts=7)
 
 
 def test_another_picture_format_is_refused(run: Trajectory, tmp_path: Path) -> None:
@@ -204,7 +199,9 @@ def test_a_run_limited_by_entries_into_soft_stops_is_repeated_by_that_limit() ->
     run = pc.simulate(pc.backlash_oscillator(1, 25), pc.sine(1), v0=1.0, max_impacts=7)
 
     assert run.outcome.name == "reached_max_impacts"
-    assert parse_study(make_record(run).study).run.max_impacts == 7
+    question = parse_study(make_record(run).study).question
+    assert isinstance(question, Motion)
+    assert question.limits.max_impacts == 7
 
 
 def test_what_cannot_be_loaded_is_one_sentence(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,13 +11,23 @@ import pytest
 import percuss as pc
 from percuss.errors import OutputError
 from percuss.io import load_netcdf, load_record
-from percuss.studies import Draw, Limits, Save, Study, load_study, output_files, run_study, running
+from percuss.studies import (
+    Draw,
+    Limits,
+    Motion,
+    Save,
+    Study,
+    load_study,
+    output_files,
+    run_study,
+    running,
+)
 
 
-def study_of(**options: object) -> Study:
-    options = {"run": Limits(t_end="10*pi"), "title": "n = 3", **options}
+def study_of(**options: Any) -> Study:
+    motion = Motion(pc.Start(0, "0.51"), options.pop("limits", Limits(t_end="10*pi")))
     return Study(
-        pc.impact_oscillator(), pc.cosine(3, phase="-pi/2"), pc.Start(0, "0.51"), **options
+        pc.impact_oscillator(), pc.cosine(3, phase="-pi/2"), motion, title="n = 3", **options
     )
 
 
@@ -34,7 +45,7 @@ def test_all_files_of_a_study_are_written_and_hold_the_study(tmp_path: Path) -> 
     for file in result.files:
         assert load_study(file) == study
         assert load_record(file).command == "percuss run n3.toml"
-    assert result.impact_times.kind == "eigenset"
+    assert result.report["impact times"].startswith("the eigenset, within")
 
 
 def test_a_study_is_repeated_from_any_of_its_files_to_the_bit(tmp_path: Path) -> None:
@@ -42,7 +53,7 @@ def test_a_study_is_repeated_from_any_of_its_files_to_the_bit(tmp_path: Path) ->
 
     again = run_study(load_study(first.files[0]), tmp_path / "b")
 
-    np.testing.assert_array_equal(again.run.impacts.t, first.run.impacts.t)
+    np.testing.assert_array_equal(again.answer.impacts.t, first.answer.impacts.t)
 
 
 def test_only_the_files_asked_for_are_written(tmp_path: Path) -> None:
@@ -58,7 +69,7 @@ def test_results_are_not_overwritten_and_the_run_is_not_even_begun(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "impacts.csv").write_text("precious")
-    monkeypatch.setattr(running, "simulate", lambda *_, **__: pytest.fail("simulated"))
+    monkeypatch.setattr(Motion, "answer", lambda *_: pytest.fail("simulated"))
 
     with pytest.raises(OutputError, match=r"impacts\.csv: exists already"):
         run_study(study_of(), tmp_path)
@@ -94,15 +105,16 @@ def test_a_failure_while_writing_leaves_nothing_behind(
 
 
 def test_a_run_that_is_stopped_is_written_as_far_as_it_came(tmp_path: Path) -> None:
-    study = study_of(run=Limits(max_impacts=5_000_000), draw=Draw(png=False, svg=False))
+    study = study_of(limits=Limits(max_impacts=5_000_000), draw=Draw(png=False, svg=False))
 
     result = run_study(study, tmp_path / "out", progress=lambda *_: False)
 
-    assert result.run.outcome.name == "interrupted"
-    assert 0 < len(result.run.impacts) < 5_000_000
+    assert result.answer.outcome.name == "interrupted"
+    assert not result.is_whole
+    assert 0 < len(result.answer.impacts) < 5_000_000
     saved = load_netcdf(tmp_path / "out" / "motion.nc")
-    np.testing.assert_array_equal(saved["impacts"]["t"].to_numpy(), result.run.impacts.t)
-    assert load_record(tmp_path / "out" / "impacts.csv").outcome == result.run.outcome.value
+    np.testing.assert_array_equal(saved["impacts"]["t"].to_numpy(), result.answer.impacts.t)
+    assert load_record(tmp_path / "out" / "impacts.csv").outcome == result.answer.outcome.value
     assert load_study(tmp_path / "out" / "motion.nc") == study
 
 
@@ -110,8 +122,7 @@ def test_crossings_are_written_where_there_are_soft_stops(tmp_path: Path) -> Non
     study = Study(
         pc.backlash_oscillator(1, 25),
         pc.cosine(1, phase="-pi/2"),
-        pc.Start(0, 1),
-        Limits(periods=3),
+        Motion(pc.Start(0, 1), Limits(periods=3)),
         draw=Draw(png=False, svg=False, length_unit="mm", time_unit="s"),
     )
 
@@ -127,9 +138,9 @@ def test_crossings_are_written_where_there_are_soft_stops(tmp_path: Path) -> Non
 
 def test_a_run_that_ends_before_its_window_is_drawn_whole(tmp_path: Path) -> None:
     limits = Limits(t_end=100, max_impacts=3)
-    study = study_of(run=limits, draw=Draw(svg=False, window=(50, 60)), save=Save(csv=False))
+    study = study_of(limits=limits, draw=Draw(svg=False, window=(50, 60)), save=Save(csv=False))
 
     result = run_study(study, tmp_path / "out")
 
-    assert result.run.t_end < 50.0
+    assert result.answer.t_end < 50.0
     assert names_in(tmp_path / "out") == {"motion.nc", "motion.png"}

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import percuss as pc
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_fraction
-from percuss.studies import Draw, Limits, Save, Study, parse_study
+from percuss.studies import Draw, Limits, Motion, Save, Study, parse_study
 
 floats = st.floats(-1e6, 1e6).filter(lambda x: x == 0.0 or abs(x) > 1e-60)
 # What a study file holds is given back as it was; a Fraction or Decimal comes back as a text.
@@ -67,8 +67,9 @@ def studies(draw: st.DrawFn, values: st.SearchStrategy[Exact], angles: Any) -> S
     study = Study(
         oscillator,
         forcing,
-        start,
-        draw(st.sampled_from([Limits(t_end=10), Limits("10*pi"), Limits(None, None, 5)])),
+        Motion(
+            start, draw(st.sampled_from([Limits(t_end=10), Limits("10*pi"), Limits(None, None, 5)]))
+        ),
         title=draw(st.text(st.characters(exclude_categories=["Cs"]), max_size=20)),
         save=Save(csv=draw(st.booleans()), samples=draw(st.integers(2, 99))),
         draw=Draw(png=draw(st.booleans()), window=window, length_unit="mm"),
@@ -111,6 +112,6 @@ def test_no_number_loses_a_digit_in_the_text(study: Study) -> None:
     ],
 )
 def test_numbers_are_written_as_they_were_given(value: Exact, text: str) -> None:
-    study = Study(pc.impact_oscillator(), None, pc.Start(0, value), Limits(t_end=1))
+    study = Study(pc.impact_oscillator(), None, Motion(pc.Start(0, value), Limits(t_end=1)))
 
     assert f"\nv0 = {text}\n" in study.text()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,23 +13,26 @@ import pytest
 import percuss as pc
 from percuss.errors import ParameterError
 from percuss.motion.trajectory import Trajectory
-from percuss.studies import Study, load_study, parse_study, template_names, template_text
+from percuss.studies.kinds import kind_names
+from percuss.studies.kinds.motion import Motion
+from percuss.studies.question import Means
+from percuss.studies.reading import load_study, parse_study
+from percuss.studies.study import Study
+from percuss.studies.templates import template_names, template_text
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 
 def run_of(study: Study) -> Trajectory:
-    start = study.start
-    run: Trajectory = pc.simulate(
-        study.oscillator,
-        study.forcing,
-        start.x0,
-        start.v0,
-        start.t0,
-        t_end=study.t_end,
-        max_impacts=study.run.max_impacts,
-    )
-    return run
+    assert isinstance(study.question, Motion)
+    return study.question.answer(study, Means())
+
+
+def motions(names: Iterable[str]) -> list[str]:
+    return [name for name in names if parse_study(template_text(name)).kind == "motion"]
+
+
+MOTIONS = motions(template_names())
 
 
 def example(name: str) -> Study:
@@ -36,7 +40,7 @@ def example(name: str) -> Study:
     return load_study(path)
 
 
-@pytest.mark.parametrize("name", template_names())
+@pytest.mark.parametrize("name", MOTIONS)
 def test_a_template_runs_to_its_end_and_meets_its_stops(name: str) -> None:
     study = parse_study(template_text(name))
 
@@ -46,13 +50,15 @@ def test_a_template_runs_to_its_end_and_meets_its_stops(name: str) -> None:
     assert len(run.impacts) + len(run.crossings) >= 10
 
 
-@pytest.mark.parametrize("name", template_names())
+@pytest.mark.parametrize("name", MOTIONS)
 def test_the_ends_that_a_template_names_are_those_of_its_periods(name: str) -> None:
     text = template_text(name)
 
     t_end = float(text.split("or t_end = ")[1].split()[0])
 
-    assert parse_study(text).t_end == pytest.approx(t_end, abs=0.05)
+    study = parse_study(text)
+    assert isinstance(study.question, Motion)
+    assert study.question.t_end(study.forcing) == pytest.approx(t_end, abs=0.05)
 
 
 @pytest.mark.parametrize("name", template_names())
@@ -64,8 +70,13 @@ def test_what_a_template_calls_a_default_is_one(name: str) -> None:
     assert parse_study(short) == parse_study(text)
 
 
+@pytest.mark.parametrize("kind", [kind for kind in kind_names() if kind != "motion"])
+def test_every_kind_has_a_template_of_its_name(kind: str) -> None:
+    assert parse_study(template_text(kind)).kind == kind
+
+
 def test_an_unknown_template_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(ParameterError, match="backlash, ball, bilinear, impact"):
+    with pytest.raises(ParameterError, match="backlash, ball, basins, bilinear, branch, curve"):
         template_text("spring")
 
 
@@ -75,7 +86,8 @@ def test_every_example_says_what_it_is_and_how_to_run_it(path: Path) -> None:
 
     assert study.title
     assert f"percuss run {path.name}" in path.read_text()
-    assert run_of(study).outcome.name == "reached_t_end"
+    if study.kind == "motion":
+        assert run_of(study).outcome.name == "reached_t_end"
 
 
 def test_the_third_harmonic_stays_on_the_eigenset_above_its_critical_velocity() -> None:
@@ -126,7 +138,7 @@ def test_the_mooring_in_engineers_units_is_that_of_unit_mass() -> None:
     assert study.forcing.components() == pc.cosine("0.7854", amplitude="0.8").components()
 
 
-@pytest.mark.parametrize("name", template_names())
+@pytest.mark.parametrize("name", MOTIONS)
 def test_a_template_says_what_max_impacts_counts(name: str) -> None:
     (line,) = (line for line in template_text(name).splitlines() if "max_impacts" in line)
 

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from percuss import __version__
-from percuss.errors import OutputError, PercussError
-
-BAD_INPUT = 2
-INTERRUPTED = 130
+from percuss.cli.faults import INTERRUPTED, faults_on_stderr
+from percuss.cli.page import serve
+from percuss.cli.stores import export, status
+from percuss.version import __version__
 
 app = typer.Typer(
     name="percuss",
@@ -28,27 +25,6 @@ app = typer.Typer(
 def main() -> None:
     """Run the command line."""
     app(prog_name="percuss")
-
-
-@contextmanager
-def _faults_on_stderr(
-    written: str = "nothing was written", instead: str = "--force replaces it"
-) -> Iterator[None]:
-    """Turn what percuss raises into one line a fault and the exit status 2.
-
-    `instead` says what to do where a file exists already.
-    """
-    try:
-        yield
-    except PercussError as error:
-        message = str(error)
-        if isinstance(error, OutputError):
-            message = message.replace("force=True replaces it", instead)
-        typer.echo(message, err=True)
-        raise typer.Exit(BAD_INPUT) from error
-    except KeyboardInterrupt as error:
-        typer.echo(f"interrupted; {written}", err=True)
-        raise typer.Exit(INTERRUPTED) from error
 
 
 def _print_version(is_wanted: bool) -> None:
@@ -83,32 +59,49 @@ def run(
     force: Annotated[
         bool, typer.Option("--force", "-f", help="Replace the files of an earlier run.")
     ] = False,
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            "--store",
+            help="Zarr store of a study of many motions: interrupted, the same command goes on.",
+        ),
+    ] = None,
+    engine: Annotated[
+        str,
+        typer.Option("--engine", help="threads, processes or a Dask scheduler's tcp://host:port."),
+    ] = "threads",
 ) -> None:
     """Run a study and write NetCDF, CSV and pictures."""
     folder = Path(study.stem) if out is None else out
     instead = f"--force replaces the results in {folder}, --out writes into another folder"
-    with _faults_on_stderr(instead=instead):
+    with faults_on_stderr(instead=instead):
         from percuss.cli.report import print_report
         from percuss.cli.watch import Watch
         from percuss.studies.reading import load_study
 
         options = ["--out", str(out)] if out is not None else []
         options += ["--force"] if force else []
-        question = load_study(study)
+        options += ["--store", str(store)] if store is not None else []
+        options += ["--engine", engine] if engine != "threads" else []
+        asked = load_study(study)
         # Only now: what draws and saves takes a second to import.
         from percuss.studies.running import run_study
 
-        with Watch() as watch:
+        with Watch(asked.question.doing) as watch:
             result = run_study(
-                question,
+                asked,
                 folder,
                 command=shlex.join(["percuss", "run", str(study), *options]),
                 force=force,
+                store=store,
+                engine=engine,
                 progress=watch,
                 on_write=watch.writing,
             )
-        print_report(question, result)
-    if result.run.outcome.name == "interrupted":
+        print_report(asked, result)
+        if not result.is_whole and store is not None:
+            typer.echo(f"interrupted; the same command goes on with {store}", err=True)
+    if not result.is_whole:
         raise typer.Exit(INTERRUPTED)
 
 
@@ -127,7 +120,7 @@ def paper(
     ] = False,
 ) -> None:
     """Recompute Dyskin, Pasternak & Pelinovsky (2012) and judge it, statement by statement."""
-    with _faults_on_stderr(f"the finished figures are in {out}, without a report"):
+    with faults_on_stderr(f"the finished figures are in {out}, without a report"):
         from percuss.cli.verdicts import print_verdicts
         from percuss.cli.watch import Watch
         from percuss.paper.run import run_paper
@@ -150,12 +143,16 @@ def new(
     *,
     template: Annotated[
         str,
-        typer.Option("--template", "-t", help="impact, bilinear, ball or backlash."),
+        typer.Option(
+            "--template",
+            "-t",
+            help="impact, bilinear, ball, backlash, or a kind of study: orbit, branch, basins, ...",
+        ),
     ] = "impact",
     force: Annotated[bool, typer.Option("--force", "-f", help="Replace the file.")] = False,
 ) -> None:
     """Write a commented study file to begin with."""
-    with _faults_on_stderr():
+    with faults_on_stderr():
         from percuss.io.files import OutputFiles
         from percuss.studies.templates import template_text
 
@@ -163,3 +160,8 @@ def new(
         with OutputFiles(path, force=force) as files:
             files[path].write_text(text, encoding="utf-8")
         typer.echo(f"wrote {path}; run it with: percuss run {shlex.quote(str(path))}")
+
+
+app.command()(status)
+app.command()(export)
+app.command()(serve)

@@ -34,11 +34,13 @@ def print_verdicts(result: PaperResult) -> None:
         console.print(_table(claims))
         count = Counter(claim.kind for claim in claims)
         words = ", ".join(f"{count[kind]} {word}" for kind, word in WORDS.items())
-        console.print(f"{len(claims)} statements: {words}")
+        noun = "statement" if len(claims) == 1 else "statements"
+        console.print(f"{len(claims)} {noun}: {words}")
     if result.figures:
         names = (item.name for item in result.items if item.kind == "figure")
         drawn = ", ".join(name for name in names if name in result.figures)
-        console.print(f"{len(result.figures)} figures: {drawn}", soft_wrap=True)
+        noun = "figure" if len(result.figures) == 1 else "figures"
+        console.print(f"{len(result.figures)} {noun}: {drawn}", soft_wrap=True)
     for item, reason in result.missing.items():
         console.print(Text.assemble((f"missing {item.name}: ", "red"), reason), soft_wrap=True)
     # Text, not markup, and unbroken: a path may be copied.

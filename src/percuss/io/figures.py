@@ -9,7 +9,6 @@ from percuss.errors import OutputError
 from percuss.io.files import OutputFiles
 from percuss.io.reading import PNG_KEYWORD
 from percuss.io.record import Record, make_record
-from percuss.motion.trajectory import Trajectory
 
 
 class Figure(Protocol):
@@ -23,7 +22,7 @@ def save_figure(
     figure: Figure,
     path: Path | str,
     *,
-    run: Trajectory,
+    run: Any,
     study: str | None = None,
     command: str | None = None,
     force: bool = False,
@@ -38,7 +37,7 @@ def save_figure(
     path
         The file; its suffix, ``.png`` or ``.svg``, is the format.
     run
-        The run that is drawn.
+        What is drawn: a run, or another result that can be saved.
     study, command
         As in `percuss.io.make_record`.
     force

@@ -1,23 +1,33 @@
-"""A whole run as one NetCDF file, and back."""
+"""Whole results as NetCDF files, and back."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
+from percuss.errors import PercussError
+from percuss.io.exactly import decoded, encoded
 from percuss.io.files import OutputFiles
+from percuss.io.orbit_tables import orbits_dataset, orbits_of_dataset
 from percuss.io.reading import NETCDF_ATTRIBUTE
 from percuss.io.record import Record, make_record
+from percuss.io.results import kind_of
 from percuss.motion.trajectory import Trajectory
+from percuss.orbits.periodic_orbit import PeriodicOrbit
 
 SAMPLES = 2001
 
 TABLES = ("impacts", "crossings", "contacts", "grazes")
+# Where a result lies beside the tables that are for reading.
+EXACT, ORBITS, DATA = "exact", "orbits", "data"
 
 
 def save_netcdf(
-    run: Trajectory,
+    result: Any,
     path: Path | str,
     *,
     study: str | None = None,
@@ -25,12 +35,14 @@ def save_netcdf(
     samples: int = SAMPLES,
     force: bool = False,
 ) -> None:
-    """Save a run as NetCDF with the groups motion, impacts, crossings, contacts and grazes.
+    """Save a result as NetCDF, with the record that repeats it.
 
     Parameters
     ----------
-    run
-        The run.
+    result
+        A run, with the groups motion, impacts, crossings, contacts and grazes; an orbit, with
+        the group motion; a list of orbits; a branch, a curve or a response; or a dataset of an
+        ensemble.
     path
         The file.
     study, command
@@ -44,23 +56,55 @@ def save_netcdf(
     ------
     OutputError
         If the file exists and `force` is false, or cannot be written.
+    ParameterError
+        If it is no result of percuss.
     """
+    record = make_record(result, study=study, command=command)
     with OutputFiles(path, force=force) as files:
-        record = make_record(run, study=study, command=command)
-        write_netcdf(run, files[path], record, samples=samples)
+        write_netcdf(result, files[path], record, samples=samples)
 
 
-def write_netcdf(run: Trajectory, path: Path, record: Record, *, samples: int = SAMPLES) -> None:
-    """Write a run under the name `path`."""
-    groups = {
-        "/": xr.Dataset(attrs=_attributes(record)),
-        "/motion": run.sample(samples),
-        **{f"/{name}": _event_dataset(run, name) for name in TABLES},
-    }
+def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMPLES) -> None:
+    """Write a result under the name `path`."""
+    kind = kind_of(result)
+    groups = {"/": xr.Dataset(attrs=_attributes(record, kind.title, kind.name))}
+    if kind.name == "motion":
+        groups |= _of_motion(result, samples)
+    elif kind.name == "dataset":
+        groups[f"/{DATA}"] = _writable(result)
+    else:
+        groups |= _of_orbits(result, kind.tables(result), samples)
     xr.DataTree.from_dict(groups).to_netcdf(path, engine="h5netcdf")
 
 
-def load_netcdf(path: Path | str) -> xr.DataTree:
+def _of_motion(run: Trajectory, samples: int) -> dict[str, xr.Dataset]:
+    tables = {f"/{name}": _writable(getattr(run, name).to_dataset()) for name in TABLES}
+    return {"/motion": run.sample(samples), **tables}
+
+
+def _of_orbits(result: Any, tables: dict[str, xr.Dataset], samples: int) -> dict[str, xr.Dataset]:
+    """Return the tables for reading, and the result as it is: its orbits, and all else as JSON."""
+    # By identity: a special point's orbit is a row of its branch, and stays so.
+    orbits: dict[int, PeriodicOrbit] = {}
+    places: dict[int, int] = {}
+
+    def number(value: Any) -> dict[str, int] | None:
+        if not isinstance(value, PeriodicOrbit):
+            return None
+        orbits.setdefault(id(value), value)
+        return {"orbit": places.setdefault(id(value), len(places))}
+
+    text = json.dumps(encoded(result, number))
+    groups = {f"/{name}": _writable(table) for name, table in tables.items()}
+    if isinstance(result, PeriodicOrbit):
+        groups["/motion"] = result.trajectory().sample(samples)
+    if orbits:
+        groups[f"/{ORBITS}"] = orbits_dataset(list(orbits.values()))
+    groups[f"/{EXACT}"] = xr.Dataset({"result": ((), text)})
+    return groups
+
+
+def load_netcdf(path: Path | str) -> Any:
     """Load what `save_netcdf` saved.
 
     Parameters
@@ -70,28 +114,46 @@ def load_netcdf(path: Path | str) -> xr.DataTree:
 
     Returns
     -------
-    xarray.DataTree
-        The groups, in memory; the file is closed. Its attributes hold the record.
+    DataTree, PeriodicOrbit, list, Branch, Curve, Response or Dataset
+        A run as its groups, whose attributes hold the record; anything else as it was saved, every
+        field to the bit. All in memory; the file is closed.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     OSError
-        If it is no NetCDF file; both in one sentence.
+        If it is no NetCDF file, or holds no result of percuss that is whole; each in one sentence.
     """
     if not Path(path).exists():
         raise FileNotFoundError(f"{path}: no such file")
     try:
-        with xr.open_datatree(path, engine="h5netcdf") as tree:
-            return tree.load()
-    except OSError as error:
+        with xr.open_datatree(path, engine="h5netcdf") as opened:
+            tree = opened.load()
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
         raise OSError(f"{path}: not a NetCDF file that percuss can read") from error
+    if NETCDF_ATTRIBUTE not in tree.attrs:
+        raise OSError(f"{path}: holds no result of percuss")
+    if DATA in tree.children:
+        return tree[DATA].to_dataset()
+    if EXACT not in tree.children:
+        return tree
+    try:
+        return _result(tree)
+    except (KeyError, ValueError, TypeError, IndexError, AttributeError, PercussError) as error:
+        raise OSError(f"{path}: damaged, or of another version of percuss ({error})") from error
 
 
-def _attributes(record: Record) -> dict[str, str]:
+def _result(tree: xr.DataTree) -> Any:
+    orbits = orbits_of_dataset(tree[ORBITS].to_dataset()) if ORBITS in tree.children else []
+    text = tree[EXACT].to_dataset()["result"].item()
+    return decoded(json.loads(text), orbits.__getitem__)
+
+
+def _attributes(record: Record, title: str, kind: str) -> dict[str, str]:
     return {
-        "title": "percuss: one motion",
+        "title": f"percuss: {title}",
+        "kind": kind,
         NETCDF_ATTRIBUTE: record.text(),
         "study": record.study,
         "command": record.command,
@@ -101,11 +163,10 @@ def _attributes(record: Record) -> dict[str, str]:
     }
 
 
-def _event_dataset(run: Trajectory, name: str) -> xr.Dataset:
-    """Return a table of events as NetCDF can hold it."""
-    dataset: xr.Dataset = getattr(run, name).to_dataset()
+def _writable(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset as NetCDF can hold it."""
     # NetCDF knows texts of any length, but no array of none without a length.
-    texts = {
-        key: column.astype(object) for key, column in dataset.items() if column.dtype.kind == "U"
-    }
-    return dataset.assign(texts)
+    names: Iterable[Any] = [*dataset.data_vars, *dataset.coords]
+    texts = {key: dataset[key].astype(object) for key in names if dataset[key].dtype.kind == "U"}
+    flags = {key: dataset[key].astype("i1") for key in names if dataset[key].dtype.kind == "b"}
+    return dataset.assign(texts | {k: v for k, v in flags.items() if k in dataset.data_vars})

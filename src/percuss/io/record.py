@@ -7,11 +7,11 @@ import tomllib
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
+from typing import Any
 
-from percuss import __version__
-from percuss.io.study_text import motion_text
+from percuss.io.results import kind_of
 from percuss.io.toml import toml_string
-from percuss.motion.trajectory import Trajectory
+from percuss.version import __version__
 
 _PACKAGES = ("numpy", "numba")
 
@@ -64,15 +64,15 @@ class Record:
         return "\n".join(["[record]", *lines, "", self.study])
 
 
-def make_record(run: Trajectory, *, study: str | None = None, command: str | None = None) -> Record:
-    """Return the record of a run that has just been made.
+def make_record(result: Any, *, study: str | None = None, command: str | None = None) -> Record:
+    """Return the record of a result that has just been made.
 
     Parameters
     ----------
-    run
-        The run.
+    result
+        A run, an orbit, a branch or anything else that can be saved.
     study
-        Its study as TOML text; default: one written from the run itself.
+        Its study as TOML text; default: one written from the result itself, where it tells it.
     command
         The command or call that made it.
 
@@ -80,13 +80,19 @@ def make_record(run: Trajectory, *, study: str | None = None, command: str | Non
     -------
     Record
         The record, dated now.
+
+    Raises
+    ------
+    ParameterError
+        If it is no result of percuss.
     """
+    kind = kind_of(result)
     versions = [(package, metadata.version(package)) for package in _PACKAGES]
     return Record(
-        study=motion_text(run) if study is None else study,
+        study=kind.study(result) if study is None else study,
         command=command or "",
         date=datetime.now(UTC).isoformat(timespec="seconds"),
-        outcome=str(run.outcome.value),
+        outcome=kind.outcome(result),
         versions=(("percuss", __version__), ("python", platform.python_version()), *versions),
     )
 

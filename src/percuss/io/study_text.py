@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from percuss.io.toml import toml_text
 from percuss.model.exact import Phase, PiTimes
@@ -12,9 +16,18 @@ from percuss.model.harmonics import FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.stops import Stop, Wall
-from percuss.motion.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    # Reading a study needs no engine.
+    from percuss.motion.trajectory import Trajectory
+    from percuss.orbits.branch import Branch
+    from percuss.orbits.periodic_orbit import PeriodicOrbit
+    from percuss.orbits.response import Response
 
 Table = dict[str, object]
+
+# How far a range goes on beyond a fold, as a part of it.
+BEYOND = 0.01
 
 
 def number(value: Phase) -> int | float | str:
@@ -87,13 +100,17 @@ def forcing_table(forcing: Forcing) -> Table:
     return {**table, "period": period, "harmonics": harmonics or None}
 
 
-def model_tables(oscillator: Oscillator, forcing: Forcing | None, start: Start) -> Table:
-    """Return what is moving, under what force and from where, as the tables of a study."""
+def model_tables(oscillator: Oscillator, forcing: Forcing | None) -> Table:
+    """Return what is moving, and under what force, as the tables of a study."""
     tables: Table = {"oscillator": oscillator_table(oscillator)}
     if forcing is not None:
         tables["forcing"] = forcing_table(forcing)
-    tables["start"] = {name: number(getattr(start, name)) for name in ("x0", "v0", "t0")}
     return tables
+
+
+def start_table(start: Start) -> Table:
+    """Return from where it moves as a ``[start]`` table."""
+    return {name: number(getattr(start, name)) for name in ("x0", "v0", "t0")}
 
 
 def motion_text(run: Trajectory) -> str:
@@ -118,7 +135,94 @@ def motion_text(run: Trajectory) -> str:
     return toml_text(
         {
             "study": {"kind": "motion"},
-            **model_tables(run.oscillator, run.forcing, start),
+            **model_tables(run.oscillator, run.forcing),
+            "start": start_table(start),
             "run": limit,
         }
     )
+
+
+def orbit_text(orbit: PeriodicOrbit) -> str:
+    """Return a study that finds an orbit again, as TOML text.
+
+    Parameters
+    ----------
+    orbit
+        The orbit.
+
+    Returns
+    -------
+    str
+        A study of kind orbit, with the first impact as the guess.
+    """
+    return toml_text({"study": {"kind": "orbit"}, **_orbit_tables(orbit)})
+
+
+def branch_text(branch: Branch) -> str:
+    """Return a study that follows a branch again, as TOML text.
+
+    Parameters
+    ----------
+    branch
+        The branch.
+
+    Returns
+    -------
+    str
+        A study of kind branch, from its first physical orbit on, over the values that it has.
+    """
+    row = int(np.argmax(branch.admissible))
+    lowest, highest = int(np.argmin(branch.values)), int(np.argmax(branch.values))
+    low, high = float(branch.values[lowest]), float(branch.values[highest])
+    # Where the branch turns, the range went on.
+    beyond = BEYOND * (high - low)
+    low -= beyond if 0 < lowest < len(branch) - 1 else 0.0
+    high += beyond if 0 < highest < len(branch) - 1 else 0.0
+    ends = [low, high] if branch.values[0] <= branch.values[-1] else [high, low]
+    return toml_text(
+        {
+            "study": {"kind": "branch"},
+            **_orbit_tables(branch.orbits[row]),
+            "over": {branch.path: ends},
+        }
+    )
+
+
+def response_text(response: Response) -> str:
+    """Return a study that finds a response again, as TOML text; empty without a branch.
+
+    Parameters
+    ----------
+    response
+        The response.
+
+    Returns
+    -------
+    str
+        A study of kind response, whose model has some value of the parameter in its range.
+    """
+    if not response.branches:
+        return ""
+    orbit = response.branches[0].orbits[0]
+    own = {"max_impacts": response.max_impacts, "max_periods": response.max_periods}
+    return toml_text(
+        {
+            "study": {"kind": "response"},
+            **model_tables(orbit.oscillator, orbit.forcing),
+            "over": {response.path: [response.low, response.high]},
+            "response": own,
+        }
+    )
+
+
+def _orbit_tables(orbit: PeriodicOrbit) -> Table:
+    table: Table = {
+        "impacts": "inf" if math.isinf(orbit.n_impacts) else int(orbit.n_impacts),
+        "periods": max(orbit.n_periods, 1),
+    }
+    if len(orbit.impacts) and not math.isinf(orbit.n_impacts):
+        table["sequence"] = list(orbit.sequence)
+        if orbit.n_periods:
+            table["cycle"] = float(orbit.impacts.cycle[0])
+            table["v_after"] = float(orbit.impacts.v_after[0])
+    return {**model_tables(orbit.oscillator, orbit.forcing), "orbit": table}

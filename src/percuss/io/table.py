@@ -1,52 +1,46 @@
-"""Impacts and crossings as CSV tables that begin with the record of their run."""
+"""Tables of results as CSV files that begin with the record of what they came from."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ParameterError
+from percuss.io.columns import MEASURES, Columns
 from percuss.io.files import OutputFiles
 from percuss.io.record import Record, make_record
-from percuss.motion.trajectory import Trajectory
+from percuss.io.results import kind_of
 
-TableName: TypeAlias = Literal["impacts", "crossings"]
-
-# The columns of each table, and what they are measured in.
-COLUMNS: dict[TableName, dict[str, str]] = {
-    "impacts": {
-        "t": "time",
-        "v_before": "velocity",
-        "v_after": "velocity",
-        "stop": "",
-        "cycle": "",
-        "impulse": "velocity",
-    },
-    "crossings": {"t": "time", "v": "velocity", "stop": "", "direction": ""},
-}
 # Rows turned into text at a time: fewer calls than one a row, less memory than all.
 ROWS = 20_000
 
 
 def save_csv(
-    run: Trajectory,
+    result: Any,
     path: Path | str,
     *,
-    table: TableName = "impacts",
+    table: str | None = None,
     study: str | None = None,
     command: str | None = None,
     force: bool = False,
 ) -> None:
-    """Save the impacts of a run as CSV; lines that begin with ``#`` hold the record.
+    """Save a table of a result as CSV; lines that begin with ``#`` hold the record.
 
     Parameters
     ----------
-    run
-        The run.
+    result
+        A run, an orbit, a list of orbits, a branch, a curve, a response or the dataset of an
+        ensemble.
     path
         The file.
     table
-        "crossings" saves those of soft stops instead.
+        Which table: "impacts" or "crossings" of a run; "impacts" or "orbit" of an orbit;
+        "branch" or "special_points" of a branch. Default: the first, or the only one.
     study, command
         As in `percuss.io.make_record`.
     force
@@ -56,46 +50,64 @@ def save_csv(
     ------
     OutputError
         If the file exists and `force` is false, or cannot be written.
+    ParameterError
+        If it is no result of percuss, or has no such table.
     """
+    tables = kind_of(result).columns
+    name = next(iter(tables)) if table is None else table
+    if name not in tables:
+        raise ParameterError("table", table, f"none of {', '.join(tables)}")
+    record = make_record(result, study=study, command=command)
     with OutputFiles(path, force=force) as files:
-        record = make_record(run, study=study, command=command)
-        write_csv(run, files[path], record, table=table)
+        write_csv(result, files[path], record, table=name)
 
 
 def write_csv(
-    run: Trajectory,
+    result: Any,
     path: Path,
     record: Record,
     *,
-    table: TableName = "impacts",
+    table: str = "impacts",
     length_unit: str = "",
     time_unit: str = "",
 ) -> None:
     """Write a table under the name `path`; floats read back to the same bits."""
-    facts = {"columns": _columns(table, length_unit, time_unit)} if length_unit or time_unit else {}
+    columns = kind_of(result).columns[table](result)
+    write_columns(columns, path, record, length_unit=length_unit, time_unit=time_unit)
+
+
+def write_columns(
+    columns: Columns, path: Path, record: Record, *, length_unit: str = "", time_unit: str = ""
+) -> None:
+    """Write columns under the name `path`."""
+    facts = {}
+    if length_unit or time_unit:
+        facts = {"columns": _with_units(columns, length_unit, time_unit)}
     with path.open("w", encoding="utf-8", newline="") as file:
         file.writelines(f"# {line}".rstrip() + "\n" for line in record.text(**facts).splitlines())
-        file.write(",".join(COLUMNS[table]) + "\n")
-        file.writelines(_blocks(run, table))
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(columns)
+        for block in _blocks(columns):
+            rows.writerows(block)
 
 
-def _columns(table: TableName, length_unit: str, time_unit: str) -> str:
+def _with_units(columns: Columns, length_unit: str, time_unit: str) -> str:
     """Return the columns with their units, for the record."""
-    units = {"time": time_unit, "velocity": length_unit}
+    units = {"time": time_unit, "velocity": length_unit, "length": length_unit}
     if time_unit:
         units["velocity"] = f"{length_unit or '1'}/{time_unit}"
+    measures = {name: MEASURES.get(name.rstrip("0123456789"), "") for name in columns}
     return ", ".join(
         f"{column} [{units[measure]}]" if units.get(measure) else column
-        for column, measure in COLUMNS[table].items()
+        for column, measure in measures.items()
     )
 
 
-def _blocks(run: Trajectory, table: TableName) -> Iterator[str]:
-    """Give the rows as text, many at a time."""
-    events = getattr(run, table)
-    columns = [getattr(events, name) for name in COLUMNS[table]]
-    for first in range(0, len(events), ROWS):
-        block = [column[first : first + ROWS].tolist() for column in columns]
-        # repr gives the shortest text that reads back to the same bits; directions are words.
-        texts = (map(str, values) for values in block)
-        yield "".join(f"{row}\n" for row in map(",".join, zip(*texts, strict=True)))
+def _blocks(columns: Columns) -> Iterator[Iterator[tuple[Any, ...]]]:
+    """Give the rows, many at a time."""
+    arrays: list[NDArray[Any]] = [np.asarray(column) for column in columns.values()]
+    count = len(arrays[0])
+    for first in range(0, count, ROWS):
+        # A float's text is the shortest that reads back to the same bits.
+        block = [array[first : first + ROWS].tolist() for array in arrays]
+        yield zip(*block, strict=True)

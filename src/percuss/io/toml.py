@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 Scalar = str | bool | int | float
 Table = Mapping[str, object]
@@ -16,7 +19,7 @@ def toml_text(document: Table) -> str:
     Parameters
     ----------
     document
-        Tables by name; keys are bare words. None values are left out.
+        Tables by name. None values are left out. A table inside a table stands on one line.
 
     Returns
     -------
@@ -59,7 +62,11 @@ def _is_nested(value: object) -> bool:
 
 
 def _entries(table: Table) -> Iterable[str]:
-    return (f"{key} = {_value(value)}" for key, value in table.items() if value is not None)
+    return (f"{_key(key)} = {_value(value)}" for key, value in table.items() if value is not None)
+
+
+def _key(key: str) -> str:
+    return key if _BARE.fullmatch(key) else toml_string(key)
 
 
 def _value(value: object) -> str:
@@ -73,6 +80,8 @@ def _value(value: object) -> str:
         return repr(value)
     if isinstance(value, list | tuple):
         return f"[{', '.join(_value(item) for item in value)}]"
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(_entries(value))}}}"
     raise TypeError(f"{value!r} has no place in a study file")
 
 

@@ -11,7 +11,7 @@ from percuss.io.reading import load_record
 from percuss.studies.building import build
 from percuss.studies.faults import StudyFault, shown
 from percuss.studies.lines import key_lines
-from percuss.studies.shape import Found, shape_faults
+from percuss.studies.shape import Found
 from percuss.studies.study import Study
 
 _RESULTS = (".nc", ".csv", ".png", ".svg")
@@ -98,7 +98,6 @@ def parse_study(text: str, name: str = "study") -> Study:
     if document is None:
         raise StudyError(syntax)
     found = Found(name, key_lines("\n".join(lines)), list(syntax))
-    shape_faults(document, found)
     study = build(document, found)
     # A line that could not be read may hold what seems to be missing.
     certain = (f for f in found.faults if not (syntax and f.reason.startswith("missing")))

@@ -6,22 +6,21 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from percuss.io.figures import Figure, write_figure
+from percuss.errors import ParameterError
+from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles, check_output
 from percuss.io.netcdf import write_netcdf
 from percuss.io.record import Record, make_record
-from percuss.io.table import TableName, write_csv
+from percuss.io.table import write_csv
 from percuss.model.oscillator import Oscillator
-from percuss.model.stops import SoftStop
-from percuss.motion.impact_times import ImpactTimes, classify_impact_times
 from percuss.motion.simulate import simulate
-from percuss.motion.trajectory import Trajectory
-from percuss.plotting.motion_figure import plot_motion
-from percuss.plotting.style import Units, offscreen_figure
+from percuss.plotting.style import offscreen_figure, style
+from percuss.studies.question import Means, Progress
 from percuss.studies.study import Study
 
-Progress = Callable[[float, float], bool]
+__all__ = ["StudyResult", "output_files", "run_study"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,20 +29,23 @@ class StudyResult:
 
     Parameters
     ----------
-    run
-        The motion.
-    impact_times
-        The class of its impact times.
+    answer
+        The result: a run, an orbit, a branch, a dataset, as the function of that kind returns it.
+    report
+        What was found, in a few lines: words by what they are about.
     files
-        The files that were written.
+        The files that were written; none where a run into a store was interrupted.
     seconds
-        How long the simulation took [s], the compiling of the engine not counted.
+        How long it took [s], the compiling of the engine not counted.
+    is_whole
+        False where it was stopped before its end.
     """
 
-    run: Trajectory
-    impact_times: ImpactTimes
+    answer: Any
+    report: Mapping[str, str]
     files: tuple[Path, ...]
     seconds: float
+    is_whole: bool
 
 
 def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
@@ -59,18 +61,20 @@ def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
     Returns
     -------
     tuple of Path
-        All of ``motion.nc``, ``impacts.csv``, ``crossings.csv`` (where there are soft stops),
-        ``motion.png`` and ``motion.svg`` that the study asks for.
+        Those of its kind that the study asks for, such as ``motion.nc``, ``impacts.csv``,
+        ``crossings.csv`` (where there are soft stops), ``motion.png`` and ``motion.svg``.
     """
-    has_soft_stops = any(isinstance(stop, SoftStop) for stop in study.oscillator.stops)
-    names = {
-        "motion.nc": study.save.netcdf,
-        "impacts.csv": study.save.csv,
-        "crossings.csv": study.save.csv and has_soft_stops,
-        "motion.png": study.draw.png,
-        "motion.svg": study.draw.svg,
-    }
-    return tuple(Path(folder) / name for name, is_wanted in names.items() if is_wanted)
+    question = study.question
+    names = [f"{question.stem}.nc"] if study.save.netcdf else []
+    names += [f"{stem}.csv" for stem in question.csv(study)] if study.save.csv else []
+    suffixes = {".png": study.draw.png, ".svg": study.draw.svg}
+    names += [
+        f"{stem}{suffix}"
+        for stem in question.pictures(study)
+        for suffix, is_wanted in suffixes.items()
+        if is_wanted
+    ]
+    return tuple(Path(folder) / name for name in names)
 
 
 def run_study(
@@ -79,10 +83,12 @@ def run_study(
     *,
     command: str | None = None,
     force: bool = False,
+    store: Path | str | None = None,
+    engine: str = "threads",
     progress: Progress | bool | None = None,
     on_write: Callable[[Path], None] | None = None,
 ) -> StudyResult:
-    """Simulate the motion of a study and write its files, all of them or none.
+    """Answer a study and write its files, all of them or none.
 
     Parameters
     ----------
@@ -94,72 +100,90 @@ def run_study(
         The command or call, for the record in each file.
     force
         Whether files of the same names may be replaced. Other files are never touched.
+    store, engine
+        As in `percuss.sweep`; for studies of many motions.
     progress
-        As in `percuss.simulate`; a run that is stopped is written as far as it came.
+        As in `percuss.simulate`. What is stopped is written as far as it came, unless it is in a
+        store: then no file is, and the same call goes on with it.
     on_write
         Called with each file before it is written.
 
     Returns
     -------
     StudyResult
-        The run and its files.
+        The answer and its files.
 
     Raises
     ------
     OutputError
-        Before the simulation, if the files exist or the folder cannot be written to; after it,
-        if writing fails.
+        Before the work, if the files exist or the folder cannot be written to; after it, if
+        writing fails.
+    ParameterError
+        If a store or an engine is given, and it is no study of many motions.
     """
+    question = study.question
+    for name, value in (("store", store), ("engine", engine if engine != "threads" else None)):
+        if value is not None and not question.is_ensemble:
+            reason = f"for studies of many motions; this one is of kind {question.kind}"
+            raise ParameterError(name, str(value), reason)
     files = output_files(study, folder)
     check_output(files, force=force)
-    # The first run of a process compiles the engine or loads it: no time of this motion.
+    # The first run of a process compiles the engine or loads it: no time of this study.
     simulate(Oscillator(), t_end=1.0)
+    watched = _Watched(progress)
+    means = Means(None if store is None else Path(store), engine, watched.report)
     began = time.perf_counter()
-    start = study.start
-    run = simulate(
-        study.oscillator,
-        study.forcing,
-        start.x0,
-        start.v0,
-        start.t0,
-        t_end=study.t_end,
-        max_impacts=study.run.max_impacts,
-        progress=progress,
-    )
+    answer = question.answer(study, means)
     seconds = time.perf_counter() - began
-    record = make_record(run, study=study.text(), command=command)
+    is_whole = not watched.is_stopped and getattr(answer, "attrs", {}).get("complete", 1) == 1
+    if store is not None and not is_whole:
+        return StudyResult(answer, question.report(answer), (), seconds, is_whole=False)
+    record = make_record(answer, study=study.text(), command=command)
     with OutputFiles(*files, force=force) as parts:
-        _write(run, study, record, {file: parts[file] for file in files}, on_write)
-    return StudyResult(run, classify_impact_times(run), files, seconds)
+        _write(answer, study, record, {file: parts[file] for file in files}, on_write)
+    return StudyResult(answer, question.report(answer), files, seconds, is_whole)
+
+
+class _Watched:
+    """A progress function that remembers whether it has stopped the work."""
+
+    def __init__(self, progress: Progress | bool | None) -> None:
+        self._progress = progress
+        self.is_stopped = False
+
+    @property
+    def report(self) -> Progress | bool | None:
+        """What to give to the work."""
+        return self._call if callable(self._progress) else self._progress
+
+    def _call(self, done: float, total: float) -> bool:
+        goes_on = not callable(self._progress) or self._progress(done, total) is not False
+        # What is done cannot be stopped any more.
+        self.is_stopped = not goes_on and done < total
+        return goes_on
 
 
 def _write(
-    run: Trajectory,
+    answer: Any,
     study: Study,
     record: Record,
     parts: Mapping[Path, Path],
     on_write: Callable[[Path], None] | None,
 ) -> None:
     """Write each file under its temporary name."""
-    figure = None
+    tables, pictures = study.question.csv(study), study.question.pictures(study)
+    units = {"length_unit": study.draw.length_unit, "time_unit": study.draw.time_unit}
+    figures: dict[str, Any] = {}
     for file, part in parts.items():
         if on_write is not None:
             on_write(file)
         if file.suffix == ".nc":
-            write_netcdf(run, part, record, samples=study.save.samples)
+            write_netcdf(answer, part, record, samples=study.save.samples)
         elif file.suffix == ".csv":
-            units = {"length_unit": study.draw.length_unit, "time_unit": study.draw.time_unit}
-            table: TableName = "crossings" if file.stem == "crossings" else "impacts"
-            write_csv(run, part, record, table=table, **units)
+            write_csv(answer, part, record, table=tables[file.stem], **units)
         else:
-            figure = figure or _figure(run, study)
-            write_figure(figure, part, file.suffix, record)
-
-
-def _figure(run: Trajectory, study: Study) -> Figure:
-    window = study.window
-    # A run may end before the window begins: it was interrupted, or came to rest.
-    if window is not None and not (window[0] < run.t_end and window[1] > run.t0):
-        window = None
-    units = Units(study.draw.length_unit, study.draw.time_unit)
-    return plot_motion(run, offscreen_figure(), title=study.title, window=window, units=units)
+            if file.stem not in figures:
+                figures[file.stem] = offscreen_figure()
+                with style():
+                    pictures[file.stem](answer, study, figures[file.stem])
+            write_figure(figures[file.stem], part, file.suffix, record)

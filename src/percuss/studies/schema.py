@@ -1,4 +1,4 @@
-"""The shape of a study file: which tables, which keys, what kind of value. No physics."""
+"""The shape of what all study files share: tables, keys, kinds of value. No physics."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Table(BaseModel):
 class StudyTable(Table):
     """``[study]``: what is asked."""
 
-    kind: Literal["motion"] = "motion"
+    kind: str = "motion"
     title: str = ""
 
 
@@ -103,19 +103,16 @@ class StartTable(Table):
     t0: Phase = 0.0
 
 
-class RunTable(Table):
-    """``[run]``: how long the motion is followed."""
-
-    t_end: Phase | None = None
-    periods: Number | None = None
-    max_impacts: int | None = None
-
-
 class SaveTable(Table):
     """``[save]``: which files."""
 
     netcdf: bool = True
     csv: bool = True
+
+
+class SampledSaveTable(SaveTable):
+    """``[save]`` of what is sampled in time."""
+
     samples: Annotated[int, Field(ge=2, le=100_000_000)] = 2001
 
 
@@ -124,19 +121,23 @@ class DrawTable(Table):
 
     png: bool = True
     svg: bool = True
-    window: Annotated[list[Phase], Field(min_length=2, max_length=2)] | None = None
     length_unit: str = ""
     time_unit: str = ""
 
 
 class Document(Table):
-    """A whole study file."""
+    """What a study file of any kind may hold; the kinds add their tables."""
 
     record: dict[str, object] = {}
     study: StudyTable = StudyTable()
     oscillator: OscillatorTable
     forcing: ForcingTable | None = None
-    start: StartTable
-    run: RunTable
     save: SaveTable = SaveTable()
     draw: DrawTable = DrawTable()
+
+
+# Of a file whose kind is not known: what all kinds share is looked at, the rest is not.
+class AnyDocument(Document):
+    """A study file of no known kind."""
+
+    model_config = ConfigDict(extra="ignore", strict=True, frozen=True)

@@ -15,6 +15,12 @@ from percuss.studies.schema import Document, SoftTable, WallTable
 
 _STOPS: dict[str, type[BaseModel]] = {"wall": WallTable, "soft": SoftTable}
 
+# Tables that studies of some kinds have.
+OF_SOME_KINDS = (
+    "start", "run", "over", "orbit", "orbits", "branch", "curve", "response", "sweep", "diagram",
+    "basins", "lyapunov",
+)  # fmt: skip
+
 # What pydantic calls an error, and what we say; {} stands for its context.
 _REASONS = {
     "bool_type": "neither true nor false",
@@ -26,6 +32,7 @@ _REASONS = {
     "dict_type": "not a table",
     "literal_error": "not {expected}",
     "union_tag_invalid": 'neither "wall" nor "soft"',
+    "greater_than": "not more than {gt}",
     "greater_than_equal": "less than {ge}",
     "less_than_equal": "more than {le}",
     "too_short": "{actual_length} values; {min_length} are needed",
@@ -57,15 +64,15 @@ class Found:
         )
 
 
-def shape_faults(document: Mapping[str, object], found: Found) -> None:
+def shape_faults(document: Mapping[str, object], shape: type[Document], found: Found) -> None:
     """Add the faults of the shape of a document: unknown keys, missing keys, wrong types."""
     try:
-        Document.model_validate(document)
+        shape.model_validate(document)
     except ValidationError as error:
         for detail in error.errors(include_url=False):
             path = _path(detail["loc"])
             if detail["type"] == "extra_forbidden":
-                found.add(path, _unknown(path, document))
+                found.add(path, _unknown(path, document, shape))
             elif detail["type"] in ("missing", "union_tag_not_found"):
                 is_tag = detail["type"] == "union_tag_not_found"
                 found.add((*path, "type") if is_tag else path, _missing(path, is_tag=is_tag))
@@ -104,22 +111,36 @@ def _value(document: object, path: Path) -> object:
     return document
 
 
-def _unknown(path: Path, document: Mapping[str, object]) -> str:
+def _unknown(path: Path, document: Mapping[str, object], shape: type[Document]) -> str:
     """Say what a key that is unknown may have been meant to be."""
-    known = _known_keys(path[:-1], document)
-    close = difflib.get_close_matches(str(path[-1]).lower(), known, n=1)
+    known = _known_keys(path[:-1], document, shape)
+    if len(path) == 1 and str(path[0]) in OF_SOME_KINDS:
+        return f"no table of this kind of study; its tables are {', '.join(known)}"
+    return unknown_key(path[-1], known)
+
+
+def unknown_key(key: object, known: list[str]) -> str:
+    """Say which of the known keys another one may have been meant to be."""
+    close = difflib.get_close_matches(str(key).lower(), known, n=1)
     if close:
         return f'unknown key; did you mean "{close[0]}"?'
     return f"unknown key; known here: {', '.join(known)}"
 
 
-def _known_keys(table: Path, document: Mapping[str, object]) -> list[str]:
+def unknown_value(value: object, known: list[str]) -> str:
+    """Say which of the known values another one may have been meant to be."""
+    close = difflib.get_close_matches(str(value).lower(), known, n=1)
+    listed = f"{', '.join(known[:-1])} or {known[-1]}"
+    return f'did you mean "{close[0]}"? There are {listed}' if close else f"not {listed}"
+
+
+def _known_keys(table: Path, document: Mapping[str, object], shape: type[Document]) -> list[str]:
     """Return the keys of a table, by walking the schema along its path."""
     if table[:2] == ("oscillator", "stops"):
         stop = _value(document, table)
         kind = stop.get("type") if isinstance(stop, Mapping) else None
         return list(_STOPS[str(kind)].model_fields)
-    fields = Document.model_fields
+    fields = shape.model_fields
     for part in table:
         if isinstance(part, str):
             fields = _table_of(fields[part].annotation).model_fields

@@ -3,34 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from percuss.io.study_text import forcing_table, model_tables, number, stop_table
 from percuss.io.toml import toml_text
-from percuss.model.exact import Exact, Phase, as_float
+from percuss.model.exact import Exact, Phase
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
-from percuss.model.start import Start, end_after_periods
 from percuss.model.stops import Stop
+from percuss.studies.question import Question
 
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """How long a motion is followed.
-
-    Parameters
-    ----------
-    t_end
-        Time of the end [time]; or None.
-    periods
-        Number of forcing periods from the start, in place of `t_end`; or None.
-    max_impacts
-        Number of impacts and entries into soft stops after which to stop; or None.
-    """
-
-    t_end: Phase | None = None
-    periods: Exact | None = None
-    max_impacts: int | None = None
+__all__ = ["Draw", "EngineersModel", "Save", "Study", "study_text"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +22,11 @@ class Save:
     Parameters
     ----------
     netcdf
-        Whether to write the run as NetCDF.
+        Whether to write the result as NetCDF.
     csv
-        Whether to write the impacts, and the crossings of soft stops, as CSV.
+        Whether to write its tables as CSV.
     samples
-        Number of equally spaced times in the NetCDF file.
+        Number of equally spaced times in the NetCDF file of a motion or an orbit.
     """
 
     netcdf: bool = True
@@ -61,9 +43,13 @@ class Draw:
     png, svg
         Whether to write the picture in this format.
     window
-        First and last time that are drawn; default: the whole run.
+        First and last time of a motion that are drawn; default: the whole run.
     length_unit, time_unit
         Units on the axes; empty for dimensionless ones.
+    quantity
+        What of a branch is drawn over its parameter, as in `percuss.plotting.plot_branch`.
+    manifolds
+        Whether the stable manifolds of saddles are drawn into basins.
     """
 
     png: bool = True
@@ -71,6 +57,8 @@ class Draw:
     window: tuple[Phase, Phase] | None = None
     length_unit: str = ""
     time_unit: str = ""
+    quantity: str | None = None
+    manifolds: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,67 +111,47 @@ class EngineersModel:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """One motion to simulate, and what to keep of it.
+    """A model, what is asked about it, and what to keep of the answer.
 
     Parameters
     ----------
-    oscillator, forcing, start
-        What is moving, under what force (None: free), and from where.
-    run
-        How long.
+    oscillator, forcing
+        What is moving, under what force (None: free).
+    question
+        What is asked: a value of `percuss.studies.kinds`, such as `Motion`.
     title
         A line about it.
     save, draw
         Files and pictures.
-    kind
-        What is asked; so far always one motion.
     given
         The model in the engineers' units of the study file, if it names a mass; `oscillator` and
         `forcing` are then those of unit mass that follow from it.
 
     Examples
     --------
-    >>> from percuss.model import impact_oscillator, sine
-    >>> study = Study(impact_oscillator(), sine(3), Start(0, "0.51"), Limits(periods=10))
-    >>> study.t_end
-    20.943951023931955
+    >>> from percuss.model import Start, impact_oscillator, sine
+    >>> from percuss.studies import Limits, Motion
+    >>> study = Study(impact_oscillator(), sine(3), Motion(Start(0, "0.51"), Limits(periods=10)))
+    >>> study.kind
+    'motion'
     """
 
     oscillator: Oscillator
     forcing: Forcing | None
-    start: Start
-    run: Limits
+    question: Question
     title: str = ""
     save: Save = Save()
     draw: Draw = Draw()
-    kind: Literal["motion"] = "motion"
     given: EngineersModel | None = None
 
     @property
-    def t_end(self) -> float | None:
-        """Time of the end [time], None if only the number of impacts limits the run."""
-        return end_time(self.run, self.forcing, self.start.t0)
-
-    @property
-    def window(self) -> tuple[float, float] | None:
-        """First and last time that are drawn, None for all."""
-        if self.draw.window is None:
-            return None
-        first, last = self.draw.window
-        return as_float(first), as_float(last)
+    def kind(self) -> str:
+        """The kind of question."""
+        return self.question.kind
 
     def text(self) -> str:
         """Return the study as TOML text, in which `parse_study` finds the same numbers."""
         return study_text(self)
-
-
-def end_time(run: Limits, forcing: Forcing | None, t0: Phase) -> float | None:
-    """Return the time at which a run ends; None without `t_end` and without periods."""
-    if run.t_end is not None:
-        return as_float(run.t_end)
-    if run.periods is None or forcing is None or forcing.period is None:
-        return None
-    return end_after_periods(forcing, t0, run.periods)
 
 
 def study_text(study: Study) -> str:
@@ -199,28 +167,26 @@ def study_text(study: Study) -> str:
     str
         The text of a study file.
     """
-    run, save, draw = study.run, study.save, study.draw
-    limits = {
-        "t_end": None if run.t_end is None else number(run.t_end),
-        "periods": None if run.periods is None else number(run.periods),
-        "max_impacts": run.max_impacts,
-    }
+    save, draw = study.save, study.draw
     window = None if draw.window is None else [number(time) for time in draw.window]
-    model = model_tables(study.oscillator, study.forcing, study.start)
+    model = model_tables(study.oscillator, study.forcing)
     if study.given is not None:
         model |= study.given.tables()
+    samples = save.samples if save.samples != Save().samples else None
     return toml_text(
         {
             "study": {"kind": study.kind, "title": study.title},
             **model,
-            "run": limits,
-            "save": {"netcdf": save.netcdf, "csv": save.csv, "samples": save.samples},
+            **study.question.tables(),
+            "save": {"netcdf": save.netcdf, "csv": save.csv, "samples": samples},
             "draw": {
                 "png": draw.png,
                 "svg": draw.svg,
                 "window": window,
                 "length_unit": draw.length_unit,
                 "time_unit": draw.time_unit,
+                "quantity": draw.quantity,
+                "manifolds": draw.manifolds or None,
             },
         }
     )

@@ -1,4 +1,4 @@
-"""Study files to begin with: one commented file for each kind of oscillator."""
+"""Study files to begin with: one commented file for each kind of oscillator and of study."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ def template_names() -> list[str]:
 
     Examples
     --------
-    >>> template_names()
-    ['backlash', 'ball', 'bilinear', 'impact']
+    >>> template_names()[:6]
+    ['backlash', 'ball', 'basins', 'bilinear', 'branch', 'curve']
     """
     files = resources.files(__name__).iterdir()
     return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))

@@ -1,0 +1,74 @@
+"""The commands for stores of many motions: how far one has come, and what it holds."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from percuss.cli.faults import faults_on_stderr
+from percuss.errors import ParameterError
+
+StorePath = Annotated[Path, typer.Argument(help="The folder of a store, such as run.zarr.")]
+
+
+def status(store: StorePath) -> None:
+    """Show how much of a store is done, at what rate, and how long the rest takes."""
+    with faults_on_stderr():
+        from percuss.ensembles import status_of_store
+
+        for name, text in _rows(store, status_of_store(store)).items():
+            typer.echo(f"{name:<12}{text}")
+
+
+def export(
+    store: StorePath,
+    file: Annotated[Path, typer.Argument(help="The file to write: .nc or .csv.")],
+    *,
+    force: Annotated[bool, typer.Option("--force", "-f", help="Replace the file.")] = False,
+) -> None:
+    """Write what a store holds, finished or not, as NetCDF or CSV."""
+    with faults_on_stderr():
+        from percuss.ensembles import load_store
+        from percuss.io import save_csv, save_netcdf
+
+        savers = {".nc": save_netcdf, ".csv": save_csv}
+        if file.suffix not in savers:
+            raise ParameterError("file", str(file), "neither .nc (NetCDF) nor .csv")
+        found = load_store(store)
+        command = shlex.join(["percuss", "export", str(store), str(file)])
+        savers[file.suffix](found, file, command=command, force=force)
+        part = "" if found.attrs["complete"] else ", of which a part is not done yet"
+        typer.echo(f"wrote {file}: {_size(found)}{part}")
+
+
+def _size(found: Any) -> str:
+    return " x ".join(f"{length:,} {name}" for name, length in found.sizes.items())
+
+
+def _rows(store: Path, status: dict[str, Any]) -> dict[str, str]:
+    """Return what is shown, by its name."""
+    from percuss.ensembles.watch import in_words
+
+    study = status["study"]
+    what = ", ".join(study.get("measure", [])) or str(study["kind"]).split(",")[0]
+    over = " x ".join(f"{path} ({len(values)})" for path, values in study["over"].items())
+    done, total = status["points_done"], status["points"]
+    rows = {
+        "store": f"{store}, begun by percuss {status['version']}",
+        "study": f"{what} over {over}",
+        "done": f"{done / total:.1%}: {done:,} of {total:,} points, "
+        f"{status['done']:,} of {status['chunks']:,} chunks",
+        "impacts": f"{status['n_impacts']:,}",
+    }
+    if status["impacts_per_second"] is not None:
+        rows["impacts"] += f", {status['impacts_per_second']:,.0f} a second"
+    if done == total:
+        rows["time left"] = "none, it is complete"
+    elif status["seconds_left"] is not None:
+        rows["time left"] = f"{in_words(status['seconds_left'])} at the rate of the last chunks"
+    if done < total and status["seconds_since"] is not None:
+        rows["last chunk"] = f"{in_words(status['seconds_since'])} ago"
+    return rows

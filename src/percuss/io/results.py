@@ -1,0 +1,222 @@
+"""What can be saved: for each kind of result its name, its tables and what its record says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.io.columns import (
+    Columns,
+    branch_columns,
+    columns_along,
+    dataset_columns,
+    orbit_columns,
+)
+from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
+
+if TYPE_CHECKING:
+    # A second of import.
+    from xarray import Dataset
+
+    from percuss.orbits.branch import Branch
+    from percuss.orbits.periodic_orbit import PeriodicOrbit
+
+__all__ = ["ResultKind", "kind_of"]
+
+Tables: TypeAlias = "dict[str, Dataset]"
+
+IMPACTS: tuple[str, ...] = ("t", "v_before", "v_after", "stop", "cycle", "impulse")
+CROSSINGS: tuple[str, ...] = ("t", "v", "stop", "direction")
+
+
+@dataclass(frozen=True, slots=True)
+class ResultKind:
+    """What there is to know of a kind of results, to save one.
+
+    Attributes
+    ----------
+    name, title
+        In the attributes of its file.
+    outcome
+        How it ended, in words.
+    study
+        A study that repeats it, as TOML text; empty where the result alone does not tell it.
+    tables
+        Datasets for reading, by the name of their group.
+    columns
+        The tables that can be saved as CSV, by name; the first one is the default.
+    """
+
+    name: str
+    title: str
+    outcome: Callable[[Any], str]
+    study: Callable[[Any], str]
+    tables: Callable[[Any], Tables]
+    columns: Mapping[str, Callable[[Any], Columns]]
+
+
+def kind_of(result: Any) -> ResultKind:
+    """Return the kind of a result.
+
+    Raises
+    ------
+    ParameterError
+        If it is no result that percuss can save.
+    """
+    if isinstance(result, list | tuple):
+        return _kind_of_list(result)
+    found = _KINDS.get(type(result).__name__)
+    if found is None:
+        known = "a run, an orbit, a list of them, a branch, a curve, a response or a dataset"
+        raise ParameterError("result", result, f"not {known}")
+    return found
+
+
+def _kind_of_list(results: Sequence[Any]) -> ResultKind:
+    kinds = {type(result).__name__ for result in results}
+    for name, kind in _LISTS.items():
+        if kinds <= {name}:
+            return kind
+    raise ParameterError("result", sorted(kinds), f"not a list of one of {', '.join(_LISTS)}")
+
+
+def _table(name: str, columns: Sequence[str]) -> Callable[[Any], Columns]:
+    return lambda result: {column: getattr(getattr(result, name), column) for column in columns}
+
+
+def _nothing(_: Any) -> str:
+    return ""
+
+
+def _special_columns(branch: Branch) -> Columns:
+    points = branch.special_points
+    return {
+        "kind": np.array([point.kind for point in points], dtype=object),
+        branch.path: np.array([point.value for point in points]),
+        "low": np.array([point.interval[0] for point in points]),
+        "high": np.array([point.interval[1] for point in points]),
+        "status": np.array([point.status for point in points], dtype=object),
+        "row": np.array([point.row for point in points], dtype=np.int64),
+        "detail": np.array([point.detail for point in points], dtype=object),
+    }
+
+
+def _many(columns: Callable[[Any], Columns], number: str) -> Callable[[Any], Columns]:
+    """Return the columns of several results one below the other, with their number before."""
+
+    def joined(results: Sequence[Any]) -> Columns:
+        parts = [columns(result) for result in results]
+        names = list(dict.fromkeys(name for part in parts for name in part))
+        lengths = [len(next(iter(part.values()))) for part in parts]
+        found: dict[str, Any] = {number: np.repeat(np.arange(len(parts)), lengths)}
+        for name in names:
+            pieces = [part.get(name, np.full(n, "", dtype=object))
+                      for part, n in zip(parts, lengths, strict=True)]  # fmt: skip
+            found[name] = np.concatenate([np.asarray(piece, dtype=object) for piece in pieces])
+        return found
+
+    return joined
+
+
+def _xarray_columns(result: Any) -> Columns:
+    return dataset_columns(result.to_xarray())
+
+
+def _tables_of_each(name: str) -> Callable[[Any], Tables]:
+    return lambda results: {f"{name}_{i}": result.to_xarray() for i, result in enumerate(results)}
+
+
+def _orbits_outcome(orbits: Sequence[PeriodicOrbit]) -> str:
+    stable = sum(orbit.is_stable for orbit in orbits)
+    return f"{len(orbits)} periodic orbits were found, {stable} of them stable"
+
+
+def _end_reasons(results: Sequence[Any]) -> str:
+    return "; ".join(dict.fromkeys(str(result.end_reason) for result in results))
+
+
+def _dataset_outcome(dataset: Any) -> str:
+    complete = dataset.attrs.get("complete", 1)
+    return "all points were done" if complete else "it was interrupted; it holds what was done"
+
+
+_KINDS: dict[str, ResultKind] = {
+    "Trajectory": ResultKind(
+        "motion",
+        "one motion",
+        lambda run: str(run.outcome.value),
+        motion_text,
+        lambda _: {},
+        {"impacts": _table("impacts", IMPACTS), "crossings": _table("crossings", CROSSINGS)},
+    ),
+    "PeriodicOrbit": ResultKind(
+        "orbit",
+        "a periodic orbit",
+        lambda orbit: repr(orbit)[1:-1],
+        orbit_text,
+        lambda orbit: {"impacts": orbit.impacts.to_dataset()},
+        {"impacts": _table("impacts", IMPACTS), "orbit": lambda orbit: orbit_columns([orbit])},
+    ),
+    "Branch": ResultKind(
+        "branch",
+        "a branch of periodic orbits",
+        lambda branch: str(branch.end_reason),
+        branch_text,
+        lambda branch: {"branch": branch.to_xarray()},
+        {"branch": branch_columns, "special_points": _special_columns},
+    ),
+    "Curve": ResultKind(
+        "curve",
+        "a curve of special points",
+        lambda curve: str(curve.end_reason),
+        _nothing,
+        lambda curve: {"curve": curve.to_xarray()},
+        {"curve": _xarray_columns},
+    ),
+    "Response": ResultKind(
+        "response",
+        "the branches of a response",
+        lambda response: f"{len(response.branches)} branches were found",
+        response_text,
+        lambda response: {"response": response.to_xarray()},
+        {"response": lambda response: _many(branch_columns, "branch")(response.branches)},
+    ),
+    "Dataset": ResultKind(
+        "dataset",
+        "many motions",
+        _dataset_outcome,
+        _nothing,
+        lambda _: {},
+        {"table": dataset_columns, "attractors": lambda data: columns_along(data, "attractor")},
+    ),
+}
+_LISTS: dict[str, ResultKind] = {
+    "PeriodicOrbit": ResultKind(
+        "orbits",
+        "periodic orbits",
+        _orbits_outcome,
+        lambda orbits: orbit_text(orbits[0]) if orbits else "",
+        lambda _: {},
+        {"orbits": orbit_columns},
+    ),
+    "Branch": ResultKind(
+        "branches",
+        "branches of periodic orbits",
+        _end_reasons,
+        lambda branches: branch_text(branches[0]),
+        _tables_of_each("branch"),
+        {"branches": _many(branch_columns, "branch")},
+    ),
+    "Curve": ResultKind(
+        "curves",
+        "curves of special points",
+        _end_reasons,
+        _nothing,
+        _tables_of_each("curve"),
+        {"curves": _many(_xarray_columns, "curve")},
+    ),
+}

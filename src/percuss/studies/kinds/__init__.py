@@ -1,0 +1,33 @@
+"""The kinds of studies, one module each."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from percuss.studies.question import Kind
+
+__all__ = ["kind_named", "kind_names"]
+
+_KINDS = (
+    "motion",
+    "orbit",
+    "orbits",
+    "branch",
+    "curve",
+    "response",
+    "sweep",
+    "diagram",
+    "basins",
+    "lyapunov",
+)
+
+
+def kind_names() -> list[str]:
+    """Return the names of the kinds."""
+    return list(_KINDS)
+
+
+def kind_named(name: str) -> Kind:
+    """Return a kind by its name."""
+    kind: Kind = import_module(f"{__name__}.{name}").KIND
+    return kind

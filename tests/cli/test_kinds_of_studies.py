@@ -1,0 +1,114 @@
+"""`percuss run` with studies of every kind: what is said, and stores that are interrupted."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import percuss as pc
+from percuss.cli import app
+from percuss.io import load_netcdf
+
+MODEL = """\
+[oscillator]
+damping = "0.05"
+[[oscillator.stops]]
+type = "wall"
+at = 1
+side = "above"
+restitution = "0.8"
+[[forcing.harmonics]]
+amplitude = 1
+omega = 1
+[draw]
+png = false
+"""
+BRANCH = f'{MODEL}[study]\nkind = "branch"\n[over]\n"forcing.amplitude" = [1, "0.09"]\n'
+BASINS = f"""\
+{MODEL}
+[study]
+kind = "basins"
+[basins]
+x0 = {{from = -3, to = 1, count = 700}}
+v0 = {{from = -3, to = 3, count = 700}}
+"""
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("branch.toml").write_text(BRANCH)
+    Path("basins.toml").write_text(BASINS)
+
+
+def percuss(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, list(arguments))
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_a_branch_is_told_with_its_special_points() -> None:
+    status, out, err = percuss("run", "branch.toml")
+
+    assert (status, err) == (0, "")
+    assert "special points  fold at 0.0999707536283 (located): two orbits meet and end" in out
+    assert "                grazing at 0.1 (located): an impact on stop 0 has no velocity" in out
+    assert len(load_netcdf("branch/branch.nc").special_points) >= 2
+
+
+def test_a_store_or_an_engine_for_one_orbit_is_one_sentence() -> None:
+    assert percuss("run", "branch.toml", "--store", "a.zarr") == (
+        2,
+        "",
+        "store = 'a.zarr': for studies of many motions; this one is of kind branch\n",
+    )
+    assert percuss("run", "branch.toml", "--engine", "processes")[0] == 2
+    assert not Path("branch").exists()
+
+
+def test_an_engine_that_is_none_is_one_sentence() -> None:
+    status, out, err = percuss("run", "basins.toml", "--engine", "thread")
+
+    assert (status, out) == (2, "")
+    assert err.startswith('engine = \'thread\': neither "threads" nor "processes"')
+    assert err.count("\n") == 1
+    assert not Path("basins").exists()
+
+
+def test_no_orbit_is_one_sentence() -> None:
+    text = BRANCH.replace('damping = "0.05"', "damping = 9").replace("at = 1", "at = 1000")
+    Path("branch.toml").write_text(text)
+
+    status, out, err = percuss("run", "branch.toml")
+
+    assert (status, out) == (2, "")
+    assert err.count("\n") == 1
+    assert "no orbit with 1 impact in 1 forcing period found" in err
+
+
+def test_ctrl_c_leaves_a_store_that_the_same_command_goes_on_with(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "percuss", "run", "basins.toml", "--store", "run.zarr"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               env={**os.environ, "COLUMNS": "200"})  # fmt: skip
+    try:
+        # The first chunk that is done says that the work has begun.
+        while process.poll() is None and not list(tmp_path.glob("run.zarr/done/c/*")):
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=120)
+    finally:
+        process.kill()
+
+    assert process.returncode == 130, err
+    assert "files           none" in out
+    assert err.endswith("interrupted; the same command goes on with run.zarr\n")
+    assert not Path("basins").exists()
+    status = pc.status_of_store("run.zarr")
+    assert 0 < status["points_done"] < status["points"]
