@@ -1,4 +1,4 @@
-# make paper | demo | test | nightly | benchmark | lock | clean. Set-up happens by itself, in .venv.
+# make paper | demo | test | nightly | docs | benchmark | lock | clean. Set-up happens by itself, in .venv.
 
 # The first Python that is new enough; PYTHON=... on the command line chooses another.
 CANDIDATES = python3 python3.14 python3.13 python3.12 python3.11
@@ -13,7 +13,7 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test nightly benchmark check lock clean
+.PHONY: paper demo test nightly docs benchmark check lock clean
 .DELETE_ON_ERROR:
 
 paper: .venv/run.stamp
@@ -38,6 +38,10 @@ check: .venv/dev.stamp
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: .venv/docs.stamp
+	$(BIN)/python -m sphinx -b html -W --keep-going -q docs docs/_build
+	@echo "open docs/_build/index.html"
 
 benchmark: .venv/benchmark.stamp
 	$(BIN)/python benchmarks/run.py
@@ -67,11 +71,11 @@ LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" uv pip compile pyproject.toml --qui
 	--python-version 3.11 --generate-hashes --no-annotate --no-emit-index-url \
 	--no-emit-find-links $(UPGRADE)
 lock:
-	$(LOCK) --group build --group dev --extra certified --extra cluster --extra paper \
-		-o requirements/dev.txt
-	$(LOCK) --group build --extra paper -c requirements/dev.txt -o requirements/run.txt
+	$(LOCK) --group build --group dev --extra all -o requirements/dev.txt
+	$(LOCK) --group build --group docs --extra all -c requirements/dev.txt -o requirements/docs.txt
+	$(LOCK) --group build --extra certified --extra paper --extra web -c requirements/dev.txt -o requirements/run.txt
 	$(LOCK) --group build --extra benchmark -c requirements/dev.txt -o requirements/benchmark.txt
 
 clean:
-	rm -rf demo dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf demo dist docs/_build docs/gallery .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

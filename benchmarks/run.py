@@ -24,8 +24,10 @@ NAMES = {
     "adversarial": "grazes",
     "sampling": "sampling",
     "memory": "memory",
+    "ensembles": "ensembles",
     "compilations": "compilations",
     "import": "startup",
+    "workbench": "workbench",
 }
 
 

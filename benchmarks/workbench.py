@@ -1,0 +1,205 @@
+"""The page: from a slider to its pictures in a browser, a big diagram, and two hundred clients.
+
+Needs Chromium and playwright, and the extra `web`. All cores are used: the server, the browser and
+the load share them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import websockets
+
+from benchmarks.report import Report
+
+CLIENTS, MOVES_A_SECOND, SECONDS = 200, 5, 60
+SLIDER_MOVES = 120
+STUDY: dict[str, Any] = {
+    "oscillator": {
+        "stiffness": 1,
+        "damping": "0.05",
+        "stops": [{"type": "wall", "at": "0.2", "side": "above", "restitution": "0.8"}],
+    },
+    "forcing": {"harmonics": [{"amplitude": 1, "omega": "2.8", "phase": 0}]},
+    "start": {"x0": 0, "v0": "0.5"},
+    "run": {"periods": 60},
+}
+
+
+def run(report: Report) -> None:
+    """Time the page in a browser, then under load."""
+    cores = os.cpu_count() or 1
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, range(cores))
+    report.section(
+        "The workbench",
+        "Server, browser and load share the cores. A slider moves, and all four plots are redrawn; "
+        f"then {CLIENTS} clients move {MOVES_A_SECOND} sliders a second for {SECONDS} s.",
+    )
+    server = _Server()
+    try:
+        _in_browser(report, server.address)
+        _under_load(report, server)
+    finally:
+        server.end()
+
+
+class _Server:
+    """`percuss serve` in a process of its own."""
+
+    def __init__(self) -> None:
+        command = [sys.executable, "-m", "percuss", "serve", "--port", "0", "--no-open"]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        self.address = line.split("http://")[1].split("/")[0]
+
+    def memory(self) -> float:
+        """Return the resident memory [MB]."""
+        status = Path(f"/proc/{self.process.pid}/status").read_text(encoding="ascii")
+        line = next(row for row in status.splitlines() if row.startswith("VmRSS"))
+        return int(line.split()[1]) / 1024.0
+
+    def end(self) -> None:
+        self.process.terminate()
+        self.process.wait(20)
+
+
+def _in_browser(report: Report, address: str) -> None:
+    from playwright.sync_api import sync_playwright
+
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        report.line("slider to four plots", "no chromium here")
+        return
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=chromium,
+            args=["--no-sandbox", "--disable-gpu", "--disable-background-networking"],
+        )
+        page = browser.new_page(viewport={"width": 1366, "height": 850})
+        page.goto(f"http://{address}/")
+        page.wait_for_selector(".explore[data-drawn]", timeout=120_000)
+        page.wait_for_timeout(2000)
+        began = time.perf_counter()
+        page.reload()
+        page.wait_for_selector(".explore[data-drawn]")
+        report.below(
+            "page usable (loaded, first motion drawn)", time.perf_counter() - began, 1.0, "s"
+        )
+        times = sorted(page.evaluate(_MOVE_SLIDER, SLIDER_MOVES))
+        assert len(times) == SLIDER_MOVES
+        report.below("slider to four plots, median", statistics.median(times), 40.0, "ms")
+        report.below("slider to four plots, 95 %", times[int(0.95 * len(times))], 80.0, "ms")
+        for label in ("the first", "again"):
+            seconds, first, points = _diagram(page)
+            assert points == 1_000_000, points
+            report.below(f"diagram of 1e6 points, {label}: complete", seconds, 3.0, "s")
+            report.line("  its first level", f"{first:.2f} s")
+        browser.close()
+
+
+# Moves the slider, waits until the four plots are drawn and the browser has painted, and so on.
+_MOVE_SLIDER = """async (moves) => {
+  const box = document.querySelector('#p-forcing-harmonics-0-omega');
+  const slider = box.parentElement.querySelector('input[type=range]');
+  const view = document.querySelector('.explore');
+  const times = [];
+  for (let k = 0; k < moves; k += 1) {
+    slider.value = String(400 + k);
+    const began = performance.now();
+    const drawn = new Promise((resolve) => view.addEventListener('drawn', resolve, { once: true }));
+    slider.dispatchEvent(new Event('input', { bubbles: true }));
+    await drawn;
+    await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+    times.push(performance.now() - began);
+    await new Promise((resolve) => setTimeout(resolve, 30));
+  }
+  return times;
+}"""
+
+
+def _diagram(page: Any) -> tuple[float, float, int]:
+    """Return seconds to the whole diagram and to its first level, and its points."""
+    page.click("[data-view=diagram]")
+    view = page.locator("section[aria-label=Diagram]")
+    for label, value in (("values", "2000"), ("points at each", "500")):
+        field = view.locator("label", has_text=label).locator("input")
+        field.fill(value)
+        field.blur()
+    began = time.perf_counter()
+    page.evaluate("document.querySelector('section[aria-label=Diagram] .hint').textContent = ''")
+    view.get_by_role("button", name="Compute").click()
+    hint = "document.querySelector('section[aria-label=Diagram] .hint').textContent"
+    page.wait_for_function(f"{hint}.includes('points')", timeout=60_000)
+    first = time.perf_counter() - began
+    status = "document.querySelector('section[aria-label=Diagram] .status').textContent"
+    page.wait_for_function(f"{status}.startsWith('done')", timeout=60_000)
+    seconds = time.perf_counter() - began
+    points = int(page.evaluate(hint).split(" ")[0].replace(",", ""))
+    return seconds, first, points
+
+
+def _under_load(report: Report, server: _Server) -> None:
+    asyncio.run(_load(server.address, 20, 5.0))
+    before = server.memory()
+    delays, asked = asyncio.run(_load(server.address, CLIENTS, SECONDS))
+    after = server.memory()
+    delays.sort()
+    report.line("moves, and answers", f"{asked:,}, {len(delays):,}")
+    report.line("answer to the newest move, median", f"{statistics.median(delays):.3f} s")
+    report.below("the same, 95 %", delays[int(0.95 * len(delays))], 1.0, "s")
+    report.line("memory of the server before, after", f"{before:.0f}, {after:.0f} MB")
+    # 200 sockets and their frames; not what 60,000 moves would hold if they were kept.
+    assert after < before + 150.0, (before, after)
+
+
+async def _load(address: str, clients: int, seconds: float) -> tuple[list[float], int]:
+    """Let clients move sliders; return the delays of the answers and how many moves there were."""
+    delays: list[float] = []
+    counts = [0]
+
+    async def client(k: int) -> None:
+        study = json.loads(json.dumps(STUDY))
+        sent: dict[int, float] = {}
+        url = f"ws://{address}/api/socket"
+        async with websockets.connect(url, max_size=None, compression=None) as socket:
+
+            async def listen() -> None:
+                async for data in socket:
+                    now = time.perf_counter()
+                    size = int.from_bytes(data[:4], "little")
+                    header = json.loads(data[4 : 4 + size])
+                    assert header["kind"] == "explore", header
+                    delays.append(now - sent[header["id"]])
+
+            listening = asyncio.create_task(listen())
+            await asyncio.sleep((k % 97) / 97.0 / MOVES_A_SECOND)
+            end = time.perf_counter() + seconds
+            number = 0
+            while time.perf_counter() < end:
+                number += 1
+                study["forcing"]["harmonics"][0]["omega"] = (
+                    f"{2.0 + 0.001 * ((7 * number + k) % 900):.3f}"
+                )
+                sent[number] = time.perf_counter()
+                text = {"id": number, "kind": "explore", "study": study, "points": 4000}
+                await socket.send(json.dumps(text))
+                counts[0] += 1
+                await asyncio.sleep(1.0 / MOVES_A_SECOND)
+            await asyncio.sleep(2.0)
+            # The last move is answered, whatever was left out before.
+            assert max(sent) == number
+            listening.cancel()
+
+    await asyncio.gather(*(client(k) for k in range(clients)))
+    return delays, counts[0]

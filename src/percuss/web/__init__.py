@@ -1,0 +1,1 @@
+"""The workbench: a page in the browser, or in a notebook, over the whole package."""

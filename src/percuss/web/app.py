@@ -1,0 +1,220 @@
+"""The server: static files, files of a motion, and a socket for everything that moves."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from importlib import resources
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from percuss.errors import PercussError
+from percuss.version import __version__
+from percuss.web.downloads import FORMATS, file_of
+from percuss.web.explore import answer_explore
+from percuss.web.facts import answer_facts
+from percuss.web.presets import FIGURES, presets
+from percuss.web.question import MOST_BYTES, BadQuestion, Question, read_question, study_of
+from percuss.web.session import Pools, Session
+
+__all__ = ["create_app"]
+
+log = logging.getLogger("percuss.web")
+
+# Open pages at once; a frame that a client does not take in this time ends its connection [s].
+MOST_CLIENTS = 512
+PATIENCE = 30.0
+# The page brings everything itself, and runs no text as code.
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+    "frame-src 'self'"
+)
+# The report holds its pictures and its style in itself.
+REPORT_POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src 'self' data:; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'self'"
+)
+
+
+def create_app(*, report: Path | None = None, hosts: tuple[str, ...] = ("*",)) -> Starlette:
+    """Return the workbench as an ASGI application.
+
+    Parameters
+    ----------
+    report
+        Folder of a report that `percuss paper` wrote, to be shown under "Paper"; or None.
+    hosts
+        Names under which it answers.
+
+    Returns
+    -------
+    Starlette
+        The application.
+    """
+    routes: list[BaseRoute] = [
+        Route("/", _index),
+        Route("/api/presets", _presets),
+        Route("/api/file/{extension}", _file, methods=["POST"]),
+        WebSocketRoute("/api/socket", _socket),
+        Mount("/static", StaticFiles(packages=[("percuss.web", "static")])),
+    ]
+    if report is not None:
+        routes.append(Mount("/report", StaticFiles(directory=report, html=True)))
+    app = Starlette(
+        routes=routes,
+        middleware=[
+            Middleware(TrustedHostMiddleware, allowed_hosts=list(hosts)),
+            Middleware(SafeHeaders),
+        ],
+        exception_handlers={HTTPException: _refused},
+        lifespan=_lifespan,
+    )
+    app.state.report = report
+    app.state.n_clients = 0
+    return app
+
+
+@asynccontextmanager
+async def _lifespan(app: Starlette) -> AsyncIterator[None]:
+    # One thread computes what sliders wait for: two would wait for each other's lock.
+    with ThreadPoolExecutor(1, "slider") as short, ThreadPoolExecutor(2, "job") as long:
+        app.state.pools = Pools(short, long)
+        short.submit(_warm_up)
+        yield
+
+
+def _warm_up() -> None:
+    """Compile or load the engine before the first page asks."""
+    first = presets()[0].tables
+    answer_explore(Question(0, "explore", first, {}))
+    answer_facts(Question(0, "facts", first, {}))
+
+
+class SafeHeaders:
+    """Adds the headers that keep a browser from running or sending what is not the page's.
+
+    Parameters
+    ----------
+    app
+        What answers.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer, with the headers."""
+        policy = REPORT_POLICY if scope.get("path", "").startswith("/report") else POLICY
+        headers = {
+            b"content-security-policy": policy.encode(),
+            b"x-content-type-options": b"nosniff",
+            b"referrer-policy": b"no-referrer",
+            b"cache-control": b"no-cache",
+        }
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", []), *headers.items()]
+            await send(message)
+
+        await self.app(scope, receive, with_headers)
+
+
+async def _refused(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return JSONResponse({"fault": str(error.detail)}, status_code=error.status_code)
+
+
+async def _index(_request: Request) -> Response:
+    return FileResponse(str(resources.files("percuss.web") / "static" / "index.html"))
+
+
+async def _presets(request: Request) -> Response:
+    rows = [
+        {"name": it.name, "title": it.title, "caption": it.caption, "study": it.tables}
+        for it in presets()
+    ]
+    has_report = request.app.state.report is not None
+    figures = FIGURES if has_report else {}
+    return JSONResponse(
+        {"version": __version__, "presets": rows, "report": has_report, "figures": figures}
+    )
+
+
+async def _file(request: Request) -> Response:
+    extension = request.path_params["extension"]
+    try:
+        length = int(request.headers.get("content-length", ""))
+    except ValueError as error:
+        raise HTTPException(411, "the request has no length") from error
+    if extension not in FORMATS or length > MOST_BYTES:
+        status = 404 if extension not in FORMATS else 413
+        raise HTTPException(status, f"{extension[:20]} of {length} bytes is no file to be had")
+    body = await request.body()
+    try:
+        question = read_question(body, ("file",))
+        pool = request.app.state.pools.long
+        loop = asyncio.get_running_loop()
+        made = await loop.run_in_executor(
+            pool, lambda: file_of(study_of(question.tables), extension)
+        )
+    except (BadQuestion, PercussError) as error:
+        raise HTTPException(422, str(error)) from error
+    headers = {"content-disposition": f'attachment; filename="{made.name}"'}
+    return Response(made.data, media_type=made.media_type, headers=headers)
+
+
+async def _socket(socket: WebSocket) -> None:
+    app = socket.app
+    if not _from_here(socket) or app.state.n_clients >= MOST_CLIENTS:
+        await socket.close(1008)
+        return
+    await socket.accept()
+    app.state.n_clients += 1
+    session = Session(_sender(socket), app.state.pools, _report)
+    try:
+        while True:
+            message = await socket.receive()
+            if message["type"] == "websocket.disconnect":
+                break
+            await session.receive(message.get("text") or message.get("bytes") or "")
+    except (WebSocketDisconnect, ConnectionError, TimeoutError):
+        pass
+    finally:
+        await session.close()
+        app.state.n_clients -= 1
+
+
+def _from_here(socket: WebSocket) -> bool:
+    """Tell whether a page of this server asks: others may open sockets to it, too."""
+    origin = socket.headers.get("origin")
+    return origin is None or urlsplit(origin).netloc == socket.headers.get("host")
+
+
+def _sender(socket: WebSocket) -> Callable[[bytes], Awaitable[None]]:
+    one_at_a_time = asyncio.Lock()
+
+    async def send(data: bytes) -> None:
+        async with one_at_a_time:
+            await asyncio.wait_for(socket.send_bytes(data), PATIENCE)
+
+    return send
+
+
+def _report(error: BaseException) -> None:
+    log.error("an answer failed", exc_info=error)

@@ -1,0 +1,103 @@
+"""A study as Python: the same run in code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from percuss.io.study_text import forcing_table, number, oscillator_table
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.studies.study import Study
+from percuss.web.question import motion_of
+
+__all__ = ["python_text"]
+
+_STOPS = {"wall": "Wall", "soft": "SoftStop"}
+
+
+def python_text(study: Study) -> str:
+    """Return a script that makes the run of a study and draws it.
+
+    Parameters
+    ----------
+    study
+        The study.
+
+    Returns
+    -------
+    str
+        Python, with every number as it was given.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> from percuss.studies import Limits, Motion
+    >>> asked = Motion(pc.Start(0, "0.5"), Limits(t_end=9))
+    >>> study = Study(pc.impact_oscillator("0.8"), pc.sine(3), asked)
+    >>> print(python_text(study))
+    import percuss as pc
+    from percuss import plotting
+    <BLANKLINE>
+    osc = pc.Oscillator(
+        stiffness=1.0,
+        damping=0.0,
+        stops=(
+            pc.Wall(at=0.0, side='below', restitution='0.8'),
+        ),
+    )
+    force = pc.Forcing(
+        harmonics=(
+            pc.Harmonic(amplitude=1.0, omega=3, phase='-pi/2'),
+        ),
+    )
+    run = pc.simulate(osc, force, x0=0, v0='0.5', t_end=9)
+    print(run)
+    plotting.plot_motion(run).savefig("motion.png")
+    <BLANKLINE>
+    """
+    lines = ["import percuss as pc", "from percuss import plotting", ""]
+    lines += _oscillator(study.oscillator)
+    lines += ["force = None"] if study.forcing is None else _forcing(study.forcing)
+    motion = motion_of(study)
+    start, limits = motion.start, motion.limits
+    given: dict[str, Any] = {"x0": number(start.x0), "v0": number(start.v0)}
+    if start.t0 != 0:
+        given["t0"] = number(start.t0)
+    for name, value in (("t_end", limits.t_end), ("periods", limits.periods)):
+        given |= {} if value is None else {name: number(value)}
+    given |= {} if limits.max_impacts is None else {"max_impacts": limits.max_impacts}
+    lines.append(f"run = pc.simulate(osc, force, {_arguments(given)})")
+    return "\n".join([*lines, "print(run)", 'plotting.plot_motion(run).savefig("motion.png")', ""])
+
+
+def _oscillator(osc: Oscillator) -> list[str]:
+    table: dict[str, Any] = oscillator_table(osc)
+    stops = table.pop("stops", None) or []
+    rows = [
+        (_STOPS[stop["type"]], {k: v for k, v in stop.items() if k != "type"}) for stop in stops
+    ]
+    return ["osc = pc.Oscillator(", *_lines(table), *_tuple("stops", rows), ")"]
+
+
+def _forcing(force: Forcing) -> list[str]:
+    table: dict[str, Any] = forcing_table(force)
+    if "omega" in table:
+        return [f"force = pc.fourier({_arguments(table)})"]
+    rows = [("Harmonic", row) for row in table.pop("harmonics", None) or []]
+    rest = {name: value for name, value in table.items() if value not in (0, None)}
+    return ["force = pc.Forcing(", *_tuple("harmonics", rows), *_lines(rest), ")"]
+
+
+def _tuple(name: str, rows: list[tuple[str, dict[str, Any]]]) -> list[str]:
+    if not rows:
+        return []
+    made = [f"        pc.{kind}({_arguments(row)})," for kind, row in rows]
+    return [f"    {name}=(", *made, "    ),"]
+
+
+def _lines(table: dict[str, Any]) -> list[str]:
+    return [f"    {name}={value!r}," for name, value in table.items() if value is not None]
+
+
+def _arguments(table: dict[str, Any]) -> str:
+    return ", ".join(f"{name}={value!r}" for name, value in table.items() if value is not None)

@@ -1,0 +1,186 @@
+"""One motion as the page shows it: curve, portrait, impacts and spectrum."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.motion.impact_times import classify_impact_times
+from percuss.motion.simulate import simulate
+from percuss.motion.spectrum import spectrum
+from percuss.motion.trajectory import Trajectory
+from percuss.plotting.samples import reduce_to_columns, sample_curve
+from percuss.studies.study import Study
+from percuss.web.frame import frame
+from percuss.web.question import BadQuestion, Question, motion_of, study_of
+
+__all__ = ["answer_explore", "followed"]
+
+Floats = NDArray[np.float64]
+
+# A slider is not kept waiting for longer [s]; what is done by then is shown, and so many impacts.
+PATIENCE = 1.0
+MOST_IMPACTS = 50_000
+# Of the spectrum: points of the transform, and how far it is shown, in the highest frequency.
+TRANSFORMED, REACH = 4096, 8.0
+# Impacts that are shown in the section: the last ones.
+SHOWN_IMPACTS = 4000
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """A motion, and how long its computing took [s]."""
+
+    run: Trajectory
+    seconds: float
+
+
+def followed(study: Study) -> Followed:
+    """Follow the motion of a study for as long as a slider can wait."""
+    began = time.monotonic()
+    motion = motion_of(study)
+    limit = min(motion.limits.max_impacts or MOST_IMPACTS, MOST_IMPACTS)
+    start = motion.start
+    run = simulate(
+        study.oscillator,
+        study.forcing,
+        start.x0,
+        start.v0,
+        start.t0,
+        t_end=motion.t_end(study.forcing),
+        max_impacts=limit,
+        progress=lambda _done, _total: time.monotonic() - began < PATIENCE,
+    )
+    return Followed(run, time.monotonic() - began)
+
+
+def answer_explore(question: Question) -> bytes:
+    """Return the curves of a motion.
+
+    Parameters
+    ----------
+    question
+        With the option ``points`` (of a curve) and, for a part of the run, ``window``.
+
+    Returns
+    -------
+    bytes
+        A frame: t, x of the curve in the window; portrait_t, portrait_x, portrait_v of its end; cycle, speed
+        and stop of the impacts; omega, amplitude of the spectrum.
+
+    Raises
+    ------
+    StudyError, BadQuestion
+        If there is no such motion.
+    """
+    points = int(question.number("points", 4000, 100, 20_000))
+    study = study_of(question.tables)
+    found = followed(study)
+    run = found.run
+    window = _window(question, run)
+    curve = sample_curve(run, window)
+    t, x, _ = reduce_to_columns(curve.t, curve.x, curve.jumps, columns=points // 2, most=points)
+    tail = slice(-points, None)
+    header = {
+        "id": question.id,
+        "kind": question.kind,
+        "t0": run.t0,
+        "t_end": run.t_end,
+        "window": window,
+        "period": None if run.forcing is None else run.forcing.period,
+        "outcome": run.outcome.value,
+        "n_impacts": len(run.impacts),
+        "n_crossings": len(run.crossings),
+        "n_contacts": len(run.contacts),
+        "n_grazes": len(run.grazes),
+        "impact_times": _class_of(run),
+        "contacts": _contacts(run),
+        "milliseconds": 1e3 * found.seconds,
+    }
+    arrays = {
+        "t": t,
+        "x": x,
+        "portrait_t": curve.t[tail],
+        "portrait_x": curve.x[tail],
+        "portrait_v": curve.v[tail],
+        **_section(run),
+        **_spectrum(run),
+    }
+    return frame(header, arrays)
+
+
+def _window(question: Question, run: Trajectory) -> tuple[float, float] | None:
+    """Return the part of the run that is asked for, None for all of it."""
+    given = question.options.get("window")
+    if given is None:
+        return None
+    if not isinstance(given, list) or len(given) != 2:
+        raise BadQuestion("the window is not a pair of times")
+    low, high = given
+    if any(isinstance(time, bool) or not isinstance(time, int | float) for time in given):
+        raise BadQuestion("the window is not a pair of times")
+    # A window of an earlier motion, of which nothing may be left.
+    low, high = max(float(low), run.t0), min(float(high), run.t_end)
+    return (low, high) if low < high else None
+
+
+def _class_of(run: Trajectory) -> dict[str, object]:
+    found = classify_impact_times(run)
+    return {"kind": found.kind, "n_impacts": found.n_impacts, "n_periods": found.n_periods}
+
+
+def _contacts(run: Trajectory) -> list[list[float]]:
+    """Return start and release of the first contacts."""
+    contacts = run.contacts
+    return [
+        [float(start), float(release)]
+        for start, release in zip(contacts.start[:8], contacts.release[:8], strict=True)
+    ]
+
+
+def _section(run: Trajectory) -> dict[str, Floats]:
+    """Return the impacts, or without walls the entries into soft stops, as points."""
+    impacts = run.impacts
+    if len(impacts):
+        last = slice(-SHOWN_IMPACTS, None)
+        speed = np.abs(impacts.v_before[last])
+        return {
+            "cycle": impacts.cycle[last],
+            "speed": speed,
+            "stop": impacts.stop[last].astype(float),
+        }
+    entered = np.flatnonzero(run.crossings.direction == "in")[-SHOWN_IMPACTS:]
+    t = run.crossings.t[entered]
+    period = run.forcing.period if run.forcing is not None else None
+    cycle = np.mod(t / period, 1.0) if period else np.zeros(len(t))
+    return {
+        "cycle": cycle,
+        "speed": np.abs(run.crossings.v[entered]),
+        "stop": run.crossings.stop[entered].astype(float),
+    }
+
+
+def _spectrum(run: Trajectory) -> dict[str, Floats]:
+    """Return the amplitudes of the later part of the run, as long as the points allow."""
+    fastest = _fastest(run)
+    longest = TRANSFORMED * np.pi / (2.0 * REACH * fastest)
+    half = 0.5 * (run.t_end - run.t0)
+    if half <= 0.0:
+        return {"omega": np.empty(0), "amplitude": np.empty(0)}
+    between = (max(run.t_end - half, run.t_end - longest), run.t_end)
+    found = spectrum(run, "fft", between=between, n=TRANSFORMED)
+    shown = found.omega.values <= REACH * fastest
+    # At zero the coefficient is twice the mean.
+    amplitude = found.amplitude.values[shown]
+    amplitude[:1] *= 0.5
+    return {"omega": found.omega.values[shown], "amplitude": amplitude}
+
+
+def _fastest(run: Trajectory) -> float:
+    """Return the highest frequency of forcing and spring."""
+    own = float(run.oscillator.stiffness)
+    harmonics = () if run.forcing is None else run.forcing.components()
+    return max([own**0.5 if own > 0.0 else 0.0, *(float(h.omega) for h in harmonics)]) or 1.0

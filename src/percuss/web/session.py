@@ -1,0 +1,180 @@
+"""One client's questions: in each lane one in work and one waiting."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+
+from percuss.errors import ParameterError, PercussError, StudyError
+from percuss.web.explore import answer_explore
+from percuss.web.facts import answer_facts
+from percuss.web.frame import frame
+from percuss.web.handle import Handle
+from percuss.web.jobs import JOBS, answer_job
+from percuss.web.question import BadQuestion, Question, read_question
+
+__all__ = ["Pools", "Session"]
+
+Send = Callable[[bytes], Awaitable[None]]
+# Seconds between two reports of progress.
+TELLING = 0.3
+FAILED = "percuss could not compute this; the terminal of the server says more"
+
+
+@dataclass(frozen=True, slots=True)
+class Pools:
+    """Where answers are computed: what a slider waits for, and what may take long."""
+
+    short: Executor
+    long: Executor
+
+
+class Session:
+    """The questions of one client, answered one after another in each lane.
+
+    Parameters
+    ----------
+    send
+        Takes a frame to the client; the next one of a lane waits for it.
+    pools
+        Where the answers are computed.
+    report
+        Called with an exception that should not have been.
+    """
+
+    def __init__(
+        self, send: Send, pools: Pools, report: Callable[[BaseException], None] | None = None
+    ) -> None:
+        self._report = report
+        self._lanes = {
+            "explore": Lane(send, pools.short, _once(answer_explore), self._failed),
+            "thumb": Lane(send, pools.short, _once(answer_explore), self._failed),
+            "facts": Lane(send, pools.long, _once(answer_facts), self._failed),
+            "job": Lane(send, pools.long, answer_job, self._failed),
+        }
+        self._send = send
+
+    async def receive(self, text: str | bytes) -> None:
+        """Take a message; what it asks is answered when its lane is free."""
+        try:
+            question = read_question(text, ("explore", "thumb", "facts", "cancel", *JOBS))
+        except BadQuestion as error:
+            await self._send(
+                frame({"kind": "fault", "faults": [{"path": "", "reason": str(error)}]})
+            )
+            return
+        if question.kind == "cancel":
+            self._lanes["job"].cancel()
+        else:
+            self._lanes[question.kind if question.kind in self._lanes else "job"].ask(question)
+
+    async def close(self) -> None:
+        """Drop what is waiting, and wait for what is in work."""
+        for lane in self._lanes.values():
+            await lane.close()
+
+    def _failed(self, question: Question, error: BaseException) -> bytes:
+        """Return the frame for a question that has no answer."""
+        header = {"id": question.id, "kind": "fault", "of": question.kind}
+        if isinstance(error, StudyError):
+            return frame({**header, "faults": [_fault(fault) for fault in error.faults]})
+        if isinstance(error, ParameterError):
+            row = {"path": error.name, "reason": f"{error.value!r:.60}: {error.reason}"}
+            return frame({**header, "faults": [row]})
+        if isinstance(error, BadQuestion | PercussError):
+            return frame({**header, "faults": [{"path": "", "reason": str(error)}]})
+        if self._report is not None:
+            self._report(error)
+        return frame({**header, "faults": [{"path": "", "reason": FAILED}]})
+
+
+def _fault(fault: object) -> dict[str, str]:
+    path = getattr(fault, "path", "")
+    reason = getattr(fault, "reason", str(fault))
+    value = getattr(fault, "value", "")
+    return {"path": path, "reason": f"{value}: {reason}" if value else reason}
+
+
+def _once(answer: Callable[[Question], bytes]) -> Callable[[Question, Handle], Iterator[bytes]]:
+    """Return an answer of one frame as one of many."""
+
+    def frames(question: Question, _handle: Handle) -> Iterator[bytes]:
+        yield answer(question)
+
+    return frames
+
+
+@dataclass(slots=True)
+class Lane:
+    """Answers one question after another; a newer one replaces the one that waits.
+
+    Parameters
+    ----------
+    send, pool
+        As in `Session`.
+    answer
+        From a question to the frames of its answer.
+    failed
+        From a question and what it raised to a frame.
+    """
+
+    send: Send
+    pool: Executor
+    answer: Callable[[Question, Handle], Iterator[bytes]]
+    failed: Callable[[Question, BaseException], bytes]
+    waiting: Question | None = None
+    task: asyncio.Task[None] | None = None
+    handle: Handle = field(default_factory=Handle)
+
+    def ask(self, question: Question) -> None:
+        """Put a question in the place of the one that waits."""
+        self.waiting = question
+        if question.kind in JOBS:
+            # The answer to the one before is wanted no more.
+            self.handle.is_stopped = True
+        if self.task is None or self.task.done():
+            self.task = asyncio.get_running_loop().create_task(self._work())
+
+    def cancel(self) -> None:
+        """End what is in work, and drop what waits."""
+        self.waiting, self.handle.is_stopped = None, True
+
+    async def close(self) -> None:
+        """End what is in work, and wait for its end."""
+        self.cancel()
+        if self.task is not None:
+            await asyncio.gather(self.task, return_exceptions=True)
+
+    async def _work(self) -> None:
+        while self.waiting is not None:
+            question, self.waiting = self.waiting, None
+            self.handle = Handle()
+            frames = self.answer(question, self.handle)
+            while not self.handle.is_stopped:
+                data = await self._frame(question, frames)
+                if data is None:
+                    break
+                if not self.handle.is_stopped:
+                    await self.send(data)
+
+    async def _frame(self, question: Question, frames: Iterator[bytes]) -> bytes | None:
+        """Return the next frame of an answer, None after the last; tell the progress meanwhile."""
+        loop = asyncio.get_running_loop()
+        work = loop.run_in_executor(self.pool, self._next, question, frames)
+        told = self.handle.share
+        while True:
+            done, _ = await asyncio.wait([work], timeout=TELLING)
+            if done:
+                return work.result()
+            if self.handle.share > told and not self.handle.is_stopped:
+                told = self.handle.share
+                await self.send(frame({"id": question.id, "kind": "progress", "share": told}))
+
+    def _next(self, question: Question, frames: Iterator[bytes]) -> bytes | None:
+        """Return the next frame of an answer, None after the last."""
+        try:
+            return next(frames, None)
+        except Exception as error:  # noqa: BLE001 - told to the client, and reported
+            return self.failed(question, error)

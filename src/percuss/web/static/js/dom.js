@@ -1,0 +1,39 @@
+// Making elements.
+
+/** Return an element; attributes that begin with "on" are listeners. */
+export function element(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else if (name === "class") made.className = value;
+    else if (name in made && typeof value !== "string") made[name] = value;
+    else if (value !== null && value !== undefined && value !== false) made.setAttribute(name, value);
+  }
+  made.append(...children.filter((child) => child !== null && child !== undefined));
+  return made;
+}
+
+/** Return a number as it is shown: four digits, no more. */
+export function shown(value, digits = 4) {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e5 || size < 1e-3) return value.toExponential(digits - 2).replace("e+", "e");
+  return String(Number(value.toPrecision(digits)));
+}
+
+/** Return a button. */
+export function button(label, onclick, attributes = {}) {
+  return element("button", { type: "button", onclick, ...attributes }, label);
+}
+
+let toast = null;
+
+/** Say something for a moment at the foot of a page. */
+export function say(root, text) {
+  toast?.remove();
+  toast = element("div", { class: "toast", role: "status" }, text);
+  root.append(toast);
+  const mine = toast;
+  setTimeout(() => mine.remove(), 3500);
+}

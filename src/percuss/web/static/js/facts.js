@@ -1,0 +1,93 @@
+// What percuss knows of a motion, in a line of cards.
+
+import { element, shown } from "./dom.js";
+
+const KINDS = {
+  eigenset: "on the eigenset",
+  eigenset_subset: "on a subset of the eigenset",
+  periodic: "periodic",
+  approaching_eigenset: "approaching the eigenset",
+  too_few: "too few to tell",
+  no_period_found: "no period found",
+};
+
+/** The line of facts. */
+export class Facts {
+  constructor() {
+    this.outcome = card("Outcome");
+    this.times = card("Impact times");
+    this.contacts = card("Contacts");
+    this.orbit = card("Nearest periodic orbit");
+    this.root = element("dl", { class: "facts" }, ...[this.outcome, this.times, this.orbit, this.contacts].map((it) => it.root));
+    this.showOrbit(undefined);
+  }
+
+  showMotion(header) {
+    const events = [count(header.n_impacts, "impact")];
+    if (header.n_crossings) events.push(count(header.n_crossings, "crossing"));
+    if (header.n_grazes) events.push(count(header.n_grazes, "graze"));
+    this.outcome.show(header.outcome, `${events.join(", ")}; computed in ${shown(header.milliseconds, 2)} ms`);
+    const { kind, n_impacts: impacts, n_periods: periods } = header.impact_times;
+    const pattern = impacts ? `${count(impacts, "impact")} in ${count(periods, "forcing period")}` : "";
+    this.times.show(KINDS[kind] ?? kind, pattern);
+    const first = header.contacts[0];
+    const text = header.n_contacts === 0 ? "none" : count(header.n_contacts, "contact");
+    const until = first?.[1] === null ? "for good" : `to ${shown(first?.[1])}`;
+    this.contacts.show(text, first ? `the first from t = ${shown(first[0])} ${until}` : "");
+  }
+
+  /** undefined: not known yet; null: none found. */
+  showOrbit(orbit) {
+    if (orbit === undefined || orbit === null) {
+      this.orbit.show(orbit === null ? "none found" : "…", "");
+      return;
+    }
+    const name = orbit.sticks ? `(∞, ${orbit.n_periods})` : `(${orbit.n_impacts}, ${orbit.n_periods})`;
+    const multipliers = orbit.multipliers.map(([re, im]) => (im ? `${shown(re, 3)} ${im > 0 ? "+" : "−"} ${shown(Math.abs(im), 3)}i` : shown(re, 3)));
+    const clearance = orbit.grazing_margin === null ? "no turning point near a stop" : `clearance ${shown(orbit.grazing_margin, 3)}`;
+    const formal = orbit.admissible ? "" : "formal: it passes through a stop; ";
+    this.orbit.show(`${name} ${orbit.stability}`, `${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
+  }
+}
+
+function card(title) {
+  const value = element("dd", {});
+  const note = element("dd", { class: "note" });
+  const picture = element("div", { class: "mini" });
+  const root = element("div", { class: "card" }, element("dt", {}, title), value, note, picture);
+  return {
+    root,
+    show(text, more, drawn = null) {
+      value.textContent = text;
+      note.textContent = more;
+      picture.replaceChildren(...(drawn ? [drawn] : []));
+    },
+  };
+}
+
+const NS = "http://www.w3.org/2000/svg";
+
+/** The multipliers in the unit circle; those outside stand at its edge. */
+function unitCircle(multipliers) {
+  const svg = document.createElementNS(NS, "svg");
+  svg.setAttribute("viewBox", "-1.3 -1.3 2.6 2.6");
+  svg.setAttribute("role", "img");
+  svg.setAttribute("aria-label", "multipliers in the unit circle");
+  svg.append(shape("circle", { r: 1, class: "unit" }), shape("path", { d: "M-1.3 0H1.3M0-1.3V1.3", class: "axes" }));
+  for (const [re, im] of multipliers) {
+    const size = Math.hypot(re, im);
+    const scale = size > 1.2 ? 1.2 / size : 1;
+    svg.append(shape("circle", { cx: re * scale, cy: -im * scale, r: 0.13, class: size > 1 + 1e-9 ? "outside" : "inside" }));
+  }
+  return svg;
+}
+
+function shape(name, attributes) {
+  const made = document.createElementNS(NS, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  return made;
+}
+
+function count(n, what) {
+  return `${n} ${what}${n === 1 ? "" : "s"}`;
+}

@@ -1,0 +1,16 @@
+// Answers of the server: a header in JSON and arrays of single precision after it.
+
+const text = new TextDecoder();
+
+/** Return {header, arrays} of an answer: see percuss.web.frame. */
+export function decode(buffer) {
+  const size = new DataView(buffer).getUint32(0, true);
+  const header = JSON.parse(text.decode(new Uint8Array(buffer, 4, size)));
+  const arrays = {};
+  let at = 4 + size;
+  for (const [name, length] of header.arrays) {
+    arrays[name] = new Float32Array(buffer, at, length);
+    at += 4 * length;
+  }
+  return { header, arrays };
+}

@@ -1,0 +1,99 @@
+// Named motions to begin with, and the report of the paper.
+
+import { button, element } from "./dom.js";
+
+const THUMB = { width: 220, height: 130 };
+
+export class Gallery {
+  constructor(app, presets) {
+    this.app = app;
+    this.cards = presets.map((preset) => {
+      const canvas = element("canvas", { width: 2 * THUMB.width, height: 2 * THUMB.height, "aria-hidden": "true" });
+      const card = element(
+        "button",
+        { type: "button", class: "preset", onclick: () => app.open(preset.study, true), "data-name": preset.name },
+        canvas, element("strong", {}, preset.title), element("span", {}, preset.caption),
+      );
+      return { preset, canvas, card };
+    });
+    this.root = element("section", { class: "gallery", "aria-label": "Gallery" }, ...this.cards.map(({ card }) => card));
+    this.isDrawn = false;
+  }
+
+  /** Draw the portraits, one after another, the first time that they are seen. */
+  shown() {
+    if (this.isDrawn) return;
+    this.isDrawn = true;
+    this.#next(0);
+  }
+
+  recolour() {
+    for (const { canvas, arrays } of this.cards) if (arrays) portrait(canvas, arrays, this.root);
+  }
+
+  #next(k) {
+    const card = this.cards[k];
+    if (!card) return;
+    this.app.questions.ask(
+      "thumb",
+      { kind: "thumb", study: card.preset.study, points: 1500 },
+      {
+        answer: (_, arrays) => {
+          card.arrays = arrays;
+          portrait(card.canvas, arrays, this.root);
+          this.#next(k + 1);
+        },
+        fault: () => this.#next(k + 1),
+      },
+    );
+  }
+}
+
+function portrait(canvas, { portrait_x: x, portrait_v: v }, root) {
+  const context = canvas.getContext("2d");
+  const { width, height } = canvas;
+  context.clearRect(0, 0, width, height);
+  const [left, right] = ends(x);
+  const [low, high] = ends(v);
+  const place = (value, a, b, size) => 12 + ((value - a) / (b - a || 1)) * (size - 24);
+  context.strokeStyle = getComputedStyle(root).getPropertyValue("--curve");
+  context.lineWidth = 1.5;
+  context.lineJoin = "round";
+  context.beginPath();
+  for (let i = 0; i < x.length; i += 1) context.lineTo(place(x[i], left, right, width), height - place(v[i], low, high, height));
+  context.stroke();
+}
+
+function ends(values) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const value of values) {
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return [low, high];
+}
+
+/** The report of `percuss paper`, and its figures in Explore. */
+export class Paper {
+  constructor(app, { report, figures, presets }) {
+    const byName = new Map(presets.map((preset) => [preset.name, preset]));
+    const open = Object.entries(figures).map(([figure, name]) =>
+      button(figure.replace("fig", "figure "), () => app.open(byName.get(name).study, true), { "data-figure": figure }),
+    );
+    const missing = element(
+      "p",
+      { class: "hint" },
+      "The report is not here. Write it with ", element("code", {}, "percuss paper --out report"),
+      " and open the page with ", element("code", {}, "percuss serve --report report"), ".",
+    );
+    this.root = element(
+      "section",
+      { class: "paper", "aria-label": "Paper" },
+      element("div", { class: "tools" }, element("span", {}, "Open in Explore:"), ...open),
+      report ? element("iframe", { src: "/report/index.html", title: "Report of the paper" }) : missing,
+    );
+  }
+
+  recolour() {}
+}

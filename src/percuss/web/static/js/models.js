@@ -1,0 +1,112 @@
+// Which parameters a study has, what they are called and how far their sliders go.
+
+const HARMONIC = { amplitude: 1, omega: 2, phase: 0 };
+const WALL = { type: "wall", at: 0, side: "below", restitution: "0.8" };
+const SOFT = { type: "soft", at: 0, side: "above", stiffness: 10, damping: 0 };
+
+/** The kinds of models, and the stops that make each. */
+export const MODELS = {
+  impact: { label: "Impact oscillator", stiffness: 1, stops: [WALL] },
+  bilinear: { label: "Bilinear oscillator", stiffness: 1, stops: [SOFT] },
+  backlash: {
+    label: "Backlash",
+    stiffness: 0,
+    stops: [
+      { ...SOFT, at: -1, side: "below", stiffness: 25 },
+      { ...SOFT, at: 1, side: "above", stiffness: 25 },
+    ],
+  },
+  ball: { label: "Ball on a table", stiffness: 0, constant: -1, stops: [WALL] },
+  own: { label: "Own stops" },
+};
+
+/** Return the kind of model that a study is. */
+export function modelOf(study) {
+  const { stiffness = 1, stops = [] } = study.oscillator;
+  const kinds = stops.map((stop) => stop.type).join(" ");
+  const isFree = numberOf(stiffness) === 0;
+  if (kinds === "wall") return isFree ? "ball" : "impact";
+  if (kinds === "soft" && !isFree) return "bilinear";
+  if (kinds === "soft soft" && isFree) return "backlash";
+  return "own";
+}
+
+/** Return a study with the stops of a model. */
+export function withModel(study, kind) {
+  const model = MODELS[kind];
+  if (model.stops === undefined) return study;
+  const stops = model.stops.map((stop) => ({ ...stop }));
+  const oscillator = { damping: study.oscillator.damping ?? 0, stiffness: model.stiffness, stops };
+  const forcing = { ...study.forcing, constant: model.constant ?? 0 };
+  const at = numberOf(stops[0].at);
+  const x0 = stops.length === 1 && stops[0].type === "wall" ? String(at + (stops[0].side === "below" ? 0.5 : -0.5)) : 0;
+  return { ...study, oscillator, forcing, start: { ...study.start, x0, v0: 0 } };
+}
+
+export const newStop = (type) => ({ ...(type === "wall" ? WALL : SOFT) });
+export const newHarmonic = () => ({ ...HARMONIC });
+
+/** Return the groups of parameters of a study: what the panel shows. */
+export function parametersOf(study) {
+  const oscillator = study.oscillator;
+  const groups = [
+    {
+      title: "Oscillator",
+      rows: [
+        row("oscillator.stiffness", "stiffness k", [-1, 4]),
+        row("oscillator.damping", "damping a", [0, 1]),
+      ],
+    },
+  ];
+  (oscillator.stops ?? []).forEach((stop, i) => {
+    const path = `oscillator.stops.${i}`;
+    const rows = [row(`${path}.at`, "at", [-3, 3])];
+    if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1]));
+    else {
+      rows.push(row(`${path}.stiffness`, "stiffness", [-0.9, 50]));
+      rows.push(row(`${path}.damping`, "damping", [0, 2]));
+    }
+    groups.push({ title: stop.type === "wall" ? `Wall ${i}` : `Soft stop ${i}`, stop: i, rows });
+  });
+  groups.push({ title: "Forcing", rows: [row("forcing.constant", "constant", [-2, 2])] });
+  const harmonics = study.forcing?.harmonics ?? [];
+  harmonics.forEach((_, i) => {
+    const path = `forcing.harmonics.${i}`;
+    groups.push({
+      title: harmonics.length === 1 ? "Harmonic" : `Harmonic ${i}`,
+      harmonic: i,
+      rows: [
+        row(`${path}.amplitude`, "amplitude", [0, 3]),
+        row(`${path}.omega`, "omega", [0.05, 6]),
+        row(`${path}.phase`, "phase", [-Math.PI, Math.PI]),
+      ],
+    });
+  });
+  const length = "periods" in study.run ? row("run.periods", "periods", [2, 400], 1) : null;
+  groups.push({
+    title: "Start and length",
+    rows: [row("start.x0", "x0", [-3, 3]), row("start.v0", "v0", [-3, 3]), length ?? row("run.t_end", "t end", [1, 500])],
+  });
+  return groups;
+}
+
+function row(path, label, range, step = null) {
+  return { path, label, range, step };
+}
+
+/** Return the parameters of the motion that a diagram can go over. */
+export function pathsOf(study) {
+  return parametersOf(study)
+    .slice(0, -1)
+    .flatMap((group) => group.rows.map((it) => ({ ...it, name: `${group.title}: ${it.label}` })));
+}
+
+/** Return the number that a text stands for: 0.5, "1/3", "-pi/2", "3*pi/4"; NaN if none. */
+export function numberOf(value) {
+  if (typeof value === "number") return value;
+  const text = String(value ?? "").replaceAll(" ", "");
+  const match = /^([+-]?)(\d+\.?\d*(?:e[+-]?\d+)?|\.\d+)?(\*?pi)?(?:\/(\d+\.?\d*))?$/i.exec(text);
+  if (match === null || (match[2] === undefined && match[3] === undefined)) return Number.NaN;
+  const size = Number(match[2] ?? 1) * (match[3] ? Math.PI : 1);
+  return ((match[1] === "-" ? -1 : 1) * size) / Number(match[4] ?? 1);
+}

@@ -1,0 +1,21 @@
+// The workbench as a page of its own.
+
+import { mount } from "./main.js";
+import { overSocket } from "./transport.js";
+
+const root = document.getElementById("percuss");
+
+async function file(extension, study) {
+  const response = await fetch(`/api/file/${extension}`, {
+    method: "POST",
+    headers: { "content-type": "application/json" },
+    body: JSON.stringify({ kind: "file", study }),
+  });
+  if (!response.ok) throw new Error((await response.json()).fault);
+  const name = /filename="([^"]+)"/.exec(response.headers.get("content-disposition"))?.[1] ?? `motion.${extension}`;
+  return { name, blob: await response.blob() };
+}
+
+const facts = await (await fetch("/api/presets")).json();
+const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+mount(root, { connect: (onState) => overSocket(`${scheme}//${location.host}/api/socket`, onState), facts, file, hasLinks: true });

@@ -1,0 +1,87 @@
+"""A server of the page on loopback, a browser, and studies to ask it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import uvicorn
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from percuss.web.app import create_app
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+# A browser that asks nobody anything.
+QUIET = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture(scope="session")
+def address() -> Iterator[str]:
+    """Address of a running server, without a report."""
+    listening = socket.socket()
+    listening.bind(("127.0.0.1", 0))
+    server = uvicorn.Server(uvicorn.Config(create_app(), log_level="warning"))
+    thread = threading.Thread(target=server.run, args=([listening],), daemon=True)
+    thread.start()
+    while not server.started:
+        time.sleep(0.01)
+    yield f"127.0.0.1:{listening.getsockname()[1]}"
+    server.should_exit = True
+    thread.join(timeout=20)
+    listening.close()
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """A browser without a screen."""
+    if CHROMIUM is None:
+        if os.environ.get("PERCUSS_BROWSER") == "required":
+            pytest.fail("no chromium is found, and PERCUSS_BROWSER says that there has to be one")
+        pytest.skip("no chromium is found: the page is not tested in a browser")
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=list(QUIET))
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def page(browser: Browser, address: str) -> Iterator[Page]:
+    """The page, loaded, its first motion drawn; any error of a script fails the test."""
+    opened = browser.new_page(viewport={"width": 1366, "height": 850})
+    errors: list[str] = []
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
+    opened.goto(f"http://{address}/")
+    opened.wait_for_selector(".explore[data-drawn]", timeout=60_000)
+    yield opened
+    opened.close()
+    assert errors == []
+
+
+@pytest.fixture
+def study() -> dict[str, Any]:
+    """The tables of a motion."""
+    return {
+        "oscillator": {
+            "stiffness": 1,
+            "damping": "0.05",
+            "stops": [{"type": "wall", "at": "0.2", "side": "above", "restitution": "0.8"}],
+        },
+        "forcing": {"harmonics": [{"amplitude": 1, "omega": "2.8", "phase": 0}]},
+        "start": {"x0": 0, "v0": "0.5"},
+        "run": {"periods": 40},
+    }

@@ -1,0 +1,111 @@
+"""The server: who may ask what, and how much."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import tomllib
+import urllib.error
+import urllib.request
+from typing import Any
+
+import pytest
+import websockets
+from tests.web.frames import read_frame
+from tests.web.loops import run
+
+
+def fetched(
+    address: str, path: str, data: bytes | None = None, headers: dict[str, str] | None = None
+) -> tuple[int, dict[str, str], bytes]:
+    request = urllib.request.Request(f"http://{address}{path}", data, headers or {})
+    try:
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return answer.status, dict(answer.headers), answer.read()
+    except urllib.error.HTTPError as error:
+        return error.code, dict(error.headers), error.read()
+
+
+def file_of(address: str, extension: str, study: Any) -> tuple[int, dict[str, str], bytes]:
+    body = json.dumps({"kind": "file", "study": study}).encode()
+    return fetched(address, f"/api/file/{extension}", body)
+
+
+def test_the_page_runs_no_text_as_code(address: str) -> None:
+    status, headers, body = fetched(address, "/")
+    policy = headers["content-security-policy"]
+
+    assert status == 200
+    assert "script-src 'self'" in policy
+    assert "unsafe" not in policy
+    # No script and no style stands in the page itself, nor an address of another machine.
+    assert b"<style" not in body
+    assert b"<script>" not in body
+    assert b"http" not in body.replace(b"http-equiv", b"")
+
+
+@pytest.mark.parametrize("extension", ["png", "svg", "csv", "nc", "toml", "py"])
+def test_files_come_out(address: str, study: dict[str, Any], extension: str) -> None:
+    status, headers, body = file_of(address, extension, study)
+
+    assert status == 200
+    assert extension in headers["content-disposition"]
+    begins = {"png": b"\x89PNG", "svg": b"<?xml", "nc": b"\x89HDF", "py": b"import percuss"}
+    assert body.startswith(begins.get(extension, b""))
+    if extension == "toml":
+        assert tomllib.loads(body.decode())["oscillator"]["damping"] == "0.05"
+
+
+@pytest.mark.parametrize(
+    ("path", "data", "status"),
+    [
+        ("/api/file/exe", b"{}", 404),
+        ("/api/file/..%2f..%2fpyproject.toml", b"{}", 404),
+        ("/static/../app.py", None, 404),
+        ("/static/%2e%2e/app.py", None, 404),
+        ("/nothing", None, 404),
+        ("/api/file/py", b"no json", 422),
+        ("/api/file/py", b"[" * 60_000, 422),
+        ("/api/file/py", b'{"kind": "file", "study": {}}', 422),
+        ("/api/file/py", b" " * 100_000, 413),
+        ("/api/file/py", None, 405),
+    ],
+)
+def test_bad_requests_are_refused_not_broken(
+    address: str, path: str, data: bytes | None, status: int
+) -> None:
+    assert fetched(address, path, data)[0] == status
+
+
+def talk(address: str, texts: list[str], **options: Any) -> list[dict[str, Any]]:
+    """Return the headers of the first answer to each message."""
+
+    async def spoken() -> list[dict[str, Any]]:
+        async with websockets.connect(f"ws://{address}/api/socket", max_size=None, **options) as it:
+            headers = []
+            for text in texts:
+                await it.send(text)
+                data = await asyncio.wait_for(it.recv(), 60)
+                assert isinstance(data, bytes)
+                headers.append(read_frame(data)[0])
+            return headers
+
+    return run(spoken())
+
+
+def test_socket_answers(address: str, study: dict[str, Any]) -> None:
+    (header,) = talk(address, [json.dumps({"id": 1, "kind": "explore", "study": study})])
+
+    assert header["kind"] == "explore"
+
+
+def test_socket_survives_nonsense(address: str, study: dict[str, Any]) -> None:
+    texts = ["", "{", "[]", '{"kind": 3}', '{"kind": "explore", "id": "x"}', " " * 70_000]
+    headers = talk(address, [*texts, json.dumps({"id": 9, "kind": "explore", "study": study})])
+
+    assert [header["kind"] for header in headers] == ["fault"] * len(texts) + ["explore"]
+
+
+def test_pages_of_others_get_no_socket(address: str) -> None:
+    with pytest.raises(websockets.exceptions.InvalidStatus, match="403"):
+        talk(address, ["{}"], origin=websockets.Origin("http://elsewhere.example"))

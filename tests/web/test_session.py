@@ -1,0 +1,159 @@
+"""In each lane one question is in work, and one waits."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from tests.web.frames import read_frame
+from tests.web.loops import run
+
+from percuss.web import session as sessions
+from percuss.web.frame import frame
+from percuss.web.question import Question
+from percuss.web.session import Pools, Session
+
+
+def message(number: int, kind: str, study: dict[str, Any], **options: Any) -> str:
+    return json.dumps({"id": number, "kind": kind, "study": study, **options})
+
+
+def ids_answered(texts: list[str]) -> list[dict[str, Any]]:
+    """Return the headers of the answers to messages that come at once."""
+    headers: list[dict[str, Any]] = []
+
+    async def talk() -> None:
+        async def send(data: bytes) -> None:
+            headers.append(read_frame(data)[0])
+
+        with ThreadPoolExecutor(1) as short, ThreadPoolExecutor(1) as long:
+            session = Session(send, Pools(short, long))
+            for text in texts:
+                await session.receive(text)
+                await asyncio.sleep(0)
+            for lane in session._lanes.values():
+                if lane.task is not None:
+                    await lane.task
+            await session.close()
+
+    run(talk())
+    return headers
+
+
+def test_of_many_moves_of_a_slider_the_first_and_the_last_are_answered(
+    monkeypatch: pytest.MonkeyPatch, study: dict[str, Any]
+) -> None:
+    gate = threading.Event()
+
+    def slow(question: Question) -> bytes:
+        gate.wait(0.2)
+        return frame({"id": question.id, "kind": "explore"})
+
+    monkeypatch.setattr(sessions, "answer_explore", slow)
+    headers = ids_answered([message(i, "explore", study) for i in range(1, 41)])
+
+    assert [header["id"] for header in headers] == [1, 40]
+
+
+def test_a_new_job_ends_the_one_before(study: dict[str, Any]) -> None:
+    job = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "points": 8}
+    headers = ids_answered(
+        [
+            message(1, "diagram", study, values=8192, **job),
+            message(2, "diagram", study, values=64, **job),
+        ]
+    )
+
+    done = [header["id"] for header in headers if header.get("done")]
+    assert done == [2]
+
+
+def test_cancel_ends_a_job_without_a_last_frame(study: dict[str, Any]) -> None:
+    job = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "points": 8, "values": 8192}
+    headers = ids_answered([message(1, "diagram", study, **job), message(0, "cancel", {})])
+
+    assert not any(header.get("done") for header in headers)
+
+
+def test_faults_come_back_with_their_paths(study: dict[str, Any]) -> None:
+    study["oscillator"]["damping"] = "-1"
+    (header,) = ids_answered([message(3, "explore", study)])
+
+    assert header["kind"] == "fault"
+    assert header["id"] == 3
+    assert header["faults"][0]["path"] == "oscillator.damping"
+
+
+def test_what_should_not_happen_is_told_without_its_details(
+    monkeypatch: pytest.MonkeyPatch, study: dict[str, Any]
+) -> None:
+    def broken(_question: Question) -> bytes:
+        raise ZeroDivisionError("a secret path")
+
+    monkeypatch.setattr(sessions, "answer_explore", broken)
+    (header,) = ids_answered([message(3, "explore", study)])
+
+    assert "secret" not in json.dumps(header)
+    assert header["kind"] == "fault"
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=6), inner, max_size=3)
+    ),
+    max_leaves=8,
+)
+tables = st.fixed_dictionaries(
+    {},
+    optional={
+        "oscillator": st.fixed_dictionaries(
+            {}, optional={"stiffness": values, "damping": values, "stops": values}
+        )
+        | values,
+        "forcing": st.fixed_dictionaries(
+            {}, optional={"constant": values, "harmonics": values, "period": values}
+        )
+        | values,
+        "start": st.fixed_dictionaries({}, optional={"x0": values, "v0": values}) | values,
+        "run": st.fixed_dictionaries(
+            {}, optional={"periods": values, "t_end": values, "max_impacts": values}
+        )
+        | values,
+    },
+)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    kind=st.sampled_from(["explore", "facts", "diagram", "basins", "cancel"]) | values,
+    study=tables | values,
+    options=st.dictionaries(
+        st.sampled_from(["points", "window", "path", "low", "high", "values", "starts"]),
+        values,
+        max_size=4,
+    ),
+)
+def test_no_message_breaks_a_session(kind: Any, study: Any, options: dict[str, Any]) -> None:
+    reported: list[BaseException] = []
+
+    async def talk() -> None:
+        async def send(data: bytes) -> None:
+            read_frame(data)
+
+        with ThreadPoolExecutor(1) as pool:
+            session = Session(send, Pools(pool, pool), reported.append)
+            await session.receive(json.dumps({"id": 1, "kind": kind, "study": study, **options}))
+            for lane in session._lanes.values():
+                if lane.task is not None:
+                    await lane.task
+            await session.close()
+
+    run(talk())
+    assert reported == []
