@@ -2,7 +2,7 @@
 
 python examples/bilinear_response.py [--out docs/images]
 
-A minute or two of search. The pictures are those of docs/response-charts.md, and the tables
+Some minutes of search. The pictures are those of docs/response-charts.md, and the tables
 printed are its tables.
 """
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels.law import Law
+from percuss.kernels.shooting import AT
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.orbits.equations import OrbitEquations
@@ -42,6 +43,9 @@ class Family(OrbitEquations):
     def __init__(self, orbit: PeriodicOrbit, path: str, low: float, high: float) -> None:
         super().__init__(orbit, {path: (low, high)})
         self.path, self.low, self.high = path, low, high
+        ends = np.roll(self.chain[:, AT], -1)
+        back = [i for i in range(self.n) if self.chain[i, AT] == ends[i]]
+        self._returning = [i for i in back if not (self.walls[i] or self.walls[(i + 1) % self.n])]
 
     def start(self, orbit: PeriodicOrbit, value: float) -> Floats:
         """Return the point of an orbit."""
@@ -60,10 +64,31 @@ class Family(OrbitEquations):
         return self.table_at((float(value),))
 
     def residual(self, z: Floats, value: float) -> tuple[Floats, Floats]:
-        """Return scaled residuals and their derivative by the scaled unknowns."""
+        """Return scaled residuals and their derivative by the scaled unknowns.
+
+        Distances that a flight misses the edge by that it comes from are told by its duration, as
+        a mean velocity: so the equations stay regular where it lasts no time, at a graze.
+        """
         if self.n == 0:
             return np.empty(0), np.empty((0, 0))
-        return self.shot(z[:-1], self.table(value))
+        residual, matrix = self.shot(z[:-1], self.table(value))
+        for i in self._returning:
+            lasting = float(z[1 + i])
+            if lasting == 0.0:
+                # The limit: the velocity at the start, and half the acceleration.
+                residual[2 * i] = z[1 + self.n + i]
+                matrix[2 * i] = 0.0
+                matrix[2 * i, 1 + i] = self._half_acceleration(matrix, i)
+                matrix[2 * i, 1 + self.n + i] = 1.0
+                continue
+            residual[2 * i] /= lasting
+            matrix[2 * i] /= lasting
+            matrix[2 * i, 1 + i] -= residual[2 * i] / lasting
+        return residual, matrix
+
+    def _half_acceleration(self, matrix: Floats, i: int) -> float:
+        """Return half the scaled acceleration at the end of a flight that ends on an edge."""
+        return -0.5 * float(matrix[2 * i + 1, 1 + i])
 
     def slope(self, z: Floats, known: float | None = None) -> Floats:
         """Return the derivative of the scaled residuals by the scaled parameter.

@@ -150,7 +150,8 @@ def special_points_between(
     turns = a.tangent[-1] * b.tangent[-1] < 0.0
     zeros = []
     for name in changed:
-        crossed = name == "one"
+        # Where two soft stops are left together each may be met or formally not: families cross.
+        crossed = name == "one" or leaves_soft_stop(family, name)
         zero = find_zero(family, a, b, _test(family, name), beside_others=crossed)
         if zero is not None:
             zeros.append((name, zero))
