@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -10,22 +12,52 @@ import percuss as pc
 from percuss.ensembles.running import Report
 
 
+@contextlib.contextmanager
+def points_a_chunk(n: int) -> Iterator[None]:
+    """Cut sweeps into chunks of so many points: by themselves small studies are one."""
+    module = sys.modules["percuss.ensembles.sweep"]
+    before = vars(module)["LARGEST_CHUNK"]
+    module.LARGEST_CHUNK = n  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        module.LARGEST_CHUNK = before  # type: ignore[attr-defined]
+
+
 def chart(store: str | None = None, engine: object = "threads", progress: Report = None):  # type: ignore[no-untyped-def]
     """Return two measures over 15 x 20 points, in seven chunks."""
+    with points_a_chunk(49):
+        return pc.sweep(
+            ["period", "peak_impact_velocity"],
+            pc.impact_oscillator(restitution="0.8"),
+            pc.cosine(2.5),
+            over={
+                "forcing.omega": np.linspace(2.0, 3.0, 15),
+                "oscillator.stops.0.restitution": np.linspace(0.7, 0.9, 20),
+            },
+            start=(0.0, 1.0),
+            transient=6000,
+            periods=32,
+            store=store,
+            engine=engine,
+            progress=progress,
+        )
+
+
+def exponents(store: str | None = None, size: int = 400):  # type: ignore[no-untyped-def]
+    """Return the largest exponent over size x size points."""
     return pc.sweep(
-        ["period", "peak_impact_velocity"],
-        pc.impact_oscillator(restitution="0.8"),
+        "largest_lyapunov_exponent",
+        pc.impact_oscillator(restitution="0.8", side="above", damping="0.05"),
         pc.cosine(2.5),
         over={
-            "forcing.omega": np.linspace(2.0, 3.0, 15),
-            "oscillator.stops.0.restitution": np.linspace(0.7, 0.9, 20),
+            "forcing.omega": np.linspace(1.5, 4.5, size),
+            "oscillator.stops.0.at": np.linspace(-0.2, 0.6, size),
         },
-        start=(0.0, 1.0),
-        transient=6000,
-        periods=32,
+        start=(-0.3, 0.0),
+        transient=100,
+        periods=128,
         store=store,
-        engine=engine,
-        progress=progress,
     )
 
 
@@ -43,4 +75,4 @@ def failing(osc: pc.Oscillator, force: pc.Forcing) -> float:
 
 
 if __name__ == "__main__":
-    chart(sys.argv[1])
+    (chart if sys.argv[2] == "chart" else exponents)(sys.argv[1])

@@ -1,9 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.ensembles.chaos import Chaos, same_chaos
+from percuss.ensembles.refining import System
 
 TWO = pc.impact_oscillator(restitution=0.7, wall="1.45789", side="above", damping=0.05)
 FORCE = pc.cosine(1.5)
@@ -28,6 +32,40 @@ def test_the_motion_without_impacts_is_the_steady_response() -> None:
     # To the rounding of the strobe's instant: at t = 2300 a float is good to 5e-13.
     np.testing.assert_allclose(found.x[free], gain.real, rtol=0, atol=2e-12)
     np.testing.assert_allclose(found.v_strobe[free], -1.5 * gain.imag, rtol=0, atol=2e-12)
+
+
+def test_attractors_are_refined_to_full_accuracy_and_named() -> None:
+    """Case hyst-upper-a0.05-r0.7-w1.5: impact speed and time in closed form, and the multipliers.
+
+    With a damping of 1e-3 a motion comes nearer by 0.4 % a period: alone it would give six digits.
+    """
+    found = pc.basins(TWO, FORCE, cycle=[0.1, 0.6], v=[0.1, 2.6])
+    strikes = int(np.flatnonzero(found.name.values == "(1, 1)")[0])
+
+    period = float(FORCE.period or 0.0)
+    cycle, v = (float(found[name][strikes, 0]) for name in ("attractor_cycle", "attractor_v"))
+    assert cycle * period == pytest.approx(0.68131386001706276354, abs=1e-12)
+    assert v == pytest.approx(0.7 * 3.715736427838396744, abs=1e-12)
+    modulus = np.hypot(0.43659025896978035511, 0.36290906918183299344)
+    assert float(found.exponent[strikes]) == pytest.approx(np.log(modulus) / period, abs=1e-12)
+
+    slow = pc.basins(pc.Oscillator(1.0, 1e-3), FORCE, x0=[0.3], v0=[0.1], periods=4000)
+    gain = 1.0 / complex(1.0 - 1.5**2, 2e-3 * 1.5)
+    np.testing.assert_allclose(slow.x[0], gain.real, rtol=0, atol=1e-14)
+    assert float(slow.residual[0]) < 1e-14
+
+
+def test_sticking_and_long_rounds_have_their_names() -> None:
+    """At 2.74 a motion repeats itself after 18 periods only."""
+    osc, x0, v0 = pc.impact_oscillator(0.8), np.linspace(0.0, 3.0, 5), np.linspace(-3.0, 3.0, 5)
+
+    sticking = pc.basins(osc, pc.cosine(2.7), x0=x0, v0=v0)
+    long = pc.basins(osc, pc.cosine(2.74), x0=x0, v0=v0)
+
+    assert "(inf, 6)" in sticking.name.values
+    assert np.isneginf(sticking.exponent[sticking.name.values == "(inf, 6)"])
+    assert long.n_periods.values.max() > 16
+    assert np.isfinite(long.residual.values[long.n_periods.values > 16]).all()
 
 
 def test_fractions_add_up_and_have_errors() -> None:
@@ -60,9 +98,46 @@ def test_chaos_is_told_from_order() -> None:
     order = pc.basins(osc, pc.cosine(2.7), x0=x0, v0=v0)
 
     assert chaos.kind.values.tolist() == ["chaotic"]
+    # Reference case lyap-chaos-w2.8-s0.0.
+    assert chaos.exponent.values[0] == pytest.approx(
+        0.14192, abs=4 * chaos.exponent_error.values[0]
+    )
     assert (chaos.basin.values == 0).all()
     assert set(order.kind.values) == {"periodic"}
     assert 2 in order.n_periods.values
+
+
+def test_chaotic_motions_with_another_exponent_or_place_are_on_another_attractor() -> None:
+    system = System.of(pc.impact_oscillator(restitution=0.8), pc.cosine(2.8), 0.0)
+    chaos = Chaos.of(system, np.array([0.0, 1.0]))
+    there = chaos.strobes[[7, 90]]
+    arrays = {
+        "strobe": np.concatenate([there, there + 2.0]),
+        "exponent": np.full(4, chaos.exponent),
+        "exponent_error": np.full(4, 0.01),
+    }
+
+    same = same_chaos(system, chaos, arrays, np.arange(4))
+    other = same_chaos(system, replace(chaos, exponent=0.3, error=0.001), arrays, np.arange(2))
+
+    assert chaos.lasts
+    # Those two units away come back to the same attractor, but not at once.
+    assert same.tolist() == [True, True, False, False]
+    assert other.tolist() == [False, False]
+
+
+def test_where_every_start_has_its_own_motion_a_few_are_told_apart(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Without a spring a damped mass stays wherever it came to."""
+    monkeypatch.setattr("percuss.ensembles.attractors.MOST_ORBITS", 4)
+    free = pc.Oscillator(0.0, 0.1)
+
+    found = pc.basins(free, FORCE, x0=np.linspace(0.1, 1.0, 6), v0=[0.0])
+
+    assert found.basin.values[:, 0].tolist() == [0, 1, 2, 3, -1, -1]
+    assert found.name.values.tolist() == ["(0, 1)"] * 4
+    assert np.isnan(found.residual).all()
 
 
 def test_rest_at_the_stop_is_a_class_of_its_own() -> None:
@@ -114,6 +189,7 @@ def test_starts_at_the_wall_are_those_of_their_cycle_and_speed() -> None:
         ({"cycle": [0.5], "v": [-1.0]}, "negative"),
         ({"cycle": [0.5], "v": [1.0], "stop": 3}, "no wall"),
         ({"x0": [0.0], "v0": [0.0], "periods": 3}, "at least 40"),
+        ({"x0": [0.0], "v0": [0.0], "escape": 0.0}, "above 0"),
     ],
 )
 def test_what_is_wrong_with_a_call_is_said(keywords: dict[str, object], message: str) -> None:

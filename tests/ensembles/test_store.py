@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.ensembles.studies import chart, failing
+from tests.ensembles.studies import chart, exponents, failing
 
 import percuss as pc
 from percuss.ensembles import store as store_module
@@ -36,23 +36,28 @@ def done(path: Path) -> int:
     return found
 
 
-def test_killed_again_and_again_it_ends_with_the_same_bits(tmp_path: Path) -> None:
-    path = tmp_path / "chart.zarr"
+def kill_again_and_again(study: str, path: Path, kills: int) -> list[int]:
+    """Run a study in processes of their own, killed each time they have got on; tell how far."""
     seen = []
-    for _ in range(KILLS):
+    for _ in range(kills):
         before = done(path)
         process = subprocess.Popen(
-            [sys.executable, "-m", "tests.ensembles.studies", str(path)], cwd=ROOT
+            [sys.executable, "-m", "tests.ensembles.studies", str(path), study], cwd=ROOT
         )
         while process.poll() is None and done(path) <= before:
             time.sleep(0.01)
         process.send_signal(signal.SIGKILL)
         process.wait()
         seen.append(done(path))
-    total = chunks(path)
     # It was killed while it had work left, and never lost any.
     assert seen == sorted(seen)
-    assert 0 < seen[0] < total
+    assert 0 < seen[0] < chunks(path)
+    return seen
+
+
+def test_killed_again_and_again_it_ends_with_the_same_bits(tmp_path: Path) -> None:
+    path = tmp_path / "chart.zarr"
+    seen = kill_again_and_again("chart", path, KILLS)
     calls: list[float] = []
 
     def count(now: float, total: float) -> bool:  # noqa: ARG001
@@ -62,8 +67,20 @@ def test_killed_again_and_again_it_ends_with_the_same_bits(tmp_path: Path) -> No
     resumed = chart(str(path), progress=count)
 
     assert resumed.identical(chart())
-    assert len(calls) == total - seen[-1]
+    assert len(calls) == chunks(path) - seen[-1]
     assert resumed.attrs["complete"] == 1
+
+
+@pytest.mark.nightly
+def test_a_large_chart_killed_ten_times_has_the_bits_of_one_go(tmp_path: Path) -> None:
+    """The largest exponent over 400 x 400 points."""
+    path = tmp_path / "exponents.zarr"
+    seen = kill_again_and_again("exponents", path, 10)
+
+    resumed = exponents(str(path))
+
+    assert len(set(seen)) == 10
+    assert resumed.identical(exponents())
 
 
 def test_a_chunk_without_its_mark_is_done_again(tmp_path: Path) -> None:
@@ -135,7 +152,7 @@ def test_a_full_disk_is_told_and_what_was_finished_is_kept(
 
     def fail(self: store_module.Store, number: int, block: Block) -> None:
         if len(written) == 2:
-            with store_module._told(self.path):
+            with store_module.told(self.path):
                 raise OSError(28, "No space left on device")
         written.append(number)
         write(self, number, block)

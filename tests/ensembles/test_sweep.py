@@ -7,6 +7,10 @@ import pytest
 from tests.ensembles.studies import failing
 
 import percuss as pc
+from percuss.ensembles.grid import Axis, Grid
+from percuss.ensembles.measures import Window
+from percuss.ensembles.sweep import Measured
+from percuss.model.start import Start
 
 OSC = pc.impact_oscillator(restitution=0.8)
 FORCE = pc.cosine(2.5)
@@ -171,3 +175,19 @@ def test_what_is_wrong_with_a_call_is_said(
 def test_a_built_in_measure_needs_a_period() -> None:
     with pytest.raises(pc.ParameterError, match=r"forcing\.period"):
         pc.sweep("period", OSC, None, over={"start.v0": [1.0]})
+
+
+def test_chunks_are_of_a_tenth_of_a_second_or_more_and_never_too_many() -> None:
+    def chunk(size: int, periods: int) -> tuple[int, int]:
+        axis = Axis("start.v0", (1.0,) * size)
+        grid = Grid(OSC, FORCE, Start(0.0, 1.0), (axis,))
+        job = Measured(grid, ("period",), Window(0, periods), 10**6)
+        return job.chunk, -(-job.size // job.chunk)
+
+    assert chunk(100_000, 1000) == (1000, 100)
+    assert chunk(100_000, 10) == (8192, 13)
+    assert chunk(10, 10_000_000) == (1, 10)
+    # Forty million points of a thousand periods.
+    points, chunks = chunk(40_000_000, 1000)
+    assert chunks <= 20_000
+    assert points == 2000

@@ -1,15 +1,18 @@
 """Many motions: measures over grids, diagrams, basins, exponents."""
 
+from percuss.ensembles.basin_fractions import basin_fractions
 from percuss.ensembles.basins import basins
 from percuss.ensembles.diagram import bifurcation_diagram
 from percuss.ensembles.lyapunov import LyapunovExponents, lyapunov_exponents
-from percuss.ensembles.store import status_of_store
+from percuss.ensembles.stored import load_store, status_of_store
 from percuss.ensembles.sweep import sweep
 
 __all__ = [
     "LyapunovExponents",
+    "basin_fractions",
     "basins",
     "bifurcation_diagram",
+    "load_store",
     "lyapunov_exponents",
     "status_of_store",
     "sweep",

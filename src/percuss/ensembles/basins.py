@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.attractors import (
-    CHAOTIC,
-    LONGEST,
-    PERIODIC,
-    REST,
-    UNBOUNDED,
-    label_starts,
-)
-from percuss.ensembles.datasets import attributes_of, coordinates_of
+from percuss.ensembles.attractors import Attractor, label_starts
+from percuss.ensembles.datasets import attributes_of
 from percuss.ensembles.engines import Engine
+from percuss.ensembles.fates import NO_START, STAGE, Fates, Rules
 from percuss.ensembles.grid import Grid, LanesOf, check_whole, make_grid
-from percuss.ensembles.job import Block, Column
-from percuss.ensembles.lanes import MOST_IMPACTS, Lanes, Plan, follow_lanes
-from percuss.ensembles.measures import period_of
-from percuss.ensembles.running import Report, run_job
+from percuss.ensembles.job import Dimension
+from percuss.ensembles.refining import System, impacts_at
+from percuss.ensembles.running import Answer, Report, keep, run_job
 from percuss.ensembles.sweep import identity_of
-from percuss.ensembles.tangents import exponents_of, tangent_plan
 from percuss.errors import ParameterError
-from percuss.kernels import record as columns
-from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
 from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
@@ -41,18 +32,15 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["basins"]
+__all__ = ["basins", "columns_of", "fractions_of"]
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
-# A start is followed so many forcing periods at a time, the last of which tell whether it has
-# become periodic, of up to half as many periods.
-STAGE, LOOKED_AT = 40, 2 * LONGEST
-# What is left is called chaotic where its largest exponent over so many periods is above 0 by
-# three errors, and by this much times the frequency.
-PERIODS_OF_AN_EXPONENT = 512
-CERTAIN, LEAST_EXPONENT = 3.0, 1e-3
+# Values that a range (low, high) of the starts stands for.
+VALUES = 201
+# Points of a chaotic attractor that are given back, to be drawn.
+DRAWN = 1000
 
 
 def basins(
@@ -79,10 +67,11 @@ def basins(
     osc, force
         What moves; the forcing has a period.
     x0, v0
-        Values of the start [length], [length/time]: the two axes, at the time t0.
+        Starts [length], [length/time]: the two axes, at the time t0, each a range (low, high),
+        which is taken in 201 values, or the values themselves.
     cycle, v
-        Instead of these: starts at the wall ``stop``, at these cycles in [0, 1) and with these
-        speeds >= 0 off it [length/time].
+        Instead of these: starts at the wall ``stop``, at cycles in [0, 1) and with speeds >= 0
+        off it [length/time].
     stop
         Index of that wall among the oscillator's stops.
     t0
@@ -99,11 +88,19 @@ def basins(
     -------
     xarray.Dataset
         `basin` over both axes: the number of an attractor, -1 where it was not decided in the
-        time given, -2 where the start is no start (inside a wall). Over `attractor`: its `kind`
-        ("periodic", "chaotic", "rest", "unbounded"), `n_periods` and `n_impacts` of one round
-        (0 and NaN unless periodic), `x` and `v` of a strobe at the cycle of t0, `fraction` of the
-        decided and undecided starts, and `fraction_error`, its standard error were the starts
-        drawn at random.
+        time given, -2 where the start is no start (inside a wall). Where every start has a
+        periodic motion of its own, as without a spring, a thousand of them are told apart.
+
+        Over `attractor`: its `kind` ("periodic", "chaotic", "rest", "unbounded") and `name`,
+        (impacts, periods) of an orbit; `n_impacts` and `n_periods` of one round (inf with
+        sticking; NaN and 0 unless periodic); `x` and `v_strobe` of a strobe at the cycle of t0;
+        `exponent`, the largest Lyapunov exponent [1/time], of an orbit from its multipliers, and
+        `exponent_error` of a chaotic one; `residual` of the periodic orbit that `find_orbit` has
+        refined, NaN where it has found none; `fraction` of the decided and undecided starts, and
+        `fraction_error`, its standard error were the starts drawn at random.
+
+        Over `attractor` and `point`, the attractor in the plane of the starts: `attractor_x0` and
+        `attractor_v0` at whole periods, or `attractor_cycle` and `attractor_v` at impacts.
 
     Raises
     ------
@@ -115,18 +112,22 @@ def basins(
     >>> import percuss as pc
     >>> osc = pc.impact_oscillator(restitution=0.7, wall="1.45789", side="above", damping=0.05)
     >>> found = pc.basins(osc, pc.cosine(1.5), x0=[-3.4, -3.3, 0.37, 0.38], v0=[0.0])
-    >>> [str(found.kind.values[i]) for i in found.basin.values[:, 0]]
-    ['periodic', 'periodic', 'periodic', 'periodic']
-    >>> found.n_impacts.values[found.basin.values[:, 0]]
-    array([1., 0., 0., 1.])
+    >>> [str(found.name.values[i]) for i in found.basin.values[:, 0]]
+    ['(1, 1)', '(0, 1)', '(0, 1)', '(1, 1)']
     """
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
     check_whole("periods", periods, STAGE)
+    if not 0.0 < escape < math.inf:
+        raise ParameterError("escape", escape, "not a finite distance above 0")
     grid, at_wall = _grid(osc, force, (x0, v0), (cycle, v), stop, t0)
-    job = Basins(grid, at_wall, periods, float(escape))
-    answer = run_job(job, store, engine, n_workers, progress)
-    return _dataset(job, grid, answer)
+    begin = 0.0 if at_wall is not None else as_float(t0)
+    rules = Rules(begin, at_wall is not None, periods, float(escape))
+    told = identity_of(grid) | {"kind": "basins", "stop": at_wall}
+    starts = grid if at_wall is None else AtWall(grid, at_wall)
+    answer = run_job(Fates(starts, rules, tuple(told.items())), store, engine, n_workers, progress)
+    found = label_starts(System.of(osc, force, begin), answer.arrays)
+    return keep(_dataset(starts, System.of(osc, force, begin), answer, *found), store)
 
 
 def _grid(
@@ -143,14 +144,15 @@ def _grid(
     if (places[0] is None) == (impacts[0] is None):
         raise ParameterError("x0", places[0], "give either x0 and v0, or cycle and v")
     if places[0] is not None:
-        return make_grid(
-            osc, force, Start(0.0, 0.0, t0), {"start.x0": places[0], "start.v0": places[1]}
-        ), None
+        over = {"start.x0": places[0], "start.v0": places[1]}
+        return make_grid(osc, force, Start(0.0, 0.0, t0), over, VALUES), None
     if not 0 <= stop < len(osc.stops) or not isinstance(osc.stops[stop], Wall):
         raise ParameterError("stop", stop, "the number of no wall; give x0 and v0")
-    grid = make_grid(
-        osc, force, Start(osc.stops[stop].at, 0.0), {"start.t0": impacts[0], "start.v0": impacts[1]}
-    )
+    if isinstance(impacts[0], tuple) and len(impacts[0]) == 2 and as_float(impacts[0][1]) == 1.0:
+        # The last of a whole turn is the first again.
+        impacts = np.linspace(as_float(impacts[0][0]), 1.0, VALUES, endpoint=False), impacts[1]
+    over = {"start.t0": impacts[0], "start.v0": impacts[1]}
+    grid = make_grid(osc, force, Start(osc.stops[stop].at, 0.0), over, VALUES)
     for path, values, high in (
         ("cycle", grid.axes[0].values, 1.0),
         ("v", grid.axes[1].values, None),
@@ -162,13 +164,11 @@ def _grid(
 
 
 @dataclass(frozen=True, slots=True)
-class Basins:
-    """The job: what has become of each start."""
+class AtWall:
+    """Starts at a wall, from a grid whose axes stand for the cycle and the speed off the wall."""
 
     grid: Grid
-    stop: int | None
-    periods: int
-    escape: float
+    stop: int
 
     @property
     def size(self) -> int:
@@ -176,149 +176,107 @@ class Basins:
         return self.grid.size
 
     @property
-    def chunk(self) -> int:
-        """Starts of a chunk."""
-        return 2048
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """Cycle and speed."""
+        cycle, v = (tuple(axis.values.tolist()) for axis in self.grid.axes)
+        return Dimension("cycle", cycle), Dimension("v", v, "length/time")
 
-    @property
-    def columns(self) -> Mapping[str, Column]:
-        """The kind; the period in forcing periods and impacts in one; a strobe."""
-        return {
-            "kind": Column(dtype="i8"),
-            "n_periods": Column(dtype="i8"),
-            "n_impacts": Column(),
-            "strobe": Column((2,)),
-        }
-
-    def identity(self) -> dict[str, object]:
-        """Return what makes it this study."""
-        return identity_of(self.grid) | {
-            "kind": "basins",
-            "stop": self.stop,
-            "periods": self.periods,
-            "escape": self.escape,
-        }
-
-    def compute(self, first: int, last: int) -> Block:
-        """Follow the starts of a chunk until each is decided."""
+    def lanes(self, first: int, last: int) -> tuple[list[LanesOf], dict[int, str]]:
+        """Return the lanes of the starts from first to last."""
         groups, faults = self.grid.lanes(first, last)
-        block = Block({name: column.empty(last - first) for name, column in self.columns.items()})
-        block.arrays["kind"][list(faults)] = NO_START
-        for group in groups:
-            self._follow(block, group)
-        return block
+        way = -1.0 if self.grid.osc.stops[self.stop].side == "above" else 1.0
+        return [self._at_wall(group, way) for group in groups], faults
 
-    def _starts(self, group: LanesOf) -> Floats:
-        if self.stop is None:
-            return group.starts
+    def _at_wall(self, group: LanesOf, way: float) -> LanesOf:
         starts = group.starts.copy()
-        # The axes stand for the cycle and the speed off the wall.
         starts[:, 2] *= group.laws[group.which, 0, PERIOD]
-        if self.grid.osc.stops[self.stop].side == "above":
-            starts[:, 1] *= -1.0
-        return starts
-
-    def _follow(self, block: Block, group: LanesOf) -> None:
-        starts = self._starts(group)
-        period = group.laws[group.which, 0, PERIOD]
-        left = np.arange(len(starts))
-        begun = starts.copy()
-        for stage in range(-(-self.periods // STAGE)):
-            until = self._until(period[left], stage + 1)
-            plan = Plan(
-                until - LOOKED_AT * period[left],
-                period[left],
-                until,
-                section=survey.STROBES,
-                n_points=LOOKED_AT + 1,
-                max_impacts=MOST_IMPACTS,
-            )
-            lanes = follow_lanes(group.laws, group.which[left], begun[left], plan)
-            block.n_impacts += int(lanes.n_impacts.sum())
-            decided = self._decide(block, group.rows[left], lanes, period[left])
-            begun[left, :2] = lanes.tallies[:, [survey.END_X, survey.END_V]]
-            begun[left, 2] = until
-            lost = ~np.isfinite(begun[left]).all(axis=1)
-            left = left[~(decided | lost)]
-            if len(left) == 0:
-                return
-        plan = tangent_plan(
-            group.laws, group.which[left], begun[left, 2], 0, PERIODS_OF_AN_EXPONENT
-        )
-        lanes = follow_lanes(group.laws, group.which[left], begun[left], plan)
-        block.n_impacts += int(lanes.n_impacts.sum())
-        largest, _, error, _ = exponents_of(lanes, plan)
-        chaotic = largest > np.maximum(CERTAIN * error, LEAST_EXPONENT / period[left])
-        rows = group.rows[left[chaotic]]
-        block.arrays["kind"][rows] = CHAOTIC
-        block.arrays["strobe"][rows] = begun[left[chaotic], :2]
-
-    def _until(self, period: Floats, stage: int) -> Floats:
-        t0 = 0.0 if self.stop is not None else as_float(self.grid.start.t0)
-        # One period more for starts at the wall, which begin within the first.
-        return np.asarray(t0 + (stage * STAGE + (self.stop is not None)) * period)
-
-    def _decide(
-        self, block: Block, rows: Numbers, lanes: Lanes, period: Floats
-    ) -> NDArray[np.bool_]:
-        """Write down what is decided; return which lanes that are."""
-        strobes = lanes.points[:, :, :2]
-        ended = lanes.status == columns.REACHED_END
-        rest = lanes.status == columns.AT_REST
-        end, speed = lanes.tallies[:, survey.END_X], lanes.tallies[:, survey.END_V]
-        # At the strobe x may be on its way past 0, and the speed large.
-        far = np.maximum(np.abs(end), np.abs(speed) * period / (2.0 * np.pi)) > self.escape
-        unbounded = (lanes.status == columns.OVERFLOW) | (ended & far)
-        found = period_of(np.nan_to_num(strobes), LONGEST)
-        periodic = ended & ~unbounded & (found > 0)
-        kinds = block.arrays["kind"]
-        kinds[rows[rest]], kinds[rows[unbounded]] = REST, UNBOUNDED
-        kinds[rows[periodic]] = PERIODIC
-        block.arrays["n_periods"][rows[periodic]] = found[periodic]
-        per_period = lanes.tallies[:, survey.IMPACTS] / LOOKED_AT
-        block.arrays["n_impacts"][rows[periodic]] = np.round((per_period * found)[periodic])
-        # A held mass has its place as strobe.
-        place = np.where(
-            rest[:, np.newaxis], lanes.state[:, [columns.X, columns.V]], strobes[:, -1]
-        )
-        decided = rest | unbounded | periodic
-        bounded = decided & ~unbounded
-        block.arrays["strobe"][rows[bounded]] = place[bounded]
-        return np.asarray(decided)
+        starts[:, 1] *= way
+        return replace(group, starts=starts)
 
 
-# The kind of a point that is inside a wall.
-NO_START = -2
+def fractions_of(labels: Numbers, n_attractors: int) -> tuple[Floats, Floats, float, int]:
+    """Return fractions and their errors, the undecided part, and the number of starts."""
+    n = int((labels != NO_START).sum())
+    part = np.array([(labels == i).sum() for i in range(n_attractors)]) / max(n, 1)
+    return (
+        part,
+        np.sqrt(part * (1.0 - part) / max(n, 1)),
+        float((labels == -1).sum() / max(n, 1)),
+        n,
+    )
 
 
-def _dataset(job: Basins, grid: Grid, answer: Any) -> Dataset:
+def columns_of(attractor: Attractor | None) -> dict[str, float]:
+    """Return the numbers of an attractor as a dataset holds them; NaN where there is none."""
+    found = attractor or Attractor("")
+    return {
+        "n_periods": found.n_periods if attractor else math.nan,
+        "n_impacts": found.n_impacts,
+        "x": float(found.strobes[0, 0]),
+        "v_strobe": float(found.strobes[0, 1]),
+        "exponent": found.exponent,
+        "exponent_error": found.error,
+        "residual": found.orbit.residual if found.orbit is not None else math.nan,
+    }
+
+
+UNITS = {
+    "x": "length",
+    "v_strobe": "length/time",
+    "exponent": "1/time",
+    "exponent_error": "1/time",
+}
+
+
+def _dataset(
+    starts: Grid | AtWall,
+    system: System,
+    answer: Answer,
+    labels: Numbers,
+    found: Sequence[Attractor],
+) -> Dataset:
     import xarray
 
-    arrays = answer.arrays
-    labels, found = label_starts(job, arrays)
-    dims = tuple(axis.path for axis in grid.axes)
-    coords = coordinates_of(grid)
-    if job.stop is not None:
-        dims = ("cycle", "v")
-        units = ("1", "length/time")
-        coords = {
-            name: (name, axis.values, {"units": unit})
-            for name, axis, unit in zip(dims, grid.axes, units, strict=True)
-        }
-    started = labels != NO_START
-    n = max(int(started.sum()), 1)
-    fraction = np.array([(labels == i).sum() / n for i in range(len(found))])
-    error = np.sqrt(fraction * (1.0 - fraction) / n)
-    strobes = np.array([one.strobe for one in found]).reshape(-1, 2)
-    data = {
+    grid = starts.grid if isinstance(starts, AtWall) else starts
+    dims = tuple(it.name for it in starts.dimensions)
+    coords = {it.name: (it.name, list(it.values), {"units": it.units}) for it in starts.dimensions}
+    fraction, error, undecided, n = fractions_of(labels, len(found))
+    data: dict[str, Any] = {
         "basin": (dims, labels.reshape(grid.shape)),
         "kind": ("attractor", np.array([one.kind for one in found], dtype=object)),
-        "n_periods": ("attractor", np.array([one.n_periods for one in found], dtype=np.int64)),
-        "n_impacts": ("attractor", np.array([one.n_impacts for one in found], dtype=np.float64)),
-        "x": ("attractor", strobes[:, 0], {"units": "length"}),
-        "v_strobe": ("attractor", strobes[:, 1], {"units": "length/time"}),
+        "name": ("attractor", np.array([one.name for one in found], dtype=object)),
         "fraction": ("attractor", fraction),
         "fraction_error": ("attractor", error),
     }
-    attrs = attributes_of(grid, answer) | {"undecided": float((labels == -1).sum() / n)}
+    rows = [columns_of(one) for one in found]
+    for name in columns_of(None):
+        values = np.array([row[name] for row in rows], dtype=np.float64)
+        if name == "n_periods":
+            values = values.astype(np.int64)
+        data[name] = ("attractor", values, {"units": UNITS.get(name, "1")})
+    points = _points(starts, system, found)
+    for i, (name, axis) in enumerate(zip(dims, starts.dimensions, strict=True)):
+        short = name.removeprefix("start.")
+        data[f"attractor_{short}"] = (
+            ("attractor", "point"), points[:, :, i], {"units": axis.units}
+        )  # fmt: skip
+    attrs = attributes_of(grid, answer) | {"undecided": undecided, "n_starts": n}
     return xarray.Dataset(data, coords=coords, attrs=attrs)
+
+
+def _points(starts: Grid | AtWall, system: System, found: Sequence[Attractor]) -> Floats:
+    """Return the attractors in the plane of the starts, NaN beyond their ends."""
+    if isinstance(starts, AtWall):
+        drawn = [
+            np.empty((0, 2))
+            if one.kind in ("rest", "unbounded")
+            else impacts_at(system, starts.stop, one.strobes[0], one.orbit, max(DRAWN, 1))
+            for one in found
+        ]
+    else:
+        drawn = [one.strobes for one in found]
+    drawn = [those[:DRAWN] for those in drawn]
+    points = np.full((len(found), max([len(those) for those in drawn], default=0), 2), np.nan)
+    for i, those in enumerate(drawn):
+        points[i, : len(those)] = those
+    return points

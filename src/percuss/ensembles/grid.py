@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.ensembles.job import Dimension
+from percuss.ensembles.units import units_of
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.model.exact import Phase, as_float, phase_problem, plain
@@ -18,12 +21,15 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
 
-__all__ = ["Axis", "Grid", "LanesOf", "check_whole", "make_grid", "walls_of"]
+__all__ = ["POINTS", "Axis", "Grid", "LanesOf", "check_whole", "make_grid", "values_of", "walls_of"]
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 _OF_START = ("x0", "v0", "t0")
+_OWNERS = ("oscillator", "forcing", "start")
+# Values that a range (low, high) stands for where nothing else is said.
+POINTS = 101
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +103,14 @@ class Grid:
         """Number of points."""
         return math.prod(self.shape)
 
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """The axes as the answer has them."""
+        return tuple(
+            Dimension(axis.path, tuple(axis.values.tolist()), units_of(axis.path))
+            for axis in self.axes
+        )
+
     def point(self, i: int) -> tuple[Oscillator, Forcing | None, Start]:
         """Return what moves at a point, and from where.
 
@@ -105,10 +119,10 @@ class Grid:
         ParameterError
             If a value is outside its domain.
         """
-        where = np.unravel_index(i, self.shape) if self.axes else ()
-        changes = {axis.path: axis.given[k] for axis, k in zip(self.axes, where, strict=True)}
-        osc, force, start = replace_parameters(self.osc, self.force, self.start, changes)
-        return osc, force, start or self.start
+        return Maker(self).point(self._where(i))
+
+    def _where(self, i: int) -> tuple[int, ...]:
+        return tuple(int(k) for k in np.unravel_index(i, self.shape)) if self.axes else ()
 
     def lanes(self, first: int, last: int) -> tuple[list[LanesOf], dict[int, str]]:
         """Return the lanes of the points from first to last, and the faults of those without.
@@ -130,24 +144,65 @@ class Grid:
         cuts = np.flatnonzero(np.diff(key[order])) + 1
         groups: dict[tuple[int, ...], list[tuple[Floats, Numbers]]] = {}
         faults: dict[int, str] = {}
+        maker = Maker(self)
         for rows in np.split(order, cuts):
             try:
-                osc, force, _ = self.point(first + int(rows[0]))
+                osc, force, _ = maker.point(self._where(first + int(rows[0])))
                 table = law(osc, force)
             except ParameterError as error:
                 faults |= {int(row): str(error) for row in rows}
                 continue
-            wrong = _faults_of_starts(table, starts, rows)
-            faults |= wrong
-            right = np.array([row for row in rows if row not in wrong], dtype=np.int64)
-            groups.setdefault(table.shape, []).append((table, right))
-        return [_lanes_of(group, starts) for group in groups.values()], faults
+            groups.setdefault(table.shape, []).append((table, rows))
+        found = [_lanes_of(group, starts, faults) for group in groups.values()]
+        return [group for group in found if len(group.rows)], faults
 
 
-def _lanes_of(group: list[tuple[Floats, Numbers]], starts: Floats) -> LanesOf:
+class Maker:
+    """Makes what moves at the points of a grid, each oscillator and forcing once.
+
+    Along an axis of the forcing the oscillator stays, and the other way round.
+    """
+
+    def __init__(self, grid: Grid) -> None:
+        self._grid = grid
+        self._made: dict[tuple[str, tuple[int, ...]], Any] = {}
+
+    def point(self, where: tuple[int, ...]) -> tuple[Oscillator, Forcing | None, Start]:
+        """Return what moves where the axes have these values, and from where."""
+        return (
+            self._part("oscillator", where),
+            self._part("forcing", where),
+            self._part("start", where),
+        )
+
+    def _part(self, owner: str, where: tuple[int, ...]) -> Any:
+        grid = self._grid
+        own = [i for i, axis in enumerate(grid.axes) if axis.path.startswith(f"{owner}.")]
+        key = owner, tuple(where[i] for i in own)
+        if key not in self._made:
+            changes = {grid.axes[i].path: grid.axes[i].given[where[i]] for i in own}
+            all_parts = replace_parameters(grid.osc, grid.force, grid.start, changes)
+            self._made[key] = all_parts[_OWNERS.index(owner)]
+        return self._made[key]
+
+
+def _lanes_of(
+    group: list[tuple[Floats, Numbers]], starts: Floats, faults: dict[int, str]
+) -> LanesOf:
+    """Return the lanes of laws of one shape, and add the faults of starts inside a wall."""
     rows = np.concatenate([rows for _, rows in group])
     which = np.repeat(np.arange(len(group)), [len(rows) for _, rows in group])
-    return LanesOf(np.stack([table for table, _ in group]), which, starts[rows], rows)
+    laws = np.stack([table for table, _ in group])
+    low, high = (walls[which] for walls in walls_of(laws))
+    x0 = starts[rows, 0]
+    for outside, side, wall in ((x0 < low, "below", low), (x0 > high, "above", high)):
+        for i in np.flatnonzero(outside):
+            faults[int(rows[i])] = (
+                f"x0 = {x0[i]}: {side} the wall at x = {wall[i]}; "
+                "use a SoftStop for a compliant one"
+            )
+    inside = ~((x0 < low) | (x0 > high))
+    return LanesOf(laws, which[inside], starts[rows[inside]], rows[inside])
 
 
 def walls_of(tables: Floats) -> tuple[Floats, Floats]:
@@ -165,24 +220,12 @@ def walls_of(tables: Floats) -> tuple[Floats, Floats]:
     return low, high
 
 
-def _faults_of_starts(table: Floats, starts: Floats, rows: Numbers) -> dict[int, str]:
-    """Return what is wrong with some of the starts, by row."""
-    (low,), (high,) = walls_of(table[np.newaxis])
-    x0 = starts[rows, 0]
-    found = {}
-    for outside, side, wall in ((x0 < low, "below", low), (x0 > high, "above", high)):
-        for i in np.flatnonzero(outside):
-            found[int(rows[i])] = (
-                f"x0 = {x0[i]}: {side} the wall at x = {wall}; use a SoftStop for a compliant one"
-            )
-    return found
-
-
 def make_grid(
     osc: Oscillator,
     force: Forcing | None,
     start: Start | Sequence[Phase] | None,
     over: Mapping[str, object],
+    points: int = POINTS,
 ) -> Grid:
     """Return the grid of the parameters in ``over``, all faults of its axes seen to.
 
@@ -193,7 +236,10 @@ def make_grid(
     start
         Where the motion starts: a `Start`, or x0, v0 and where wanted t0; None is x0 = v0 = 0.
     over
-        Values by path; a path of the start may be among them.
+        By path, a range (low, high) or values; a path of the start may be among them. A tuple of
+        two numbers is a range, any other sequence are values.
+    points
+        Values, equally spaced, that a range stands for; its ends are kept as they were given.
 
     Returns
     -------
@@ -211,14 +257,18 @@ def make_grid(
     >>> grid = make_grid(impact_oscillator(), cosine(2), (0, 1), {"forcing.omega": (2, 2.5, 3)})
     >>> grid.shape, grid.axes[0].path
     ((3,), 'forcing.harmonics.0.omega')
+    >>> make_grid(impact_oscillator(), cosine(2), (0, 1), {"forcing.omega": (2, 3)}).shape
+    (101,)
     """
+    if not isinstance(over, Mapping):
+        raise ParameterError("over", over, "not {path: values} or {path: (low, high)}")
     begin = start if isinstance(start, Start) else _start_of(start)
     axes: list[Axis] = []
     for path, values in over.items():
         name = long_form(path, osc, force, begin)
         if any(axis.path == name for axis in axes):
             raise ParameterError("over", path, f"named twice, also as {name}")
-        axes.append(Axis(name, _values_of(path, values)))
+        axes.append(Axis(name, values_of(path, values, points)))
     return Grid(osc, force, begin, tuple(axes))
 
 
@@ -245,9 +295,30 @@ def _start_of(start: Sequence[Phase] | None) -> Start:
     return Start(*numbers)  # type: ignore[arg-type]  # Start checks them
 
 
-def _values_of(path: str, values: object) -> tuple[Phase, ...]:
+def values_of(path: str, values: object, points: int = POINTS) -> tuple[Phase, ...]:
+    """Return the values of an axis from a range (low, high) or from the values themselves.
+
+    Parameters
+    ----------
+    path
+        What they are values of.
+    values
+        A tuple of two numbers is a range; any other sequence are values.
+    points
+        Values, equally spaced, that a range stands for.
+
+    Returns
+    -------
+    tuple
+        The values; what was given is kept exactly.
+
+    Raises
+    ------
+    ParameterError
+        If they are none, or not finite.
+    """
     if isinstance(values, str) or not hasattr(values, "__len__") or not hasattr(values, "__iter__"):
-        raise ParameterError(path, values, "not a list of values")
+        raise ParameterError(path, values, "not a list of values, nor a range (low, high)")
     if isinstance(values, np.ndarray) and values.ndim != 1:
         raise ParameterError(path, values.shape, "not a list of values, but an array of this shape")
     given = tuple(plain(value) for value in values)
@@ -257,4 +328,14 @@ def _values_of(path: str, values: object) -> tuple[Phase, ...]:
         problem = phase_problem(value)
         if problem is not None:
             raise ParameterError(path, value, problem)
-    return given  # type: ignore[return-value]  # each was looked at
+    if not (isinstance(values, tuple) and len(values) == 2):
+        return given  # type: ignore[return-value]  # each was looked at
+    return _spread(path, given, points)  # type: ignore[arg-type]  # the same
+
+
+def _spread(path: str, ends: tuple[Phase, ...], points: int) -> tuple[Phase, ...]:
+    low, high = (as_float(end) for end in ends)
+    if low == high:
+        raise ParameterError(path, ends, "a range without width; give one value as [value]")
+    between = (float(value) for value in np.linspace(low, high, points)[1:-1])
+    return (ends[0], *between, ends[1])

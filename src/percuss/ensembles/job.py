@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Block", "Column", "Job", "chunks_of"]
+__all__ = ["Block", "Column", "Dimension", "Job", "chunks_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,15 +22,40 @@ class Column:
         Shape of the entry of one point.
     dtype
         "f8" or "i8".
+    dims
+        Names of the dimensions of the tail.
+    units
+        Its dimensions in length and time.
     """
 
     tail: tuple[int, ...] = ()
     dtype: str = "f8"
+    dims: tuple[str, ...] = ()
+    units: str = "1"
 
     def empty(self, n: int) -> NDArray[np.generic]:
         """Return room for n points: NaN, or -1."""
         fill = np.nan if self.dtype == "f8" else -1
         return np.full((n, *self.tail), fill, dtype=self.dtype)
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """One axis of the answer, whose points are all combinations of its axes' values.
+
+    Attributes
+    ----------
+    name
+        Name of the axis.
+    values
+        Its coordinates: numbers, or words.
+    units
+        Their dimensions in length and time.
+    """
+
+    name: str
+    values: tuple[float, ...] | tuple[str, ...]
+    units: str = "1"
 
 
 @dataclass(slots=True)
@@ -68,6 +93,11 @@ class Job(Protocol):
     @property
     def columns(self) -> Mapping[str, Column]:
         """What the answer holds."""
+        ...
+
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """The axes, whose lengths multiply to the size; the last is the fastest."""
         ...
 
     def identity(self) -> dict[str, object]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.kernels import batch, survey
+from percuss.kernels import batch, bench, survey
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
 from percuss.kernels.law import N_HARMONICS
@@ -111,22 +111,22 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
     plans = np.stack([plan.since, plan.every, plan.until], axis=1)
     laws, which = np.ascontiguousarray(laws), np.ascontiguousarray(which, dtype=np.int64)
 
+    wish = (plan.max_impacts, plan.section, plan.surveyed)
+
     def march(lanes: slice) -> None:
-        batch.run_lanes(
+        crowd = (
             laws,
             which[lanes],
             states[lanes],
             counters[lanes],
             status[lanes],
             plans[lanes],
-            plan.max_impacts,
-            PATIENCE,
-            plan.section,
-            plan.surveyed,
             tallies[lanes],
             points[lanes],
-            *_scratch(laws),
         )
+        benches = np.zeros((batch.BENCHES, bench.ROWS * bench.SEATS))
+        seated = np.zeros(batch.BENCHES * bench.SEATS, dtype=np.int64)
+        batch.run_lanes(crowd, _room(laws), wish, PATIENCE, benches, seated)
 
     march(slice(None))
     for i in np.flatnonzero(status == columns.SPENT):
@@ -140,7 +140,7 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
     return Lanes(status, states, counters[:, columns.N_IMPACTS].copy(), tallies, points)
 
 
-def _scratch(laws: Floats) -> tuple[Floats, Numbers, Floats, Floats]:
+def _room(laws: Floats) -> tuple[Floats, Numbers, Floats, Floats]:
     """Return the buffers that the lanes of one call share."""
     n = int(laws[0, 0, N_HARMONICS])
     return (

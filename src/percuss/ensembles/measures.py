@@ -95,15 +95,27 @@ def period_of(points: Floats, longest: int) -> NDArray[np.int64]:
     array([2])
     """
     size = np.abs(points).max(axis=(1, 2))
-    apart = np.empty((longest + 1, len(points)))
-    for p in range(1, longest + 1):
-        apart[p] = np.abs(points[:, p:] - points[:, :-p]).max(axis=(1, 2))
+    # What repeats itself does so at the end: a look at one pair of strobes spares most others.
+    last = np.abs(points[:, -1:] - points[:, -1 - longest : -1]).max(axis=2)[:, ::-1]
+    hopeful = last <= SAME * size[:, np.newaxis]
     found = np.zeros(len(points), dtype=np.int64)
-    for p in range(longest, 0, -1):
-        distinct = [apart[q] > SETTLED * SAME * size for q in range(1, p) if p % q == 0]
-        same = apart[p] <= SAME * size
-        found[same] = np.where(np.all(distinct, axis=0)[same], p, 0) if distinct else p
+    for p in (1 + np.flatnonzero(hopeful.any(axis=0))).tolist():
+        rows = np.flatnonzero(hopeful[:, p - 1])
+        rows = rows[_apart(points[rows], p) <= SAME * size[rows]]
+        if len(rows) == 0:
+            continue
+        # The first period that fits decides, if only that there is none.
+        hopeful[rows] = False
+        distinct = np.ones(len(rows), dtype=np.bool_)
+        for q in (q for q in range(1, p // 2 + 1) if p % q == 0):
+            distinct &= _apart(points[rows], q) > SETTLED * SAME * size[rows]
+        found[rows[distinct]] = p
     return found
+
+
+def _apart(points: Floats, p: int) -> Floats:
+    """Return by how much strobes differ from those p periods later, at most."""
+    return np.asarray(np.abs(points[:, p:] - points[:, :-p]).max(axis=(1, 2)))
 
 
 def _period(lanes: Lanes, window: Window) -> Floats:

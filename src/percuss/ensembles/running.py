@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import math
-import sys
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.engines import Engine, done_chunks
 from percuss.ensembles.job import Block, Job, chunks_of
-from percuss.ensembles.store import Store
+from percuss.ensembles.store import RESULT, Store, keep_result
+from percuss.ensembles.watch import Report, Watch
 
-__all__ = ["Answer", "Report", "run_job"]
+if TYPE_CHECKING:
+    # A second of import, which no worker needs.
+    from xarray import Dataset
 
-Report = bool | Callable[[float, float], bool] | None
-
-# A line appears only for what takes longer than this [s], and is renewed this often.
-PATIENCE = 2.0
-RENEWED = 0.2
+__all__ = ["Answer", "Report", "keep", "run_job", "unanswered"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +64,9 @@ def run_job(
     engine, n_workers
         As `done_chunks` takes them.
     progress
-        True shows a line on the error stream after two seconds; a function
-        ``(done, total) -> bool`` is called after each chunk with numbers of points.
+        True shows a line on the error stream after two seconds, with the rate and the time
+        left; a function ``(done, total) -> bool`` is called after each chunk with numbers of
+        points.
 
     Returns
     -------
@@ -77,96 +74,68 @@ def run_job(
         The same bits whatever the engine, the workers and the interruptions.
     """
     spans = chunks_of(job)
-    kept = None if store is None else Store(store, job)
-    memory = _Memory(job) if kept is None else None
-    todo = list(range(len(spans))) if kept is None else kept.todo()
-    watch = _Watch(progress, job.size, sum(spans[i][1] - spans[i][0] for i in todo))
-    left = len(todo)
+    keeper = _Memory(job, spans) if store is None else Store(store, job)
+    todo = keeper.todo()
+    watch = Watch(progress, job.size, _size(spans, todo))
+    is_interrupted = False
     coming = done_chunks(job, [spans[i] for i in todo], engine, n_workers) if todo else iter(())
     try:
         for place, block in coming:
-            if kept is not None:
-                kept.write(todo[place], block)
-            elif memory is not None:
-                memory.write(spans[todo[place]], block)
-            left -= 1
+            keeper.write(todo[place], block)
             first, last = spans[todo[place]]
             if not watch.go_on(last - first, block.n_impacts):
                 break
     except KeyboardInterrupt:
-        watch.tell_of_interruption(store)
+        is_interrupted = True
     finally:
         close = getattr(coming, "close", None)
         if close is not None:
             close()
         watch.close()
-    if kept is not None:
-        return Answer(*kept.read(), complete=left == 0)
-    assert memory is not None
-    return Answer(memory.arrays, dict(sorted(memory.reasons.items())), memory.n_impacts, left == 0)
+    # What was being written when it was interrupted may be done or not.
+    left = keeper.todo()
+    if is_interrupted:
+        watch.tell_of_interruption(job.size - _size(spans, left), store)
+    return Answer(*keeper.read(), complete=not left)
+
+
+def _size(spans: list[tuple[int, int]], numbers: list[int]) -> int:
+    return sum(spans[i][1] - spans[i][0] for i in numbers)
+
+
+def unanswered(job: Job) -> Answer:
+    """Return the answer of a job that has not been begun."""
+    arrays = {name: column.empty(job.size) for name, column in job.columns.items()}
+    return Answer(arrays, {}, 0, complete=False)
+
+
+def keep(dataset: Dataset, store: str | Path | None) -> Dataset:
+    """Keep a result in its store once it is complete, and return it."""
+    if store is not None and dataset.attrs["complete"] and not (Path(store) / RESULT).exists():
+        keep_result(store, dataset)
+    return dataset
 
 
 class _Memory:
-    """The answer where there is no store."""
+    """Keeps the answer where there is no store, as a `Store` does."""
 
-    def __init__(self, job: Job) -> None:
-        self.arrays = {name: column.empty(job.size) for name, column in job.columns.items()}
-        self.reasons: dict[int, str] = {}
-        self.n_impacts = 0
+    def __init__(self, job: Job, spans: list[tuple[int, int]]) -> None:
+        self._arrays = {name: column.empty(job.size) for name, column in job.columns.items()}
+        self._spans = spans
+        self._left = dict.fromkeys(range(len(spans)))
+        self._reasons: dict[int, str] = {}
+        self._n_impacts = 0
 
-    def write(self, span: tuple[int, int], block: Block) -> None:
-        for name, array in self.arrays.items():
-            array[span[0] : span[1]] = block.arrays[name]
-        self.reasons |= {span[0] + i: text for i, text in block.reasons.items()}
-        self.n_impacts += block.n_impacts
+    def todo(self) -> list[int]:
+        return list(self._left)
 
+    def write(self, number: int, block: Block) -> None:
+        first, last = self._spans[number]
+        for name, array in self._arrays.items():
+            array[first:last] = block.arrays[name]
+        self._reasons |= {first + i: text for i, text in block.reasons.items()}
+        self._n_impacts += block.n_impacts
+        del self._left[number]
 
-class _Watch:
-    """Tells how far a job has come."""
-
-    def __init__(self, report: Report, size: int, todo: int) -> None:
-        self._report, self._size, self._before = report, size, size - todo
-        self._done = self._impacts = 0
-        self._started = self._shown = time.monotonic()
-        self._line = False
-
-    def go_on(self, points: int, n_impacts: int) -> bool:
-        """Count what is done; False if the caller wants it stopped."""
-        self._done += points
-        self._impacts += n_impacts
-        if self._report is None or self._report is False:
-            return True
-        if callable(self._report):
-            return self._report(self._before + self._done, self._size) is not False
-        now = time.monotonic()
-        if now - self._started > PATIENCE and now - self._shown > RENEWED:
-            self._shown, self._line = now, True
-            passed = now - self._started
-            left = passed * (self._size - self._before - self._done) / self._done
-            share = (self._before + self._done) / self._size
-            rate = self._impacts / passed
-            sys.stderr.write(
-                f"\r{share:6.1%}  {self._before + self._done:,} of {self._size:,} points, "
-                f"{rate:,.0f} impacts a second, {_in_words(left)} left "
-            )
-            sys.stderr.flush()
-        return True
-
-    def tell_of_interruption(self, store: str | Path | None) -> None:
-        """Say what an interruption has left, to someone who watches."""
-        if self._report is True:
-            kept = f"the same command goes on with {store}" if store else "nothing was stored"
-            sys.stderr.write(f"\ninterrupted; {kept}")
-            self._line = True
-
-    def close(self) -> None:
-        """End the line, if there is one."""
-        if self._line:
-            sys.stderr.write("\n")
-
-
-def _in_words(seconds: float) -> str:
-    if seconds < 90.0:
-        return f"{math.ceil(seconds)} s"
-    minutes = seconds / 60.0
-    return f"{minutes:.0f} min" if minutes < 90.0 else f"{minutes / 60.0:.1f} h"
+    def read(self) -> tuple[dict[str, NDArray[np.generic]], dict[int, str], int]:
+        return self._arrays, dict(sorted(self._reasons.items())), self._n_impacts

@@ -15,10 +15,10 @@ import numpy as np
 from percuss.ensembles.datasets import dataset_of
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.grid import Grid, check_whole, make_grid
-from percuss.ensembles.job import Block, Column
+from percuss.ensembles.job import Block, Column, Dimension
 from percuss.ensembles.lanes import MOST_IMPACTS
 from percuss.ensembles.measures import MEASURES, Window, measure_lanes
-from percuss.ensembles.running import Report, run_job
+from percuss.ensembles.running import Report, keep, run_job
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
@@ -32,10 +32,12 @@ if TYPE_CHECKING:
 
 __all__ = ["sweep"]
 
-# Impacts of a compiled chunk, at about one a period: a tenth of a second or more, and no memory
-# to speak of.
-IMPACTS_OF_A_CHUNK = 300_000
-SMALLEST_CHUNK, LARGEST_CHUNK = 16, 8192
+# Impacts of a compiled chunk, at about one a period: a tenth of a second or several, against which
+# what it costs to hand out and to keep a chunk is little, and no memory to speak of.
+IMPACTS_OF_A_CHUNK = 1_000_000
+LARGEST_CHUNK = 8192
+# A study that would have more chunks than this, each with files of its own, has larger ones.
+MOST_CHUNKS, LARGEST_OF_ALL = 20_000, 32_768
 # Points of a chunk where a function of the user's is called for each.
 CALLS_OF_A_CHUNK = 16
 
@@ -61,12 +63,14 @@ def sweep(
     ----------
     measure
         One or several of "peak_displacement", "peak_impact_velocity", "impacts_per_period",
-        "period", "dissipated_energy", "growth_exponent", which run compiled. Or a function: of a
-        run, of (osc, force), or of (osc, force, start), that returns a number.
+        "period", "dissipated_energy", "largest_lyapunov_exponent", "growth_exponent", which run
+        compiled. Or a function: of a run, of (osc, force), or of (osc, force, start), that
+        returns a number.
     osc, force
         What moves, where ``over`` does not say otherwise.
     over
-        Values by the dotted path of a parameter, of the start's too: the axes of the grid.
+        The axes of the grid, by the dotted path of a parameter, of the start's too: a range
+        (low, high), which is taken in 101 values, or the values themselves.
     start
         Where the motions start: a `Start`, or x0 [length], v0 [length/time] and where wanted
         t0 [time]; default: at rest at 0.
@@ -114,7 +118,7 @@ def sweep(
     answer = run_job(work, store, engine, n_workers, progress)
     units = {name: MEASURES[name].units for name in work.names if name in MEASURES}
     meanings = {name: MEASURES[name].meaning for name in work.names if name in MEASURES}
-    return dataset_of(grid, answer, units, meanings)
+    return keep(dataset_of(grid, answer, units, meanings), store)
 
 
 def _work(
@@ -167,12 +171,18 @@ class Measured:
     def chunk(self) -> int:
         """Points of a chunk."""
         each = self.window.transient + self.window.periods
-        return min(max(IMPACTS_OF_A_CHUNK // each, SMALLEST_CHUNK), LARGEST_CHUNK)
+        usual = min(LARGEST_CHUNK, max(1, IMPACTS_OF_A_CHUNK // each))
+        return min(max(usual, self.size // MOST_CHUNKS), max(usual, LARGEST_OF_ALL))
 
     @property
     def columns(self) -> dict[str, Column]:
         """One number for each measure."""
-        return {name: Column() for name in self.names}
+        return {name: Column(units=MEASURES[name].units) for name in self.names}
+
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """The axes of the grid."""
+        return self.grid.dimensions
 
     def identity(self) -> dict[str, object]:
         """Return what makes it this study."""
@@ -225,6 +235,11 @@ class Called:
     def columns(self) -> dict[str, Column]:
         """One number."""
         return {self.names[0]: Column()}
+
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """The axes of the grid."""
+        return self.grid.dimensions
 
     def identity(self) -> dict[str, object]:
         """Return what makes it this study; of the function its name and text."""

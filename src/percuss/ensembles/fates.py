@@ -1,0 +1,246 @@
+"""What has become of each start after a time: the part of basins that is done in chunks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.ensembles.grid import LanesOf
+from percuss.ensembles.job import Block, Column, Dimension
+from percuss.ensembles.lanes import MOST_IMPACTS, Lanes, Plan, follow_lanes
+from percuss.ensembles.measures import period_of
+from percuss.ensembles.tangents import exponents_of, tangent_plan
+from percuss.kernels import record as columns
+from percuss.kernels import survey
+from percuss.kernels.law import PERIOD
+
+__all__ = [
+    "CHAOTIC", "LONGEST", "LONGEST_OF_ALL", "NO_START", "PERIODIC", "REST", "STAGE", "UNBOUNDED", "FateColumns",
+    "Fates", "Rules", "Starts",
+]  # fmt: skip
+
+Floats = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+Arrays = Mapping[str, NDArray[np.generic]]
+
+# The kinds of what a start goes to, as they are stored; -1 is undecided.
+PERIODIC, CHAOTIC, REST, UNBOUNDED = range(4)
+# The kind of a start that is inside a wall.
+NO_START = -2
+# The longest periodic motion that is looked for, in forcing periods.
+LONGEST = 16
+# A start is followed so many forcing periods at a time, the last of which tell whether it has
+# become periodic, of up to half as many periods.
+STAGE, LOOKED_AT = 40, 2 * LONGEST
+# What has no such period after all that time may have one of up to so many periods, which is looked
+# for in so many motions at a time: all their strobes are kept.
+LONGEST_OF_ALL, AT_ONCE = 128, 1024
+# What is left is called chaotic where its largest exponent over so many periods is above 0 by
+# three errors, and by this much times the frequency.
+PERIODS_OF_AN_EXPONENT = 512
+CERTAIN, LEAST_EXPONENT = 3.0, 1e-3
+# Starts of a chunk, at fifty impacts each or more.
+CHUNK = 8192
+
+FateColumns = {
+    "kind": Column(dtype="i8"),
+    "n_periods": Column(dtype="i8"),
+    "n_impacts": Column(),
+    "strobe": Column((2,), dims=("entry",)),
+    "exponent": Column(units="1/time"),
+    "exponent_error": Column(units="1/time"),
+}
+
+
+class Starts(Protocol):
+    """Starts of motions, as a `Grid` has them."""
+
+    @property
+    def size(self) -> int:
+        """Number of starts."""
+        ...
+
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """The axes, whose lengths multiply to the size."""
+        ...
+
+    def lanes(self, first: int, last: int) -> tuple[list[LanesOf], dict[int, str]]:
+        """Return the lanes of the starts from first to last, and the faults of the others."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """When a start is decided.
+
+    Attributes
+    ----------
+    t0
+        When strobes begin [time]: that of the starts, or 0 for starts at a wall.
+    within
+        Whether starts begin within the first forcing period after t0, not at it.
+    periods
+        Forcing periods after which a start that has not been decided stays so.
+    escape
+        A motion that goes farther than this [length] is unbounded.
+    """
+
+    t0: float
+    within: bool
+    periods: int
+    escape: float
+
+    def follow(self, group: LanesOf) -> tuple[dict[str, NDArray[np.generic]], int]:
+        """Follow starts until each is decided.
+
+        Returns
+        -------
+        tuple
+            (n,) arrays by the names of `FateColumns`, and the number of impacts it took.
+        """
+        n = len(group.starts)
+        fates: dict[str, NDArray[np.generic]] = {
+            name: column.empty(n) for name, column in FateColumns.items()
+        }
+        n_impacts = 0
+        period = group.laws[group.which, 0, PERIOD]
+        left, begun = np.arange(n), group.starts.copy()
+        for stage in range(-(-self.periods // STAGE)):
+            # One period more for starts at the wall, which begin within the first.
+            until = self.t0 + ((stage + 1) * STAGE + self.within) * period[left]
+            plan = Plan(
+                until - LOOKED_AT * period[left],
+                period[left],
+                until,
+                section=survey.STROBES,
+                n_points=LOOKED_AT + 1,
+                max_impacts=MOST_IMPACTS,
+            )
+            lanes = follow_lanes(group.laws, group.which[left], begun[left], plan)
+            n_impacts += int(lanes.n_impacts.sum())
+            decided = self._decide(fates, left, lanes, period[left])
+            begun[left, :2] = lanes.tallies[:, [survey.END_X, survey.END_V]]
+            begun[left, 2] = until
+            lost = ~np.isfinite(begun[left]).all(axis=1)
+            left = left[~(decided | lost)]
+            if len(left) == 0:
+                return fates, n_impacts
+        n_impacts += _exponents(fates, group, left, begun)
+        left = left[fates["kind"][left] == -1]
+        for those in np.split(left, range(AT_ONCE, len(left), AT_ONCE)):
+            n_impacts += self._look_for_long_periods(fates, group, those, begun[those])
+        return fates, n_impacts
+
+    def _look_for_long_periods(
+        self, fates: Arrays, group: LanesOf, rows: Numbers, begun: Floats
+    ) -> int:
+        """Look at motions for longer, and count the impacts it took."""
+        if len(rows) == 0:
+            return 0
+        period, since = group.laws[group.which[rows], 0, PERIOD], begun[:, 2].copy()
+        until = since + 2 * LONGEST_OF_ALL * period
+        plan = Plan(since, period, until, survey.STROBES, 2 * LONGEST_OF_ALL + 1)
+        lanes = follow_lanes(group.laws, group.which[rows], begun, plan)
+        self._decide(fates, rows, lanes, period)
+        return int(lanes.n_impacts.sum())
+
+    def _decide(
+        self, fates: Arrays, rows: Numbers, lanes: Lanes, period: Floats
+    ) -> NDArray[np.bool_]:
+        """Write down what is decided; return which lanes that are."""
+        looked_at = lanes.points.shape[1] - 1
+        strobes = lanes.points[:, :, :2]
+        ended = lanes.status == columns.REACHED_END
+        rest = lanes.status == columns.AT_REST
+        end, speed = lanes.tallies[:, survey.END_X], lanes.tallies[:, survey.END_V]
+        # At the strobe x may be on its way past 0, and the speed large.
+        far = np.maximum(np.abs(end), np.abs(speed) * period / (2.0 * np.pi)) > self.escape
+        unbounded = (lanes.status == columns.OVERFLOW) | (ended & far)
+        found = period_of(np.nan_to_num(strobes), looked_at // 2)
+        periodic = ended & ~unbounded & (found > 0)
+        for kind, those in ((REST, rest), (UNBOUNDED, unbounded), (PERIODIC, periodic)):
+            fates["kind"][rows[those]] = kind
+        fates["n_periods"][rows[periodic]] = found[periodic]
+        per_period = lanes.tallies[:, survey.IMPACTS] / looked_at
+        fates["n_impacts"][rows[periodic]] = np.round((per_period * found)[periodic])
+        # A held mass has its place as strobe.
+        held = rest[:, np.newaxis]
+        place = np.where(held, lanes.state[:, [columns.X, columns.V]], strobes[:, -1])
+        bounded = (rest | periodic) & ~unbounded
+        fates["strobe"][rows[bounded]] = place[bounded]
+        return np.asarray(rest | unbounded | periodic)
+
+
+def _exponents(fates: Arrays, group: LanesOf, left: Numbers, begun: Floats) -> int:
+    """Call what is left chaotic where its largest exponent is, and count the impacts it took."""
+    which = group.which[left]
+    plan = tangent_plan(group.laws, which, begun[left, 2], 0, PERIODS_OF_AN_EXPONENT)
+    lanes = follow_lanes(group.laws, which, begun[left], plan)
+    largest, _, error, _ = exponents_of(lanes, plan)
+    least = LEAST_EXPONENT / group.laws[which, 0, PERIOD]
+    chaotic = largest > np.maximum(CERTAIN * error, least)
+    rows = left[chaotic]
+    fates["kind"][rows] = CHAOTIC
+    fates["strobe"][rows] = begun[rows, :2]
+    fates["exponent"][rows], fates["exponent_error"][rows] = largest[chaotic], error[chaotic]
+    return int(lanes.n_impacts.sum())
+
+
+@dataclass(frozen=True, slots=True)
+class Fates:
+    """The job: what has become of each start.
+
+    Attributes
+    ----------
+    starts
+        The starts.
+    rules
+        When they are decided.
+    told
+        What makes it this study.
+    """
+
+    starts: Starts
+    rules: Rules
+    told: tuple[tuple[str, object], ...]
+
+    @property
+    def size(self) -> int:
+        """Number of starts."""
+        return self.starts.size
+
+    @property
+    def chunk(self) -> int:
+        """Starts of a chunk."""
+        return CHUNK
+
+    @property
+    def columns(self) -> dict[str, Column]:
+        """Kind; period in forcing periods, and impacts in one; a strobe; the largest exponent."""
+        return FateColumns
+
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """The axes of the starts."""
+        return self.starts.dimensions
+
+    def identity(self) -> dict[str, object]:
+        """Return what makes it this study."""
+        return dict(self.told) | {"periods": self.rules.periods, "escape": self.rules.escape}
+
+    def compute(self, first: int, last: int) -> Block:
+        """Follow the starts of a chunk until each is decided."""
+        groups, faults = self.starts.lanes(first, last)
+        block = Block({name: column.empty(last - first) for name, column in self.columns.items()})
+        block.arrays["kind"][list(faults)] = NO_START
+        for group in groups:
+            fates, n_impacts = self.rules.follow(group)
+            for name, array in fates.items():
+                block.arrays[name][group.rows] = array
+            block.n_impacts += n_impacts
+        return block

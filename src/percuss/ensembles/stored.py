@@ -1,0 +1,192 @@
+"""What a store tells of itself: how far it has come, and what it holds."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.ensembles.store import RESULT, has_store, opened_group, own_attributes, told
+from percuss.errors import OutputError
+
+if TYPE_CHECKING:
+    # A second of import, which no worker needs.
+    from xarray import Dataset
+
+__all__ = ["load_store", "status_of_store"]
+
+Floats = NDArray[np.float64]
+
+# A time between two chunks that is longer than a minute and than so many usual ones is a pause.
+PAUSE, USUAL = 60.0, 20.0
+# The last so many chunks tell the rate.
+RECENT = 200
+
+
+def status_of_store(path: str | Path) -> dict[str, Any]:
+    """Return what a store holds and how much of it is done.
+
+    Parameters
+    ----------
+    path
+        The folder.
+
+    Returns
+    -------
+    dict
+        ``study`` (what makes it that study), ``version``, ``points``, ``points_done``,
+        ``chunks``, ``done``, ``n_impacts``; ``impacts_per_second`` and ``seconds_left`` at the
+        rate of the last chunks, pauses left out, None where too few are done to tell; and
+        ``seconds_since``, the time since the last chunk was finished, None where none is.
+
+    Raises
+    ------
+    OutputError
+        If there is no store, or it is damaged.
+
+    Examples
+    --------
+    >>> import tempfile, percuss as pc
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     found = pc.sweep("period", pc.impact_oscillator(0.8), pc.cosine(2.5),
+    ...                      over={"start.v0": [1.0, 2.0]}, store=f"{folder}/run.zarr")
+    ...     status = pc.status_of_store(f"{folder}/run.zarr")
+    >>> status["points_done"], status["points"], status["seconds_left"]
+    (2, 2, 0.0)
+    """
+    parts = [_status_of_part(part) for part in _parts(Path(path))]
+    total: dict[str, Any] = {"study": parts[0]["study"], "version": parts[0]["version"]}
+    for name in ("points", "points_done", "chunks", "done", "n_impacts"):
+        total[name] = sum(part[name] for part in parts)
+    rates = [part["points_per_second"] for part in parts if part["points_per_second"]]
+    left = total["points"] - total["points_done"]
+    impacts = [part["impacts_per_second"] for part in parts if part["impacts_per_second"]]
+    total["impacts_per_second"] = impacts[-1] if impacts else None
+    total["seconds_left"] = 0.0 if left == 0 else left / rates[-1] if rates else None
+    ages = [part["seconds_since"] for part in parts if part["seconds_since"] is not None]
+    total["seconds_since"] = min(ages) if ages else None
+    return total
+
+
+def load_store(path: str | Path) -> Dataset:
+    """Return what a store holds as a dataset, finished or not.
+
+    Parameters
+    ----------
+    path
+        The folder.
+
+    Returns
+    -------
+    xarray.Dataset
+        Of a study that was brought to its end what its call returned. Of another one the columns
+        as they are stored, over the axes of the study, NaN and -1 where it is not done, with the
+        attribute ``complete`` at 0; basins are then not yet numbered.
+
+    Raises
+    ------
+    OutputError
+        If there is no store, or it is damaged.
+    """
+    import xarray
+
+    where = Path(path)
+    parts = _parts(where)
+    with told(where):
+        if all(_is_complete(part) for part in parts) and (where / RESULT).exists():
+            with xarray.open_dataset(where / RESULT, engine="h5netcdf") as found:
+                return found.load()
+        loaded = [_load_part(part) for part in parts]
+        if len(loaded) == 1:
+            return loaded[0]
+        return xarray.concat(loaded, "branch", combine_attrs="drop_conflicts")
+
+
+def _parts(path: Path) -> list[Path]:
+    """Return the stores in a folder: itself, or those of the parts of one study."""
+    if has_store(path):
+        return [path]
+    found = [part for part in sorted(path.glob("*"), reverse=True) if has_store(part)]
+    if not found:
+        raise OutputError(path, "no store there")
+    return found
+
+
+def _is_complete(path: Path) -> bool:
+    return bool((opened_group(path, "r")["done"][:] != 0).all())
+
+
+def _status_of_part(path: Path) -> dict[str, Any]:
+    with told(path):
+        group = opened_group(path, "r")
+        own = own_attributes(path, group)
+        marks = np.asarray(group["done"][:])
+    done = np.flatnonzero(marks)
+    each = own["motions_of_a_point"]
+    sizes = np.full(len(marks), own["chunk"] * each)
+    sizes[-1] = (own["size"] - own["chunk"] * (len(marks) - 1)) * each
+    times = _times(path, done)
+    points, impacts = _rates(times, sizes[done], marks[done] - 1)
+    return {
+        "study": own["study"],
+        "version": own["version"],
+        "points": own["size"] * each,
+        "points_done": int(sizes[done].sum()),
+        "chunks": len(marks),
+        "done": len(done),
+        "n_impacts": int((marks[done] - 1).sum()),
+        "points_per_second": points,
+        "impacts_per_second": impacts,
+        "seconds_since": max(0.0, time.time() - times.max()) if len(times) else None,
+    }
+
+
+def _times(path: Path, done: NDArray[np.int64]) -> Floats:
+    """Return when each chunk was finished: when its mark was written."""
+    return np.array([(path / "done" / "c" / str(i)).stat().st_mtime for i in done])
+
+
+def _rates(
+    times: Floats, points: NDArray[np.int64], impacts: NDArray[np.int64]
+) -> tuple[float | None, float | None]:
+    """Return points and impacts a second, from when the last chunks were finished."""
+    order = np.argsort(times)[-RECENT:]
+    steps = np.diff(times[order])
+    if len(steps) == 0:
+        return None, None
+    working = steps <= max(PAUSE, USUAL * float(np.median(steps)))
+    took = float(steps[working].sum())
+    if took <= 0.0:
+        return None, None
+    ends = order[1:][working]
+    return float(points[ends].sum() / took), float(impacts[ends].sum() / took)
+
+
+def _load_part(path: Path) -> Dataset:
+    import xarray
+
+    group = opened_group(path, "r")
+    own = own_attributes(path, group)
+    names = [name for name, _, _ in own["dimensions"]]
+    shape = [len(values) for _, values, _ in own["dimensions"]]
+    marks = np.asarray(group["done"][:])
+    undone = np.repeat(marks == 0, own["chunk"])[: own["size"]]
+    data: dict[str, Any] = {}
+    for name, about in own["columns"].items():
+        values = np.array(group[name][:])
+        # What was killed while it was written is not done.
+        values[undone] = np.nan if values.dtype.kind == "f" else -1
+        dims = about["dims"] or [f"{name}_{i}" for i in range(values.ndim - 1)]
+        units = {"units": about["units"]}
+        data[name] = ((*names, *dims), values.reshape(*shape, *values.shape[1:]), units)
+    coords = {name: (name, values, {"units": units}) for name, values, units in own["dimensions"]}
+    attrs = {
+        **{key: str(value) for key, value in own["study"].items() if key != "over"},
+        "percuss": own["version"],
+        "n_impacts": int(marks.sum() - np.count_nonzero(marks)),
+        "complete": int((marks != 0).all()),
+    }
+    return xarray.Dataset(data, coords=coords, attrs=attrs)

@@ -1,0 +1,101 @@
+"""What is shown while many motions are followed, and what Ctrl-C leaves."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.ensembles import watch
+from percuss.ensembles.watch import Watch
+
+OSC, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Return a clock that stands still; add to its only entry."""
+    now = [0.0]
+    monkeypatch.setattr("percuss.ensembles.watch.time.monotonic", lambda: now[0])
+    return now
+
+
+def test_a_terminal_sees_one_line_with_rate_and_time_left(
+    clock: list[float], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watch, "_goes_back", lambda: True)
+    seen = Watch(True, size=1000, todo=800)
+    # The first chunk compiles; the rate is that of the others.
+    for passed, impacts in ((50.0, 1), (2.0, 3_000_000), (2.0, 5_000_000)):
+        clock[0] += passed
+        assert seen.go_on(100, impacts)
+    seen.close()
+
+    lines = capsys.readouterr().err.split("\r")
+    assert "30.0%" in lines[1]
+    assert "impacts/s" not in lines[1]
+    assert "50.0%  500 of 1,000 points, 2 million impacts/s, 10 s left" in lines[3]
+    assert lines[3].endswith("\n")
+
+
+def test_a_log_gets_a_line_now_and_then(
+    clock: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    seen = Watch(True, size=100, todo=100)
+    for _ in range(80):
+        clock[0] += 1.0
+        seen.go_on(1, 10)
+    seen.close()
+
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 3
+    assert all("\r" not in line for line in lines)
+
+
+def test_what_is_soon_over_shows_nothing(
+    clock: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    seen = Watch(True, size=10, todo=10)
+    clock[0] += 1.0
+    seen.go_on(10, 10)
+    seen.close()
+
+    assert capsys.readouterr().err == ""
+
+
+def interrupting(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+    """Press Ctrl-C at the hundredth point."""
+    calls.append(1)
+    if len(calls) == 100:
+        os.kill(os.getpid(), signal.SIGINT)
+    return 1.0
+
+
+calls: list[int] = []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a process cannot press Ctrl-C for itself")
+@pytest.mark.parametrize("stored", [True, False])
+def test_ctrl_c_leaves_a_store_that_goes_on_and_says_so(
+    stored: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    calls.clear()
+    store = tmp_path / "a.zarr" if stored else None
+    over = {"forcing.omega": np.linspace(1.0, 2.0, 20_000)}
+
+    part = pc.sweep(interrupting, OSC, FORCE, over=over, store=store, n_workers=1)
+    done = int(np.isfinite(part.interrupting).sum())
+    said = capsys.readouterr().err
+
+    assert part.attrs["complete"] == 0
+    assert f"interrupted; {done:,} of 20,000 points are done" in said
+    assert ("goes on from there" in said) == stored
+    if stored:
+        whole = pc.sweep(interrupting, OSC, FORCE, over=over, store=store)
+        assert whole.attrs["complete"] == 1
+        # Only what was under way is done twice.
+        assert len(calls) < 20_000 + 200
