@@ -73,7 +73,13 @@ def test_touch_of_a_shallow_minimum_is_decided_rightly_or_called_a_graze(
     assume(distance < 0.0)
 
     verdict, s, _, error, _ = first_touch(
-        table, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, NO_PHASES, 1.0, distance, 0.0, 6.0
+        table,
+        FIRST_HARMONIC,
+        (0.0, 0.0, v, force),
+        NO_PHASES,
+        NO_PHASES,
+        (1.0, distance),
+        (0.0, 6.0),
     )
 
     if verdict == GRAZE:

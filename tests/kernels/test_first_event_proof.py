@@ -20,7 +20,7 @@ from percuss.kernels.flight import (
     uncertainty,
 )
 from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, QUICKEST, STEP
-from percuss.kernels.search import cubic_minimum
+from percuss.kernels.polynomials import cubic_minimum
 from percuss.model.law import law
 
 ROUNDED = 1e-12

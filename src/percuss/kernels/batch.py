@@ -1,42 +1,54 @@
-"""Many motions in one call: lane after lane, without Python between them.
+"""Many motions in one call, without Python between them.
 
-A lane is a motion that is one of many. What it keeps is its state, tallies and some points
-(`survey`); its events pass through a small buffer that all lanes use in turn. A lane depends on
-its own law, start and plan alone, so the bits are the same whatever lanes are called together.
+Lanes whose flights are plain sit on benches and go from impact to impact in lockstep
+(`lockstep`). A lane that comes to anything else is followed alone until it is plain again
+(`lane`), and any that is left over when few are seated. A lane depends on its own law, start and
+plan alone, and both ways give it the same bits, so they are the same whatever lanes are called
+together.
 """
 
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
-from percuss.kernels.compile import kernel
-from percuss.kernels.flight import Start, constant_force, set_phases
-from percuss.kernels.law import (
-    LOWER_RESTITUTION,
-    NUMBER,
-    PLAIN,
-    UPPER_RESTITUTION,
-    Law,
-    Table,
+import numpy as np
+
+from percuss.kernels.bench import (
+    AT,
+    AT_LOW,
+    BEFORE,
+    DONE,
+    LANDED,
+    LEFT,
+    MODE,
+    NEXT_AT,
+    NEXT_AT_LOW,
+    NEXT_SPEED,
+    SEATS,
+    SIGN,
+    SPEED,
+    change_seat,
+    get_ready,
+    get_up,
+    sit,
 )
-from percuss.kernels.march import arrive, begin, skip_ahead, stay
+from percuss.kernels.bench import SINCE as SINCE_ROW
+from percuss.kernels.compile import formula, kernel
+from percuss.kernels.flight import Start, set_phases
+from percuss.kernels.lane import Lane, Room, Wish, begin_lane, follow, gather, turn
+from percuss.kernels.law import NUMBER, Table
+from percuss.kernels.lockstep import fly_round
 from percuss.kernels.record import (
-    AT_REST,
     BOUND,
-    CONTACT,
     EVENT_T,
     EVENT_T_LOW,
     FORCE,
-    FREE_ABOVE,
-    FREE_BELOW,
     IMPACT,
     KIND,
     MOVING,
-    N_EVENTS,
-    N_GRAZES,
     N_IMPACTS,
     NEXT_REGION,
-    REACHED_END,
     REACHED_LIMIT,
     REGION,
     SPENT,
@@ -46,269 +58,223 @@ from percuss.kernels.record import (
     V_BEFORE,
     Integers,
     T,
-    V,
     X,
 )
-from percuss.kernels.search import next_event
 from percuss.kernels.survey import (
     SINCE,
     STROBES,
     TANGENTS,
     UNTIL,
-    clear_tally,
-    end_at,
-    move_neighbour,
+    is_strobe_due,
     strobe,
-    strobe_neighbour,
-    survey,
-    tally_event,
+    tally_impact,
 )
-from percuss.kernels.tangent import event_saltation
 
 # Rows of the buffer of events, and of the one for grazes, which are only counted.
 BUFFER = 130
 GRAZES = 4
+# Benches of a call: their numbers fit the fastest memory.
+BENCHES = 4
+# With fewer lanes a round takes longer than following each.
+FEWEST = 3
+# As int64 and not int, for which numba would compile a function anew.
+ONE = np.int64(1)
 # The status of a lane that has not begun.
 NEW = -1
 
 
+# Many lanes: their laws, stacked, and the number of each one's law; states, counters, status,
+# plans, tallies and points.
+Crowd: TypeAlias = tuple[Table, Integers, Table, Integers, Integers, Table, Table, Table]
+
+
 @kernel
 def run_lanes(
-    laws: Table,
-    which: Integers,
-    states: Table,
-    counters: Integers,
-    status: Integers,
-    plans: Table,
-    max_impacts: int,
-    patience: int,
-    section: int,
-    surveyed: bool,
-    tallies: Table,
-    points: Table,
-    events: Table,
-    marks: Integers,
-    grazes: Table,
-    room: Table,
+    crowd: Crowd, room: Room, wish: Wish, patience: int, benches: Table, seated: Integers
 ) -> None:
     """Follow each lane from its state to its limits, or until its patience is spent.
 
-    ``laws`` are stacked, and ``which`` is the number of each lane's law. A lane whose status is
-    NEW begins at the t, x and v of its state, one that is SPENT is taken up where it was; others
-    are left alone. ``points`` is (n, m, 3), of which m is at least 1. ``room`` is
-    (3, n_harmonics, 2).
+    A lane whose status is NEW begins at the t, x and v of its state, one that is SPENT is taken
+    up where it was; others are left alone. ``benches`` are zeros, and ``seated`` has room for who
+    sits there.
     """
-    for i in range(which.shape[0]):
-        if status[i] != NEW and status[i] != SPENT:
-            continue
-        law = laws[which[i]]
-        counters[i, N_EVENTS] = 0
-        if status[i] == NEW:
-            clear_tally(tallies[i])
-            begin(law, states[i], counters[i], room[0], events, marks)
-            tally_event(
-                law,
-                counters[i, REGION],
-                events,
-                marks,
-                counters[i, N_EVENTS] - 1,
-                plans[i, SINCE],
-                section,
-                tallies[i],
-                points[i],
-            )
-        set_phases(law, states[i, T], states[i, T_LOW], room[0])
-        status[i] = follow(
-            law,
-            states[i],
-            counters[i],
-            room[0],
-            room[1],
-            room[2],
-            events,
-            marks,
-            grazes,
-            plans[i],
-            max_impacts,
-            patience,
-            section,
-            surveyed,
-            tallies[i],
-            points[i],
-        )
+    n = crowd[1].shape[0]
+    many = n > FEWEST
+    taken = 0
+    i = 0
+    while i < n or taken > 0:
+        i, taken = fill_benches(crowd, room, wish, patience, benches, seated, i, taken, many)
+        many = taken > FEWEST
+        k = 0
+        while k * SEATS < taken:
+            if not many or fly_round(benches[k]) > 0:
+                taken = serve(crowd, room, wish, patience, benches, seated, k, taken, many)
+            k += 1
+
+
+@formula
+def lane_of(crowd: Crowd, i: int) -> Lane:
+    """Return what belongs to one lane."""
+    laws, which, states, counters, _, plans, tallies, points = crowd
+    return laws[which[i]], states[i], counters[i], plans[i], tallies[i], points[i]
 
 
 @kernel
-def follow(
-    law: Law,
-    state: Table,
-    counters: Integers,
-    phases: Table,
-    arrival: Table,
-    walker: Table,
-    events: Table,
-    marks: Integers,
-    grazes: Table,
-    plan: Table,
-    max_impacts: int,
+def fill_benches(
+    crowd: Crowd,
+    room: Room,
+    wish: Wish,
     patience: int,
-    section: int,
-    surveyed: bool,
-    tally: Table,
-    points: Table,
+    benches: Table,
+    seated: Integers,
+    i: int,
+    taken: int,
+    many: bool,
+) -> tuple[int, int]:
+    """Bring lanes from the i-th on to where they are plain, until all seats are taken.
+
+    Return who is next, and how many seats are taken. Where there are not ``many`` lanes they are
+    followed to their ends.
+    """
+    status = crowd[4]
+    while i < status.shape[0] and taken < seated.shape[0]:
+        if status[i] == NEW or status[i] == SPENT:
+            lane = lane_of(crowd, i)
+            if status[i] == NEW:
+                begin_lane(lane, room, wish)
+            status[i] = follow(lane, room, wish, patience, many)
+            if status[i] == MOVING:
+                take_seat(lane, wish, benches[taken // SEATS], taken % SEATS)
+                seated[taken] = i
+                taken += 1
+        i += 1
+    return i, taken
+
+
+@kernel
+def serve(
+    crowd: Crowd,
+    room: Room,
+    wish: Wish,
+    patience: int,
+    benches: Table,
+    seated: Integers,
+    k: int,
+    taken: int,
+    many: bool,
 ) -> int:
-    """Go on from event to event as `march` does; return why it stopped."""
-    t_end = plan[UNTIL]
-    status = MOVING
-    plain = law[counters[REGION], PLAIN] == 1.0
-    while status == MOVING:
-        if patience == 0:
-            return SPENT
-        patience -= 1
-        counters[N_EVENTS] = 0
-        counters[N_GRAZES] = 0
-        if plain and counters[TOUCHED] == 0 and state[FREE_BELOW] + state[FREE_ABOVE] == 0.0:
-            x, start = flight_of(state)
-            skip_ahead(law, state, counters, phases, events, marks, t_end, max_impacts)
-            made = counters[N_EVENTS]
-            if made > 0:
-                gather(
-                    law,
-                    counters[REGION],
-                    x,
-                    start,
-                    False,
-                    state,
-                    made,
-                    events,
-                    marks,
-                    plan,
-                    section,
-                    surveyed,
-                    walker,
-                    arrival,
-                    tally,
-                    points,
-                )
-            if counters[N_IMPACTS] >= max_impacts:
-                return REACHED_LIMIT
-            if made == events.shape[0] - 2:
-                # The buffer was full, and the next flight may be plain.
-                continue
-            counters[N_EVENTS] = 0
-        x, start = flight_of(state)
-        region = counters[REGION]
-        held = counters[TOUCHED] != 0
-        if held:
-            status = stay(law, state, counters, phases, events, marks, t_end)
-        else:
-            free = (state[FREE_BELOW], state[FREE_ABOVE])
-            longest = (t_end - state[T]) - state[T_LOW]
-            found = next_event(law, region, x, start, phases, arrival, walker, free, longest)
-            status = arrive(law, state, counters, phases, events, marks, grazes, found, longest)
-        if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
-            gather(
-                law,
-                region,
-                x,
-                start,
-                held,
-                state,
-                counters[N_EVENTS],
-                events,
-                marks,
-                plan,
-                section,
-                surveyed,
-                walker,
-                arrival,
-                tally,
-                points,
-            )
-        if counters[N_IMPACTS] >= max_impacts and status == MOVING:
-            return REACHED_LIMIT
+    """Do what a round of a bench has left to do; return how many seats are taken then."""
+    status = crowd[4]
+    bench = benches[k]
+    seat = 0
+    while seat < SEATS and k * SEATS + seat < taken:
+        i = seated[k * SEATS + seat]
+        landed = many and bench[MODE * SEATS + seat] == LANDED
+        if landed and count_impact(lane_of(crowd, i), room, wish, bench, seat):
+            bench[DONE * SEATS + seat] = 1.0
+        if many and bench[DONE * SEATS + seat] == 1.0 and bench[LEFT * SEATS + seat] > 0.0:
+            seat += 1
+            continue
+        status[i] = attend(lane_of(crowd, i), room, wish, patience, bench, seat, many)
+        if status[i] == MOVING:
+            seat += 1
+            continue
+        # Who sits there then is looked at next.
+        taken -= 1
+        seated[k * SEATS + seat] = seated[taken]
+        change_seat(benches[taken // SEATS], taken % SEATS, bench, seat)
+    return taken
+
+
+@kernel
+def take_seat(lane: Lane, wish: Wish, bench: Table, seat: int) -> None:
+    """Seat a lane that leaves its wall."""
+    law, state, counters, plan, _, _ = lane
+    since = -math.inf if wish[1] == TANGENTS else plan[SINCE]
+    sit(bench, seat, law, counters[REGION], since, plan[UNTIL])
+    get_ready(bench, seat, state, wish[0] - counters[N_IMPACTS])
+
+
+@kernel
+def attend(
+    lane: Lane, room: Room, wish: Wish, patience: int, bench: Table, seat: int, many: bool
+) -> int:
+    """Do what a round has left to do for a lane; return MOVING where it keeps its seat."""
+    law, state, counters, _, _, _ = lane
+    counters[N_IMPACTS] = wish[0] - int(bench[LEFT * SEATS + seat])
+    if not many:
+        get_up(bench, seat, state)
+        return follow(lane, room, wish, patience, many)
+    if bench[MODE * SEATS + seat] == LANDED:
+        if bench[DONE * SEATS + seat] == 0.0:
+            gather_one(lane, room, wish, bench, seat)
+        bench[DONE * SEATS + seat] = 1.0
+        if counters[N_IMPACTS] < wish[0]:
+            return MOVING
+        get_up(bench, seat, state)
+        return REACHED_LIMIT
+    get_up(bench, seat, state)
+    set_phases(law, state[T], state[T_LOW], room[3][0])
+    status = turn(lane, room, wish)
+    if status == MOVING:
+        status = follow(lane, room, wish, patience, many)
+    if status == MOVING:
+        get_ready(bench, seat, state, wish[0] - counters[N_IMPACTS])
     return status
 
 
-@kernel
-def pass_event(
-    law: Law,
-    region: int,
-    start: Start,
-    events: Table,
-    marks: Integers,
-    row: int,
-    phases: Table,
-    tally: Table,
-) -> None:
-    """Take the neighbour along the flight to the event of a row, and over it."""
-    t = events[row, EVENT_T]
-    t_low = events[row, EVENT_T_LOW]
-    kind = marks[row, KIND]
-    event = (kind, marks[row, BOUND], region, marks[row, NEXT_REGION])
-    jump = event_saltation(law, event, (t, t_low), events[row, V_BEFORE], phases)
-    restitution = 1.0
-    if kind == IMPACT:
-        upper = marks[row, BOUND] > law[region, NUMBER]
-        restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
-    if kind == CONTACT:
-        restitution = 0.0
-    s = (t - start[0]) + (t_low - start[1])
-    move_neighbour(law, region, s, restitution, jump, tally)
+@formula
+def count_impact(lane: Lane, room: Room, wish: Wish, bench: Table, seat: int) -> bool:
+    """Take what is kept from a plain flight and its impact; False where it is more than that."""
+    law, _, _, plan, tally, points = lane
+    _, section, surveyed = wish
+    until = bench[NEXT_AT * SEATS + seat]
+    if bench[DONE * SEATS + seat] == 1.0 or until < bench[SINCE_ROW * SEATS + seat]:
+        return True
+    if section == TANGENTS or surveyed:
+        return False
+    if section == STROBES and is_strobe_due(until, plan, tally):
+        strobe_seat(lane, room, bench, seat, until)
+    sign = bench[SIGN * SEATS + seat]
+    speeds = (sign * bench[BEFORE * SEATS + seat], sign * bench[NEXT_SPEED * SEATS + seat])
+    instant = (until, bench[NEXT_AT_LOW * SEATS + seat])
+    tally_impact(law, instant, speeds, 0.0 if sign > 0.0 else 1.0, section, tally, points)
+    return True
+
+
+@formula
+def strobe_seat(lane: Lane, room: Room, bench: Table, seat: int, until: float) -> None:
+    """Write the strobes of the flight that a round has made."""
+    law, state, counters, plan, tally, points = lane
+    start = start_of(bench, seat, state)
+    phases = room[3]
+    set_phases(law, start[0], start[1], phases[2])
+    held = counters[TOUCHED] != 0
+    region = counters[REGION]
+    strobe(law, region, state[X], start, held, until, plan, phases[2], phases[1], tally, points)
+
+
+@formula
+def start_of(bench: Table, seat: int, state: Table) -> Start:
+    """Return how the flight that a round has made began."""
+    v = bench[SIGN * SEATS + seat] * bench[SPEED * SEATS + seat]
+    return bench[AT * SEATS + seat], bench[AT_LOW * SEATS + seat], v, state[FORCE]
 
 
 @kernel
-def flight_of(state: Table) -> tuple[float, Start]:
-    """Return from where, and how, a state flies on."""
-    return state[X], (state[T], state[T_LOW], state[V], state[FORCE])
-
-
-@kernel
-def gather(
-    law: Law,
-    region: int,
-    x: float,
-    start: Start,
-    held: bool,
-    state: Table,
-    count: int,
-    events: Table,
-    marks: Integers,
-    plan: Table,
-    section: int,
-    surveyed: bool,
-    phases: Table,
-    arrival: Table,
-    tally: Table,
-    points: Table,
-) -> None:
-    """Take what is kept from the stretches that end with the events of the buffer, or at the end.
-
-    Where there are several events, all but the first end a plain flight, or the tail of a
-    chatter, from the wall where the state is now. ``phases`` and ``arrival`` are scratch.
-    """
-    for row in range(max(count, 1)):
-        until = events[row, EVENT_T] if count > 0 else plan[UNTIL]
-        if until >= plan[SINCE]:
-            set_phases(law, start[0], start[1], phases)
-            if section == STROBES:
-                # A strobe at the very instant of an event belongs to what follows.
-                before = until if count > 0 else math.inf
-                strobe(law, region, x, start, held, before, plan, phases, arrival, tally, points)
-            if section == TANGENTS:
-                before = until if count > 0 else math.inf
-                strobe_neighbour(law, region, start, before, plan, tally, points)
-            if surveyed and not held:
-                span = (max(0.0, plan[SINCE] - start[0]), (until - start[0]) - start[1])
-                survey(law, region, x, start, span, phases, arrival, tally)
-        if count == 0:
-            set_phases(law, start[0], start[1], phases)
-            end_at(law, region, x, start, held, until, phases, arrival, tally)
-        else:
-            if section == TANGENTS and (not held or marks[row, KIND] == CONTACT):
-                pass_event(law, region, start, events, marks, row, phases, tally)
-            tally_event(law, region, events, marks, row, plan[SINCE], section, tally, points)
-            x = state[X]
-            force = constant_force(law, region, x)
-            start = (events[row, EVENT_T], events[row, EVENT_T_LOW], events[row, V_AFTER], force)
-            held = marks[min(row + 1, count - 1), KIND] == CONTACT
+def gather_one(lane: Lane, room: Room, wish: Wish, bench: Table, seat: int) -> None:
+    """Take what is kept from the flight and the impact that a round has made."""
+    law, state, counters, _, _, _ = lane
+    events, marks, _, _ = room
+    sign = bench[SIGN * SEATS + seat]
+    start = start_of(bench, seat, state)
+    region = counters[REGION]
+    events[0, EVENT_T] = bench[NEXT_AT * SEATS + seat]
+    events[0, EVENT_T_LOW] = bench[NEXT_AT_LOW * SEATS + seat]
+    events[0, V_BEFORE] = sign * bench[BEFORE * SEATS + seat]
+    events[0, V_AFTER] = sign * bench[NEXT_SPEED * SEATS + seat]
+    marks[0, KIND] = IMPACT
+    marks[0, BOUND] = int(law[region, NUMBER]) + (0 if sign > 0.0 else 1)
+    marks[0, NEXT_REGION] = region
+    held = counters[TOUCHED] != 0
+    gather(lane, room, wish, region, state[X], start, held, int(ONE))

@@ -57,14 +57,45 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     >>> reflected(-2.0, 0.5)
     1.0
     """
-    compiled: Any = numba.njit(**OPTIONS)(function)
+    return _compiled(function, OPTIONS)
+
+
+def formula(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a kernel that is written out wherever it is called, so that loops of it are vectors.
+
+    Elsewhere the compiler weighs whether to write a kernel out or to call it, and a loop with a
+    call in it stays one number at a time.
+
+    Parameters
+    ----------
+    function
+        Takes and returns numbers and tuples of them.
+
+    Returns
+    -------
+    Callable
+        Called as the function is.
+
+    Examples
+    --------
+    >>> @formula
+    ... def energy(x: float, v: float) -> float:
+    ...     return 0.5 * (x * x + v * v)
+    >>> energy(1.0, 1.0)
+    1.0
+    """
+    return _compiled(function, OPTIONS | {"forceinline": True})
+
+
+def _compiled(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, R]:
+    compiled: Any = numba.njit(**options)(function)
     # With the compiler off it is the function itself.
     if hasattr(compiled, "py_func"):
         # numba refuses a function for which it finds no writable folder, or no file (a prompt).
         with contextlib.suppress(RuntimeError, OSError):
             compiled._cache = KernelCache(function)
         compiled._compile_for_args = _undisturbed(compiled._compile_for_args)
-        as_part(compiled, OPTIONS)
+        as_part(compiled, options)
     return cast("Callable[P, R]", compiled)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from percuss.kernels.compile import kernel
+import math
+
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import (
     Start,
     acceleration_and_jerk,
@@ -51,7 +53,7 @@ def land(
         step = series_root(clearance, sign * v, sign * second, sign * third, sign * fourth)
         if left <= s + step <= right:
             sixth = derivative_bound(law, region, law[0, FORCE_BOUND + 4], fourth, fifth, 0.0)
-            if is_settled(law, region, step, s, v, (second, fifth, sixth)):
+            if is_settled(law[region, QUICKEST], step, s, v, (second, fifth, sixth)):
                 turn_by(law, arrival, step)
                 rest = third * 0.5 + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
                 end = s + step
@@ -65,14 +67,9 @@ def land(
     return s, v, 0.0
 
 
-@kernel
+@formula
 def is_settled(
-    law: Law,
-    region: int,
-    step: float,
-    s: float,
-    v: float,
-    derivatives: tuple[float, float, float],
+    quickest: float, step: float, s: float, v: float, derivatives: tuple[float, float, float]
 ) -> bool:
     """Tell whether the series can make the last step to a root without loss.
 
@@ -83,25 +80,30 @@ def is_settled(
     square = step * step
     missed = (sixth * size + abs(fifth)) * square * square * size
     return size <= 2.0 * ULP * s or (
-        size * law[region, QUICKEST] <= SMALL_PHASE
+        size * quickest <= SMALL_PHASE
         and size * abs(second) <= SMALL_PHASE * abs(v)
         and sixth * square * square * size <= 32.0 * ULP * abs(v)
         and missed <= 32.0 * ULP * abs(v) * s
     )
 
 
-@kernel
+@formula
 def series_root(value: float, first: float, second: float, third: float, fourth: float) -> float:
-    """Return the root next to 0 of the quartic with these derivatives at 0, to fourth order."""
+    """Return the root next to 0 of the quartic with these derivatives at 0, to fourth order.
+
+    Far from the root the series may give any step, by chance even none: where it is not between
+    half and twice Newton's step, that is returned.
+    """
     if first == 0.0:
-        return 0.0
+        return 0.0 if value == 0.0 else math.inf
     over = 1.0 / first
     q = -value * over
     c2 = 0.5 * second * over
     c3 = third * over * (1.0 / 6.0)
     c4 = fourth * over * (1.0 / 24.0)
     # The series of the inverse function.
-    return q * (1.0 - q * (c2 - q * (2.0 * c2 * c2 - c3 - q * (5.0 * c2 * (c2 * c2 - c3) + c4))))
+    part = 1.0 - q * (c2 - q * (2.0 * c2 * c2 - c3 - q * (5.0 * c2 * (c2 * c2 - c3) + c4)))
+    return q * part if 0.5 < part < 2.0 else q
 
 
 @kernel

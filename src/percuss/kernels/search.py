@@ -17,12 +17,18 @@ from percuss.kernels.doubled import later
 from percuss.kernels.flight import Start, acceleration_and_jerk, move, set_phases, uncertainty
 from percuss.kernels.landing import land
 from percuss.kernels.law import (
+    AMPLITUDE,
     BOUND_OF_V,
     BOUND_OF_X,
     COSINE,
     FIRST_HARMONIC,
     FORCE_BOUND,
+    GAIN_IM,
+    GAIN_RE,
     LOWER,
+    OMEGA,
+    PER_STIFFNESS,
+    SIMPLE,
     SINE,
     STEP,
     STEP_COS,
@@ -42,11 +48,14 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
+from percuss.kernels.polynomials import cubic_minimum, quintic_root
 from percuss.kernels.touch import HIT, NONE, departure, first_touch
 
 # After so many steps the walk starts afresh from the closed form: its own rounding stays below
 # the slack, and a long flight can be left and taken up again without changing a bit.
 STEPS_A_WALK = 64
+# Room for the rounding of amplitudes, far more than it is.
+AMPLITUDE_SLACK = 1e-9
 # Rounding of a walk relative to the sizes of its terms: 64 steps of some 20 roundings each, with
 # a margin of 30.
 WALK_SLACK = 1e-11
@@ -88,6 +97,39 @@ def next_event(
             if found[0] != NONE:
                 return found
         return NONE, longest, 0.0, 0.0, 0.0, free
+    steps, y, v, load = set_out(law, region, start, phases, walker, s)
+    if s > 0.0 and stays_clear(law, region, start[3], walker, y, v, reach):
+        return NONE, longest, 0.0, 0.0, 0.0, free
+    force_bound = law[0, FORCE_BOUND + 2] * (1.0 + law[region, BOUND_OF_V] * step)
+    for _ in range(steps):
+        if s >= longest:
+            return NONE, longest, 0.0, 0.0, 0.0, free
+        second, third = acceleration_and_jerk(law, region, start[3], walker, y, v)
+        pulls = law[region, BOUND_OF_X] * abs(second) + law[region, BOUND_OF_V] * abs(third)
+        fourth = force_bound + pulls
+        after = step_on(law, region, start[3], walker, y, v)
+        margins = clearances(reach, s, step, load, (y, v), after, fourth)
+        if not (margins[0] > 0.0 and margins[1] > 0.0):
+            here = (s, y, v, second, fourth, load)
+            found = meeting(
+                law, region, start, phases, arrival, walker, reach, free, margins, here, after
+            )
+            if found[0] != NONE:
+                return found
+        s += step
+        free = (max(free[0], s), max(free[1], s))
+        y, v = after
+    return PAUSE, s, 0.0, 0.0, 0.0, free
+
+
+@kernel
+def set_out(
+    law: Law, region: int, start: Start, phases: Table, walker: Table, s: float
+) -> tuple[int, float, float, float]:
+    """Return how many steps a walk from s may have, (y, v) there, and what forces do in a step.
+
+    ``walker`` receives the phases there.
+    """
     y = 0.0
     v = start[2]
     if s > 0.0:
@@ -96,6 +138,7 @@ def next_event(
         for j in range(phases.shape[0]):
             walker[j, 0] = phases[j, 0]
             walker[j, 1] = phases[j, 1]
+    step = law[region, STEP]
     steps = STEPS_A_WALK
     load = step * step * (abs(start[3]) + law[0, FORCE_BOUND])
     if law[region, STIFFNESS] < 0.0:
@@ -105,39 +148,38 @@ def next_event(
         # The closed form that this walk begins from is rounded itself.
         doubt = uncertainty(law, region, start, phases, s)
         load += (doubt + uncertainty(law, region, start, phases, s + step)) / WALK_SLACK
-    force_bound = law[0, FORCE_BOUND + 2] * (1.0 + law[region, BOUND_OF_V] * step)
-    for _ in range(steps):
-        if s >= longest:
-            return NONE, longest, 0.0, 0.0, 0.0, free
-        second, third = acceleration_and_jerk(law, region, start[3], walker, y, v)
-        fourth = (
-            force_bound
-            + law[region, BOUND_OF_X] * abs(second)
-            + law[region, BOUND_OF_V] * abs(third)
-        )
-        after = step_on(law, region, start[3], walker, y, v)
-        below, above = clearances(reach, s, step, load, (y, v), after, fourth)
-        if not (below > 0.0 and above > 0.0):
-            here = (s, y, v, second, fourth, load)
-            found = meeting(
-                law,
-                region,
-                start,
-                phases,
-                arrival,
-                walker,
-                reach,
-                free,
-                (below, above),
-                here,
-                after,
-            )
-            if found[0] != NONE:
-                return found
-        s += step
-        free = (max(free[0], s), max(free[1], s))
-        y, v = after
-    return PAUSE, s, 0.0, 0.0, 0.0, free
+    return steps, y, v, load
+
+
+@kernel
+def stays_clear(
+    law: Law,
+    region: int,
+    force: float,
+    phases: Table,
+    y: float,
+    v: float,
+    reach: tuple[float, float],
+) -> bool:
+    """Tell whether the amplitudes of a simple motion at (y, v) keep it off both bounds for ever.
+
+    The steady part has the harmonic's amplitude times the gain, and sqrt(z^2 + z'^2 / K) of the
+    free part z does not grow.
+    """
+    if law[region, SIMPLE] == 0.0:
+        return False
+    gain_re = law[region + 1, GAIN_RE]
+    gain_im = law[region + 1, GAIN_IM]
+    omega = law[FIRST_HARMONIC, OMEGA]
+    push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
+    rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
+    rest = force * law[region, PER_STIFFNESS]
+    z = y - rest - (push * gain_re + rate * gain_im)
+    w = v + omega * (push * gain_im - rate * gain_re)
+    swing = law[FIRST_HARMONIC, AMPLITUDE] * math.sqrt(gain_re * gain_re + gain_im * gain_im)
+    most = swing + math.sqrt(z * z + w * w * law[region, PER_STIFFNESS])
+    most += AMPLITUDE_SLACK * (most + abs(rest))
+    return rest - most > reach[0] and rest + most < reach[1]
 
 
 @kernel
@@ -262,8 +304,9 @@ def meeting(
         from_bound = s == 0.0 and distance == 0.0
         if (begins > slack or from_bound) and sign * (y1 - distance) < -slack:
             second1, _ = acceleration_and_jerk(law, region, start[3], walker, y1, v1)
-            ends = (y - distance, step * v, step * step * second)
-            ends1 = (y1 - distance, step * v1, step * step * second1)
+            pace = sign * step
+            ends = (begins, pace * v, pace * step * second)
+            ends1 = (sign * (y1 - distance), pace * v1, pace * step * second1)
             bracket = (s, s + step, s + step * quintic_root(ends, ends1))
             end, speed, rest = land(law, region, start, phases, arrival, sign, distance, bracket)
             width = end - s
@@ -277,48 +320,6 @@ def meeting(
             if lowest > fourth * step**4 * (1.0 / 384.0) + slack:
                 return NONE, s + step, 0.0, 0.0, 0.0, free
     return look(law, region, start, phases, arrival, reach, free, s + step)
-
-
-@kernel
-def cubic_minimum(y: float, v: float, y1: float, v1: float) -> float:
-    """Return the least value on [0, 1] of the cubic with these end values and slopes."""
-    square = 3.0 * (y1 - y) - 2.0 * v - v1
-    cube = v + v1 - 2.0 * (y1 - y)
-    least = min(y, y1)
-    root = square * square - 3.0 * cube * v
-    if root > 0.0:
-        # Of both turning points the one with upward curvature, in the form that does not cancel.
-        part = -v / (square + math.sqrt(root)) if square > 0.0 else 1.0
-        if square <= 0.0 and cube != 0.0:
-            part = (math.sqrt(root) - square) / (3.0 * cube)
-        if 0.0 < part < 1.0:
-            least = min(least, y + part * (v + part * (square + cube * part)))
-    return least
-
-
-@kernel
-def quintic_root(ends: tuple[float, float, float], ends1: tuple[float, float, float]) -> float:
-    """Return about where in (0, 1) the quintic with these values and derivatives is zero."""
-    c0, c1, twice = ends
-    c2 = 0.5 * twice
-    value = ends1[0] - c0 - c1 - c2
-    slope = ends1[1] - c1 - twice
-    curve = 0.5 * (ends1[2] - twice)
-    c3 = 10.0 * value - 4.0 * slope + curve
-    c4 = -15.0 * value + 7.0 * slope - 2.0 * curve
-    c5 = 6.0 * value - 3.0 * slope + curve
-    part = 1.0
-    if ends1[1] != 0.0 and 0.0 < ends1[0] / ends1[1] < 1.0:
-        part -= ends1[0] / ends1[1]
-    # One step of Halley's method.
-    square = part * part
-    value = (c0 + part * c1) + square * ((c2 + part * c3) + square * (c4 + part * c5))
-    slope = (c1 + part * twice) + square * ((3.0 * c3 + part * 4.0 * c4) + square * 5.0 * c5)
-    curve = (twice + part * 6.0 * c3) + square * (12.0 * c4 + part * 20.0 * c5)
-    below = slope * slope - 0.5 * value * curve
-    if below != 0.0:
-        part -= value * slope / below
-    return part if 0.0 < part < 1.0 else 0.5
 
 
 @kernel
@@ -344,10 +345,10 @@ def look(
             return HIT, 0.0, 1.0, start[2], 0.0, free
     below = (NONE, end, 0.0, 0.0, end)
     if reach[0] > -math.inf:
-        below = first_touch(law, region, start, phases, arrival, 1.0, reach[0], from_lower, end)
+        below = first_touch(law, region, start, phases, arrival, (1.0, reach[0]), (from_lower, end))
     if reach[1] < math.inf:
         verdict, s, value, error, clear = first_touch(
-            law, region, start, phases, arrival, -1.0, reach[1], from_upper, below[1]
+            law, region, start, phases, arrival, (-1.0, reach[1]), (from_upper, below[1])
         )
         if verdict != NONE:
             return verdict, s, 1.0, value, error, (from_lower, clear)

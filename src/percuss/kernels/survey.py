@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.doubled import turns
 from percuss.kernels.flight import Start, acceleration_and_jerk, move
 from percuss.kernels.law import (
@@ -104,24 +104,34 @@ def tally_event(
             return
     elif kind != IMPACT:
         return
-    before = events[row, V_BEFORE]
-    after = events[row, V_AFTER]
+    instant = (events[row, EVENT_T], events[row, EVENT_T_LOW])
+    speeds = (events[row, V_BEFORE], events[row, V_AFTER])
+    tally_impact(law, instant, speeds, float(marks[row, BOUND]), section, tally, points)
+
+
+@formula
+def tally_impact(
+    law: Law,
+    instant: tuple[float, float],
+    speeds: tuple[float, float],
+    bound: float,
+    section: int,
+    tally: Table,
+    points: Table,
+) -> None:
+    """Count an impact, or an entry into a soft stop; ``speeds`` are v before and after it."""
+    before, after = speeds
     tally[IMPACTS] += 1.0
     tally[PEAK_SPEED] = max(tally[PEAK_SPEED], abs(before))
     tally[LOST] += 0.5 * (before - after) * (before + after)
     if section == IMPACT_POINTS:
-        part = turns(
-            law[0, PERIOD_TURNS],
-            law[0, PERIOD_TURNS_LOW],
-            events[row, EVENT_T],
-            events[row, EVENT_T_LOW],
-        )
+        part = turns(law[0, PERIOD_TURNS], law[0, PERIOD_TURNS_LOW], instant[0], instant[1])
         if part < 0.0:
             part += 1.0
-        write_point(tally, points, part if part < 1.0 else 0.0, after, float(marks[row, BOUND]))
+        write_point(tally, points, part if part < 1.0 else 0.0, after, bound)
 
 
-@kernel
+@formula
 def write_point(tally: Table, points: Table, first: float, second: float, third: float) -> None:
     """Write a point over the oldest one."""
     i = int(tally[POINTS]) % points.shape[0]
@@ -129,6 +139,13 @@ def write_point(tally: Table, points: Table, first: float, second: float, third:
     points[i, SECOND] = second
     points[i, THIRD] = third
     tally[POINTS] += 1.0
+
+
+@formula
+def is_strobe_due(until: float, plan: Table, tally: Table) -> bool:
+    """Tell whether a strobe falls before ``until``."""
+    instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
+    return instant < until and instant <= plan[UNTIL]
 
 
 @kernel
@@ -146,10 +163,8 @@ def strobe(
     points: Table,
 ) -> None:
     """Write the points of the strobes that fall on a stretch, up to ``until`` and not at it."""
-    while True:
+    while is_strobe_due(until, plan, tally):
         instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
-        if not (instant < until and instant <= plan[UNTIL]):
-            return
         y = 0.0
         v = 0.0
         s = (instant - start[0]) - start[1]
@@ -210,10 +225,8 @@ def strobe_neighbour(
     points: Table,
 ) -> None:
     """Write the logarithms at the strobes that fall on a stretch, up to ``until``."""
-    while True:
+    while is_strobe_due(until, plan, tally):
         instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
-        if not (instant < until and instant <= plan[UNTIL]):
-            return
         s = max((instant - start[0]) - start[1], 0.0)
         stretch, x, v = stretched(law, region, s, (1.0, 0.0, 0.0, 1.0), tally)
         shrunk = tally[SHRUNK] - 2.0 * law[region, DAMPING] * s

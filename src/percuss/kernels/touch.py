@@ -8,6 +8,7 @@ remainder of ``derivative_bound``; docs/theory/first-event.md has the proof.
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import (
@@ -21,6 +22,8 @@ from percuss.kernels.flight import (
 from percuss.kernels.landing import ULP, land, lowest
 from percuss.kernels.law import DAMPING, FORCE_BOUND, STIFFNESS, Law, Table
 
+Pair: TypeAlias = tuple[float, float]
+
 # Verdicts.
 NONE, HIT, GRAZE = 0, 1, 2
 # Shapes of the clearance on a piece.
@@ -33,26 +36,20 @@ LAST_ORDER = 12
 
 @kernel
 def first_touch(
-    law: Law,
-    region: int,
-    start: Start,
-    phases: Table,
-    arrival: Table,
-    sign: float,
-    distance: float,
-    left: float,
-    right: float,
+    law: Law, region: int, start: Start, phases: Table, arrival: Table, bound: Pair, span: Pair
 ) -> tuple[int, float, float, float, float]:
     """Return (verdict, s, v or clearance, rounding bound, free up to) of the first touch.
 
-    The clearance sign * (y - distance) is positive at ``left``. For a HIT the third entry is the
+    ``bound`` is (sign, distance) and ``span`` (left, right): the clearance sign * (y - distance)
+    is positive at the left. For a HIT the third entry is the
     velocity and the fourth what is to be added to s, for a GRAZE the third is the clearance. ``arrival`` holds the phases of a HIT.
     """
+    sign, distance = bound
+    left, right = span
     if not left < right:
         return NONE, right, 0.0, 0.0, right
-    force = start[3]
     y, v = move(law, region, start, phases, left, arrival)
-    second, third = acceleration_and_jerk(law, region, force, arrival, y, v)
+    second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
     doubt = uncertainty(law, region, start, phases, left)
     doubt = 2.0 * max(doubt, uncertainty(law, region, start, phases, right)) + ULP * abs(distance)
     width = right - left
@@ -71,19 +68,12 @@ def first_touch(
             width *= 0.5
             continue
         after = left + width
-        y, v = move(law, region, start, phases, after, arrival)
-        end = after
-        beyond = sign * (y - distance)
-        error = doubt
-        if beyond <= 0.0:
-            error = uncertainty(law, region, start, phases, after) + ULP * abs(distance)
-        elif shape == ONE_MINIMUM and speed <= 0.0 < sign * v:
-            end, beyond, error = lowest(
-                law, region, start, phases, arrival, sign, distance, left, after
-            )
-            if abs(beyond) <= error:
-                return GRAZE, end, beyond, error, after
-            y, v = move(law, region, start, phases, after, arrival)
+        dips = shape == ONE_MINIMUM and speed <= 0.0
+        piece = (left, after)
+        foot, y, v = foot_of(law, region, start, phases, arrival, bound, piece, dips, doubt)
+        end, beyond, error = foot
+        if dips and sign * v > 0.0 and sign * (y - distance) > 0.0 and abs(beyond) <= error:
+            return GRAZE, end, beyond, error, after
         if beyond < -error:
             bracket = (sure, end, 0.5 * (sure + end))
             s, v, rest = land(law, region, start, phases, arrival, sign, distance, bracket)
@@ -95,11 +85,41 @@ def first_touch(
             sure = after
         if after >= right:
             return NONE, right, 0.0, 0.0, right
-        second, third = acceleration_and_jerk(law, region, force, arrival, y, v)
+        second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
         left = after
         width *= 2.0
     # Never seen: say that nothing is known of the rest.
     return GRAZE, left, sign * (y - distance), math.inf, right
+
+
+@kernel
+def foot_of(
+    law: Law,
+    region: int,
+    start: Start,
+    phases: Table,
+    arrival: Table,
+    bound: Pair,
+    piece: Pair,
+    dips: bool,
+    doubt: float,
+) -> tuple[tuple[float, float, float], float, float]:
+    """Return where a piece decides itself, as (s, clearance, doubt), and (y, v) at its end.
+
+    That is its end, but where the clearance ``dips`` on it and rises again the minimum. ``bound``
+    is (sign, distance); ``arrival`` receives the phases at the end.
+    """
+    sign, distance = bound
+    left, after = piece
+    y, v = move(law, region, start, phases, after, arrival)
+    beyond = sign * (y - distance)
+    if beyond <= 0.0:
+        doubt = uncertainty(law, region, start, phases, after) + ULP * abs(distance)
+    elif dips and sign * v > 0.0:
+        foot = lowest(law, region, start, phases, arrival, sign, distance, left, after)
+        y, v = move(law, region, start, phases, after, arrival)
+        return foot, y, v
+    return (after, beyond, doubt), y, v
 
 
 @kernel

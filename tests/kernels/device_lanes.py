@@ -1,0 +1,139 @@
+"""The lanes as a kernel for a CUDA device: one thread follows one lane.
+
+Run as a program it says what it has found, as JSON: ``types`` type-checks and lowers the kernel
+for the CUDA target, for which neither a device nor its libraries are needed; ``values`` runs it
+in the simulator.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+import percuss as pc
+from percuss.kernels import batch, lane, lockstep, survey
+from percuss.kernels import record as columns
+from percuss.model.law import law
+
+# numba has no types for these.
+cuda: Any = importlib.import_module("numba.cuda")
+types: Any = importlib.import_module("numba.types")
+
+MOST_IMPACTS, PATIENCE = 1_000, 20_000
+
+
+def follow_on_device(crowd: Any, rooms: Any, section: int, surveyed: bool) -> None:
+    """Follow the lane of this thread to its end; each thread has a room of its own."""
+    i = cuda.grid(1)
+    if i < crowd[4].shape[0]:
+        events, marks, grazes, phases = rooms
+        room = (events[i], marks[i], grazes[i], phases[i])
+        wish = (MOST_IMPACTS, section, surveyed)
+        one = batch.lane_of(crowd, i)
+        lane.begin_lane(one, room, wish)
+        crowd[4][i] = lane.follow(one, room, wish, PATIENCE, False)
+
+
+def broken_on_device(numbers: Any) -> None:
+    """Add a number to a text: what a check of types must refuse."""
+    numbers[0] = numbers[0] + "1"
+
+
+def _checked(function: Any, arguments: tuple[Any, ...]) -> str:
+    """Type-check and lower for the CUDA target; return what is wrong, or an empty text."""
+    compiler: Any = importlib.import_module("numba.cuda.compiler")
+    dispatcher: Any = importlib.import_module("numba.cuda.dispatcher")
+    templates: Any = importlib.import_module("numba.core.typing.templates")
+    utils: Any = importlib.import_module("numba.core.utils")
+    errors: Any = importlib.import_module("numba.core.errors")
+
+    # Asked for its generation only; there need not be one.
+    device = SimpleNamespace(compute_capability=(7, 0))
+    dispatcher.get_current_device = lambda: device
+    whole = dispatcher.CUDADispatcher.get_call_template
+
+    def with_varargs(self: Any, args: Any, kws: Any) -> Any:
+        # From 0.66 on max and min take *args, which numba's own CUDA target passes on unfolded
+        # (github.com/numba/numba/issues/10753).
+        folded = templates.fold_arguments(
+            utils.pysignature(self.py_func),
+            tuple(args),
+            dict(kws),
+            lambda _i, _parameter, value: value,
+            lambda _i, _parameter, default: types.Omitted(default),
+            lambda _i, _parameter, values: types.StarArgTuple(values),
+        )
+        return whole(self, folded, {})
+
+    dispatcher.CUDADispatcher.get_call_template = with_varargs
+    try:
+        compiler.compile_cuda(function, types.void, arguments, cc=(7, 0))
+    except errors.NumbaError as error:
+        return f"{type(error).__name__}: {error}"
+    finally:
+        dispatcher.CUDADispatcher.get_call_template = whole
+    return ""
+
+
+def _types() -> dict[str, str]:
+    def table(kind: Any, n: int) -> Any:
+        return types.Array(kind, n, "C")
+
+    real, whole = types.float64, types.int64
+    crowd = types.Tuple(
+        [
+            *(table(real, 3), table(whole, 1), table(real, 2), table(whole, 2)),
+            *(table(whole, 1), table(real, 2), table(real, 2), table(real, 3)),
+        ]
+    )
+    rooms = types.Tuple([table(real, 3), table(whole, 3), table(real, 3), table(real, 4)])
+    return {
+        "follow": _checked(follow_on_device, (crowd, rooms, whole, types.boolean)),
+        "lockstep": _checked(_round_on_device, (table(real, 1),)),
+        "broken": _checked(broken_on_device, (table(real, 1),)),
+    }
+
+
+def _round_on_device(one_bench: Any) -> None:
+    lockstep.fly_round(one_bench)
+
+
+def _values() -> dict[str, list[Any]]:
+    osc, force = pc.impact_oscillator(restitution=0.8), pc.cosine(2.8)
+    starts = np.array([(0.0, 1.0, 0.0), (0.7, -2.0, 0.0), (2.9, 0.3, 0.2)])
+    n = len(starts)
+    states = np.zeros((n, columns.STATE_ENTRIES))
+    states[:, [columns.X, columns.V, columns.T]] = starts
+    crowd = (
+        law(osc, force)[np.newaxis],
+        np.zeros(n, dtype=np.int64),
+        states,
+        np.zeros((n, columns.COUNTERS), dtype=np.int64),
+        np.full(n, batch.NEW, dtype=np.int64),
+        np.tile([0.0, 1.0, 9.0], (n, 1)),
+        np.zeros((n, survey.TALLIES)),
+        np.full((n, 40, survey.POINT_COLUMNS), np.nan),
+    )
+    rooms = (
+        np.zeros((n, batch.BUFFER, columns.EVENT_COLUMNS)),
+        np.zeros((n, batch.BUFFER, columns.MARK_COLUMNS), dtype=np.int64),
+        np.zeros((n, batch.GRAZES, columns.GRAZE_COLUMNS)),
+        np.zeros((n, 3, 1, 2)),
+    )
+    cuda.jit(follow_on_device)[2, 2](crowd, rooms, survey.IMPACT_POINTS, False)
+    counts = crowd[3][:, columns.N_IMPACTS]
+    runs = [pc.simulate(osc, force, *start, t_end=9.0).impacts for start in starts]
+    return {
+        "status": crowd[4].tolist(),
+        "speeds": [crowd[7][i, : counts[i], survey.SECOND].tolist() for i in range(n)],
+        "expected": [run.v_after.tolist() for run in runs],
+    }
+
+
+if __name__ == "__main__":
+    print(json.dumps({"types": _types, "values": _values}[sys.argv[1]]()))  # noqa: T201
