@@ -8,12 +8,13 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_ext"))
 
-from percuss import __version__  # noqa: E402
+from percuss import __version__
 
 project = "percuss"
 author = "percuss developers"
 release = version = __version__
 extensions = [
+    "docstrings",
     "mathml",
     "myst_parser",
     "sphinx.ext.autodoc",
@@ -37,10 +38,13 @@ autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True}
 autosummary_generate = False
 napoleon_google_docstring = False
+napoleon_attr_annotations = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 python_maximum_signature_line_length = 88
 toc_object_entries_show_parents = "hide"
+
+smartquotes = False  # x'' is a second derivative
 
 html_theme = "pydata_sphinx_theme"
 html_title = "percuss"
@@ -54,10 +58,11 @@ html_theme_options = {
     "navigation_with_keys": False,
     "pygments_dark_style": "github-dark",
     "pygments_light_style": "tango",
-    "secondary_sidebar_items": ["page-toc"],
+    "secondary_sidebar_items": {"**": ["page-toc"], "comparison": [], "index": []},
     "show_prev_next": False,
     "show_toc_level": 2,
 }
+html_context = {"default_mode": "auto"}
 html_sidebars = {"index": [], "gallery/plot_01_first_impacts": []}
 
 sphinx_gallery_conf = {
@@ -68,6 +73,8 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_signature": False,
+    "write_computation_times": False,
     "min_reported_time": 1e9,
+    "capture_repr": (),
     "abort_on_example_error": True,
 }

@@ -5,22 +5,10 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from docutils import nodes
-from latex2mathml.converter import convert
+from formulas import mathml
 from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.writers.html5 import HTML5Translator
-
-
-def mathml(text: str, display: Literal["inline", "block"]) -> str:
-    r"""Return a formula as MathML.
-
-    A command that is not known raises ValueError; the converter would show it as it stands.
-    """
-    found = convert(text, display=display)
-    if "\\" in found:
-        command = found[found.index("\\") :].split("<")[0]
-        raise ValueError(f"{command} is not known to the converter")
-    return found
 
 
 def visit_inline(writer: HTML5Translator, node: nodes.Element) -> None:
@@ -44,7 +32,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
 def _written(node: nodes.Element, display: Literal["inline", "block"]) -> str:
     try:
         return mathml(node.astext(), display)
-    except Exception as error:  # the converter has errors of many kinds
+    except Exception as error:  # noqa: BLE001  the converter has errors of many kinds
         message = "formula not written: %s: %s"
         logging.getLogger(__name__).warning(message, node.astext(), error, location=node)
         return ""

@@ -64,11 +64,9 @@ print(f"{kind.kind}: {kind.n_impacts} impact in {kind.n_periods} periods of the 
 # The periodic orbit itself, by Newton's method on the closed form of its flights: exact to rounding,
 # with its multipliers. Both lie inside the unit circle, so that neighbours approach it.
 
-orbit = pc.find_orbit(
-    osc, force, n_impacts=kind.n_impacts, n_periods=kind.n_periods, guess=settled
-)
+orbit = pc.find_orbit(osc, force, n_impacts=kind.n_impacts, n_periods=kind.n_periods, guess=settled)
 print(orbit)
-print(f"it passes the wall at a distance of {orbit.grazing_margin:.4f} between its impacts")
+print(f"between its impacts it turns {orbit.grazing_margin:.4f} off the wall")
 
 figure, axes = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
 plotting.plot_orbit(orbit, ax=axes[0])
@@ -97,9 +95,10 @@ plotting.plot_branch(branch, ax=ax)
 # afresh from the same start at every frequency; blue goes on from where the frequency before ended.
 #
 # The two green lines on the right are our orbit, seen twice as it takes two periods of the force. They
-# end at the fold and split at the period doubling of its family. Beside them the blue motion exists as
-# well: it depends on the start which of the two is seen.
+# split at the period doubling of its family, and end just below the fold, where this start begins to
+# lead elsewhere. Beside them the blue motion exists as well, which meets no wall.
 
+# sphinx_gallery_thumbnail_number = 4
 found = pc.bifurcation_diagram(
     osc,
     force,

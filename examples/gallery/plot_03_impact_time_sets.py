@@ -12,7 +12,7 @@ ask which forces leave these times alone.
 # ----------------------------------------------------------
 #
 # Under sin 3t the eigenset stays if the mass starts with at least V = 1/2 (their eq. 24, fig. 6). Below it
-# the mass meets the wall twice more in 4 pi, so that the staircase on the right goes down.
+# the mass meets the wall six times in 4 pi instead of four, so that the staircase goes down.
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -1,6 +1,6 @@
 """
-The half harmonic: resonance that grows with the square root of time
-====================================================================
+The half harmonic
+=================
 
 A linear oscillator that is driven at its natural frequency grows in proportion to time. With a wall at
 its equilibrium the resonant frequency is twice as high, so the natural frequency of the spring is half

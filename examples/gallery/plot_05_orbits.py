@@ -24,10 +24,11 @@ for orbit in orbits:
 # %%
 # Two are seen in experiments, one with an impact a period and one without any. The saddle between them
 # is seen in none, but its manifold is the border of their basins. In the plane of the multipliers the
-# stable ones lie inside the unit circle.
+# stable ones lie inside the unit circle. An (m, n) orbit has m impacts in n periods of the force.
 
 figure, axes = plt.subplots(2, 3, figsize=(12, 8), layout="constrained")
 for above, below, orbit in zip(*axes, orbits, strict=True):
     plotting.plot_orbit(orbit, above)
-    above.set_title(f"{orbit.n_impacts} impacts a period, {orbit.stability}")
+    above.set_title(f"({orbit.n_impacts}, {orbit.n_periods}) orbit, {orbit.stability}")
     plotting.plot_multipliers(orbit, below)
+    below.set(xlim=(-2.6, 2.6), ylim=(-2.6, 2.6))

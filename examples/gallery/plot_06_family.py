@@ -1,6 +1,6 @@
 """
-A family with a fold and a graze: COCO's impact oscillator
-==========================================================
+A fold and a graze
+==================
 
 The impact oscillator of COCO's tutorial (Dankowicz & Schilder, Recipes for Continuation, SIAM 2013,
 example 15.2), followed in the amplitude of its force.

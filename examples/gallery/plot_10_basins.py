@@ -1,6 +1,6 @@
 """
-Basins of attraction and the manifold between them
-==================================================
+Basins of attraction
+====================
 
 To which motion does each start go?
 """

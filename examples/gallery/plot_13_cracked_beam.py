@@ -28,4 +28,4 @@ for name, found in lines.items():
 figure, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
 for ax, (name, found) in zip(axes, lines.items(), strict=True):
     plotting.plot_spectrum(found, ax)
-    ax.set(title=name, ylim=(1e-7, 0.5))
+    ax.set(title=name, ylim=(5e-6, 0.5))
