@@ -279,3 +279,40 @@ def test_bad_input_is_named() -> None:
     )
     with pytest.raises(pc.ParameterError, match="family"):
         pc.continue_orbit(free, over={"oscillator.stiffness": (0.5, 1.5)})
+
+
+def test_a_doubled_family_ends_at_its_birth_far_from_where_it_was_begun() -> None:
+    """Newton's method gains a factor of two a step only where the shorter orbit crosses."""
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    found = pc.find_orbits(osc, pc.cosine("2.8"), max_periods=4)
+    (doubled,) = (each for each in found if (each.n_impacts, each.n_periods) == (2, 4))
+    single = max((each for each in found if (each.n_impacts, each.n_periods) == (1, 2)),
+                 key=lambda each: each.min_impact_speed)  # fmt: skip
+
+    born = pc.continue_orbit(doubled, over={"forcing.omega": (2.6, 3.2)})
+    own = pc.continue_orbit(single, over={"forcing.omega": (2.6, 3.2)})
+
+    (doubling,) = points(own, "period_doubling")
+    assert doubling.value == pytest.approx(2.88752366009, abs=1e-10)
+    assert points(born, "period_doubling")[-1].value == pytest.approx(doubling.value, abs=1e-10)
+    assert born.values.max() == pytest.approx(doubling.value, abs=1e-10)
+    assert "gone round twice" in born.end_reason
+
+
+@pytest.mark.parametrize("end", ["2", "2.000001"])
+def test_velocities_that_grow_near_a_resonance(end: str) -> None:
+    """At w = 2 the free motion between two impacts lasts a forcing period."""
+    orbit = pc.find_orbit(pc.impact_oscillator(1, wall=0), pc.cosine("2.6"))
+
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (end, 3)})
+
+    assert branch.impact_velocity.max() > 4e5
+    if end == "2":
+        assert "grow without bound towards forcing.omega = 2.0000" in branch.end_reason
+    else:
+        assert branch.values[0] == float(end)
+    # V = A / (w - 2) to first order.
+    grown = branch.impact_velocity[:, 0] * (branch.values - 2.0)
+    assert grown[branch.values < 2.001] == pytest.approx(grown[1], rel=1e-2)
+    for row, each in enumerate(branch):
+        assert each.residual < 1e-11 * max(1.0, branch.impact_velocity[row, 0])

@@ -260,3 +260,21 @@ def test_stability_by_trace_and_determinant(
     matrix = np.array([[trace, -determinant], [1.0, 0.0]])
 
     assert stability_of(matrix, determinant, conservative=conservative) == expected
+
+
+def test_a_flight_that_lasts_less_than_no_time_is_not_physical() -> None:
+    """It solves the equations, into the wall at both ends, and passes it nowhere."""
+    osc = pc.impact_oscillator("0.7", wall="0.113", damping="0.05")
+    force = pc.cosine("3.409", amplitude="1.694", phase=0.7)
+    orbits = pc.find_orbits(osc, force, max_impacts=2, max_periods=2)
+    rows = 0
+    for orbit in orbits:
+        if (orbit.n_impacts, orbit.n_periods) != (2, 2):
+            continue
+        branch = pc.continue_orbit(orbit, over={"oscillator.stops.0.at": (-0.287, 0.2)})
+        for row, each in enumerate(branch):
+            if (each.impacts.intervals <= 0.0).any() or (each._unknowns[1:3] < 0.0).any():
+                rows += 1
+                assert not each.admissible
+                assert not branch.admissible[row]
+    assert rows

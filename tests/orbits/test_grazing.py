@@ -175,8 +175,9 @@ def test_with_complex_multipliers_the_attractor_jumps() -> None:
         run = pc.simulate(osc, force, x0=0.9, t_end=5000.0, max_impacts=4000)
         fastest.append(run.impacts.v_before[-500:].max())
 
-    # 100 times nearer would be 10 times slower.
-    assert min(fastest) > 0.5 * max(fastest)
+    # From nothing it would be 100 times slower at the last than at the first; which of the
+    # attractors that coexist beyond the graze a motion comes to hangs on rounding.
+    assert min(fastest) > 0.2 * max(fastest)
 
 
 def test_at_a_soft_stop_the_multipliers_are_continuous() -> None:

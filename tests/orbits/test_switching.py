@@ -147,8 +147,8 @@ def test_without_losses_the_ratios_are_those_of_conservative_maps() -> None:
     assert cascade.ratios[-1] == pytest.approx(8.7211, abs=0.02)
 
 
-def test_a_next_doubling_is_looked_for_to_the_end_of_the_range() -> None:
-    """And not only where the last two let expect it."""
+def test_a_cascade_ends_where_another_family_crosses() -> None:
+    """A multiplier of the elliptic orbits goes through 1 there, and they are unstable beyond."""
     osc = pc.impact_oscillator(1, wall=0.3)
     orbit = min(
         pc.orbits.single_impact_orbits(osc, pc.cosine(2.6)),
@@ -158,7 +158,10 @@ def test_a_next_doubling_is_looked_for_to_the_end_of_the_range() -> None:
     cascade = pc.follow_cascade(orbit, over={OMEGA: (2.6, 6.0)}, max_doublings=3)
 
     assert len(cascade) == 2
-    assert cascade.end_reason == "forcing.omega = 6 reached"
+    assert "meet another family at forcing.omega = 3.849" in cascade.end_reason
+    branch = pc.continue_orbit(cascade.orbits[-1], over={OMEGA: (2.6, 6.0)})
+    assert branch.stability[branch.values < 3.848][-1] == "elliptic"
+    assert branch.stability[branch.values > 3.85][0] == "unstable"
 
 
 def test_orbits_of_the_cascade_attract_between_its_doublings() -> None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
 import percuss as pc
 from percuss.orbits import Branch
+from percuss.orbits.special_points import Kind
 from percuss.plotting import Units, offscreen_figure, plot_branch
+from percuss.plotting.branch_plot import MARKERS
 
 
 def new_axes() -> Axes:
@@ -77,3 +81,27 @@ def test_orbits_without_impacts_are_drawn_by_their_margin() -> None:
 def test_a_quantity_that_is_none_is_named(branch: Branch) -> None:
     with pytest.raises(pc.ParameterError, match="none of"):
         plot_branch(branch, new_axes(), quantity="speed")
+
+
+def test_each_kind_of_special_point_has_a_marker() -> None:
+    assert set(get_args(Kind)) == set(MARKERS)
+
+
+def test_where_fewer_stops_are_met_the_least_velocity_is_of_those() -> None:
+    stops = (pc.SoftStop(1, "above", 9), pc.SoftStop("1.4", "above", 9))
+    osc, force = pc.Oscillator(1, "0.05", stops), pc.cosine("1.5", amplitude="1.31")
+    (orbit,) = (each for each in pc.find_orbits(osc, force) if each.sequence == (1, 0))
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (1.45, 1.7)})
+    one = np.isnan(branch.impact_velocity).sum(axis=1) == 1
+    assert one.any()
+
+    ax = plot_branch(branch, new_axes())
+
+    curve = [
+        line
+        for line in ax.lines
+        if line.get_marker() in ("None", None) and len(line.get_xdata()) > 2
+    ]
+    drawn = np.concatenate([line.get_xydata() for line in curve])
+    wanted = np.column_stack([branch.values[one], np.nanmax(branch.impact_velocity[one], axis=1)])
+    assert all((np.abs(drawn - row).max(axis=1) == 0.0).any() for row in wanted)

@@ -15,19 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import PercussError
-from percuss.orbits.conditions import Point, conditions_of
+from percuss.orbits.conditions import Point, condition, conditions_of
 from percuss.orbits.family import Family
 from percuss.orbits.locating import Zero, changes_sign, find_zero
 from percuss.orbits.periodic_orbit import PeriodicOrbit
 from percuss.orbits.rounds import doubled_unknowns, halves_differ, once_round
+from percuss.orbits.symmetry import is_symmetric_system
 
-__all__ = ["Birth", "birth_of", "located_birth"]
+__all__ = ["Birth", "birth_of", "birth_passed", "located_birth"]
 
 Floats = NDArray[np.float64]
 Birth: TypeAlias = Literal["doubled", "mirrored"]
 
 # Halves of an orbit where its family starts: they part with a square root.
 ONE_AND_THE_SAME = 1e-4
+# What is rounding in them.
+NOT_APART = 1e-9
 # How far from the start, in scaled parameter, the simpler orbit is looked at.
 NEAR, FAR, FARTHER = 1e-7, 1e-2, 4.0
 
@@ -42,6 +45,45 @@ def birth_of(family: Family, orbit: PeriodicOrbit) -> Birth | None:
     symmetric = _symmetric(family, orbit._unknowns / family.scale)
     apart = np.abs(symmetric - orbit._unknowns / family.scale).max()
     return "mirrored" if apart < ONE_AND_THE_SAME else None
+
+
+def _birth_between(family: Family, a: Point, b: Point) -> Birth | None:
+    """Tell what simpler orbit the family passes between two points, None for none.
+
+    Beyond it come the same orbits, a period later or mirrored: what tells them from the simpler one
+    has turned round.
+    """
+    parts = _parting(family, a), _parting(family, b)
+    if parts[0] is None or parts[1] is None or float(parts[0] @ parts[1]) >= 0.0:
+        return None
+    return "mirrored" if a.orbit.n_periods % 2 else "doubled"
+
+
+def _parting(family: Family, point: Point) -> Floats | None:
+    """Return what tells an orbit from the simpler one that its family may start from."""
+    n, z = family.n, point.z
+    if n == 0 or n % 2:
+        return None
+    if point.orbit.n_periods % 2:
+        parting = z[1:-1] - _symmetric(family, z[:-1])[1:]
+        exists = is_symmetric_system(*family.system(family.value(z)))
+    else:
+        halves = z[1:-1].reshape(2, 2, -1)
+        parting = (halves[:, 0] - halves[:, 1]).ravel()
+        exists = halves_differ(point.orbit) < np.inf
+    return parting if exists and np.abs(parting).max() > NOT_APART else None
+
+
+def birth_passed(family: Family, a: Point, b: Point) -> Zero | None:
+    """Return where a family that turns between two points starts from a simpler one."""
+    birth = _birth_between(family, a, b)
+    one, other = _parting(family, a), _parting(family, b)
+    if birth is None or one is None or other is None:
+        return None
+    part = float(np.linalg.norm(one) / np.linalg.norm(one - other))
+    z = a.z + part * (b.z - a.z)
+    rough = Zero(part, z, family.orbit(z), (a.z, b.z), goes_through=False)
+    return located_birth(family, rough, birth)
 
 
 def _symmetric(family: Family, scaled: Floats) -> Floats:
@@ -98,7 +140,6 @@ def _found(family: Family, start: Floats, name: str) -> Zero | None:
             ends.append(Point(z, held, orbit, conditions_of(family, orbit)))
         a, b = ends
         if changes_sign(a.conditions[name], b.conditions[name]):
-            test = lambda _, orbit: conditions_of(family, orbit)[name]
-            return find_zero(family, a, b, test, beside_others=name == "one")
+            return find_zero(family, a, b, condition(family, name), beside_others=name == "one")
         apart *= FARTHER
     return None

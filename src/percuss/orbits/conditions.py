@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from percuss.orbits.family import Family
 from percuss.orbits.periodic_orbit import PeriodicOrbit
 
-__all__ = ["Point", "conditions_of", "leaves_soft_stop"]
+__all__ = ["Point", "condition", "conditions_of", "leaves_soft_stop"]
 
 Floats = NDArray[np.float64]
 
@@ -55,3 +56,8 @@ def conditions_of(family: Family, orbit: PeriodicOrbit) -> dict[str, float]:
 def leaves_soft_stop(family: Family, name: str) -> bool:
     """Tell whether a condition is the velocity into a soft stop: without it the stop is not met."""
     return name.startswith("velocity") and not family.walls[family.ways[int(name.split()[1])][0]]
+
+
+def condition(family: Family, name: str) -> Callable[[Floats, PeriodicOrbit], float]:
+    """Return one of the conditions as a function of a point and its orbit."""
+    return lambda _, orbit: conditions_of(family, orbit)[name]

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from percuss.model.exact import as_float
-from percuss.orbits.family import Family
 from percuss.orbits.periodic_orbit import PeriodicOrbit
+
+if TYPE_CHECKING:
+    # It asks here which stop its parameter moves.
+    from percuss.orbits.family import Family
 
 __all__ = ["corner_between", "stop_that_is_moved"]
 

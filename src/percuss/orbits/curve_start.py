@@ -21,8 +21,8 @@ from percuss.orbits.newton import solve
 from percuss.orbits.periodic_orbit import PeriodicOrbit
 from percuss.orbits.special_points import SpecialPoint
 from percuss.orbits.symmetry import is_symmetric_system
+from percuss.orbits.touch_chain import mirrored, others_of
 from percuss.orbits.touches import Touch, touches_of, without
-from percuss.orbits.touching import mirrored, others_of
 
 __all__ = ["KINDS", "equations_of"]
 

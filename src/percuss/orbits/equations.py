@@ -29,7 +29,7 @@ Ranges = Mapping[str, tuple[float, float]]
 
 # Where the largest velocity of an orbit is looked for.
 INSTANTS = 65
-# Laws that are kept: the differences by two parameters take five.
+# Systems and laws that are kept: the differences by two parameters take five.
 LAWS = 8
 
 
@@ -86,6 +86,7 @@ class OrbitEquations:
         self.walls = is_wall(table, self.chain)
         harmonics = int(table[0, N_HARMONICS])
         self._phases = np.empty((2, harmonics, 2))
+        self._systems: dict[tuple[float, ...], tuple[Oscillator, Forcing | None]] = {}
         self._tables: dict[tuple[float, ...], Law] = {}
 
     def unknowns_of(self, orbit: PeriodicOrbit) -> Floats:
@@ -103,9 +104,13 @@ class OrbitEquations:
 
     def system_at(self, values: tuple[float, ...]) -> tuple[Oscillator, Forcing | None]:
         """Return what moves, at values of the parameters."""
-        changes = {path: float(value) for path, value in zip(self.paths, values, strict=True)}
-        osc, force, _ = replace_parameters(self.oscillator, self.forcing, None, changes)
-        return osc, force
+        if values not in self._systems:
+            if len(self._systems) > LAWS:
+                self._systems.pop(next(iter(self._systems)))
+            changes = {path: float(value) for path, value in zip(self.paths, values, strict=True)}
+            osc, force, _ = replace_parameters(self.oscillator, self.forcing, None, changes)
+            self._systems[values] = osc, force
+        return self._systems[values]
 
     def table_at(self, values: tuple[float, ...]) -> Law:
         """Return the law at values of the parameters."""

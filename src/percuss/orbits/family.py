@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels.law import Law
 from percuss.kernels.shooting import AT
+from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
+from percuss.orbits.corners import stop_that_is_moved
 from percuss.orbits.equations import OrbitEquations
 from percuss.orbits.periodic_orbit import PeriodicOrbit
 
@@ -17,7 +19,7 @@ __all__ = ["Family", "bordered", "solved"]
 
 Floats = NDArray[np.float64]
 
-# Scaled residuals of a solution: rounding of a chain is some 1e-15.
+# Scaled residuals of a solution, as a part of its own size: rounding of a chain is some 1e-15.
 SOLVED = 1e-12
 # Where another family crosses Newton's method gains a factor of two a step only.
 MOST_STEPS, MOST_BESIDE_OTHERS = 12, 40
@@ -43,6 +45,9 @@ class Family(OrbitEquations):
     def __init__(self, orbit: PeriodicOrbit, path: str, low: float, high: float) -> None:
         super().__init__(orbit, {path: (low, high)})
         self.path, self.low, self.high = path, low, high
+        moved = stop_that_is_moved(path)
+        stops = enumerate(self.oscillator.stops)
+        self._others = [] if moved is None else [as_float(s.at) for k, s in stops if k != moved]
         ends = np.roll(self.chain[:, AT], -1)
         back = [i for i in range(self.n) if self.chain[i, AT] == ends[i]]
         self._returning = [i for i in back if not (self.walls[i] or self.walls[(i + 1) % self.n])]
@@ -72,19 +77,26 @@ class Family(OrbitEquations):
         if self.n == 0:
             return np.empty(0), np.empty((0, 0))
         residual, matrix = self.shot(z[:-1], self.table(value))
-        for i in self._returning:
-            lasting = float(z[1 + i])
-            if lasting == 0.0:
-                # The limit: the velocity at the start, and half the acceleration.
-                residual[2 * i] = z[1 + self.n + i]
-                matrix[2 * i] = 0.0
-                matrix[2 * i, 1 + i] = self._half_acceleration(matrix, i)
-                matrix[2 * i, 1 + self.n + i] = 1.0
-                continue
-            residual[2 * i] /= lasting
-            matrix[2 * i] /= lasting
-            matrix[2 * i, 1 + i] -= residual[2 * i] / lasting
+        if self._returning:
+            self._tell_by_duration(z, residual, matrix)
         return residual, matrix
+
+    def _tell_by_duration(self, z: Floats, residual: Floats, matrix: Floats) -> None:
+        """Divide the distances by which flights miss the edge that they come from by durations."""
+        # A step that goes astray may overflow; then Newton's method ends.
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            for i in self._returning:
+                lasting = float(z[1 + i])
+                if lasting == 0.0:
+                    # The limit: the velocity at the start, and half the acceleration.
+                    residual[2 * i] = z[1 + self.n + i]
+                    matrix[2 * i] = 0.0
+                    matrix[2 * i, 1 + i] = self._half_acceleration(matrix, i)
+                    matrix[2 * i, 1 + self.n + i] = 1.0
+                    continue
+                residual[2 * i] /= lasting
+                matrix[2 * i] /= lasting
+                matrix[2 * i, 1 + i] -= residual[2 * i] / lasting
 
     def _half_acceleration(self, matrix: Floats, i: int) -> float:
         """Return half the scaled acceleration at the end of a flight that ends on an edge."""
@@ -102,7 +114,10 @@ class Family(OrbitEquations):
             there, here = self.residual(z, known)[0], self.residual(z, self.value(z))[0]
             return np.asarray((here - there) / apart)
         sides = []
-        for q in (z[-1] - BESIDE, z[-1] + BESIDE):
+        # Not past another stop: there the order of stops is another one.
+        others = (abs(self.part_of(0, at) - float(z[-1])) for at in self._others)
+        apart = min([BESIDE, *(0.5 * room for room in others if room > 0.0)])
+        for q in (z[-1] - apart, z[-1] + apart):
             try:
                 sides.append((q, self.residual(z, self.low + q * (self.high - self.low))[0]))
             except ParameterError:
@@ -133,7 +148,7 @@ class Family(OrbitEquations):
             size = float(np.abs(residual).max(initial=0.0))
             if not np.isfinite(size):
                 break
-            if size < SOLVED and (size >= 0.5 * least or size < 1e-15):
+            if size < SOLVED * self.size(z) and (size >= 0.5 * least or size < 1e-15):
                 return z
             least = min(least, size)
             if fixed:
@@ -142,9 +157,9 @@ class Family(OrbitEquations):
                 right = np.append(-residual, normal @ (guess - z))
                 z = z + bordered(matrix, slope, normal, right, WEAK if beside_others else 0.0)
         residual, _ = self.residual(z, self.value(z))
-        if np.abs(residual).max(initial=0.0) < SOLVED:
+        worst = float(np.abs(residual).max(initial=0.0))
+        if worst < SOLVED * self.size(z):
             return z
-        worst = float(np.abs(residual).max())
         raise ConvergenceError("Newton's method finds no orbit", z, worst, "take smaller steps")
 
     def tangent(self, z: Floats, before: Floats, known: float | None = None) -> Floats:
@@ -153,6 +168,10 @@ class Family(OrbitEquations):
         slope = self.slope(z, known)
         found = bordered(matrix, slope, before, np.append(np.zeros(len(z) - 1), 1.0))
         return np.asarray(found / np.linalg.norm(found))
+
+    def size(self, z: Floats) -> float:
+        """Return how much larger the velocities are than those of the first orbit, at least 1."""
+        return max(1.0, float(np.abs(z[1 + self.n : -1]).max(initial=0.0)))
 
     def orbit(self, z: Floats) -> PeriodicOrbit:
         """Return the orbit of a point."""

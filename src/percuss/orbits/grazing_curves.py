@@ -25,8 +25,8 @@ from percuss.orbits.curve_equations import CurveEquations
 from percuss.orbits.equations import OrbitEquations
 from percuss.orbits.periodic_orbit import PeriodicOrbit
 from percuss.orbits.return_equations import return_equations
+from percuss.orbits.touch_chain import Others, elastic, is_on_wall, room_beside, touched
 from percuss.orbits.touches import Touch
-from percuss.orbits.touching import Others, elastic, is_on_wall, room_beside, touched
 
 __all__ = ["GrazingCurve", "SteadyGrazingCurve"]
 

@@ -20,6 +20,9 @@ Floats = NDArray[np.float64]
 # A bracket in scaled arclength that is as good as a point.
 CLOSE = 1e-12
 MOST_STEPS = 80
+# How often Newton's method may find nothing, at which parts of the bracket it is tried then, and
+# how long a bracket may be that is given nevertheless, as a part of the chord.
+MOST_LOST, ASIDE, LOST = 12, (0.5, 0.25, 0.75, 0.4, 0.6, 0.1, 0.9), 1e-2
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,21 +71,27 @@ def find_zero(
     low, high = (0.0, test(a.z, a.orbit), a.z), (1.0, test(b.z, b.orbit), b.z)
     best, orbit = (high, b.orbit) if abs(high[1]) < abs(low[1]) else (low, a.orbit)
     size = abs(low[1]) + abs(high[1])
-    try:
-        for k in range(MOST_STEPS):
-            if high[0] - low[0] <= tolerance or best[1] == 0.0:
-                break
-            part = _next(low, high, tolerance, halve=k % 3 == 2)
+    lost = 0
+    for k in range(MOST_STEPS):
+        if high[0] - low[0] <= tolerance or best[1] == 0.0 or lost > MOST_LOST:
+            break
+        part = _next(low, high, tolerance, halve=k % 3 == 2)
+        if lost:
+            # Newton's method gets lost very near to another family, and not beside it.
+            part = low[0] + ASIDE[lost % len(ASIDE)] * (high[0] - low[0])
+        try:
             value, z, there = at(part)
-            if changes_sign(low[1], value):
-                high = part, value, z
-            else:
-                low = part, value, z
-            if abs(value) <= abs(best[1]):
-                best, orbit = (part, value, z), there
-    except PercussError:
-        if high[0] - low[0] > 1e-3:
-            return None
+        except PercussError:
+            lost += 1
+            continue
+        if changes_sign(low[1], value):
+            high = part, value, z
+        else:
+            low = part, value, z
+        if abs(value) <= abs(best[1]):
+            best, orbit = (part, value, z), there
+    if lost > MOST_LOST and high[0] - low[0] > LOST:
+        return None
     ends = (best[2], best[2]) if best[1] == 0.0 else (low[2], high[2])
     through = abs(low[1]) + abs(high[1]) <= 1e-4 * size or best[1] == 0.0
     return Zero(best[0], best[2], orbit, ends, through)

@@ -80,7 +80,8 @@ def orbit_of_solution(
         monodromy=monodromy,
         multipliers=multipliers_of(monodromy, determinant),
         stability=stability_of(monodromy, determinant, conservative=conservative),
-        admissible=len(passages) == 0,
+        # A flight that lasts less than no time solves the equations formally, too.
+        admissible=len(passages) == 0 and not (unknowns[1 : 1 + n] < 0.0).any(),
         grazing_margin=margin_of(turns),
         passages=passages,
         min_impact_speed=float(np.abs(impacts.v_before).min()),

@@ -2,7 +2,8 @@
 
 There the order of events changes. A soft stop's force begins with zero, so that the motion depends
 smoothly enough on its start: beyond the graze there is one orbit as well, and it has the two
-crossings of the stop's edge more, or less (docs/theory/grazing.md).
+crossings of the stop's edge more, or less (docs/theory/grazing.md). At the graze itself these two
+take no time; the equations are regular there (`Family.residual`), and so the branch goes on from it.
 """
 
 from __future__ import annotations
@@ -15,22 +16,28 @@ from numpy.typing import NDArray
 from percuss.errors import PercussError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
-from percuss.kernels.law import EDGE, N_HARMONICS, Law
+from percuss.kernels.law import EDGE, N_HARMONICS
 from percuss.kernels.record import Integers
 from percuss.model.law import law
-from percuss.orbits.family import Family
+from percuss.orbits.family import WEAK, Family, bordered
+from percuss.orbits.making import orbit_of_solution
+from percuss.orbits.newton import Solution
 from percuss.orbits.passages import turns_of
 from percuss.orbits.periodic_orbit import PeriodicOrbit
-from percuss.orbits.touches import Touch, acceleration_at, settled, touches_of, without
+from percuss.orbits.touches import Touch, acceleration_at, touches_of, without
 
-__all__ = ["is_soft", "orbit_beyond"]
+__all__ = ["is_soft", "orbit_beyond", "start_beyond"]
 
 Floats = NDArray[np.float64]
 
-# Beyond the graze by this part of the range, at most and at least.
-FARTHEST, NEAREST, NEARER = 2e-3, 1e-9, 0.25
-# Velocities and durations at the stop are those of a parabola within this factor.
-PARABOLIC = 2.0
+# Scaled steps off the graze that tell on which side a stop is not met, and the least one.
+ASIDE, NEAREST, NEARER = 1e-4, 1e-8, 0.1
+# Length of a step that tells which way the parameter goes, and what stands for that way.
+OPENED, TINY = 1e-5, 1e-300
+# Length of the first step beyond it, and the least one.
+FIRST, LEAST, SHORTER = 1e-3, 1e-9, 0.25
+# By how much of its length a step may miss the family.
+BENT = 0.1
 
 
 def orbit_beyond(family: Family, orbit: PeriodicOrbit, value: float) -> PeriodicOrbit | None:
@@ -50,26 +57,52 @@ def orbit_beyond(family: Family, orbit: PeriodicOrbit, value: float) -> Periodic
     PeriodicOrbit or None
         In the same range of the parameter; None if there is none near.
     """
+    begun = start_beyond(family, orbit, value)
+    if begun is None:
+        return None
+    other, z, tangent = begun
+    step = FIRST
+    while step >= LEAST:
+        guess = z + step * tangent
+        try:
+            found = other.corrected(guess, tangent)
+            if np.linalg.norm(found - guess) < BENT * step and 0.0 <= found[-1] <= 1.0:
+                return other.orbit(found)
+        except PercussError:
+            pass
+        step *= SHORTER
+    return None
+
+
+def start_beyond(
+    family: Family, orbit: PeriodicOrbit, value: float
+) -> tuple[Family, Floats, Floats] | None:
+    """Return the family beyond a graze of soft stops, the graze as its point, and its tangent.
+
+    Parameters
+    ----------
+    family
+        The orbits up to the graze.
+    orbit
+        The one at the graze.
+    value
+        The parameter there.
+
+    Returns
+    -------
+    tuple or None
+        The unit tangent points away from the graze; None if there is none.
+    """
     touches = [touch for touch in touches_of(orbit) if is_soft(orbit, touch)]
     met = [touch for touch in touches if touch.events]
     if not touches or len(met) not in (0, len(touches)):
         return None
     try:
-        base = without(orbit, met)
+        if met:
+            return _without_meetings(family, without(orbit, met), value, met)
+        return _with_meetings(family, orbit, value, touches)
     except PercussError:
         return None
-    simpler = Family(base, family.path, family.low, family.high)
-    part = FARTHEST
-    while part >= NEAREST:
-        for way in (-1.0, 1.0):
-            beside = value + way * part * (family.high - family.low)
-            if not family.low <= beside <= family.high:
-                continue
-            found = _beside(simpler, base, value, beside, touches)
-            if found is not None and bool(met) == (len(found._chain) == len(base._chain)):
-                return found
-        part *= NEARER
-    return None
 
 
 def is_soft(orbit: PeriodicOrbit, touch: Touch) -> bool:
@@ -79,28 +112,35 @@ def is_soft(orbit: PeriodicOrbit, touch: Touch) -> bool:
     return bool(table[touch.region, at.UPPER_KIND if upper else at.LOWER_KIND] == EDGE)
 
 
-def _beside(
-    family: Family, base: PeriodicOrbit, value: float, beside: float, touches: list[Touch]
-) -> PeriodicOrbit | None:
-    """Return the physical orbit at a value of the parameter beside a graze."""
-    start = family.start(base, value)
-    held = np.append(np.zeros(len(start) - 1), 1.0)
-    guess = start.copy()
-    guess[-1] = (beside - family.low) / (family.high - family.low)
-    try:
-        formal = family.orbit(family.corrected(guess, held))
-        depths = [_depth(formal, touch) for touch in touches]
-        if all(depth < 0.0 for _, depth in depths):
-            return formal
-        if not all(depth > 0.0 for _, depth in depths):
-            return None
-        return _with_meetings(formal, touches, depths)
-    except PercussError:
-        return None
+def _without_meetings(
+    family: Family, base: PeriodicOrbit, value: float, touches: list[Touch]
+) -> tuple[Family, Floats, Floats] | None:
+    """Return the family that meets the stops no more, on the side where it does not reach them."""
+    simpler = Family(base, family.path, family.low, family.high)
+    z = simpler.start(base, value)
+    along = np.append(np.zeros(len(z) - 1), 1.0)
+    tangent = simpler.tangent(z, along)
+    part = ASIDE
+    while part >= NEAREST:
+        ways = []
+        for way in (-1.0, 1.0):
+            try:
+                beside = simpler.orbit(simpler.corrected(z + way * part * tangent, tangent))
+            except PercussError:
+                continue
+            depths = [_depth(beside, touch) for touch in touches]
+            if all(depth < 0.0 for depth in depths):
+                ways.append(way)
+            elif all(depth > 0.0 for depth in depths):
+                ways.append(-way)
+        if ways and min(ways) == max(ways):
+            return simpler, z, ways[0] * tangent
+        part *= NEARER
+    return None
 
 
-def _depth(orbit: PeriodicOrbit, touch: Touch) -> tuple[float, float]:
-    """Return instant and depth of the turning point that a touch has become."""
+def _depth(orbit: PeriodicOrbit, touch: Touch) -> float:
+    """Return the depth of the turning point that a touch has become."""
     table = law(orbit.oscillator, orbit.forcing)
     lasting = orbit.period if len(orbit._chain) else 1.5 * orbit.period
     turns = turns_of(table, orbit._events, orbit._marks, orbit.x0, orbit.t0 + lasting)
@@ -108,67 +148,48 @@ def _depth(orbit: PeriodicOrbit, touch: Touch) -> tuple[float, float]:
     apart = np.minimum(apart, orbit.period - apart)
     apart[turns.bound != touch.bound] = math.inf
     if not len(apart) or not math.isfinite(apart.min()):
-        return touch.t, math.nan
-    nearest = int(np.argmin(apart))
-    return float(turns.t[nearest]), -float(turns.clearance[nearest])
+        return math.nan
+    return -float(turns.clearance[int(np.argmin(apart))])
 
 
 def _with_meetings(
-    formal: PeriodicOrbit, touches: list[Touch], depths: list[tuple[float, float]]
-) -> PeriodicOrbit | None:
-    """Return the orbit that meets the stops which a formal one passes by these depths."""
-    table = law(formal.oscillator, formal.forcing)
-    period, n = formal.period, len(formal._chain)
-    rows: list[tuple[float, list[int], float]] = []
+    family: Family, orbit: PeriodicOrbit, value: float, touches: list[Touch]
+) -> tuple[Family, Floats, Floats]:
+    """Return the family that meets the stops which an orbit touches, from no time in them on."""
+    table = law(orbit.oscillator, orbit.forcing)
+    period, n = orbit.period, len(orbit._chain)
+    # Instants, events, velocities after them, and how the flights and velocities open.
+    rows: list[tuple[float, list[int], float, float, float]] = []
     for i in range(n):
-        v = float(formal._unknowns[1 + n + i])
-        rows.append((float(formal._events[i, columns.EVENT_T]), formal._chain[i].tolist(), v))
-    expected = []
+        t, v = float(orbit._events[i, columns.EVENT_T]), float(orbit._unknowns[1 + n + i])
+        rows.append((t, orbit._chain[i].tolist(), v, 0.0, 0.0))
     step = 1 + int(table[0, N_HARMONICS])
-    for touch, (turn, depth) in zip(touches, depths, strict=True):
-        away = abs(acceleration_at(table, touch, turn))
-        speed = math.sqrt(2.0 * away * depth)
+    for touch in touches:
         beyond = touch.region + int(touch.way) * step
-        t = formal.t0 + (turn - formal.t0) % period
-        into = [touch.bound, touch.region, beyond]
-        out = [touch.bound, beyond, touch.region]
-        rows.append((t - speed / away, into, touch.way * speed))
-        rows.append((t + speed / away, out, -touch.way * speed))
-        expected.append((into, speed, 2.0 * speed / away))
+        t = orbit.t0 + (touch.t - orbit.t0) % period
+        short = 2.0 / abs(acceleration_at(table, touch))
+        rows.append((t, [touch.bound, touch.region, beyond], 0.0, short, touch.way))
+        rows.append((t, [touch.bound, beyond, touch.region], 0.0, 0.0, -touch.way))
     rows.sort(key=lambda row: row[0])
-    return _settled(formal, rows, expected)
-
-
-def _settled(
-    formal: PeriodicOrbit,
-    rows: list[tuple[float, list[int], float]],
-    expected: list[tuple[list[int], float, float]],
-) -> PeriodicOrbit | None:
-    table = law(formal.oscillator, formal.forcing)
-    # The first event meets a stop: so orbits begin.
-    if len(formal._chain) == 0:
-        first = next(k for k, row in enumerate(rows) if _enters(table, row[1]))
-        rows = rows[first:] + [(t + formal.period, row, v) for t, row, v in rows[:first]]
-    instants = np.array([t for t, _, _ in rows])
-    lasting = np.diff(np.append(instants, instants[0] + formal.period))
-    chain: Integers = np.array([row for _, row, _ in rows], dtype=np.int64)
-    guess = np.concatenate([instants[:1], lasting, [v for _, _, v in rows]])
-    found = settled(formal, chain, guess)
-    n = len(chain)
-    for into, speed, short in expected:
-        i = next(k for k in range(n) if chain[k].tolist() == into and _near(lasting[k], short))
-        v, s = abs(found._unknowns[1 + n + i]), found._unknowns[1 + i]
-        if not (_near(v, speed) and _near(s, short)):
-            return None
-    return found
-
-
-def _enters(table: Law, row: list[int]) -> bool:
-    """Tell whether a row of a chain enters a soft stop."""
-    bound, before, _ = row
-    upper = bound > int(table[before, at.NUMBER])
-    return bool(table[before, at.UPPER_ENTRY if upper else at.LOWER_ENTRY] == 1.0)
-
-
-def _near(one: float, other: float) -> bool:
-    return other / PARABOLIC < one < other * PARABOLIC
+    instants = np.array([row[0] for row in rows])
+    lasting = np.diff(np.append(instants, instants[0] + period))
+    chain: Integers = np.array([row[1] for row in rows], dtype=np.int64)
+    unknowns = np.concatenate([instants[:1], lasting, [row[2] for row in rows]])
+    osc, force = orbit.oscillator, orbit.forcing
+    solution = Solution(unknowns, orbit.residual, converged=True, isolated=True)
+    touching = orbit_of_solution(osc, force, chain, solution, orbit.n_periods)
+    other = Family(touching, family.path, family.low, family.high)
+    opened = [[0.0], [row[3] for row in rows], [row[4] for row in rows]]
+    direction = np.append(np.concatenate(opened) / other.scale, 0.0)
+    direction /= np.linalg.norm(direction)
+    z = other.corrected(other.start(touching, value), direction, beside_others=True)
+    _, matrix = other.residual(z, value)
+    right = np.append(np.zeros(len(z) - 1), 1.0)
+    # Where several stops are touched each may be met alone: the equations hold that weakly.
+    tangent = bordered(matrix, other.slope(z), direction, right, WEAK)
+    # The parameter goes with the square of the velocity: what is left of it is a sign.
+    tangent[-1] = 0.0
+    tangent /= np.linalg.norm(tangent)
+    beside = other.corrected(z + OPENED * tangent, tangent, beside_others=True)
+    tangent[-1] = math.copysign(TINY, beside[-1] - z[-1])
+    return other, z, tangent

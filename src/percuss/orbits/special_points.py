@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from percuss.errors import PercussError
 from percuss.model.law import law
-from percuss.orbits.births import birth_of, located_birth
-from percuss.orbits.conditions import Point, conditions_of, leaves_soft_stop
+from percuss.orbits.births import birth_of, birth_passed, located_birth
+from percuss.orbits.conditions import Point, condition, conditions_of, leaves_soft_stop
 from percuss.orbits.corners import corner_between
 from percuss.orbits.family import Family
 from percuss.orbits.grazing import GrazeAnalysis, analysed_graze
+from percuss.orbits.leaving import until_left
 from percuss.orbits.locating import Zero, changes_sign, find_zero
 from percuss.orbits.periodic_orbit import PeriodicOrbit
 from percuss.orbits.rounds import halves_differ
@@ -142,20 +143,25 @@ def special_points_between(
     family: Family, a: Point, b: Point
 ) -> Iterator[tuple[SpecialPoint, Point]]:
     """Return the special points between two neighbours on a branch, in order, with row -1."""
+    b, zeros = until_left(family, a, b)
     changed = [
         name
         for name in a.conditions
-        if changes_sign(a.conditions[name], b.conditions.get(name, math.nan))
+        if not leaves_soft_stop(family, name)
+        and changes_sign(a.conditions[name], b.conditions.get(name, math.nan))
     ]
     turns = a.tangent[-1] * b.tangent[-1] < 0.0
-    zeros = []
+    born = birth_passed(family, a, b) if turns else None
+    if born is not None:
+        # There the equations hold two directions weakly; the simpler orbit tells it.
+        zeros.append(("fold", born))
+        changed = [name for name in changed if name != "one"]
     for name in changed:
-        # Where two soft stops are left together each may be met or formally not: families cross.
-        crossed = name == "one" or leaves_soft_stop(family, name)
-        zero = find_zero(family, a, b, _test(family, name), beside_others=crossed)
+        crossed = name == "one"
+        zero = find_zero(family, a, b, condition(family, name), beside_others=crossed)
         if zero is not None:
             zeros.append((name, zero))
-    if turns and "one" not in changed:
+    if turns and born is None and "one" not in changed:
         zero = find_zero(family, a, b, lambda z, _: float(family.tangent(z, a.tangent)[-1]))
         if zero is not None:
             zeros.append(("fold", zero))
@@ -213,10 +219,6 @@ def _is_at(zero: Zero, other: Point) -> bool:
 
 def _is_slow(family: Family, orbit: PeriodicOrbit) -> bool:
     return bool(np.abs(family.into_stops(orbit)).min() < SLOW * family.scale[-1])
-
-
-def _test(family: Family, name: str) -> Callable[[Floats, PeriodicOrbit], float]:
-    return lambda _, orbit: conditions_of(family, orbit)[name]
 
 
 def _special(family: Family, kind: Kind, detail: str, zero: Zero) -> SpecialPoint:

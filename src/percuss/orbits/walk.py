@@ -8,15 +8,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.errors import PercussError
+from percuss.errors import ParameterError, PercussError
 from percuss.model.stops import SoftStop
 from percuss.orbits.conditions import Point, conditions_of, leaves_soft_stop
 from percuss.orbits.family import Family
-from percuss.orbits.meetings import orbit_beyond
+from percuss.orbits.meetings import start_beyond
 from percuss.orbits.periodic_orbit import PeriodicOrbit
-from percuss.orbits.ranges import own_value
+from percuss.orbits.same import are_same
 from percuss.orbits.special_points import SpecialPoint, corner_point, special_points_between
 from percuss.orbits.telling import Telling
+from percuss.orbits.touches import fastest
 
 __all__ = ["STOPPED", "Row", "Walk"]
 
@@ -36,6 +37,11 @@ SHORT, LONG = 1e-7, 0.05
 
 # A branch that ends this near to a corner, in scaled parameter, ends there.
 AT_CORNER = 1e-6
+# Velocities so much larger than the first orbit's, and a parameter that goes so much less than
+# they do, grow without bound.
+LARGE, STANDING = 1e6, 1e-13
+# Velocities and distances at a graze, as a part of the velocity and the period.
+AT_GRAZE = 1e-9
 
 STOPPED = "stopped by progress"
 
@@ -76,6 +82,8 @@ class Walk:
                 return rows, end, False
             found, step, why = walk._step(here, step)
             if found is None:
+                if here.z[-1] in (0.0, 1.0):
+                    return rows, walk._reached(here), False
                 corner = walk._corner(here)
                 if corner is None or corner[1] is None:
                     return rows, why, False
@@ -92,10 +100,11 @@ class Walk:
                 other = walk._beyond(graze) if changes else None
                 if other is None:
                     return rows, why, False
-                walk, found = other
+                walk, here = other
                 step = first
+                continue
             rows.append((found, None))
-            if len(rows) > 5 and walk is self and _is_back(start, found, way, here):
+            if len(rows) > 5 and walk._is_back(start, found, way, here):
                 return rows, "the branch closed", True
             here = found
             if telling is not None and not telling.go_on(walk.family.value(here.z)):
@@ -119,18 +128,22 @@ class Walk:
         return None if corner is None else (corner[1], corner[0])
 
     def _beyond(self, graze: Point) -> tuple[Walk, Point] | None:
-        """Return the walk that goes on beyond a graze of a soft stop, and its first point."""
-        value = self.family.value(graze.z)
-        orbit = orbit_beyond(self.family, graze.orbit, value)
-        if orbit is None:
+        """Return the walk that goes on beyond a graze of a soft stop, and the graze as its start."""
+        begun = start_beyond(self.family, graze.orbit, self.family.value(graze.z))
+        if begun is None:
             return None
-        beside = own_value(orbit, self.family.path)
-        other = Family(orbit, self.family.path, self.family.low, self.family.high)
-        walk = Walk(other, self.max_points, self.largest)
-        point = walk.start(orbit, beside)
-        # Away from the graze.
-        way = np.sign(beside - value) * np.sign(point.tangent[-1])
-        return walk, dataclasses.replace(point, tangent=way * point.tangent)
+        family, z, tangent = begun
+        z[-1] = min(max(z[-1], 0.0), 1.0)
+        orbit = family.orbit(z)
+        conditions = conditions_of(family, orbit)
+        near = AT_GRAZE * fastest(orbit)
+        for name, value in conditions.items():
+            # What the graze zeroes, to rounding, changes no sign there again.
+            room = name == "passage" and abs(value) < near * orbit.period
+            if room or (name.startswith("velocity") and abs(value) < near):
+                conditions[name] = 0.0
+        walk = Walk(family, self.max_points, self.largest)
+        return walk, Point(z, tangent, orbit, conditions, family)
 
     def _last(self, here: Point, found: Point, new: list[Row]) -> tuple[int, str, bool]:
         """Return which of the special points after a point ends the family, and why, if one does.
@@ -174,41 +187,46 @@ class Walk:
                     return f"the orbit meets soft stop {stop} once more"
         return ""
 
-    def _size(self, z: Floats) -> float:
-        """Return how much larger the velocities are than those of the first orbit, at least 1."""
-        return max(1.0, float(np.abs(z[1 + self.family.n : -1]).max(initial=0.0)))
-
     def _edge(self, here: Point) -> str | None:
         part, outwards = here.z[-1], here.tangent[-1]
         if (part <= 0.0 and outwards < 0.0) or (part >= 1.0 and outwards > 0.0):
-            return f"{self.family.path} = {self.family.value(here.z):.12g} reached"
+            return self._reached(here)
+        if self.family.size(here.z) > LARGE and abs(outwards) < STANDING:
+            at = f"{self.family.path} = {self.family.value(here.z):.12g}"
+            return f"the velocities grow without bound towards {at}"
         return None
+
+    def _reached(self, here: Point) -> str:
+        return f"{self.family.path} = {self.family.value(here.z):.12g} reached"
 
     def _step(self, here: Point, step: float) -> tuple[Point | None, float, str]:
         """Return the next point and the step to try after it."""
-        why = ""
+        why, invalid = "", False
         while step > LEAST_STEP:
             try:
                 found = self._tried(here, step)
             except PercussError as error:
                 found, why = None, str(error)
+                invalid = isinstance(error, ParameterError)
             if found is None:
                 # A tangent from a difference may point aside where another family is near.
                 exact = self.family.tangent(here.z, here.tangent)
                 here = dataclasses.replace(here, tangent=exact)
             if found is not None:
                 straight = float(here.tangent @ found.tangent) > STRAIGHT
-                longest = min(self.largest * self._size(found.z), step * LONGER)
+                longest = min(self.largest * self.family.size(found.z), step * LONGER)
                 return found, longest if straight else step, ""
             step *= 0.5
         at = f"{self.family.path} = {self.family.value(here.z):.12g}"
+        if invalid:
+            return None, step, f"beyond {at} there is no such system: {why}"
         return None, step, f"no step of {LEAST_STEP:g} beyond {at}: {why or 'the branch bends'}"
 
     def _tried(self, here: Point, step: float) -> Point | None:
         guess = here.z + step * here.tangent
         normal = here.tangent
         outside = not 0.0 <= guess[-1] <= 1.0
-        if outside:
+        if outside and here.tangent[-1] != 0.0:
             edge = 0.0 if guess[-1] < 0.0 else 1.0
             guess = here.z + (edge - here.z[-1]) / here.tangent[-1] * here.tangent
             guess[-1] = edge
@@ -228,12 +246,28 @@ class Walk:
         found = Point(z, tangent, orbit, conditions_of(self.family, orbit), self.family)
         return found if here.tangent @ found.tangent > TURNED else None
 
+    def _is_back(self, start: Point, found: Point, way: float, before: Point) -> bool:
+        """Tell whether the last step passed the start, whole periods apart."""
+        if self.family is not start.family:
+            return self._is_back_by_others(start, found, before)
+        apart = start.z - found.z
+        if len(apart) > 1:
+            apart[0] -= round(apart[0])
+        step = float(np.linalg.norm(found.z - before.z))
+        same_way = way * float(start.tangent @ found.tangent) > TURNED
+        return same_way and float(np.linalg.norm(apart)) < 0.6 * step
 
-def _is_back(start: Point, found: Point, way: float, before: Point) -> bool:
-    """Tell whether the last step passed the start, whole periods apart."""
-    apart = start.z - found.z
-    if len(apart) > 1:
-        apart[0] -= round(apart[0])
-    step = float(np.linalg.norm(found.z - before.z))
-    same_way = way * float(start.tangent @ found.tangent) > TURNED
-    return same_way and float(np.linalg.norm(apart)) < 0.6 * step
+    def _is_back_by_others(self, start: Point, found: Point, before: Point) -> bool:
+        """Tell whether the last step passed the start after other events have come and gone."""
+        value = start.z[-1]
+        if (before.z[-1] - value) * (found.z[-1] - value) > 0.0 or before.z[-1] == found.z[-1]:
+            return False
+        if len(found.orbit._chain) != len(start.orbit._chain):
+            return False
+        part = (value - before.z[-1]) / (found.z[-1] - before.z[-1])
+        held = np.append(np.zeros(len(found.z) - 1), 1.0)
+        try:
+            there = self.family.corrected(before.z + part * (found.z - before.z), held)
+            return are_same(self.family.orbit(there), start.orbit)
+        except PercussError:
+            return False
