@@ -53,6 +53,7 @@ def growth_in_bits(proven: pc.certified.CertifiedRun) -> float:
     """Return log2 of the derivative over all impacts, in floats; one harmonic, k = 1, a = 0."""
     force, wall = proven.forcing, proven.oscillator.stops[0]
     assert force is not None
+    assert isinstance(wall, pc.Wall)
     part = force.components()[0]
     omega, r = float(part.omega), float(pc.model.as_float(wall.restitution))
     times = [0.0, *proven.impacts.t.mid()]

@@ -137,13 +137,13 @@ def _diagram(page: Any) -> tuple[float, float, int]:
         field.fill(value)
         field.blur()
     began = time.perf_counter()
-    page.evaluate("document.querySelector('section[aria-label=Diagram] .hint').textContent = ''")
+    page.evaluate("document.querySelector('section[aria-label=Diagram] .legend').textContent = ''")
     view.get_by_role("button", name="Compute").click()
-    hint = "document.querySelector('section[aria-label=Diagram] .hint').textContent"
-    page.wait_for_function(f"{hint}.includes('points')", timeout=60_000)
+    hint = "document.querySelector('section[aria-label=Diagram] .legend').textContent"
+    page.wait_for_function(f"() => {hint}.includes('points')", timeout=60_000)
     first = time.perf_counter() - began
     status = "document.querySelector('section[aria-label=Diagram] .status').textContent"
-    page.wait_for_function(f"{status}.startsWith('done')", timeout=60_000)
+    page.wait_for_function(f"() => {status}.startsWith('done')", timeout=60_000)
     seconds = time.perf_counter() - began
     points = int(page.evaluate(hint).split(" ")[0].replace(",", ""))
     return seconds, first, points
@@ -177,6 +177,7 @@ async def _load(address: str, clients: int, seconds: float) -> tuple[list[float]
             async def listen() -> None:
                 async for data in socket:
                     now = time.perf_counter()
+                    assert isinstance(data, bytes)
                     size = int.from_bytes(data[:4], "little")
                     header = json.loads(data[4 : 4 + size])
                     assert header["kind"] == "explore", header

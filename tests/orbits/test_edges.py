@@ -11,7 +11,7 @@ import pytest
 import percuss as pc
 from percuss.model import Side
 from percuss.orbits import single_impact, single_impact_orbits
-from percuss.orbits.stability import multipliers_of, stability_of
+from percuss.orbits.orbit.stability import multipliers_of, stability_of
 
 COCO = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.orbits.graze_statements import consequence
-from percuss.orbits.grazing import analysed_graze
+from percuss.orbits.families.graze_statements import consequence
+from percuss.orbits.families.grazing import analysed_graze
 
 AMPLITUDE = "forcing.amplitude"
 COCO = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import percuss as pc
-from percuss.orbits.extremes import extremes_of
+from percuss.orbits.orbit.extremes import extremes_of
 
 WALL = pc.impact_oscillator(0.8, wall=0.2, side="above", damping=0.05)
 SOFT = pc.bilinear_oscillator(stiffness_above=1.0, stiffness_below=9.0, damping=0.05)

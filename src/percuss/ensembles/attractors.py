@@ -24,7 +24,7 @@ from percuss.ensembles.lanes import Plan, follow_lanes
 from percuss.ensembles.measures import period_of
 from percuss.ensembles.refining import NEAR, System, refined_orbit, strobes_of_orbit
 from percuss.kernels import survey
-from percuss.orbits.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Attractor", "label_starts"]
 

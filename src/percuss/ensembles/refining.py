@@ -16,10 +16,10 @@ from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.orbits.find import find_orbit
-from percuss.orbits.periodic_orbit import PeriodicOrbit
-from percuss.orbits.steady import regions, steady_orbit
-from percuss.orbits.sticking import sticking_orbits
+from percuss.orbits.finding.find import find_orbit
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.steady import regions, steady_orbit
+from percuss.orbits.orbit.sticking import sticking_orbits
 
 __all__ = ["NEAR", "System", "impacts_at", "refined_orbit", "strobes_of_orbit"]
 

@@ -17,7 +17,7 @@ from percuss.io.reading import NETCDF_ATTRIBUTE
 from percuss.io.record import Record, make_record
 from percuss.io.results import kind_of
 from percuss.motion.trajectory import Trajectory
-from percuss.orbits.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 SAMPLES = 2001
 

@@ -13,8 +13,8 @@ import xarray as xr
 
 from percuss.io.exactly import decoded, encoded
 from percuss.motion.tables import Impacts
-from percuss.orbits.passages import Passages
-from percuss.orbits.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.passages import Passages
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["orbits_dataset", "orbits_of_dataset"]
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-    from percuss.orbits.branch import Branch
-    from percuss.orbits.periodic_orbit import PeriodicOrbit
+    from percuss.orbits.families.branch import Branch
+    from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["ResultKind", "kind_of"]
 

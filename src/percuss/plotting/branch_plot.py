@@ -9,7 +9,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from percuss.errors import ParameterError
-from percuss.orbits.branch import Branch
+from percuss.orbits.families.branch import Branch
 from percuss.plotting.style import BLACK, BLUE, Units, axes_for, fix_ticks, style, units_of
 
 Floats = npt.NDArray[np.float64]

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
-from percuss.orbits.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 from percuss.plotting.jumps import draw_jumps
 from percuss.plotting.samples import Curve, sample_curve, window_of
 from percuss.plotting.stops import draw_rest_points, draw_stops, stop_places

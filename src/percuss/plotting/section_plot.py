@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.stops import Wall
-from percuss.orbits.manifolds import Manifolds
-from percuss.orbits.singularity_set import SingularityCurve, SingularitySet
+from percuss.orbits.surface.manifolds import Manifolds
+from percuss.orbits.surface.singularity_set import SingularityCurve, SingularitySet
 from percuss.plotting.style import (
     BLACK,
     BLUE,

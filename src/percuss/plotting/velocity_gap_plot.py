@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from percuss.errors import ParameterError
-from percuss.orbits.velocity_gap import VelocityGap
+from percuss.orbits.responses.velocity_gap import VelocityGap
 from percuss.plotting.response_plot import COLOURS, FORMAL, MARK, MARKERS, STABLE, UNSTABLE
 from percuss.plotting.style import BLACK, Units, axes_for, fix_ticks, style, units_of
 

@@ -1,0 +1,157 @@
+"""The pictures of the workbench in docs/workbench.md: drives `percuss serve` in Chromium.
+
+Needs playwright and Chromium beside the extra `web`. The report of the paper is shown where one
+is given:
+
+    python examples/workbench_screenshots.py --out docs/images --report demo/paper
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import Locator, Page, ViewportSize, expect, sync_playwright
+
+SIZE: ViewportSize = {"width": 1280, "height": 760}
+PHONE: ViewportSize = {"width": 375, "height": 720}
+WAIT = 240_000
+# A picture in the documents is not larger [bytes].
+MOST = 200_000
+
+
+def main() -> None:
+    """Take the pictures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--out", type=Path, default=Path("docs/images"))
+    parser.add_argument("--report", type=Path)
+    given = parser.parse_args()
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        sys.exit("no chromium is found")
+    command = [sys.executable, "-m", "percuss", "serve", "--port", "0", "--no-open"]
+    if given.report is not None:
+        command += ["--report", str(given.report)]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert server.stdout is not None
+        address = server.stdout.readline().split()[3]
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(
+                executable_path=chromium, args=["--no-sandbox", "--disable-gpu"]
+            )
+            page = browser.new_page(viewport=SIZE)
+            page.goto(address)
+            page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+            for name, show in SHOWN.items():
+                if name == "paper" and given.report is None:
+                    continue
+                show(page)
+                _save(page, given.out / f"workbench_{name}.png")
+            browser.close()
+    finally:
+        server.terminate()
+        server.wait(20)
+
+
+def _save(page: Page, file: Path) -> None:
+    page.mouse.move(0, 0)
+    page.wait_for_timeout(1500)
+    page.screenshot(path=file)
+    # The page has few colours.
+    Image.open(file).convert("RGB").quantize(96, dither=Image.Dither.NONE).save(file, optimize=True)
+    size = file.stat().st_size
+    print(f"{file}: {size:,} bytes")
+    assert size < MOST, "too large for the documents"
+
+
+def _view(page: Page, name: str) -> Locator:
+    page.locator(f"[data-view={name}]").click()
+    return page.locator(f"section[aria-label={name.title()}]")
+
+
+def _open(page: Page, preset: str) -> None:
+    _view(page, "gallery")
+    page.locator(f"[data-name={preset}]").click()
+    page.wait_for_timeout(1000)
+
+
+def _field(view: Locator, label: str) -> Locator:
+    return view.locator(f'.settings label:has(> span:text-is("{label}")) :is(input, select)')
+
+
+def _compute(view: Locator, settings: dict[str, str]) -> None:
+    for label, value in settings.items():
+        _field(view, label).fill(value)
+        _field(view, label).blur()
+    view.get_by_role("button", name="Compute", exact=True).click()
+    expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
+
+
+def _explore(page: Page) -> None:
+    _open(page, "fig06_above")
+    row = page.locator(".row", has=page.locator("#p-start-v0"))
+    row.get_by_role("button", name="range of the slider").click()
+    row.get_by_role("button", name="finer").click()
+
+
+def _dark(page: Page) -> None:
+    _open(page, "first_impacts")
+    for _ in range(2):
+        page.get_by_role("button", name="Light or dark").click()
+    page.wait_for_timeout(3600)
+
+
+def _diagram(page: Page) -> None:
+    page.get_by_role("button", name="Light or dark").click()
+    page.wait_for_timeout(3600)
+    view = _view(page, "diagram")
+    _compute(view, {"from": "2.2", "to": "2.95", "values": "2400"})
+
+
+def _response(page: Page) -> None:
+    _open(page, "coco")
+    view = _view(page, "diagram")
+    _field(view, "kind").select_option("response")
+    _compute(view, {"from": "0.5", "to": "1.5"})
+
+
+def _basins(page: Page) -> None:
+    _open(page, "first_impacts")
+    view = _view(page, "basins")
+    _compute(view, {"x from": "-2", "v from": "-2", "v to": "2"})
+
+
+def _gallery(page: Page) -> None:
+    _view(page, "gallery")
+    page.wait_for_timeout(4000)
+
+
+def _paper(page: Page) -> None:
+    _view(page, "paper")
+    page.wait_for_timeout(3000)
+
+
+def _phone(page: Page) -> None:
+    _open(page, "chatter")
+    page.set_viewport_size(PHONE)
+
+
+SHOWN = {
+    "explore": _explore,
+    "dark": _dark,
+    "diagram": _diagram,
+    "response": _response,
+    "basins": _basins,
+    "gallery": _gallery,
+    "paper": _paper,
+    "phone": _phone,
+}
+
+
+if __name__ == "__main__":
+    main()

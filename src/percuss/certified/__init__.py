@@ -1,0 +1,35 @@
+"""The same questions in ball arithmetic: results with radii that are certain.
+
+Needs python-flint, the extra ``percuss[certified]``.
+"""
+
+from __future__ import annotations
+
+from percuss.errors import MissingExtraError
+
+try:
+    import flint as _flint  # noqa: F401
+except ImportError:  # pragma: no cover
+    raise MissingExtraError("certified results need python-flint", "certified") from None
+
+from percuss.certified.balls import Ball, Balls, ComplexBall
+from percuss.certified.certify import certify
+from percuss.certified.orbit_result import CertifiedOrbit
+from percuss.certified.record import Ending
+from percuss.certified.results import CertifiedRun
+from percuss.certified.special import CertifiedPoint
+from percuss.certified.statements import Verdict, critical_velocity, keeps_eigenset
+
+__all__ = [
+    "Ball",
+    "Balls",
+    "CertifiedOrbit",
+    "CertifiedPoint",
+    "CertifiedRun",
+    "ComplexBall",
+    "Ending",
+    "Verdict",
+    "certify",
+    "critical_velocity",
+    "keeps_eigenset",
+]

@@ -1,0 +1,73 @@
+"""Whether the flights of an orbit meet nothing before their ends."""
+
+from __future__ import annotations
+
+from flint import arb, ctx
+
+from percuss.certified.chain import Link
+from percuss.certified.first_root import Search
+from percuss.certified.law import coarse_bits, law_of
+from percuss.certified.numbers import precision
+from percuss.certified.shooting import Shooting, States
+from percuss.certified.step import LEAST, flight_of, levels_of
+from percuss.certified.undecided import Undecided
+
+__all__ = ["admissible_of"]
+
+
+def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str]:
+    """Tell whether each flight of an orbit meets its event first; None where that stays open."""
+    n = len(states)
+    for i, state in enumerate(states):
+        following = (i + 1) % n
+        until = states[following][0] + (equations.period if following == 0 else arb(0))
+        try:
+            first = _meets_first(equations, i, state, until - state[0], equations.chain[following])
+        except Undecided as question:
+            return None, f"flight {i}: {question.reason}"
+        if not first:
+            return False, f"flight {i} passes through a stop before its end"
+    return True, ""
+
+
+def _meets_first(
+    equations: Shooting, i: int, state: tuple[arb, arb], s: arb, following: Link
+) -> bool:
+    """Tell whether the first event of a flight is the next one of the orbit."""
+    system = equations.system
+    start = equations.departure(i, state)
+    into = 1 if system.regions[start.region].lower == start.bound else -1
+    if into * state[1] < 0:
+        return False
+    tries = sorted({coarse_bits(system), ctx.prec})
+    for coarse in tries:
+        with precision(coarse):
+            flight = flight_of(system, start, whole=True)
+            levels = levels_of(system, start.region)
+            started = next(level for level in levels if level.bound == start.bound)
+            law = law_of(system)
+            width = 1.0 / max([flight.region.pace, *law.paces, 1e-6])
+            least = max(LEAST, 2.0 ** (-0.45 * coarse) * width)
+            search = Search(
+                flight,
+                levels,
+                started,
+                1,
+                width=width,
+                least=least,
+                sharp=coarse > coarse_bits(system),
+            )
+            try:
+                bracket = search.first(2.0 * float(s.upper()))
+            except Undecided:
+                if coarse == tries[-1]:
+                    raise
+                continue
+            if bracket is None:
+                raise Undecided("precision", "no event was found where the orbit has one")
+            if bracket.level.bound == following.bound and s > bracket.low and s < bracket.high:
+                return True
+            if s > bracket.high:
+                return False
+            raise Undecided("graze", "another event lies within the radius of the orbit's")
+    raise Undecided("graze", "a turning point touches a stop within the radius")

@@ -1,0 +1,187 @@
+"""Balls as results: a midpoint and a radius that is proven, one of them or a column."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from flint import acb, arb
+from numpy.typing import NDArray
+
+from percuss.certified.numbers import precision, time_ball
+from percuss.model.exact import Phase
+
+__all__ = ["Ball", "Balls", "ComplexBall"]
+
+# Bits to compare and print with: more than any ball here has by default.
+WIDE = 8192
+LOG10_2 = math.log10(2.0)
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Ball:
+    """A real number that lies for certain within a radius of a midpoint.
+
+    Attributes
+    ----------
+    arb
+        The ball itself, of python-flint, for further calculations.
+
+    Examples
+    --------
+    >>> from flint import arb
+    >>> ball = Ball(arb(1) / 3)
+    >>> ball.mid(), ball.digits() >= 15, ball.contains("1/3")
+    (0.3333333333333333, True, True)
+    """
+
+    arb: arb
+
+    def mid(self) -> float:
+        """Return the midpoint as the nearest float."""
+        return float(self.arb.mid())
+
+    def radius(self) -> float:
+        """Return how far the number can be from `mid`, the rounding of that to a float included."""
+        if not self.arb.is_finite():
+            return math.nan if self.arb.is_nan() else math.inf
+        with precision(WIDE):
+            return float((self.arb - arb(self.mid())).abs_upper()) * (1.0 + 2.0**-50) + 5e-324
+
+    def digits(self) -> float:
+        """Return how many decimal digits the ball has: -log10(radius / midpoint)."""
+        return _digits(self.arb)
+
+    def text(self, digits: int = 20) -> str:
+        """Return the number in decimals, as many as are certain, and its error."""
+        return str(self.arb.str(digits))
+
+    def contains(self, value: Phase) -> bool:
+        """Tell whether an exact number, as ``"1/3"`` or ``"20*pi"``, can be the number."""
+        with precision(WIDE):
+            return bool(self.arb.overlaps(time_ball(value)))
+
+    def overlaps(self, other: Ball) -> bool:
+        """Tell whether two balls can be the same number."""
+        return bool(self.arb.overlaps(other.arb))
+
+    def __float__(self) -> float:
+        return self.mid()
+
+    def __repr__(self) -> str:
+        """Return the certain digits and the error."""
+        return f"<Ball {self.text()}>"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Balls:
+    """A column of balls.
+
+    Attributes
+    ----------
+    arbs
+        The balls of python-flint.
+    shape
+        Shape of the arrays that `mid` and `radius` return.
+
+    Examples
+    --------
+    >>> from flint import arb
+    >>> column = Balls((arb(1), arb(2).sqrt()))
+    >>> column.mid()
+    array([1.        , 1.41421356])
+    >>> bool((column.radius() < 1e-15).all()), column[0].contains(1)
+    (True, True)
+    """
+
+    arbs: tuple[arb, ...]
+    shape: tuple[int, ...] | None = None
+
+    @classmethod
+    def of(cls, balls: Iterable[arb], shape: tuple[int, ...] | None = None) -> Balls:
+        """Make a column."""
+        return cls(tuple(balls), shape)
+
+    def mid(self) -> NDArray[np.float64]:
+        """Return the midpoints as the nearest floats."""
+        return self._array(float(ball.mid()) for ball in self.arbs)
+
+    def radius(self) -> NDArray[np.float64]:
+        """Return how far each number can be from its `mid`, that one's rounding included."""
+        return self._array(Ball(ball).radius() for ball in self.arbs)
+
+    def digits(self) -> NDArray[np.float64]:
+        """Return how many decimal digits each ball has."""
+        return self._array(_digits(ball) for ball in self.arbs)
+
+    def _array(self, values: Iterable[float]) -> NDArray[np.float64]:
+        found = np.array(list(values), dtype=np.float64)
+        return found if self.shape is None else found.reshape(self.shape)
+
+    def __len__(self) -> int:
+        """Return the number of balls."""
+        return len(self.arbs)
+
+    def __getitem__(self, index: int) -> Ball:
+        """Return one ball."""
+        return Ball(self.arbs[index])
+
+    def __iter__(self) -> Iterator[Ball]:
+        """Go through the balls."""
+        return (Ball(ball) for ball in self.arbs)
+
+    def __repr__(self) -> str:
+        """Tell how many there are and the fewest digits."""
+        if not self.arbs:
+            return "<Balls: 0>"
+        return f"<Balls: {len(self)}, {self.digits().min():.3g} digits or more>"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class ComplexBall:
+    """A complex number that lies for certain in a rectangle.
+
+    Attributes
+    ----------
+    acb
+        The rectangle, of python-flint.
+    """
+
+    acb: acb
+
+    @property
+    def real(self) -> Ball:
+        """The real part."""
+        return Ball(self.acb.real)
+
+    @property
+    def imag(self) -> Ball:
+        """The imaginary part."""
+        return Ball(self.acb.imag)
+
+    def mid(self) -> complex:
+        """Return the midpoint as floats."""
+        return complex(self.real.mid(), self.imag.mid())
+
+    def radius(self) -> float:
+        """Return how far the number can be from `mid`."""
+        return math.hypot(self.real.radius(), self.imag.radius()) * (1.0 + 1e-15)
+
+    def __repr__(self) -> str:
+        """Return the certain digits and the error of both parts."""
+        return f"<ComplexBall {self.real.text(12)} + {self.imag.text(12)} i>"
+
+
+def _digits(ball: arb) -> float:
+    if not ball.is_finite():
+        return -math.inf
+    radius = ball.rad()
+    if radius.is_zero():
+        return math.inf
+    size = abs(ball.mid())
+    if size.is_zero():
+        return -math.inf
+    with precision(64):
+        return float((size / radius).log()) * LOG10_2 / math.log(2.0)

@@ -1,0 +1,125 @@
+"""Orbits along a parameter: exact systems at its values, balls over a stretch of it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from fractions import Fraction
+
+from flint import arb, arb_mat, ctx
+
+from percuss.certified.chain import Link
+from percuss.certified.krawczyk import krawczyk
+from percuss.certified.law import coarse_bits, law_of
+from percuss.certified.numbers import ball
+from percuss.certified.shooting import Shooting, States, matrix_of, residual_of
+from percuss.certified.system import System, system_of
+from percuss.certified.undecided import Undecided
+from percuss.model.paths import replace_parameter
+
+__all__ = [
+    "boxed",
+    "equations_at",
+    "equations_over",
+    "exact_value",
+    "root_of",
+    "solution_at",
+    "system_at",
+    "system_over",
+]
+
+MOST_STEPS = 60
+# Bits of derivatives beyond those of runs: sizes of boxes are divided by their differences.
+MORE = 64
+
+
+def exact_value(value: arb) -> Fraction:
+    """Return the midpoint of a ball as a fraction."""
+    mantissa, exponent = value.mid().man_exp()
+    number = Fraction(int(mantissa))
+    return number * Fraction(2) ** int(exponent)
+
+
+def system_at(system: System, path: str, value: Fraction) -> System:
+    """Return the exact system at a value of a parameter."""
+    osc, force, _ = replace_parameter(system.oscillator, system.forcing, None, path, value)
+    return system_of(osc, force)
+
+
+def system_over(system: System, path: str, low: Fraction, high: Fraction) -> System:
+    """Return the systems at all values of a parameter between two."""
+    middle = system_at(system, path, (low + high) / 2)
+    if path not in middle.numbers:
+        raise Undecided("precision", f"{path} is no number that can be a ball here")
+    return dataclasses.replace(middle, moved=(path, low, high))
+
+
+def equations_at(system: System, chain: list[Link], n_periods: int) -> Shooting:
+    """Return the equations of an orbit in a system."""
+    return Shooting(system, chain, law_of(system).period(n_periods))
+
+
+def equations_over(
+    system: System, chain: list[Link], n_periods: int, path: str, low: Fraction, high: Fraction
+) -> Shooting:
+    """Return the equations of the orbits at all values of a parameter between two."""
+    return equations_at(system_over(system, path, low, high), chain, n_periods)
+
+
+def solution_at(
+    system: System, chain: list[Link], n_periods: int, path: str, value: Fraction, guess: States
+) -> tuple[Shooting, States]:
+    """Return equations and solution at a value of the parameter, near a guess."""
+    equations = equations_at(system_at(system, path, value), chain, n_periods)
+    return equations, equations.newton(guess)
+
+
+def boxed(equations: Shooting, point: States) -> tuple[States, States]:
+    """Return boxes with exactly one solution for every value of the parameter.
+
+    All of them lie in the first box, and in the second there are no others.
+    """
+    coarse = min(ctx.prec, coarse_bits(equations.system) + MORE)
+
+    def value(z: list[arb]) -> arb_mat:
+        states = pairs(z)
+        return residual_of(states, [image for image, _ in equations.images(states, coarse)])
+
+    def derivative(z: list[arb]) -> arb_mat:
+        return matrix_of([block for _, block in equations.images(pairs(z), coarse)])
+
+    solved = krawczyk(value, derivative, [x for state in point for x in state])
+    return pairs(solved.box), pairs(solved.trial)
+
+
+def pairs(z: list[arb]) -> States:
+    """Return a vector as instants and velocities."""
+    return [(z[i], z[i + 1]) for i in range(0, len(z), 2)]
+
+
+def root_of(function: Callable[[Fraction], arb], start: Fraction, step: Fraction) -> Fraction:
+    """Return about where a function of a parameter is zero, by the secant method.
+
+    Raises
+    ------
+    Undecided
+        If it does not converge.
+    """
+    a, b = start, start + step
+    fa, fb = function(a).mid(), function(b).mid()
+    for _ in range(MOST_STEPS):
+        if fa == fb:
+            break
+        move = (fb * (exact_ball(b) - exact_ball(a)) / (fb - fa)).mid()
+        following = exact_value(exact_ball(b) - move)
+        a, fa = b, fb
+        b = following
+        if abs(move) < exact_ball(Fraction(1, 2 ** (ctx.prec // 2))) * (1 + abs(exact_ball(b))):
+            return b
+        fb = function(b).mid()
+    raise Undecided("precision", "the secant method finds no zero along the branch")
+
+
+def exact_ball(value: Fraction) -> arb:
+    """Return a ball around a fraction."""
+    return ball(value)

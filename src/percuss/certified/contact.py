@@ -1,0 +1,235 @@
+"""What a wall does: a chatter enclosed to its end, contact, and its release."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flint import arb, ctx
+
+from percuss.certified.first_root import Bracket, Level, Search
+from percuss.certified.flight import Push
+from percuss.certified.law import Law, coarse_bits, constant_of, law_of
+from percuss.certified.numbers import ball, between, precision, span, time_ball, upper
+from percuss.certified.step import LEAST
+from percuss.certified.system import System
+from percuss.certified.undecided import Undecided
+from percuss.model.exact import Phase
+
+__all__ = ["Hold", "Hops", "Released", "chatter_end", "first_push", "release"]
+
+# The force's derivatives that are looked at before it counts as undecided.
+LAST_ORDER = 12
+MOST_STEPS = 60
+
+
+class Hold(NamedTuple):
+    """A contact: region and bound, since when, and which derivative of the force holds first."""
+
+    region: int
+    bound: int
+    since: arb
+    order: int = 0
+    time: Phase | None = None
+
+
+class Hops(NamedTuple):
+    """The hops of a chatter from the last listed one to their end: all of them, as balls."""
+
+    end: arb
+    x: arb
+    v: arb
+
+
+class Released(NamedTuple):
+    """The instant of a release; None in the place of one that never comes, or not by the end."""
+
+    t: arb | None
+    for_ever: bool
+
+
+def first_push(law: Law, region: int, x: arb, turns: list[tuple[arb, arb]]) -> tuple[int, int]:
+    """Return the order and the sign of the first derivative of x that moves a mass at rest.
+
+    Returns (0, 0) where the force is zero for ever.
+    """
+    push = Push(law, region, turns, x, 0)
+    if not push.drive and constant_of(push.rest).is_zero():
+        return 0, 0
+    for order, value in enumerate(push.taylor(LAST_ORDER)):
+        number = constant_of(value)
+        if number > 0 or number < 0:
+            return order + 2, 1 if number > 0 else -1
+        if not number.is_zero():
+            reason = "the force on a mass at rest on a stop may be zero or not"
+            raise Undecided("force", reason)
+    if all(
+        constant_of(at).is_zero() and constant_of(slope).is_zero() for _, at, slope in push.drive
+    ):
+        return 0, 0
+    raise Undecided("force", f"{LAST_ORDER} derivatives of the force are zero where it rests")
+
+
+def chatter_end(
+    system: System,
+    region: int,
+    bound: int,
+    sign: int,
+    box: tuple[arb, arb],
+    restitution: arb,
+    finest: arb,
+) -> Hops | None:
+    """Return where the hops after an impact accumulate, None where that is too early to tell.
+
+    With the acceleration towards the wall between P1 and P2 for as long as it lasts, hops are
+    between 2 u/P2 and 2 u/P1 long and end with speeds between u (P1/P2)^(1/2) and
+    u (P2/P1)^(1/2): the sum lies between two geometric series (docs/theory/certified.md).
+
+    Parameters
+    ----------
+    system
+        The exact system.
+    region, bound, sign
+        Where: sign is +1 at a wall below.
+    box
+        Instant, and speed u > 0 after the impact.
+    restitution
+        Below 1.
+    finest
+        Half-width at which the instant is good enough.
+    """
+    law = law_of(system)
+    here = law.regions[region]
+    t, speed = box
+    x = law.places[bound]
+    push = Push(law, region, law.turns(t), x, 0)
+    force = -sign * sum((at for _, at, _ in push.drive), push.rest)
+    if not force > 0:
+        return None
+    longest = 8 * speed.abs_upper() / (force.abs_lower() * (1 - restitution))
+    # Up to twice the speed and twice the height are allowed for; neither is reached.
+    fast, high = 2 * speed.abs_upper(), speed.abs_upper() ** 2 / force.abs_lower() * 2
+    change = sum((wave.size * wave.pace for wave in push.waves), 0.0) * 1.00001
+    doubt = longest * change + 2 * abs(here.damping) * fast + abs(here.stiffness) * high
+    least, most = force.abs_lower() - doubt, force.abs_upper() + doubt
+    if not (least > 0 and 2 * least > force.abs_lower()):
+        return None
+    ratio = (most / least).sqrt()
+    if not (ratio < 2 and restitution * ratio < arb("0.999999999")):
+        return None
+    late = 2 * speed / least / (1 - restitution * ratio)
+    early = 2 * speed / most / (1 - restitution / ratio)
+    if not (late < longest and _has_room(law, system, region, bound, sign, high)):
+        return None
+    found = between(t + early, t + late)
+    if not found.rad() < finest:
+        return None
+    return Hops(found, x + sign * between(arb(0), high), span(fast))
+
+
+def _has_room(law: Law, system: System, region: int, bound: int, sign: int, high: arb) -> bool:
+    """Tell whether the other end of the region is higher than all hops."""
+    here = system.regions[region]
+    other = here.upper if sign > 0 else here.lower
+    return other is None or bool(sign * (law.places[other] - law.places[bound]) > high)
+
+
+def release(system: System, hold: Hold, end: arb) -> Released:
+    """Return when a contact ends: the first time that the force towards the wall changes sign.
+
+    Raises
+    ------
+    Undecided
+        If the force touches zero within the radius.
+    """
+    question = None
+    for coarse in sorted({coarse_bits(system), ctx.prec}):
+        try:
+            return _release(system, hold, end, coarse)
+        except Undecided as open_question:
+            if open_question.kind != "graze":
+                raise
+            question = open_question
+    assert question is not None
+    touch = question.touch
+    if touch is None:
+        raise question
+    reason = f"the force on the mass at rest comes within {touch.clearance:.3g} of zero"
+    raise Undecided("graze", reason, touch)
+
+
+def _push_of(system: System, hold: Hold, since: arb) -> Push:
+    law = law_of(system)
+    turns = law.turns(since) if hold.time is None else law.turns_at(hold.time)
+    return Push(law, hold.region, turns, law.places[hold.bound], hold.order)
+
+
+def _release(system: System, hold: Hold, end: arb, coarse: int) -> Released:
+    sign = 1 if system.regions[hold.region].lower == hold.bound else -1
+    with precision(coarse):
+        push = _push_of(system, hold, hold.since)
+        level = Level(hold.bound, -sign, arb(0))
+        if not push.drive or _holds_for_ever(push, sign):
+            return Released(None, for_ever=True)
+        longest = upper(end - hold.since) if end.is_finite() else float("inf")
+        whole = _period(system)
+        started = level if hold.order else None
+        width = 1.0 / _pace(push)
+        search = Search(
+            push,
+            [level],
+            started,
+            hold.order,
+            width=width,
+            least=max(LEAST, 2.0 ** (-0.45 * coarse) * width),
+            sharp=coarse > coarse_bits(system),
+        )
+        bracket = search.first(min(longest, whole))
+        if bracket is None:
+            # A whole period without a root has none ever.
+            return Released(None, for_ever=whole <= longest)
+    middle = hold.since.mid()
+    began = middle if hold.time is None else time_ball(hold.time)
+    fine = _push_of(system, hold, middle)
+    return Released(began + _zero(fine, bracket, sign), for_ever=False)
+
+
+def _zero(push: Push, bracket: Bracket, sign: int) -> arb:
+    """Return the zero of the force in a bracket in which it falls through zero."""
+    s = arb(bracket.guess)
+    for _ in range(MOST_STEPS):
+        (value, slope), _ = push.derivatives(s, 1)
+        if value.abs_lower() < 4 * value.rad():
+            break
+        s = (s - (value / slope).mid()).mid()
+    (value, slope), _ = push.derivatives(s, 1)
+    bend = push.bound(2, 0.0, 0.0, 0.0)
+    trial = 2 * value.abs_upper() / slope.abs_lower()
+    for _ in range(4):
+        around = slope + arb(0, trial * bend)
+        if not sign * around > 0:
+            break
+        step = -(value / around)
+        if step.abs_upper() <= trial:
+            found = s + step
+            if not (found > bracket.low and found < bracket.high):
+                raise Undecided("precision", "a release is at the end of its bracket")
+            return found
+        trial = 4 * trial
+    raise Undecided("graze", "the force may touch zero where a contact could end")
+
+
+def _holds_for_ever(push: Push, sign: int) -> bool:
+    """Tell whether the constant part of the force outweighs all harmonics."""
+    return bool(-sign * constant_of(push.rest) > sum(wave.size for wave in push.waves))
+
+
+def _pace(push: Push) -> float:
+    return max((wave.pace for wave in push.waves), default=1.0)
+
+
+def _period(system: System) -> float:
+    """Return more than the period of the forcing, infinity where it has none."""
+    force = system.forcing
+    if force is None or not force.harmonics or force.frequency is None:
+        return float("inf")
+    return 1.000001 * upper(2 * arb.pi() / ball(force.frequency))

@@ -1,0 +1,179 @@
+"""The first root of a curve, with the proof that none came before.
+
+On a stretch the curve is a polynomial and a bounded remainder. Where the least Bernstein
+coefficient exceeds the remainder there is no root; where the derivative's coefficients are
+negative beyond theirs there is at most one, which the ends decide; else the stretch is halved
+(docs/theory/certified.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from flint import arb
+
+from percuss.certified.flight import Curve
+from percuss.certified.law import Number, constant_of
+from percuss.certified.numbers import upper
+from percuss.certified.stretch import BallStretch, FloatStretch
+from percuss.certified.undecided import Touch, Undecided
+
+__all__ = ["Bracket", "Level", "Search"]
+
+# Degree of the polynomial; at the start it may lose one factor s for each order.
+ORDER, START_ORDER = 5, 7
+FACTORIALS = [math.factorial(i) for i in range(START_ORDER + 2)]
+# Stretches of one flight.
+MOST_STRETCHES = 200_000
+# How far stretches reach into the next, as a part of the time: more than the rounding of a sum.
+OVERLAP = 2.0**-50
+
+
+class Level(NamedTuple):
+    """A level that the curve keeps on one side: sign * (curve - at) > 0 until the root."""
+
+    bound: int
+    sign: int
+    at: Number
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """Where the first root is: between two times, at a level, and the only one there.
+
+    ``near`` tells that the stretch begins at the start of a curve on its level.
+    """
+
+    level: Level
+    low: float
+    high: float
+    guess: float
+    near: bool
+
+
+class Search:
+    """The search along one curve for the first root of several levels.
+
+    Parameters
+    ----------
+    curve
+        A `Flight` or a `Push`; balls stand for all curves in them.
+    levels
+        The levels.
+    started
+        The level on which the curve starts, or None.
+    order
+        Order of the first derivative there that is not zero.
+    width
+        About how long a stretch can be.
+    least
+        Stretches shorter than this are undecided.
+    sharp
+        Whether to test in balls, beyond the rounding of floats.
+    """
+
+    def __init__(
+        self,
+        curve: Curve,
+        levels: list[Level],
+        started: Level | None,
+        order: int,
+        *,
+        width: float,
+        least: float,
+        sharp: bool,
+    ) -> None:
+        self.curve = curve
+        self.levels = levels
+        self.started, self.order = started, order
+        self.width, self.least = width, least
+        self.kind: type[FloatStretch | BallStretch] = BallStretch if sharp else FloatStretch
+
+    def first(self, end: float) -> Bracket | None:
+        """Return where the first root up to ``end`` is, None if there is none."""
+        left = 0.0
+        if self.started is not None:
+            found, left = self._from_start(self.started)
+            if found is not None:
+                return found
+        for _ in range(MOST_STRETCHES):
+            if not left < end:
+                return None
+            raw, size = self.curve.derivatives(arb(left), ORDER)
+            h = min(2.0 * self.width, self.curve.longest, end - left)
+            h, found = self._stretch(left, raw, size, h)
+            if found is not None:
+                return found
+            self.width = h
+            left += h
+        reason = f"no event within {MOST_STRETCHES} stretches, up to {left:.6g} later"
+        raise Undecided("no_event", reason)
+
+    def _from_start(self, level: Level) -> tuple[Bracket | None, float]:
+        """Search the first stretch of a curve that starts on its level."""
+        n, m = START_ORDER, self.order
+        if m > 4:
+            raise Undecided("force", f"the first {m - 1} derivatives are zero at the start")
+        c = self.curve.taylor(n)
+        size = self.curve.size_at_start(n)
+        deflated = self.kind.of([level.sign * value for value in c[m:]])
+        apart = [self.kind.of(_about(other, c)) for other in self.levels if other is not level]
+        h = min(2.0 * self.width, self.curve.longest)
+        while True:
+            rest = self.curve.bound(n + 1, 0.0, h, size) / FACTORIALS[n + 1]
+            free = all(other.is_clear(rest, h, n + 1) for other in apart)
+            if free and deflated.is_clear(rest, h, n + 1 - m):
+                self.width = h
+                return None, h
+            # The remainder's quotient by s^m has R'/s^m - m R/s^(m+1) for a slope.
+            slope_rest = (n + 1 + m) * rest
+            if free and deflated.falls_through(rest, slope_rest, h, n + 1 - m):
+                return Bracket(level, 0.0, h, deflated.root(h), near=True), h
+            h *= 0.5
+            if h < self.least:
+                raise Undecided("graze", "the start leaves its stop too slowly to be told")
+
+    def _stretch(
+        self, left: float, raw: list[Number], size: float, h: float
+    ) -> tuple[float, Bracket | None]:
+        """Return the longest halving of h that is decided, and the root in it."""
+        taylor = [value / FACTORIALS[k] if k > 1 else value for k, value in enumerate(raw)]
+        stretches = [(level, self.kind.of(_about(level, taylor))) for level in self.levels]
+        while True:
+            # Beyond the rounding of left + h, where the next stretch begins.
+            over = h + OVERLAP * (left + h)
+            rest = self.curve.bound(ORDER + 1, left, over, size) / FACTORIALS[ORDER + 1]
+            pending = None
+            for level, stretch in stretches:
+                if stretch.is_clear(rest, over, ORDER + 1):
+                    continue
+                through = pending is None and stretch.falls_through(
+                    rest, (ORDER + 1) * rest, over, ORDER + 1
+                )
+                if not through:
+                    break
+                # However this is rounded, it lies before left + over.
+                end = left + (h + 0.5 * OVERLAP * (left + h))
+                pending = Bracket(level, left, end, left + stretch.root(h), near=False)
+            else:
+                return h, pending
+            h *= 0.5
+            if h < self.least or left + h == left:
+                raise _graze(level, left, 2.0 * over, taylor, rest)
+
+
+def _graze(level: Level, left: float, h: float, taylor: list[Number], rest: float) -> Undecided:
+    """Return the question whether a curve touches a level between left and left + h."""
+    sizes = [upper(constant_of(c)) for c in _about(level, taylor)]
+    near = 1.01 * (sum(size * h**k for k, size in enumerate(sizes)) + rest * h ** len(sizes))
+    reason = f"a turning point {left:.12g} after it is within {near:.3g} of a stop"
+    return Undecided("graze", reason, Touch(left, left + h, level.bound, near))
+
+
+def _about(level: Level, coefficients: list[Number]) -> list[Number]:
+    """Return the coefficients of the distance to a level."""
+    found = [level.sign * value for value in coefficients]
+    found[0] = level.sign * (coefficients[0] - level.at)
+    return found

@@ -1,0 +1,219 @@
+"""The root in a bracket, as a ball: Newton's steps, then an interval Newton step as proof."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from typing import NamedTuple
+
+from flint import arb, arb_poly, ctx
+
+from percuss.certified.first_root import Bracket, Level
+from percuss.certified.flight import Flight
+from percuss.certified.law import constant_of
+from percuss.certified.numbers import precision, span
+from percuss.certified.undecided import Undecided
+
+__all__ = ["Landing", "Roots", "roots_near", "solve"]
+
+# Newton's steps; each doubles the digits.
+MOST_STEPS = 40
+# Rounds of the interval step, each with a wider trial.
+ROUNDS = 4
+# A flight this short, as a part of the time in which anything changes, is summed by Taylor.
+SHORT = 0.05
+MOST_TERMS = 600
+# The bounds hold on so short a trial, as a part of the same time.
+NARROW = 1e-3
+
+
+class TooManyTerms(Exception):  # noqa: N818
+    """The series of a hop converges too slowly for so many bits."""
+
+
+class Landing(NamedTuple):
+    """The time of flight, and velocity and acceleration at its end."""
+
+    s: arb
+    v: arb
+    a: arb
+
+
+class Roots(NamedTuple):
+    """The landing of the midpoint, to all bits, and that of the whole set."""
+
+    point: Landing
+    whole: Landing
+
+
+def solve(
+    point: Flight, whole: Flight, bracket: Bracket, bits: int, *, summed: bool = True
+) -> Roots:
+    """Return the landings in a bracket of a flight and of all flights near it.
+
+    Parameters
+    ----------
+    point
+        The flight from the midpoint, made at the working precision.
+    whole
+        The flights from the set, made at ``bits``.
+    bracket
+        Where the root of all of them is.
+    bits
+        Precision for the whole.
+    summed
+        Whether short hops may be summed by their series.
+    """
+    pace = max(
+        [
+            whole.region.pace,
+            float(constant_of(whole.region.damping)),
+            *(w.pace for w in whole.waves),
+        ]
+    )
+    if summed and bracket.near and bracket.high * pace < SHORT:
+        with contextlib.suppress(TooManyTerms):
+            return roots_near(point, whole, bracket, bits)
+    level = bracket.level
+    start = newton(point, level, bracket.guess, bracket)
+    first = _landing(point, level, start, pace)
+    with precision(bits):
+        second = _landing(whole, level, +start, pace)
+        if not (second.s > bracket.low and second.s < bracket.high):
+            raise Undecided("precision", "the set of flights is as wide as its bracket")
+        if not (first.s > bracket.low and first.s < bracket.high):
+            raise Undecided("precision", "the root is at the end of its bracket")
+    return Roots(first, second)
+
+
+def newton(flight: Flight, level: Level, guess: float, bracket: Bracket) -> arb:
+    """Return about where a flight crosses a level, an exact number."""
+    s = arb(guess)
+    for _ in range(MOST_STEPS):
+        (x, v), _ = flight.derivatives(s, 1)
+        gap = x - level.at
+        step = (gap / v).mid()
+        following = (s - step).mid()
+        if not (following >= bracket.low and following <= bracket.high):
+            following = ((s + (bracket.low if step > 0 else bracket.high)) / 2).mid()
+        # Nothing is left of the distance but its rounding.
+        if gap.abs_lower() < 4 * gap.rad():
+            return following
+        s = following
+    return s
+
+
+def _landing(flight: Flight, level: Level, s: arb, pace: float) -> Landing:
+    """Return the crossing nearest to s, proven by an interval Newton step."""
+    (x, v, a, j), size = flight.derivatives(s, 3)
+    gap = x - level.at
+    if not (v > 0 or v < 0):
+        raise Undecided("graze", "an impact may be without velocity")
+    trial = 2 * gap.abs_upper() / v.abs_lower()
+    for _ in range(ROUNDS):
+        if not trial * pace < NARROW:
+            break
+        # Backwards as well, where a dashpot makes the motion grow: by 1 % at most over so little.
+        fourth = 1.05 * flight.bound(4, float(s) + float(trial), 0.0, size)
+        bend = span(a.abs_upper() + trial * (j.abs_upper() + trial * fourth))
+        slope = v + bend * trial
+        if slope.contains(0):
+            break
+        step = -(gap / slope)
+        if step.abs_upper() <= trial:
+            jerk = j + span(trial * fourth)
+            mean = a + step * span(jerk.abs_upper())
+            return Landing(s + step, v + step * mean, a + step * jerk)
+        trial = trial * 4
+    raise Undecided("graze", "an impact may be without velocity, within the radius")
+
+
+def roots_near(point: Flight, whole: Flight, bracket: Bracket, bits: int) -> Roots:
+    """Return the landings of hops far shorter than all times of the motion.
+
+    They return to the level that they left; their Taylor series at the start, divided by s^m
+    where the m-th derivative is the first, keeps all bits however low the hop.
+    """
+    sign, m = bracket.level.sign, point.order
+    # Beyond the bracket's end, as the trials of the interval steps reach.
+    longest = 2.0 * bracket.high
+    first = _Series(point, sign, m, longest, ctx.prec)
+    s = first.newton(bracket.guess)
+    landing = first.landing(s)
+    with precision(bits):
+        second = _Series(whole, sign, m, longest, bits).landing(+s)
+        for found in (landing, second):
+            if not (found.s > bracket.low and found.s < bracket.high):
+                raise Undecided("precision", "a hop is as short as its radius")
+    return Roots(landing, second)
+
+
+class _Series:
+    """The Taylor series of a flight at its start, and that of its distance divided by s^m."""
+
+    def __init__(self, flight: Flight, sign: int, m: int, longest: float, bits: int) -> None:
+        # The quotient by s^m is as small as its first coefficient.
+        first = constant_of(flight.taylor(max(m, 2))[m])
+        if first.contains(0):
+            raise Undecided("graze", "whether a hop leaves its stop is open")
+        scale = float((abs(first).lower()).log()) / math.log(2)
+        n = 8
+        while True:
+            size = flight.size_at_start(n)
+            bound = flight.bound(n + 1, 0.0, longest, size)
+            # In logarithms: the terms may be beyond the floats.
+            small = math.log2(bound) + (n + 1 - m) * math.log2(longest) if bound > 0 else -math.inf
+            small -= math.lgamma(n + 2) / math.log(2)
+            if small < scale - bits - 10 or n > MOST_TERMS:
+                break
+            n += 8
+        if n > MOST_TERMS:
+            raise TooManyTerms
+        found = [constant_of(c) for c in flight.taylor(n)]
+        found[0] = arb(0)
+        self.n, self.m, self.bound = n, m, arb(bound)
+        self.whole = arb_poly([sign * c for c in found])
+        self.divided = arb_poly([sign * c for c in found[m:]])
+        self.sign, self.longest = sign, longest
+
+    def rest(self, s: arb, k: int) -> arb:
+        """Return the remainder of the k-th derivative of the distance at s."""
+        power = self.n + 1 - k
+        return span(self.bound * s.abs_upper() ** power / arb(power).fac())
+
+    def newton(self, guess: float) -> arb:
+        """Return about where the distance is zero."""
+        slope = self.divided.derivative()
+        s = arb(guess)
+        for _ in range(MOST_STEPS):
+            value = self.divided(s)
+            step = (value / slope(s)).mid()
+            s = (s - step).mid()
+            if value.abs_lower() < 4 * value.rad() or abs(step) < s * arb(2) ** (2 - ctx.prec):
+                return s
+        return s
+
+    def landing(self, s: arb) -> Landing:
+        """Return the crossing nearest to s, proven by an interval Newton step."""
+        m = self.m
+        value = self.divided(s) + self.rest(s, 0) / s**m
+        slopes = self.divided.derivative()
+        trial = 2 * value.abs_upper() / slopes(s).abs_lower()
+        for _ in range(ROUNDS):
+            around = s + span(trial)
+            if not around < self.longest:
+                break
+            # R'/s^m - m R/s^(m+1) is the slope of the remainder's quotient.
+            rest = self.rest(around, 1) / around**m + m * self.rest(around, 0) / around ** (m + 1)
+            slope = slopes(around) + rest
+            if slope.contains(0):
+                break
+            step = -(value / slope)
+            if step.abs_upper() <= trial:
+                at = s + step
+                speeds = self.whole.derivative()
+                v = speeds(at) + self.rest(at, 1)
+                a = speeds.derivative()(at) + self.rest(at, 2)
+                return Landing(at, self.sign * v, self.sign * a)
+            trial = trial * 4
+        raise Undecided("graze", "a hop may end without velocity, within the radius")

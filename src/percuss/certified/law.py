@@ -1,0 +1,266 @@
+"""The equation in balls of one precision: what each flight in a region needs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, TypeAlias, cast
+
+from flint import arb, ctx
+
+from percuss.certified.numbers import ball, cos_sin, upper
+from percuss.certified.system import Region, System, Tone
+from percuss.certified.undecided import Undecided
+from percuss.model.exact import Phase, angle
+
+__all__ = ["Gain", "Law", "LinearRegion", "Number", "coarse_bits", "constant_of", "law_of"]
+
+# A number, or, cast to this type, an arb_series of two terms: it holds a number and its
+# derivative by a parameter, and has the same operations.
+Number: TypeAlias = arb
+# Real and imaginary part of 1 / (K - omega^2 + 2 i A omega); None exactly at resonance.
+Gain: TypeAlias = tuple[Number, Number] | None
+
+# Bits beyond which parts of the motion count as nearly cancelling.
+NEAR = 12
+TINY = 1e-300
+# Bits of what needs only the size of a set: derivatives, and the search for the first root.
+COARSE = 64
+
+
+@dataclass(frozen=True)
+class LinearRegion:
+    """x'' + 2 damping x' + stiffness x = constant + harmonics, and how it moves of itself.
+
+    Attributes
+    ----------
+    regime
+        "oscillating", "critical", "overdamped" or "free" (neither spring nor dashpot).
+    rate
+        Frequency of the free oscillation, or half the distance of the two rates of decay.
+    spring
+        Whether the stiffness is not zero.
+    pace
+        A float not below sqrt(abs(stiffness)).
+    growth
+        A float not below the rate at which the norm of `Flight.bound` can grow.
+    lost
+        Bits that are lost where large parts of the motion cancel: close to resonance, or to no
+        spring at all.
+    """
+
+    damping: Number
+    stiffness: Number
+    constant: Number
+    regime: str
+    rate: Number
+    spring: bool
+    dashpot: bool
+    pace: float
+    growth: float
+    gains: tuple[Gain, ...]
+    lost: int
+
+    @property
+    def near(self) -> bool:
+        """Whether waves and free motion nearly cancel, as close to resonance."""
+        return self.lost > NEAR
+
+
+class Law:
+    """All numbers of a system at the working precision, one of them replaced where asked for.
+
+    Parameters
+    ----------
+    system
+        The exact system.
+    path, value
+        A number that is not the system's but this ball, or series.
+    """
+
+    def __init__(self, system: System, path: str | None = None, value: Number | None = None):
+        self.system = system
+        self._path, self._value = path, value
+        self.tones = [self._tone(tone) for tone in system.tones]
+        self.omegas = [omega for omega, _, _ in self.tones]
+        self.strength = [upper(constant_of(c)) + upper(constant_of(d)) for _, c, d in self.tones]
+        self.paces = [upper(constant_of(omega)) for omega in self.omegas]
+        self.places = [self.number(bound.path) for bound in system.bounds]
+        self.regions = [self._region(region) for region in system.regions]
+
+    def period(self, n: int) -> Number:
+        """Return the length of n periods of the forcing.
+
+        Raises
+        ------
+        Undecided
+            If the period is not known exactly.
+        """
+        force = self.system.forcing
+        frequency = None if force is None else force.frequency
+        if frequency is None:
+            raise Undecided("precision", "the period of the forcing is not known exactly")
+        omegas = {tone.omega for tone in self.system.tones}
+        if self._path in omegas:
+            if len(omegas) > 1:
+                raise Undecided("precision", "with this frequency the forcing has no period")
+            return 2 * n * arb.pi() / self.number(omegas.pop())
+        return 2 * n * arb.pi() / ball(frequency)
+
+    def number(self, path: str) -> Number:
+        """Return a number by its path."""
+        if path == self._path and self._value is not None:
+            return self._value
+        return ball(self.system.numbers[path])
+
+    def turns_at(self, time: Phase) -> list[tuple[arb, arb]]:
+        """Return cosine and sine of omega t for each harmonic at an exact time."""
+        times, plus = angle(time)
+        if self._path is not None:
+            t = arb.pi() * ball(times) + ball(plus)
+            return self.turns(t)
+        found = []
+        for tone in self.system.tones:
+            omega = self.system.frequency(tone)
+            found.append(cos_sin(omega * times, omega * plus))
+        return found
+
+    def turns(self, time: arb) -> list[tuple[arb, arb]]:
+        """Return cosine and sine of omega t for each harmonic."""
+        found = []
+        for omega in self.omegas:
+            sine, cosine = (omega * time).sin_cos()
+            found.append((cosine, sine))
+        return found
+
+    def _tone(self, tone: Tone) -> tuple[Number, Number, Number]:
+        """Return omega and the coefficients of cos(omega t) and sin(omega t)."""
+        omega, amplitude = self.number(tone.omega), self.number(tone.amplitude)
+        if tone.times != 1:
+            omega = omega * tone.times
+        if tone.phase_path and tone.phase_path == self._path and self._value is not None:
+            sine, cosine = self._value.sin_cos()
+            return omega, amplitude * cosine, -(amplitude * sine)
+        cosine, sine = cos_sin(*tone.phase)
+        return omega, amplitude * cosine, -(amplitude * sine)
+
+    def _region(self, region: Region) -> LinearRegion:
+        stiffness, damping = self.number("oscillator.stiffness"), self.number("oscillator.damping")
+        constant = self.number("forcing.constant")
+        for i in region.active:
+            path = f"oscillator.stops.{i}"
+            spring = self.number(f"{path}.stiffness")
+            stiffness = stiffness + spring
+            constant = constant + spring * self.number(f"{path}.at")
+            damping = damping + self.number(f"{path}.damping")
+        regime, rate = self._regime(region, stiffness, damping)
+        pace = upper(constant_of(stiffness)) ** 0.5 * 1.000001
+        negative = bool(constant_of(stiffness) < 0)
+        gains = tuple(
+            self._gain(tone, omega, region, stiffness, damping)
+            for tone, omega in zip(self.system.tones, self.omegas, strict=True)
+        )
+        return LinearRegion(
+            damping=damping,
+            stiffness=stiffness,
+            constant=constant,
+            regime=regime,
+            rate=rate,
+            spring=self._moved("stiffness", region) or self.system.stiffness(region) != 0,
+            dashpot=self._moved("damping", region) or self.system.damping(region) != 0,
+            pace=pace,
+            growth=pace if negative else 0.0,
+            gains=gains,
+            lost=self._lost(gains, constant, stiffness),
+        )
+
+    def _lost(self, gains: tuple[Gain, ...], constant: Number, stiffness: Number) -> int:
+        sizes = [1.0]
+        pace = upper(constant_of(stiffness))
+        for gain, omega, strength in zip(gains, self.paces, self.strength, strict=True):
+            if gain is not None and strength > TINY:
+                size = upper(constant_of(gain[0])) + upper(constant_of(gain[1]))
+                sizes.append(size * (omega * omega + pace))
+        fastest = max([pace, *(omega * omega for omega in self.paces)])
+        if pace > TINY and not constant_of(constant).is_zero():
+            sizes.append(fastest / pace)
+        return math.ceil(math.log2(min(max(sizes), 1e300)))
+
+    def _moved(self, name: str, region: Region) -> bool:
+        """Tell whether the replaced number is part of a region's stiffness or damping."""
+        parts = {f"oscillator.{name}", *(f"oscillator.stops.{i}.{name}" for i in region.active)}
+        return self._path in parts
+
+    def _regime(self, region: Region, stiffness: Number, damping: Number) -> tuple[str, Number]:
+        a, k = self.system.damping(region), self.system.stiffness(region)
+        discriminant = stiffness - damping * damping
+        if self._moved("stiffness", region) or self._moved("damping", region):
+            sign = constant_of(discriminant)
+            if not (sign > 0 or sign < 0):
+                raise Undecided("precision", "the parameter may be that of critical damping")
+            oscillating = bool(sign > 0)
+        elif k == a * a:
+            return ("critical" if a else "free"), ball(Fraction(0))
+        else:
+            oscillating = k > a * a
+            if a == 0 and not self._moved("stiffness", region):
+                return ("oscillating" if oscillating else "overdamped"), ball(abs(k)).sqrt()
+        size = discriminant if oscillating else -discriminant
+        return ("oscillating" if oscillating else "overdamped"), size.sqrt()
+
+    def _gain(
+        self, tone: Tone, omega: Number, region: Region, stiffness: Number, damping: Number
+    ) -> Gain:
+        moved = (
+            self._moved("stiffness", region)
+            or self._moved("damping", region)
+            or tone.omega == self._path
+        )
+        k, a = self.system.stiffness(region), self.system.damping(region)
+        if not moved:
+            w = self.system.frequency(tone)
+            if a == 0 and k == w * w:
+                return None
+            if a == 0:
+                return 1 / ball(k - w * w), ball(Fraction(0))
+        apart, drag = stiffness - omega * omega, 2 * damping * omega
+        size = apart * apart + drag * drag
+        if constant_of(size).contains(0):
+            raise Undecided("precision", "a harmonic cannot be told from the natural frequency")
+        return apart / size, -(drag / size)
+
+
+def constant_of(value: Any) -> arb:
+    """Return a number, or that of a series, without the derivative."""
+    return value if isinstance(value, arb) else cast("arb", value[0])
+
+
+def _moved(system: System) -> tuple[str | None, Number | None]:
+    if system.moved is None:
+        return None, None
+    path, low, high = system.moved
+    return path, ball(low).union(ball(high))
+
+
+_LAWS: dict[tuple[int, int], tuple[System, Law]] = {}
+
+
+def coarse_bits(system: System) -> int:
+    """Return the bits that are enough for derivatives and the search for the first root.
+
+    No more than the working precision.
+    """
+    lost = max(region.lost for region in law_of(system).regions)
+    return min(ctx.prec, COARSE + (lost if lost > NEAR else 0))
+
+
+def law_of(system: System) -> Law:
+    """Return the law of a system at the working precision."""
+    key = id(system), ctx.prec
+    known = _LAWS.get(key)
+    if known is None or known[0] is not system:
+        if len(_LAWS) > 64:
+            _LAWS.clear()
+        known = _LAWS[key] = system, Law(system, *_moved(system))
+    return known[1]

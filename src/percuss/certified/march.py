@@ -1,0 +1,343 @@
+"""What follows what: events in turn, each proven, until an end or a question that stays open."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from flint import arb, ctx
+
+from percuss.certified.cloud import Cloud
+from percuss.certified.contact import Hold, Hops, chatter_end, first_push, release
+from percuss.certified.law import law_of
+from percuss.certified.numbers import ball, time_ball
+from percuss.certified.record import (
+    ContactRow,
+    CrossingRow,
+    Ending,
+    GrazeRow,
+    ImpactRow,
+    Piece,
+    Record,
+)
+from percuss.certified.step import Arrival, Departure, first_arrival
+from percuss.certified.system import System
+from percuss.certified.undecided import Undecided
+from percuss.model.exact import Phase, as_fraction
+from percuss.model.start import Start
+from percuss.motion.progress import Progress
+
+__all__ = ["Limits", "march"]
+
+# Events, hops of a chatter among them.
+MOST_EVENTS = 100_000
+# Hops are listed until they are slower than this part of the fastest impact, as in float runs.
+SLOW = 1e-6
+
+
+class Limits:
+    """How far a march goes.
+
+    Parameters
+    ----------
+    t_end
+        Last instant, or None.
+    max_impacts
+        Number of impacts and entries into soft stops, or None.
+    finest
+        Half-width at which the end of a chatter is good enough, as a part of the time.
+    """
+
+    def __init__(self, t_end: Phase | None, max_impacts: int | None, finest: Fraction) -> None:
+        self.t_end = t_end
+        self.max_impacts = 2**62 if max_impacts is None else max_impacts
+        self.finest = finest
+        self.end = arb.pos_inf() if t_end is None else time_ball(t_end)
+
+
+def march(system: System, start: Start, limits: Limits, watch: Progress | None = None) -> Record:
+    """Follow a motion in balls of the working precision; never raises Undecided."""
+    walk = _Walk(system, limits)
+    try:
+        walk.begin(start)
+        while walk.go_on() and walk.may_go_on(watch):
+            pass
+    except KeyboardInterrupt:
+        walk.stop(Undecided("interrupted", ""))
+    except Undecided as question:
+        walk.stop(question)
+    return walk.record
+
+
+class _Walk:
+    """The state between two events: a flight or a contact."""
+
+    def __init__(self, system: System, limits: Limits) -> None:
+        self.system, self.limits = system, limits
+        self.law = law_of(system)
+        self.now: Departure | Hold | None = None
+        self.fastest = 0.0
+        self.width = 1.0 / max(
+            [region.pace for region in self.law.regions] + self.law.paces + [1e-6]
+        )
+        self.record = Record(ctx.prec, self.width)
+
+    def go_on(self) -> bool:
+        """Go to the next event; tell whether there may be more."""
+        if isinstance(self.now, Departure):
+            return self._fly(self.now)
+        if isinstance(self.now, Hold):
+            return self._wait(self.now)
+        return False
+
+    def may_go_on(self, watch: Progress | None) -> bool:
+        """Tell the caller how far it is; end the march if that is wanted."""
+        t = float(self.record.pieces[-1].start) if self.record.pieces else 0.0
+        if watch is not None and not watch.go_on(t, self.record.n_entries):
+            raise Undecided("interrupted", "")
+        return True
+
+    def stop(self, question: Undecided) -> None:
+        """Write down why the proof ends."""
+        self.record.ending = Ending[question.kind]
+        self.record.reason = question.reason
+        if self.now is None:
+            return
+        here = self.now
+        began = here.since if isinstance(here, Hold) else here.cloud.box()[0]
+        if isinstance(here, Departure) and here.time is not None:
+            began = time_ball(here.time)
+        self.record.until = began
+        touch = question.touch
+        if touch is not None:
+            self.record.until = began + arb(touch.low)
+            t = began + arb(touch.low).union(arb(touch.high))
+            row = GrazeRow(t, self._stop_at(touch.bound), arb(0, touch.clearance))
+            if isinstance(here, Departure):
+                self.record.grazes.append(row)
+
+    # Starts.
+
+    def begin(self, start: Start) -> None:
+        """Find out how the motion sets off."""
+        x, v = as_fraction(start.x0), as_fraction(start.v0)
+        self.record.until = time_ball(start.t0)
+        x = self._snapped(x)
+        bound = next((i for i, b in enumerate(self.system.bounds) if b.at == x), None)
+        region = self._region_at(x)
+        order, way = 1, (v > 0) - (v < 0)
+        if v == 0:
+            order, way = first_push(self.law, region, ball(x), self.law.turns_at(start.t0))
+        if bound is not None and self.system.bounds[bound].wall is None and way > 0:
+            region = self._above(bound)
+        into = bound is not None and self._is_into(region, bound, way)
+        if into and v != 0:
+            assert bound is not None
+            t = time_ball(start.t0)
+            self._leave_start(region, x, v, bound, start.t0)
+            self._strike(bound, t, ball(v), None)
+            if self.record.n_entries >= self.limits.max_impacts:
+                self._finish(Ending.reached_max_impacts, t)
+        elif bound is not None and v == 0 and self._held(region, bound, way):
+            self._hold(region, bound, time_ball(start.t0), max(0, order - 2), start.t0)
+        elif order == 0:
+            # Nothing ever moves it.
+            t = time_ball(start.t0)
+            self.record.pieces.append(Piece(t, Hops(t, ball(x), arb(0))))
+            self._finish(Ending.at_rest)
+        else:
+            self._leave_start(region, x, v, bound, start.t0, order)
+
+    def _leave_start(
+        self,
+        region: int,
+        x: Fraction,
+        v: Fraction,
+        bound: int | None,
+        t0: Phase,
+        order: int = 1,
+    ) -> None:
+        cloud = Cloud.of(time_ball(t0).mid(), ball(v))
+        self._depart(Departure(region, x, cloud, bound, order, t0), time_ball(t0))
+
+    def _snapped(self, x: Fraction) -> Fraction:
+        """Return the place of a stop that becomes the same float: there the run started."""
+        for bound in self.system.bounds:
+            if float(bound.at) == float(x):
+                return bound.at
+        return x
+
+    def _region_at(self, x: Fraction) -> int:
+        for number, region in enumerate(self.system.regions):
+            if region.upper is None or x <= self.system.bounds[region.upper].at:
+                return number
+        return len(self.system.regions) - 1
+
+    def _above(self, bound: int) -> int:
+        return next(i for i, region in enumerate(self.system.regions) if region.lower == bound)
+
+    def _below(self, bound: int) -> int:
+        return next(i for i, region in enumerate(self.system.regions) if region.upper == bound)
+
+    def _inward(self, region: int, bound: int) -> int:
+        """Return the direction into a bound from a region."""
+        return -1 if self.system.regions[region].lower == bound else 1
+
+    def _is_into(self, region: int, bound: int, way: int) -> bool:
+        wall = self.system.bounds[bound].wall
+        return wall is not None and way == self._inward(region, bound)
+
+    def _held(self, region: int, bound: int, way: int) -> bool:
+        """Tell whether a mass at rest is held by a wall; without any force it stays as well."""
+        wall = self.system.bounds[bound].wall
+        return wall is not None and way in (0, self._inward(region, bound))
+
+    # Flights.
+
+    def _depart(self, start: Departure, t: arb) -> None:
+        self.now = start
+        self.record.pieces.append(Piece(t, start))
+
+    def _fly(self, start: Departure) -> bool:
+        found = first_arrival(self.system, start, self.limits.end, self.width)
+        if found is None:
+            if not self.limits.end.is_finite():
+                raise Undecided("no_event", "the motion provably meets no stop again")
+            return self._finish(Ending.reached_t_end)
+        t, v = found.box
+        if self._beyond(t):
+            return False
+        self._count()
+        if not found.sign * v < 0:
+            self._graze(found)
+        bound = self.system.bounds[found.bound]
+        if bound.wall is not None:
+            self._strike(found.bound, t, v, (start, found))
+        else:
+            self._cross(start, found)
+        if self.record.n_entries >= self.limits.max_impacts:
+            return self._finish(Ending.reached_max_impacts, t)
+        return True
+
+    def _count(self) -> None:
+        done = len(self.record.impacts) + len(self.record.crossings)
+        if done >= MOST_EVENTS:
+            raise Undecided("most_events", f"{MOST_EVENTS} events, the most that are listed")
+
+    def _beyond(self, t: arb) -> bool:
+        """Tell whether an event comes after the end, which ends the march."""
+        end = self.limits.end
+        if t < end:
+            return False
+        ending = Ending.reached_t_end if t > end else Ending.impact_at_t_end
+        self._finish(ending)
+        if ending is Ending.impact_at_t_end:
+            self.record.reason = "an event lies within its radius of t_end; it is not listed"
+        return True
+
+    def _finish(self, ending: Ending, until: arb | None = None) -> bool:
+        self.record.ending = ending
+        self.record.until = self.limits.end if until is None else until
+        self.now = None
+        return False
+
+    def _stop_at(self, number: int) -> int:
+        bound = self.system.bounds[number]
+        return bound.wall if bound.wall is not None else bound.edges[0]
+
+    def _graze(self, found: Arrival) -> None:
+        self.record.grazes.append(GrazeRow(found.box[0], self._stop_at(found.bound), arb(0)))
+        raise Undecided("graze", "an impact may be without velocity, within the radius")
+
+    def _cross(self, start: Departure, found: Arrival) -> None:
+        t, v = found.box
+        bound = self.system.bounds[found.bound]
+        up = found.sign < 0
+        for stop in bound.edges:
+            above = self.system.oscillator.stops[stop].side == "above"
+            direction = "in" if above == up else "out"
+            self.record.crossings.append(CrossingRow(t, v, stop, direction))
+        if any((self.system.oscillator.stops[stop].side == "above") == up for stop in bound.edges):
+            self.record.n_entries += 1
+        region = self._above(found.bound) if up else self._below(found.bound)
+        cloud = start.cloud.image(found.point, found.derivative)
+        self._depart(Departure(region, bound.at, cloud, found.bound), t)
+
+    def _strike(self, bound: int, t: arb, v: arb, flight: tuple[Departure, Arrival] | None) -> None:
+        """Rebound from a wall; flight is None for an impact at the start."""
+        wall = self.system.bounds[bound].wall
+        assert wall is not None
+        assert self.now is not None
+        path = f"oscillator.stops.{wall}.restitution"
+        exact, r = self.system.numbers[path], ball(self.system.numbers[path])
+        after = -r * v if exact else arb(0)
+        self.record.impacts.append(ImpactRow(t, v, after, wall))
+        self.record.n_entries += 1
+        region, at = self.now.region, self.system.bounds[bound].at
+        if exact == 0:
+            self._land(region, bound, t)
+            return
+        sign = -self._inward(region, bound)
+        if flight is None:
+            assert isinstance(self.now, Departure)
+            cloud = Cloud.of(self.now.cloud.middle[0], after)
+            self.record.pieces.clear()
+            self._depart(Departure(region, at, cloud, bound, 1, self.now.time), t)
+        else:
+            start, found = flight
+            (t_row, v_row) = found.derivative
+            derivative = t_row, (-r * v_row[0], -r * v_row[1])
+            point = found.point[0], -r * found.point[1]
+            self._depart(Departure(region, at, start.cloud.image(point, derivative), bound), t)
+        self.fastest = max(self.fastest, float(v.abs_lower()))
+        if exact < 1 and after.abs_upper() < SLOW * self.fastest:
+            speed = sign * after
+            finest = ball(self.limits.finest) * (abs(t).upper() + self.width)
+            rest = chatter_end(self.system, region, bound, sign, (t, speed), r, finest)
+            if rest is not None and not self.record.n_entries >= self.limits.max_impacts:
+                self._end_chatter(region, bound, t, rest)
+
+    def _end_chatter(self, region: int, bound: int, t: arb, hops: Hops) -> None:
+        """Go to the end of a chatter, unless the march ends before that."""
+        if hops.end > self.limits.end:
+            return
+        self.record.pieces[-1] = Piece(t, hops)
+        self._hold(region, bound, hops.end)
+
+    def _land(self, region: int, bound: int, t: arb) -> None:
+        """Go on from a wall without velocity."""
+        x = self.system.bounds[bound].at
+        order, way = first_push(self.law, region, ball(x), self.law.turns(t))
+        if self._held(region, bound, way):
+            self._hold(region, bound, t, max(0, order - 2))
+        else:
+            self._depart(Departure(region, x, Cloud.of(t, arb(0)), bound, max(order, 2)), t)
+
+    # Contacts.
+
+    def _hold(
+        self, region: int, bound: int, t: arb, order: int = 0, time: Phase | None = None
+    ) -> None:
+        if not t < self.limits.end:
+            raise Undecided("chatter", "a contact begins within its radius of t_end")
+        wall = self.system.bounds[bound].wall
+        assert wall is not None
+        n = len(self.record.impacts)
+        self.record.contacts.append(ContactRow(t, None, wall, n))
+        self.now = Hold(region, bound, t, order, time)
+        self.record.pieces.append(Piece(t, self.now))
+
+    def _wait(self, hold: Hold) -> bool:
+        end = self.limits.end
+        found = release(self.system, hold, end)
+        if found.t is None:
+            if found.for_ever:
+                return self._finish(Ending.at_rest)
+            return self._finish(Ending.reached_t_end)
+        if self._beyond(found.t):
+            return False
+        self._count()
+        self.record.contacts[-1] = self.record.contacts[-1]._replace(release=found.t)
+        x = self.system.bounds[hold.bound].at
+        cloud = Cloud.of(found.t, arb(0))
+        self._depart(Departure(hold.region, x, cloud, hold.bound, 3), found.t)
+        return True

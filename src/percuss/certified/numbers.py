@@ -1,0 +1,109 @@
+"""Exact numbers as balls of the working precision, and bounds of balls as floats."""
+
+from __future__ import annotations
+
+import threading
+from fractions import Fraction
+
+from flint import arb, ctx, fmpq
+
+from percuss.model.exact import Phase, angle
+
+__all__ = [
+    "ball",
+    "between",
+    "cos_sin",
+    "lower",
+    "precision",
+    "rational",
+    "span",
+    "time_ball",
+    "upper",
+]
+
+# More than the rounding of a conversion to a float.
+UP, DOWN = 1.0 + 2.0**-50, 1.0 - 2.0**-50
+TINY = 5e-324
+# Arb's precision is one for the whole process: one thread at a time works with it.
+_LOCK = threading.RLock()
+
+
+class precision:  # noqa: N801
+    """Work with so many bits inside a ``with`` block, alone among the threads.
+
+    Parameters
+    ----------
+    bits
+        The bits of midpoints.
+    """
+
+    __slots__ = ("before", "bits")
+
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
+        self.before = bits
+
+    def __enter__(self) -> None:
+        _LOCK.acquire()
+        self.before, ctx.prec = ctx.prec, self.bits
+
+    def __exit__(self, *problem: object) -> None:
+        ctx.prec = self.before
+        _LOCK.release()
+
+
+def rational(value: Fraction) -> fmpq:
+    """Return a fraction as Arb's exact rational."""
+    return fmpq(value.numerator, value.denominator)
+
+
+def ball(value: Fraction) -> arb:
+    """Return a ball that holds a fraction, of radius zero where the precision holds it."""
+    return arb(rational(value))
+
+
+def time_ball(value: Phase) -> arb:
+    """Return a ball that holds a time or a phase.
+
+    Examples
+    --------
+    >>> time_ball("pi/2").contains(arb.pi() / 2)
+    True
+    """
+    times, plus = angle(value)
+    return arb.pi() * ball(times) + ball(plus) if times else ball(plus)
+
+
+def cos_sin(times: Fraction, plus: Fraction) -> tuple[arb, arb]:
+    """Return the cosine and the sine of ``times * pi + plus``, exact at multiples of pi/2.
+
+    Examples
+    --------
+    >>> [str(value) for value in cos_sin(Fraction(-1, 2), Fraction(0))]
+    ['0', '-1.00000000000000']
+    """
+    if plus == 0:
+        sine, cosine = arb.sin_cos_pi_fmpq(rational(times))
+    else:
+        sine, cosine = (arb.pi() * ball(times) + ball(plus)).sin_cos()
+    return cosine, sine
+
+
+def upper(value: arb) -> float:
+    """Return a float that is no less than any magnitude in a ball."""
+    return float(value.abs_upper()) * UP + TINY
+
+
+def lower(value: arb) -> float:
+    """Return a float that is no more than any magnitude in a ball, and not negative."""
+    return max(0.0, float(value.abs_lower()) * DOWN - TINY)
+
+
+def between(low: arb, high: arb) -> arb:
+    """Return a ball that holds two balls and all between them."""
+    return low.union(high)
+
+
+def span(radius: arb) -> arb:
+    """Return the ball around zero that holds everything up to this magnitude."""
+    return arb(0, radius.abs_upper())

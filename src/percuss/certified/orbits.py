@@ -1,0 +1,140 @@
+"""A periodic orbit proven: that it is there, alone, admissible, and how stable."""
+
+from __future__ import annotations
+
+import math
+
+from flint import arb, ctx
+
+from percuss.certified.admissible import admissible_of
+from percuss.certified.chain import chain_of
+from percuss.certified.cloud import Matrix, times
+from percuss.certified.families import family_orbit
+from percuss.certified.krawczyk import Solved, krawczyk, unique_in
+from percuss.certified.law import coarse_bits, law_of
+from percuss.certified.multipliers import Monodromy, monodromy_of
+from percuss.certified.numbers import precision
+from percuss.certified.orbit_result import CertifiedOrbit, Proof, orbit_of_proof, unproven
+from percuss.certified.shooting import Shooting, States, matrix_of, residual_of
+from percuss.certified.steady import steady_proof
+from percuss.certified.sticking import sticking_proof
+from percuss.certified.system import System, system_of
+from percuss.certified.undecided import Undecided
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+__all__ = ["certify_orbit", "monodromy_over", "shooting_of"]
+
+FIRST_MARGIN = 60
+# Half-widths of boxes in which uniqueness is tried, as parts of period and speed.
+WIDTHS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10)
+
+
+def certify_orbit(
+    orbit: PeriodicOrbit, digits: int, most_bits: int, bits: int | None
+) -> CertifiedOrbit:
+    """Prove an orbit; see `percuss.certify`."""
+    system = system_of(orbit.oscillator, orbit.forcing)
+    work = bits or math.ceil(digits / math.log10(2)) + FIRST_MARGIN
+    while True:
+        try:
+            with precision(work):
+                proof = _proof(system, orbit, digits)
+            if bits is not None or proof.digits() >= digits or work >= most_bits:
+                return orbit_of_proof(system, orbit, proof, digits, work)
+            reason = f"{proof.digits():.1f} digits"
+        except Undecided as question:
+            reason = question.reason
+            if bits is not None or work >= most_bits:
+                return unproven(system, orbit, reason, digits, work)
+        work = min(most_bits, 2 * work)
+
+
+def _proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
+    if math.isinf(orbit.n_impacts):
+        return sticking_proof(system, orbit, digits)
+    if len(orbit._chain) == 0:
+        return steady_proof(system, orbit)
+    if not orbit.isolated or not orbit.n_periods:
+        return family_orbit(system, orbit)
+    return _isolated(system, orbit)
+
+
+def shooting_of(system: System, orbit: PeriodicOrbit) -> tuple[Shooting, States]:
+    """Return the equations of an orbit, and the floats that solve them nearly.
+
+    Raises
+    ------
+    Undecided
+        If the period is not known exactly.
+    """
+    chain = chain_of(system, orbit)
+    n = len(chain)
+    period = law_of(system).period(orbit.n_periods)
+    unknowns = [float(value) for value in orbit._unknowns]
+    t = arb(unknowns[0])
+    states = []
+    for i in range(n):
+        states.append((t, arb(unknowns[1 + n + i])))
+        t = t + arb(unknowns[1 + i])
+    return Shooting(system, chain, period), states
+
+
+def _isolated(system: System, orbit: PeriodicOrbit) -> Proof:
+    equations, guess = shooting_of(system, orbit)
+    solution = equations.newton(guess)
+    point = [value for state in solution for value in state]
+    coarse = coarse_bits(system)
+
+    def value(z: list[arb]) -> object:
+        states = _pairs(z)
+        return residual_of(states, [image for image, _ in equations.images(states, coarse)])
+
+    def derivative(z: list[arb]) -> object:
+        return matrix_of([block for _, block in equations.images(_pairs(z), coarse)])
+
+    solved: Solved = krawczyk(value, derivative, point)  # type: ignore[arg-type]
+    states = _pairs(solved.box)
+    monodromy, images = monodromy_over(equations, states)
+    admissible, reason = admissible_of(equations, states)
+    speed = max(abs(float(v)) for _, v in states)
+    unique = 0.0
+    for width in WIDTHS:
+        sizes = [arb(width * scale) for _ in states for scale in (orbit.period, speed)]
+        if unique_in(derivative, value, point, sizes):  # type: ignore[arg-type]
+            unique = width
+            break
+    return Proof(
+        chain=equations.chain,
+        states=states,
+        before=images,
+        period=equations.period,
+        monodromy=monodromy,
+        admissible=admissible,
+        isolated=True,
+        unique_within=unique,
+        reason=reason,
+    )
+
+
+def _pairs(z: list[arb]) -> States:
+    return [(z[i], z[i + 1]) for i in range(0, len(z), 2)]
+
+
+def monodromy_over(equations: Shooting, states: States) -> tuple[Monodromy, list[arb]]:
+    """Return the derivative over one orbit, and the velocities before the events."""
+    product: Matrix | None = None
+    n = len(states)
+    before = [arb(0)] * n
+    durations = []
+    for i, state in enumerate(states):
+        following = (i + 1) % n
+        until = states[following][0] + (equations.period if following == 0 else arb(0))
+        there = equations.arrival(i, state, until, ctx.prec)
+        before[following] = there.box[1]
+        kept = equations.chain[following].kept(equations.system)
+        by_t, by_v = there.derivative
+        block: Matrix = by_t, (kept * by_v[0], kept * by_v[1])
+        product = block if product is None else times(block, product)
+        durations.append(until - state[0])
+    assert product is not None
+    return monodromy_of(equations.system, equations.chain, durations, product), before

@@ -1,0 +1,274 @@
+"""A certified run: its events as columns of balls, and the motion between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from percuss.certified.balls import Ball, Balls
+from percuss.certified.numbers import precision, time_ball
+from percuss.certified.record import Ending, Record
+from percuss.certified.state import state_at
+from percuss.certified.system import System
+from percuss.certified.tables import (
+    CertifiedContacts,
+    CertifiedCrossings,
+    CertifiedGrazes,
+    CertifiedImpacts,
+    contacts_of,
+    crossings_of,
+    grazes_of,
+    impacts_of,
+)
+from percuss.errors import ParameterError
+from percuss.model.exact import Phase, pi_times
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.model.start import Start
+
+if TYPE_CHECKING:
+    # A second of import, and only `sample` needs it.
+    from xarray import Dataset
+
+__all__ = ["CertifiedRun", "run_of_record"]
+
+Numbers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class CertifiedRun:
+    """A motion that is proven; made by `certify`. Called with times, it gives the motion there.
+
+    Attributes
+    ----------
+    oscillator, forcing, start
+        What moved, and from where: the exact values that the proof is about.
+    t_end
+        Up to when the motion is proven [time].
+    outcome
+        How the proof ended.
+    reason
+        More about that, with numbers; empty where there is no more.
+    impacts, crossings, contacts, grazes
+        The events, as columns of balls.
+    wanted_digits
+        The digits that were asked for.
+    precision
+        The bits that were worked with.
+    bits_spent
+        Bits that the balls have grown by, from the start to the last event.
+    """
+
+    oscillator: Oscillator
+    forcing: Forcing | None
+    start: Start
+    t_end: Ball
+    outcome: Ending
+    reason: str
+    impacts: CertifiedImpacts
+    crossings: CertifiedCrossings
+    contacts: CertifiedContacts
+    grazes: CertifiedGrazes
+    wanted_digits: int
+    precision: int
+    bits_spent: float
+    _system: System = field(repr=False)
+    _record: Record = field(repr=False)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the motion is proven to the end that was asked for."""
+        return self.outcome in _COMPLETE
+
+    @property
+    def bits_per_impact(self) -> float:
+        """Bits that the balls grow by at an impact or crossing, on average."""
+        return self.bits_spent / max(1, len(self.impacts) + len(self.crossings))
+
+    def __repr__(self) -> str:
+        """Tell in a line what is proven."""
+        parts = [
+            f"{len(table)} {name}"
+            for name, table in (
+                ("impacts", self.impacts),
+                ("crossings", self.crossings),
+                ("contacts", self.contacts),
+            )
+            if len(table) > 0 or name == "impacts"
+        ]
+        reason = f" ({self.reason})" if self.reason else ""
+        return (
+            f"<CertifiedRun: t = {float(self.start_time):.6g} ... {self.t_end.mid():.6g}, "
+            f"{', '.join(parts)}, {self.precision} bits; {self.outcome.value}{reason}>"
+        )
+
+    @property
+    def start_time(self) -> Ball:
+        """The instant of the start."""
+        return Ball(self._record.pieces[0].start if self._record.pieces else self.t_end.arb)
+
+    def __call__(
+        self, t: ArrayLike | Phase, limit: Literal["after", "before"] = "after"
+    ) -> tuple[Balls, Balls]:
+        """Return (x, v) at times t.
+
+        Parameters
+        ----------
+        t
+            Times up to `t_end`: floats, which are taken exactly, of any shape; or one exact
+            number such as ``"1/3"`` or ``"20*pi"``.
+        limit
+            Which velocity to give where a time is that of an impact. As the instant of an impact
+            is a ball, the velocities of both sides are in the ball there whatever this is.
+
+        Returns
+        -------
+        tuple of Balls
+            x [length] and v [length/time], of t's shape.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside of what is proven.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
+        >>> x, v = pc.certify(run)([0.5])
+        >>> bool(abs(x.mid()[0] - 0.479425538604203) < 1e-15), bool(x.radius()[0] < 1e-15)
+        (True, True)
+        """
+        if limit not in ("after", "before"):
+            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        exact = (not isinstance(t, str) and hasattr(t, "__len__")) or isinstance(t, np.ndarray)
+        times: list[Phase]
+        shape: tuple[int, ...]
+        if exact:
+            array = np.asarray(t, dtype=np.float64)
+            times, shape = [float(value) for value in array.reshape(-1)], array.shape
+        else:
+            times, shape = [t], ()  # type: ignore[list-item]
+        with precision(self.precision):
+            states = [state_at(self._system, self._record, time) for time in times]
+        return (
+            Balls.of((x for x, _ in states), shape),
+            Balls.of((v for _, v in states), shape),
+        )
+
+    def sample(self, n: int) -> Dataset:
+        """Return x and v at n equidistant times, both ends included, with their radii.
+
+        Parameters
+        ----------
+        n
+            Number of points, >= 2.
+
+        Returns
+        -------
+        xarray.Dataset
+            x, x_radius [length], v and v_radius [length/time] over t [time], (n,) each.
+
+        Raises
+        ------
+        ParameterError
+            If n is below 2.
+        """
+        if n < 2:
+            raise ParameterError("n", n, "fewer than the two ends")
+        first, last = self.start_time, self.t_end
+        if not last.arb.is_finite():
+            # At rest for ever: nothing happens after the last event.
+            last = self._last_event()
+        low, high = first.mid() + first.radius(), last.mid() - last.radius()
+        times = np.linspace(low, max(low, high), n)
+        return self._dataset("t", times, list(times))
+
+    def stroboscopic(self) -> Dataset:
+        """Return x and v once every forcing period, from the start on, with their radii.
+
+        Returns
+        -------
+        xarray.Dataset
+            x, x_radius [length], v and v_radius [length/time] over `period`, the number of exact
+            periods since the start.
+
+        Raises
+        ------
+        ParameterError
+            If the period of the forcing is not known exactly.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.51, t_end=20.0)
+        >>> dict(pc.certify(run).stroboscopic().sizes)
+        {'period': 10}
+        """
+        frequency = None if self.forcing is None else self.forcing.frequency
+        if frequency is None:
+            reason = "a stroboscopic view needs a forcing whose period is known exactly"
+            raise ParameterError("forcing.period", None, reason)
+        last = self.t_end if self.t_end.arb.is_finite() else self._last_event()
+        length = last.mid() - self.start_time.mid()
+        count = int(length * float(frequency) / (2.0 * math.pi) + 1e-9) + 1
+        times = [pi_times(2 * k / frequency) + self.start.t0 for k in range(count)]
+        with precision(self.precision):
+            times = [t for t in times if not time_ball(t) > last.arb]
+        return self._dataset("period", np.arange(len(times)), times)
+
+    def _last_event(self) -> Ball:
+        """Return the start of the last flight or contact."""
+        return Ball(self._record.pieces[-1].start)
+
+    def _dataset(self, name: str, index: NDArray[np.generic], times: Sequence[Phase]) -> Dataset:
+        import xarray
+
+        with precision(self.precision):
+            states = [state_at(self._system, self._record, time) for time in times]
+        x, v = (Balls.of(state[k] for state in states) for k in (0, 1))
+        data = {
+            "x": (name, x.mid()),
+            "x_radius": (name, x.radius()),
+            "v": (name, v.mid()),
+            "v_radius": (name, v.radius()),
+        }
+        return xarray.Dataset(data, coords={name: index}, attrs={"outcome": self.outcome.value})
+
+
+_COMPLETE = (
+    Ending.reached_t_end,
+    Ending.reached_max_impacts,
+    Ending.at_rest,
+    Ending.impact_at_t_end,
+)
+
+
+def run_of_record(
+    system: System, start: Start, record: Record, spent: float, digits: int
+) -> CertifiedRun:
+    """Make the result of a march."""
+    with precision(record.bits):
+        impacts = impacts_of(system, record)
+    return CertifiedRun(
+        oscillator=system.oscillator,
+        forcing=system.forcing,
+        start=start,
+        t_end=Ball(record.until),
+        outcome=record.ending,
+        reason=record.reason,
+        impacts=impacts,
+        crossings=crossings_of(record),
+        contacts=contacts_of(record),
+        grazes=grazes_of(record),
+        wanted_digits=digits,
+        precision=record.bits,
+        bits_spent=spent,
+        _system=system,
+        _record=record,
+    )

@@ -1,0 +1,119 @@
+"""Orbits that meet no stop: the steady motion inside one region, which is a formula."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+from flint import acb, arb, ctx
+
+from percuss.certified.chain import region_of_row
+from percuss.certified.first_root import Search
+from percuss.certified.flight import Flight, propagator
+from percuss.certified.law import Law, coarse_bits, constant_of, law_of
+from percuss.certified.multipliers import completed
+from percuss.certified.numbers import ball, precision
+from percuss.certified.orbit_result import Proof
+from percuss.certified.step import LEAST, levels_of
+from percuss.certified.system import System
+from percuss.certified.undecided import Undecided
+from percuss.model.exact import as_fraction
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+__all__ = ["steady_flight", "steady_proof"]
+
+
+def steady_flight(law: Law, region_number: int, place: Fraction | None = None) -> Flight:
+    """Return the steady motion of a region, from t = 0.
+
+    Without a spring it can be anywhere: it starts at ``place``, if that is given.
+
+    Raises
+    ------
+    Undecided
+        If there is none, or no spring holds it.
+    """
+    region = law.regions[region_number]
+    if not region.spring and (place is None or not constant_of(region.constant).is_zero()):
+        raise Undecided("precision", "without a spring steady motion has no place of its own")
+    if any(gain is None for gain in region.gains):
+        raise Undecided("precision", "at resonance without damping there is no steady motion")
+    flight = Flight(law, region_number, law.turns_at(0), arb(0), arb(0))
+    x, v = flight.origin, arb(0)
+    for omega, p, q, *_ in flight.waves:
+        x, v = x + p, v + omega * q
+    # The unforced part is zero exactly, or constant without a spring.
+    rest = arb(0)
+    if not region.spring and place is not None:
+        rest = ball(place) - x
+        x = ball(place)
+    flight.x0, flight.v0 = x, v
+    flight.y0, flight.z0 = rest, arb(0)
+    flight.a0 = flight.acceleration(x, v, flight.force0)
+    return flight
+
+
+def steady_proof(system: System, orbit: PeriodicOrbit) -> Proof:
+    """Return the proof of an orbit without events."""
+    number = region_of_row(system, int(orbit._marks[0, 2]))
+    law = law_of(system)
+    place = as_fraction(orbit.x0)
+    flight = steady_flight(law, number, place)
+    period = law.period(1)
+    by = propagator(flight.region, period)
+    matrix = (by.a11, by.a12), (by.a21, by.a22)
+    trace = by.a11 + by.a22
+    damping = system.damping(system.regions[number])
+    determinant = arb(1) if damping == 0 else (-2 * ball(damping) * period).exp()
+    one_minus = 1 - trace + determinant
+    alone = bool(one_minus > 0 or one_minus < 0)
+    admissible, reason = _admissible(system, number, period, place)
+    monodromy = completed(matrix, trace, determinant, conservative=damping == 0)
+    if not law.regions[number].spring:
+        # One multiplier is 1 exactly: any place will do.
+        one = acb(1), acb(determinant)
+        monodromy = replace(monodromy, multipliers=one, stability="parabolic")
+    return Proof(
+        chain=[],
+        states=[],
+        before=[],
+        period=period,
+        monodromy=monodromy,
+        admissible=admissible,
+        isolated=alone,
+        unique_within=float("inf") if alone else 0.0,
+        reason=reason,
+        start=(flight.x0, flight.v0, arb(0)),
+    )
+
+
+def _admissible(
+    system: System, number: int, period: arb, place: Fraction
+) -> tuple[bool | None, str]:
+    """Tell whether the steady motion stays inside its region for a period."""
+    question = ""
+    for coarse in sorted({coarse_bits(system), ctx.prec}):
+        with precision(coarse):
+            flight = steady_flight(law_of(system), number, place)
+            levels = levels_of(system, number)
+            inside = [level.sign * (flight.x0 - level.at) for level in levels]
+            if any(gap < 0 for gap in inside):
+                return False, "it starts beyond a stop"
+            width = 1.0 / max([flight.region.pace, *law_of(system).paces])
+            least = max(LEAST, 2.0 ** (-0.45 * coarse) * width)
+            search = Search(
+                flight,
+                levels,
+                None,
+                1,
+                width=width,
+                least=least,
+                sharp=coarse > coarse_bits(system),
+            )
+            try:
+                found = search.first(float(period.upper()) * 1.000001)
+            except Undecided as open_question:
+                question = open_question.reason
+                continue
+        return (True, "") if found is None else (False, "it passes through a stop")
+    return None, question

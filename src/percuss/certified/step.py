@@ -1,0 +1,225 @@
+"""One flight of a set of states, from its start to the first stop that it meets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from flint import arb, ctx
+
+from percuss.certified.cloud import Cloud, Matrix, Pair, applied
+from percuss.certified.first_root import Bracket, Level, Search
+from percuss.certified.flight import Flight, Propagator, propagator
+from percuss.certified.landing import solve
+from percuss.certified.law import coarse_bits, law_of
+from percuss.certified.numbers import ball, precision, time_ball, upper
+from percuss.certified.system import System
+from percuss.certified.undecided import Undecided
+from percuss.model.exact import Phase
+
+__all__ = [
+    "Arrival",
+    "Departure",
+    "event_derivative",
+    "first_arrival",
+    "flight_of",
+    "landed",
+    "levels_of",
+]
+
+# The shortest stretch, far above the least float.
+LEAST = 1e-120
+
+
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """From where and how a flight sets off.
+
+    Attributes
+    ----------
+    region
+        Number of the region.
+    x
+        Where, exactly.
+    cloud
+        The instants and velocities.
+    bound
+        Number of the bound it starts on, None between them.
+    order
+        Order of the first derivative of x that is not zero.
+    time
+        The instant, where it is an exact one; then the cloud has no width in time.
+    """
+
+    region: int
+    x: Fraction
+    cloud: Cloud
+    bound: int | None = None
+    order: int = 1
+    time: Phase | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """Where a flight first meets a bound.
+
+    Attributes
+    ----------
+    bound, sign
+        Number of the bound, and +1 for one below the flight.
+    point
+        Instant and velocity of the flight from the middle of the cloud.
+    derivative
+        Of instant and velocity by those of the departure, on the whole cloud.
+    box
+        Instant and velocity of all.
+    """
+
+    bound: int
+    sign: int
+    point: Pair
+    derivative: Matrix
+    box: Pair
+
+
+def flight_of(system: System, start: Departure, *, whole: bool) -> Flight:
+    """Return the flight from the middle of a departure's cloud, or those from all of it."""
+    law = law_of(system)
+    t, v = start.cloud.box() if whole else start.cloud.middle
+    turns = law.turns(t) if start.time is None else law.turns_at(start.time)
+    if start.order > 1:
+        v = arb(0)
+    x = ball(start.x) if start.bound is None else law.places[start.bound]
+    return Flight(law, start.region, turns, x, v, start.order)
+
+
+def levels_of(system: System, region: int) -> list[Level]:
+    """Return the bounds of a region as levels, at the working precision."""
+    law, here = law_of(system), system.regions[region]
+    found = []
+    for number, sign in ((here.lower, 1), (here.upper, -1)):
+        if number is not None:
+            found.append(Level(number, sign, law.places[number]))
+    return found
+
+
+def first_arrival(system: System, start: Departure, end: arb, width: float) -> Arrival | None:
+    """Return where a departure first meets a bound, None if it does not before an instant.
+
+    Parameters
+    ----------
+    system
+        The exact system.
+    start
+        The departure.
+    end
+        The instant.
+    width
+        About how long a stretch can be searched at once.
+
+    Raises
+    ------
+    Undecided
+        If the balls leave it open.
+    """
+    bits = ctx.prec
+    coarse = coarse_bits(system)
+    try:
+        return _arrival(system, start, end, width, coarse)
+    except Undecided as open_question:
+        if coarse == bits or open_question.kind != "graze":
+            raise
+    return _arrival(system, start, end, width, bits)
+
+
+def _arrival(
+    system: System, start: Departure, end: arb, width: float, coarse: int
+) -> Arrival | None:
+    with precision(coarse):
+        whole = flight_of(system, start, whole=True)
+        levels = levels_of(system, start.region)
+        if not levels or _never_reaches(whole, levels, start):
+            return None
+        started = next((level for level in levels if level.bound == start.bound), None)
+        search = Search(
+            whole,
+            levels,
+            started,
+            start.order,
+            width=width,
+            least=max(LEAST, 2.0 ** (-0.45 * coarse) * width),
+            sharp=coarse > coarse_bits(system),
+        )
+        began = start.cloud.box()[0] if start.time is None else time_ball(start.time)
+        longest = upper(end - began) if end.is_finite() else float("inf")
+        bracket = search.first(longest)
+    if bracket is None:
+        return None
+    return landed(system, start, whole, bracket, coarse)
+
+
+def landed(
+    system: System, start: Departure, whole: Flight, bracket: Bracket, coarse: int
+) -> Arrival:
+    """Return the arrival in a bracket.
+
+    Parameters
+    ----------
+    system, start
+        What departs.
+    whole
+        The flights from all of the cloud, made at ``coarse`` bits.
+    bracket
+        Where the root is.
+    coarse
+        Bits for all but the root of the flight from the middle.
+    """
+    point = flight_of(system, start, whole=False)
+    level = next(
+        level for level in levels_of(system, start.region) if level.bound == bracket.level.bound
+    )
+    fine = type(bracket)(level, bracket.low, bracket.high, bracket.guess, bracket.near)
+    # The series takes derivatives below the order for zero, which starts beside do not fulfil.
+    summed = start.order <= 2 or start.time is not None
+    first, all_ = solve(point, whole, fine, coarse, summed=summed)
+    with precision(coarse):
+        by = propagator(whole.region, all_.s)
+        derivative = event_derivative(by, (whole.v0, whole.a0), (all_.v, all_.a))
+        dt, dv = applied(derivative, applied(start.cloud.axes, start.cloud.spread))
+    began = start.cloud.middle[0] if start.time is None else time_ball(start.time)
+    at = began + first.s, first.v
+    return Arrival(level.bound, level.sign, at, derivative, (at[0] + dt, at[1] + dv))
+
+
+def event_derivative(by: Propagator, before: Pair, after: Pair) -> Matrix:
+    """Return the derivative of instant and velocity at an event by those at the one before.
+
+    A start later by dt is, at a fixed instant, one that is displaced by (-v, -a) dt; and an
+    event comes later by -dx/v.
+
+    Parameters
+    ----------
+    by
+        Propagator of the flight.
+    before, after
+        Velocity and acceleration at its start and at its end.
+    """
+    (v0, a0), (v1, a1) = before, after
+    a11, a12, a21, a22 = by
+    x_by_t, v_by_t = -(a11 * v0 + a12 * a0), -(a21 * v0 + a22 * a0)
+    t_by_t, t_by_v = -(x_by_t / v1), -(a12 / v1)
+    return (t_by_t, t_by_v), (v_by_t + a1 * t_by_t, a22 + a1 * t_by_v)
+
+
+def _never_reaches(flight: Flight, levels: list[Level], start: Departure) -> bool:
+    """Tell whether a motion that stays within bounds for ever stays away from all levels."""
+    if start.bound is not None:
+        return False
+    reach = flight.reach()
+    if reach is None:
+        return False
+    low, high = reach
+    return all(
+        level.at < low - 1e-9 * abs(low) if level.sign > 0 else level.at > high + 1e-9 * abs(high)
+        for level in levels
+    )

@@ -1,0 +1,97 @@
+"""Orbits with sticking: a contact that comes again after whole periods.
+
+In contact the mass is at the wall without velocity, and the forcing is periodic: a motion in
+contact at an instant and again a whole number of periods later is periodic from there on,
+exactly. All neighbours that come to the same contact follow the same motion from its release on,
+so both multipliers are zero.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from flint import acb, arb
+
+from percuss.certified.chain import Link
+from percuss.certified.contact import Hold
+from percuss.certified.march import Limits, march
+from percuss.certified.multipliers import Monodromy
+from percuss.certified.numbers import ball
+from percuss.certified.orbit_result import Proof
+from percuss.certified.record import Ending, Record
+from percuss.certified.system import System
+from percuss.certified.undecided import Undecided
+from percuss.model.exact import pi_times
+from percuss.model.start import Start
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+__all__ = ["sticking_proof"]
+
+
+def sticking_proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
+    """Return the proof of an orbit with sticking.
+
+    Raises
+    ------
+    Undecided
+        If the motion from the middle of a contact is not proven to come back to it.
+    """
+    frequency = None if orbit.forcing is None else orbit.forcing.frequency
+    if frequency is None:
+        raise Undecided("precision", "the period of the forcing is not known exactly")
+    contacts = orbit.trajectory(2).contacts
+    held = [
+        (start, end, stop)
+        for start, end, stop in zip(contacts.start, contacts.release, contacts.stop, strict=True)
+        if end > start
+    ]
+    if not held:
+        raise Undecided("precision", "the orbit's contact was not found again")
+    begin, end, stop = max(held, key=lambda row: float(row[1] - row[0]))
+    # Any instant of the contact, exactly.
+    middle = float(0.5 * (begin + end))
+    start = Start(orbit.oscillator.stops[int(stop)].at, 0, middle)
+    after = pi_times(Fraction(2 * orbit.n_periods) / frequency) + middle
+    finest = Fraction(1, 2 * 10**digits)
+    record = march(system, start, Limits(after, None, finest))
+    held_at_end = bool(record.pieces) and isinstance(record.pieces[-1].what, Hold)
+    held_at_start = bool(record.pieces) and isinstance(record.pieces[0].what, Hold)
+    if record.ending is not Ending.reached_t_end or not (held_at_start and held_at_end):
+        raise Undecided(
+            "precision", record.reason or "the motion does not come back to its contact"
+        )
+    first, last = record.contacts[0], record.contacts[-1]
+    if first.stop != last.stop or len(record.contacts) < 2:
+        raise Undecided("precision", "the motion comes back to another contact")
+    return _proof(system, orbit, record, frequency)
+
+
+def _proof(system: System, orbit: PeriodicOrbit, record: Record, frequency: Fraction) -> Proof:
+    zero = arb(0)
+    bounds = {bound.wall: i for i, bound in enumerate(system.bounds)}
+    chain = [Link(bounds[row.stop], 0, 0, row.stop, wall=True) for row in record.impacts]
+    monodromy = Monodromy(
+        ((zero, zero), (zero, zero)),
+        zero,
+        zero,
+        conservative=False,
+        multipliers=(acb(0), acb(0)),
+        stability="asymptotic",
+    )
+    release = record.contacts[0].release
+    assert release is not None
+    place = ball(system.bounds[bounds[record.contacts[0].stop]].at)
+    period = 2 * orbit.n_periods * arb.pi() / ball(frequency)
+    return Proof(
+        chain=chain,
+        states=[(row.t, row.v_after) for row in record.impacts],
+        before=[row.v_before for row in record.impacts],
+        period=period,
+        monodromy=monodromy,
+        admissible=True,
+        isolated=True,
+        unique_within=0.0,
+        reason="",
+        start=(place, zero, release),
+        sticking=True,
+    )

@@ -1,0 +1,190 @@
+"""The problem in exact rationals: the numbers as the model holds them, and the regions."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+
+from percuss.model.exact import angle, as_fraction
+from percuss.model.forcing import Forcing
+from percuss.model.harmonics import FourierTerm
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import SoftStop, Wall
+
+__all__ = ["Bound", "Region", "System", "Tone", "system_of"]
+
+Angle = tuple[Fraction, Fraction]
+
+
+@dataclass(frozen=True)
+class Tone:
+    """A part of the forcing, amplitude cos(omega t + phase), by the names of its numbers.
+
+    Attributes
+    ----------
+    omega, amplitude
+        Paths of the numbers.
+    times
+        Multiple of the base frequency that omega is.
+    phase
+        The phase as ``times * pi + plus``.
+    phase_path
+        Path of the phase; empty where it is none of its own.
+    """
+
+    omega: str
+    amplitude: str
+    times: int
+    phase: Angle
+    phase_path: str = ""
+
+
+@dataclass(frozen=True)
+class Bound:
+    """An end of a region: a wall, or the edge of soft stops."""
+
+    path: str
+    at: Fraction
+    wall: int | None
+    edges: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Region:
+    """A stretch of the line in which one linear equation holds; bounds are numbers of bounds."""
+
+    active: tuple[int, ...]
+    lower: int | None
+    upper: int | None
+
+
+@dataclass(frozen=True)
+class System:
+    """An oscillator and its forcing, every number exact.
+
+    Attributes
+    ----------
+    oscillator, forcing
+        As the user gave them.
+    numbers
+        The numbers by their paths.
+    tones
+        The parts of the forcing.
+    bounds, regions
+        Upwards.
+    moved
+        A number that stands for all between two values, by its path; None for none. All else
+        that depends on it, such as the order of the bounds, is that of ``numbers``.
+    """
+
+    oscillator: Oscillator
+    forcing: Forcing | None
+    numbers: dict[str, Fraction] = field(repr=False)
+    tones: tuple[Tone, ...]
+    bounds: tuple[Bound, ...]
+    regions: tuple[Region, ...]
+    moved: tuple[str, Fraction, Fraction] | None = None
+
+    def frequency(self, tone: Tone) -> Fraction:
+        """Return the exact angular frequency of a tone."""
+        return tone.times * self.numbers[tone.omega]
+
+    def stiffness(self, region: Region) -> Fraction:
+        """Return k and all springs of the stops that act."""
+        return self._sum(region, "stiffness")
+
+    def damping(self, region: Region) -> Fraction:
+        """Return a and all dashpots of the stops that act."""
+        return self._sum(region, "damping")
+
+    def _sum(self, region: Region, name: str) -> Fraction:
+        own = self.numbers[f"oscillator.{name}"]
+        return own + sum(self.numbers[f"oscillator.stops.{i}.{name}"] for i in region.active)
+
+
+@lru_cache(maxsize=64)
+def system_of(osc: Oscillator, force: Forcing | None) -> System:
+    """Return the exact system of an oscillator under a forcing (None: free motion)."""
+    numbers = {
+        "oscillator.stiffness": as_fraction(osc.stiffness),
+        "oscillator.damping": as_fraction(osc.damping),
+        "forcing.constant": as_fraction(force.constant) if force is not None else Fraction(0),
+    }
+    for i, stop in enumerate(osc.stops):
+        names = ("at", "restitution") if isinstance(stop, Wall) else ("at", "stiffness", "damping")
+        for name in names:
+            numbers[f"oscillator.stops.{i}.{name}"] = as_fraction(getattr(stop, name))
+    tones = _tones(force, numbers) if force is not None else ()
+    bounds = _bounds(osc, numbers)
+    return System(osc, force, numbers, tones, bounds, _regions(osc, numbers, bounds))
+
+
+def _tones(force: Forcing, numbers: dict[str, Fraction]) -> tuple[Tone, ...]:
+    tones = []
+    if force.base is not None:
+        numbers["forcing.omega"] = as_fraction(force.base)
+    for i, part in enumerate(force.harmonics):
+        if isinstance(part, FourierTerm):
+            turns = {"cos": Fraction(0), "sin": Fraction(-1, 2)}
+            for name, times in turns.items():
+                path = f"forcing.{name}.{i}"
+                numbers[path] = as_fraction(getattr(part, name))
+                if numbers[path] != 0:
+                    tones.append(Tone("forcing.omega", path, part.n, (times, Fraction(0))))
+            continue
+        path = f"forcing.harmonics.{i}"
+        numbers[f"{path}.omega"] = as_fraction(part.omega)
+        numbers[f"{path}.amplitude"] = as_fraction(part.amplitude)
+        phase = f"{path}.phase"
+        tones.append(Tone(f"{path}.omega", f"{path}.amplitude", 1, angle(part.phase), phase))
+    return tuple(tones)
+
+
+def _bounds(osc: Oscillator, numbers: dict[str, Fraction]) -> tuple[Bound, ...]:
+    places = [numbers[f"oscillator.stops.{i}.at"] for i in range(len(osc.stops))]
+    walls = {stop.side: i for i, stop in enumerate(osc.stops) if isinstance(stop, Wall)}
+    low = places[walls["below"]] if "below" in walls else None
+    high = places[walls["above"]] if "above" in walls else None
+    found = []
+    for at in sorted(set(places)):
+        if (low is not None and at < low) or (high is not None and at > high):
+            continue
+        wall = next((i for i in walls.values() if places[i] == at), None)
+        edges = tuple(
+            i for i, stop in enumerate(osc.stops) if isinstance(stop, SoftStop) and places[i] == at
+        )
+        here = wall if wall is not None else edges[0]
+        found.append(Bound(f"oscillator.stops.{here}.at", at, wall, edges if wall is None else ()))
+    return tuple(found)
+
+
+def _regions(
+    osc: Oscillator, numbers: dict[str, Fraction], bounds: tuple[Bound, ...]
+) -> tuple[Region, ...]:
+    walls = [i for i, bound in enumerate(bounds) if bound.wall is not None]
+    sides = {i: osc.stops[bounds[i].wall or 0].side for i in walls}
+    first = next((i for i in walls if sides[i] == "below"), None)
+    last = next((i for i in walls if sides[i] == "above"), None)
+    inner = [i for i, bound in enumerate(bounds) if bound.wall is None]
+    ends: list[int | None] = [first, *inner, last]
+    found = []
+    for lower, upper in itertools.pairwise(ends):
+        active = tuple(
+            i
+            for i, stop in enumerate(osc.stops)
+            if isinstance(stop, SoftStop)
+            and _acts(stop, numbers[f"oscillator.stops.{i}.at"], bounds, lower, upper)
+        )
+        found.append(Region(active, lower, upper))
+    return tuple(found)
+
+
+def _acts(
+    stop: SoftStop, at: Fraction, bounds: tuple[Bound, ...], lower: int | None, upper: int | None
+) -> bool:
+    """Tell whether a stop acts in the whole of a region; its edges cut the line."""
+    if stop.side == "above":
+        return lower is not None and bounds[lower].at >= at
+    return upper is not None and bounds[upper].at <= at

@@ -1,0 +1,190 @@
+"""Where a branch of orbits begins to touch a stop: a turning point passes it.
+
+An orbit one of whose impacts has no velocity is, as a motion, the orbit without that impact whose
+turning point touches the stop there; that orbit goes on smoothly in the parameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from flint import arb
+
+from percuss.certified.branch import (
+    boxed,
+    equations_over,
+    exact_ball,
+    root_of,
+    solution_at,
+    system_at,
+    system_over,
+)
+from percuss.certified.chain import Link, chain_of, region_of_row
+from percuss.certified.flight import Flight
+from percuss.certified.law import law_of
+from percuss.certified.numbers import span
+from percuss.certified.shooting import States
+from percuss.certified.steady import steady_flight
+from percuss.certified.step import flight_of
+from percuss.certified.system import System, system_of
+from percuss.certified.undecided import Undecided
+from percuss.kernels.law import PERIOD
+from percuss.model.law import law, lines
+from percuss.orbits.families.special_points import SpecialPoint
+from percuss.orbits.orbit.passages import turns_of
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+__all__ = ["touch_of"]
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Orbits with a turning point near a stop.
+
+    Attributes
+    ----------
+    chain, guess
+        The events, and states nearly after them; none for steady motion.
+    flight, region
+        The flight with the turning point, and its region.
+    bound, s
+        The stop's bound, and the time of the turning point in the flight, nearly.
+    """
+
+    system: System
+    path: str
+    n_periods: int
+    chain: list[Link]
+    guess: States
+    flight: int
+    region: int
+    bound: int
+    s: float
+
+    def clearance(self, flight: Flight, system: System) -> arb:
+        """Return how far the turning point is from the stop, negative beyond it."""
+        s = arb(self.s)
+        for _ in range(60):
+            (_, v, a), _ = flight.derivatives(s, 2)
+            if v.abs_lower() < 4 * v.rad():
+                break
+            s = (s - (v / a).mid()).mid()
+        (x, v, a, j), size = flight.derivatives(s, 3)
+        trial = 2 * v.abs_upper() / a.abs_lower()
+        for _ in range(4):
+            jerk = j.abs_upper() + trial * 1.05 * flight.bound(
+                4, float(s) + float(trial), 0.0, size
+            )
+            step = -(v / (a + span(trial * jerk)))
+            if step.abs_upper() <= trial:
+                sign = 1 if system.regions[self.region].lower == self.bound else -1
+                moved = step * span(v.abs_upper())
+                at = law_of(system).places[self.bound]
+                return sign * (x + moved - at)
+            trial = 4 * trial
+        raise Undecided("precision", "the turning point was not enclosed")
+
+    def at(self, value: Fraction) -> arb:
+        """Return the clearance at a value of the parameter."""
+        system = system_at(self.system, self.path, value)
+        if not self.chain:
+            return self.clearance(steady_flight(law_of(system), self.region), system)
+        equations, states = solution_at(
+            self.system, self.chain, self.n_periods, self.path, value, self.guess
+        )
+        inside, _ = boxed(equations, states)
+        start = equations.departure(self.flight, inside[self.flight])
+        return self.clearance(flight_of(equations.system, start, whole=True), equations.system)
+
+    def over(self, low: Fraction, high: Fraction) -> None:
+        """Prove that orbit and turning point go on smoothly from low to high."""
+        if not self.chain:
+            system = system_over(self.system, self.path, low, high)
+            self.clearance(steady_flight(law_of(system), self.region), system)
+            return
+        all_ = equations_over(self.system, self.chain, self.n_periods, self.path, low, high)
+        middle = (low + high) / 2
+        _, states = solution_at(
+            self.system, self.chain, self.n_periods, self.path, middle, self.guess
+        )
+        box, trial = boxed(all_, states)
+        for end in (low, high):
+            there, at_end = solution_at(
+                self.system, self.chain, self.n_periods, self.path, end, states
+            )
+            for outer, inner in zip(trial, boxed(there, at_end)[0], strict=True):
+                if not all(b.contains(s) for b, s in zip(outer, inner, strict=True)):
+                    raise Undecided("precision", "the ends of the branch lie outside of its box")
+        start = all_.departure(self.flight, box[self.flight])
+        self.clearance(flight_of(all_.system, start, whole=True), all_.system)
+
+
+def touch_of(point: SpecialPoint, path: str, digits: int) -> arb:
+    """Return a ball of the parameter in which a turning point passes a stop."""
+    system = system_of(point.orbit.oscillator, point.orbit.forcing)
+    impact = point.detail.startswith("an impact")
+    branch = (_without_impact if impact else _with_passage)(system, path, point.orbit)
+    value = Fraction(point.value)
+    zero = root_of(branch.at, value, (abs(value) + 1) / 10**9)
+    width = max(abs(zero), Fraction(1, 10**3)) / 10 ** (digits + 2)
+    low, high = zero - width, zero + width
+    branch.over(low, high)
+    before, after = branch.at(low), branch.at(high)
+    if not ((before > 0 and after < 0) or (before < 0 and after > 0)):
+        raise Undecided("precision", "the turning point does not pass the stop on the stretch")
+    return exact_ball(low).union(exact_ball(high))
+
+
+def _without_impact(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
+    """Return the branch of the orbits without the slowest impact."""
+    chain = chain_of(system, orbit)
+    n = len(chain)
+    unknowns = np.asarray(orbit._unknowns, dtype=float)
+    instants = unknowns[0] + np.concatenate([[0.0], np.cumsum(unknowns[1 : 1 + n])])
+    entries = [i for i, link in enumerate(chain) if link.stop is not None]
+    slow = min(entries, key=lambda i: abs(unknowns[1 + n + i]))
+    # A soft stop that is entered without velocity is left at once.
+    dropped = {slow} if chain[slow].wall else {slow, (slow + 1) % n}
+    kept = [(slow + 1 + k) % n for k in range(n) if (slow + 1 + k) % n not in dropped]
+    here = chain[slow]
+    if not kept:
+        t = arb(float(instants[slow]))
+        return Branch(system, path, orbit.n_periods, [], [], 0, here.before, here.bound, float(t))
+    period = float(law_of(system).period(orbit.n_periods))
+    states: States = []
+    first = instants[kept[0]]
+    for i in kept:
+        t = instants[i] if instants[i] >= first else instants[i] + period
+        states.append((arb(float(t)), arb(float(unknowns[1 + n + i]))))
+    last = len(kept) - 1
+    s = (instants[slow] - instants[kept[-1]]) % period
+    reduced = [chain[i] for i in kept]
+    return Branch(
+        system, path, orbit.n_periods, reduced, states, last, here.before, here.bound, float(s)
+    )
+
+
+def _with_passage(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
+    """Return the branch of orbits one of whose turning points is nearest to a stop."""
+    table = law(orbit.oscillator, orbit.forcing)
+    n = len(orbit._chain)
+    end = float(orbit._events[-1, 0]) if n else 1.5 * float(table[0, PERIOD])
+    turns = turns_of(table, orbit._events, orbit._marks, orbit.x0, end)
+    if not len(turns.t):
+        raise Undecided("precision", "the orbit has no turning point")
+    k = int(np.argmin(np.abs(turns.clearance)))
+    shift = 1 if lines(orbit.oscillator).at[0] is None else 0
+    bound, flight = int(turns.bound[k]) - shift, int(turns.flight[k])
+    s = float(turns.t[k]) - (float(orbit._events[flight, 0]) if n else 0.0)
+    region = region_of_row(system, int(orbit._marks[flight, 2]))
+    if n == 0:
+        return Branch(system, path, orbit.n_periods, [], [], 0, region, bound, s)
+    chain = chain_of(system, orbit)
+    unknowns = [float(value) for value in orbit._unknowns]
+    t, states = unknowns[0], []
+    for i in range(n):
+        states.append((arb(t), arb(unknowns[1 + n + i])))
+        t += unknowns[1 + i]
+    return Branch(system, path, orbit.n_periods, chain, states, flight, region, bound, s)

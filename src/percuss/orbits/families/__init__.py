@@ -1,0 +1,1 @@
+"""Families of periodic orbits along a parameter: branches and their special points."""

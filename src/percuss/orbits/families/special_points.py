@@ -1,0 +1,276 @@
+"""Where the orbits of a branch are born, die, double or touch a stop."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import PercussError
+from percuss.model.law import law
+from percuss.orbits.families.births import birth_of, birth_passed, located_birth
+from percuss.orbits.families.conditions import Point, condition, conditions_of, leaves_soft_stop
+from percuss.orbits.families.corners import corner_between
+from percuss.orbits.families.family import Family
+from percuss.orbits.families.grazing import GrazeAnalysis, analysed_graze
+from percuss.orbits.families.leaving import until_left
+from percuss.orbits.families.locating import Zero, changes_sign, find_zero
+from percuss.orbits.families.rounds import halves_differ
+from percuss.orbits.families.touches import accumulates
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.symmetry import half_multipliers
+
+__all__ = ["Kind", "SpecialPoint", "corner_point", "special_points_between"]
+
+Floats = NDArray[np.float64]
+Kind: TypeAlias = Literal[
+    "fold",
+    "period_doubling",
+    "symmetry_breaking",
+    "branch_point",
+    "grazing",
+    "chatter",
+    "corner",
+    "strong_resonance",
+]
+
+# A bracket in the parameter that is a location, as a part of it.
+LOCATED = 1e-10
+# How far beside a corner its orbit is taken, in scaled parameter.
+CORNER = 1e-11
+# Velocities below this part of the scale are too small to tell a passage beside an impact.
+SLOW = 1e-6
+# Multipliers that the conditions bring to the edge of stability, and how near they come.
+EDGES, ON_EDGE = {"one": 1.0, "minus one": -1.0}, 1e-3
+# Special points nearer than this are one.
+SAME = 1e-9
+_DOUBLES = "which doubles here"
+
+
+@dataclass(frozen=True, slots=True)
+class SpecialPoint:
+    """A point of a branch at which the orbits change in kind.
+
+    Attributes
+    ----------
+    kind
+        "fold" (two orbits meet and end), "period_doubling" (a multiplier of -1),
+        "symmetry_breaking" (the multiplier of the map over half a symmetric orbit is -1),
+        "branch_point" (a multiplier of 1 otherwise), "grazing" (an impact of no velocity, or a
+        turning point that touches a stop), "chatter" (impacts lose their velocity together
+        while the force pushes into the wall: they accumulate), "corner" (two stops that are met come to lie at one
+        place), "strong_resonance" (of a conservative family, trace -1 or 0).
+    path, value
+        The parameter and its value there.
+    interval
+        Values of the parameter between which it lies; at a fold both lie on one side of it.
+    status
+        "located" if the interval is below 1e-10 of the value, or of 1 for smaller ones, and what
+        changes sign goes through zero; otherwise "bracketed".
+    orbit
+        The orbit there.
+    row
+        Its row in the branch.
+    detail
+        What happens there, in words.
+    codimension
+        How many conditions it fulfils: 1.
+    """
+
+    kind: Kind
+    path: str
+    value: float
+    interval: tuple[float, float]
+    status: Literal["located", "bracketed"]
+    orbit: PeriodicOrbit = field(repr=False)
+    row: int
+    detail: str
+    codimension: int = 1
+    # Of the branch there, by unknowns and parameter.
+    _tangent: Floats | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def graze(self) -> GrazeAnalysis | None:
+        """What a graze implies for the motions beside it, worked out on demand.
+
+        None for other kinds of points, and where a touch is none of one stop, or of two that
+        mirror each other, alone.
+        """
+        if self.kind != "grazing":
+            return None
+        try:
+            return analysed_graze(self.orbit, self.path)
+        except PercussError:
+            return None
+
+
+def corner_point(
+    family: Family, beside: Point, end: float, *, is_end: bool
+) -> tuple[SpecialPoint, Point] | None:
+    """Return the corner between a point of a family and a value of the parameter, None for none.
+
+    At the corner itself the stops are one, and the equations others: its orbit is the one beside.
+    """
+    value = family.value(beside.z)
+    found = corner_between(family, beside.orbit, value, end)
+    if found is None:
+        return None
+    at, moved, other = found
+    detail = f"stops {moved} and {other} come to lie at one place"
+    there = beside
+    if not is_end:
+        held = np.append(np.zeros(len(beside.z) - 1), 1.0)
+        guess = beside.z.copy()
+        guess[-1] = (at - family.low) / (family.high - family.low) - CORNER * np.sign(at - value)
+        z = family.corrected(guess, held)
+        orbit = family.orbit(z)
+        there = Point(z, beside.tangent, orbit, conditions_of(family, orbit), family)
+    ends = sorted((family.value(there.z), at))
+    exact = ends[1] - ends[0] <= LOCATED * max(1.0, abs(at)) or not is_end
+    status: Literal["located", "bracketed"] = "located" if exact else "bracketed"
+    special = SpecialPoint(
+        "corner", family.path, at, (ends[0], ends[1]), status, there.orbit, -1, detail
+    )
+    return special, there
+
+
+def special_points_between(
+    family: Family, a: Point, b: Point
+) -> Iterator[tuple[SpecialPoint, Point]]:
+    """Return the special points between two neighbours on a branch, in order, with row -1."""
+    b, zeros = until_left(family, a, b)
+    changed = [
+        name
+        for name in a.conditions
+        if not leaves_soft_stop(family, name)
+        and changes_sign(a.conditions[name], b.conditions.get(name, math.nan))
+    ]
+    turns = a.tangent[-1] * b.tangent[-1] < 0.0
+    born = birth_passed(family, a, b) if turns else None
+    if born is not None:
+        # There the equations hold two directions weakly; the simpler orbit tells it.
+        zeros.append(("fold", born))
+        changed = [name for name in changed if name != "one"]
+    for name in changed:
+        crossed = name == "one"
+        zero = find_zero(family, a, b, condition(family, name), beside_others=crossed)
+        if zero is not None:
+            zeros.append((name, zero))
+    if turns and born is None and "one" not in changed:
+        zero = find_zero(family, a, b, lambda z, _: float(family.tangent(z, a.tangent)[-1]))
+        if zero is not None:
+            zeros.append(("fold", zero))
+    zeros = [(name, _at_birth(family, a, name, zero, turns=turns)) for name, zero in zeros]
+    yield from _told(family, (a, b), sorted(zeros, key=lambda found: found[1].part), turns=turns)
+
+
+def _told(
+    family: Family, ends: tuple[Point, Point], zeros: list[tuple[str, Zero]], *, turns: bool
+) -> Iterator[tuple[SpecialPoint, Point]]:
+    """Return zeros in order as special points, those of one kind at one place as one."""
+    a, b = ends
+    touched = any(name.startswith("velocity") for name, _ in zeros)
+    leaves = any(leaves_soft_stop(family, name) for name, _ in zeros)
+    # The passage of a formal orbit vanishes with the velocity of the impact beside it; and a
+    # soft stop that is left after no time turns the branch, as a velocity of either sign is one.
+    hidden = {"passage", "one", "fold", "minus one"} if leaves else {"passage"}
+    last: tuple[SpecialPoint, Point] | None = None
+    for name, zero in zeros:
+        if name in hidden and touched and _is_slow(family, zero.orbit):
+            continue
+        if (
+            name in EDGES
+            and not (turns and name == "one")
+            and not _has_multiplier(zero, EDGES[name])
+        ):
+            continue
+        kind, detail = _meaning(family, a, name, zero.orbit, turns=turns)
+        if last is not None and last[0].kind == kind and _is_at(zero, last[1]):
+            last = dataclasses.replace(last[0], detail=f"{last[0].detail}, and {detail}"), last[1]
+            continue
+        if last is not None:
+            yield last
+        tangent = family.tangent(zero.z, a.tangent)
+        there = Point(zero.z, tangent, zero.orbit, conditions_of(family, zero.orbit), family)
+        # Where branches cross the equations do not tell their tangents apart; the points do.
+        chord = (1.0 - zero.part) * a.tangent + zero.part * b.tangent
+        chord = chord * np.append(family.scale, family.high - family.low)
+        it = dataclasses.replace(_special(family, kind, detail, zero), _tangent=chord)
+        last = it, there
+        if leaves_soft_stop(family, name):
+            break
+    if last is not None:
+        yield last
+
+
+def _has_multiplier(zero: Zero, edge: float) -> bool:
+    """Tell a multiplier that comes to the edge from an impact velocity that comes to zero."""
+    return not zero.goes_through or bool(np.abs(zero.orbit.multipliers - edge).min() < ON_EDGE)
+
+
+def _is_at(zero: Zero, other: Point) -> bool:
+    return float(np.linalg.norm(zero.z - other.z)) < SAME
+
+
+def _is_slow(family: Family, orbit: PeriodicOrbit) -> bool:
+    return bool(np.abs(family.into_stops(orbit)).min() < SLOW * family.scale[-1])
+
+
+def _special(family: Family, kind: Kind, detail: str, zero: Zero) -> SpecialPoint:
+    low, high = sorted(family.value(z) for z in zero.ends)
+    value = family.value(zero.z)
+    exact = zero.goes_through and high - low <= LOCATED * max(1.0, abs(value))
+    status: Literal["located", "bracketed"] = "located" if exact else "bracketed"
+    return SpecialPoint(kind, family.path, value, (low, high), status, zero.orbit, -1, detail)
+
+
+def _meaning(
+    family: Family, a: Point, name: str, orbit: PeriodicOrbit, *, turns: bool
+) -> tuple[Kind, str]:
+    if name.startswith("velocity"):
+        row, stop, _ = family.ways[int(name.split()[1])]
+        if family.walls[row] and accumulates(orbit, row):
+            return "chatter", f"impacts on stop {stop} accumulate: the force pushes into it"
+        return "grazing", f"an impact on stop {stop} has no velocity"
+    if name == "passage":
+        return "grazing", "a turning point between two events touches a stop"
+    if name == "minus one":
+        return "period_doubling", "a multiplier is -1"
+    if name == "third":
+        return "strong_resonance", "the multipliers are third roots of 1"
+    if name == "fourth":
+        return "strong_resonance", "the multipliers are fourth roots of 1"
+    if turns:
+        birth = birth_of(family, orbit)
+        if birth == "doubled" and halves_differ(a.orbit) > SAME:
+            return "period_doubling", "the orbit is a shorter one gone round twice, " + _DOUBLES
+        if birth == "mirrored" and not a.orbit.symmetric:
+            return "symmetry_breaking", "the orbit is symmetric; two that mirror each other start"
+        return "fold", "two orbits meet and end"
+    if orbit.symmetric and family.n % 2 == 0 and _breaks(orbit):
+        return "symmetry_breaking", "a multiplier of the map over half the symmetric orbit is -1"
+    return "branch_point", "a multiplier is 1, and the parameter does not turn"
+
+
+def _breaks(orbit: PeriodicOrbit) -> bool:
+    """Tell whether the multiplier 1 of a symmetric orbit is the square of -1, not of 1."""
+    table = law(orbit.oscillator, orbit.forcing)
+    over_half = half_multipliers(table, orbit._events, orbit._marks)
+    return min(abs(each + 1.0) for each in over_half) < min(abs(each - 1.0) for each in over_half)
+
+
+def _at_birth(family: Family, a: Point, name: str, zero: Zero, *, turns: bool) -> Zero:
+    """Return a zero where one family starts from another as the simpler of the two locates it."""
+    if name not in ("one", "fold"):
+        return zero
+    birth = birth_of(family, zero.orbit)
+    symmetric = birth == "mirrored" and a.orbit.symmetric
+    if birth is None or symmetric == turns:
+        # Nothing starts; or symmetric orbits fold.
+        return zero
+    return located_birth(family, zero, birth) or zero

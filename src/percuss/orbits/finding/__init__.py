@@ -1,0 +1,1 @@
+"""Finding periodic orbits: closed forms, runs, seeded search."""

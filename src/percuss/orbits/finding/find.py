@@ -1,0 +1,386 @@
+"""Finding periodic orbits, stable or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.model.exact import as_float
+from percuss.model.forcing import Forcing
+from percuss.model.law import law
+from percuss.model.oscillator import Oscillator
+from percuss.motion.trajectory import Trajectory
+from percuss.orbits.finding.guessing import GivenGuess, counts_of_run, guess_of
+from percuss.orbits.finding.refine import Known, refined, solved
+from percuss.orbits.finding.search import Guess, guesses, scattered
+from percuss.orbits.finding.settled import settled_motions
+from percuss.orbits.finding.single_impact import has_closed_form, single_impact_orbits
+from percuss.orbits.orbit.chain import chain_of_stops
+from percuss.orbits.orbit.making import orbit_of_solution
+from percuss.orbits.orbit.newton import Solution
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.same import are_same, repetitions
+from percuss.orbits.orbit.steady import free_region, regions, steady_orbit
+from percuss.orbits.orbit.sticking import sticking_orbits
+
+__all__ = ["find_orbit", "find_orbits"]
+
+# The better first.
+_RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
+# Motions that are followed for long where nothing physical is found otherwise.
+ATTRACTED = 40
+
+
+def find_orbit(
+    osc: Oscillator,
+    force: Forcing | None = None,
+    n_impacts: float = 1,
+    n_periods: int = 1,
+    sequence: Sequence[int] | None = None,
+    guess: GivenGuess | None = None,
+    *,
+    seed: int = 0,
+) -> PeriodicOrbit:
+    """Find a periodic orbit with so many impacts in so many forcing periods.
+
+    Newton's method solves the closed forms of all flights of the orbit together, for the times
+    and velocities of its events, so that unstable orbits are found as easily as stable ones. One
+    impact on a wall under one harmonic needs no search, nor do orbits without impacts and with
+    sticking.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    force
+        The forcing, with a period; None or a constant for free motion, whose period is found.
+    n_impacts
+        Impacts on walls and entries into soft stops: 0 for none, `math.inf` with sticking.
+    n_periods
+        Forcing periods, >= 1. Not looked at for free motion.
+    sequence
+        The stops met, in order; default: what a search finds.
+    guess
+        Where to start: (cycle, v_after) of an impact, a run that settles on the orbit, or an
+        orbit of a similar system; by default of a run and of an orbit one with its impacts and
+        periods is found.
+        Default: a search from random starts.
+    seed
+        Of the random starts.
+
+    Returns
+    -------
+    PeriodicOrbit
+        Without a guess the most stable admissible one, and of several the one with the fastest
+        least impact. An orbit that passes through a stop is returned only if nothing else is
+        found; its `admissible` is False.
+
+    Raises
+    ------
+    ParameterError
+        If the forcing has no period, or a number or the guess does not fit.
+    ConvergenceError
+        If nothing is found.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> orbit = find_orbit(pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05),
+    ...                    pc.cosine(1.0))
+    >>> orbit
+    <PeriodicOrbit: 1 impact in 1 forcing period, T = 6.28319, asymptotic, \
+abs(multipliers) 0.5843, 0.5843>
+    >>> round(float(orbit.impacts.v_before[0]), 12)
+    1.695732937595
+    """
+    _check(osc, force, n_impacts, n_periods, sequence)
+    if guess is not None:
+        return _from_guess(osc, force, n_impacts, n_periods, sequence, guess)
+    found = list(_wanted(osc, force, n_impacts, n_periods, sequence, seed))
+    if not any(orbit.admissible for orbit in found):
+        found += _scattered(osc, force, n_impacts, n_periods, sequence, seed)
+    if not any(orbit.admissible for orbit in found):
+        found += _attracting(osc, force, n_impacts, n_periods, sequence, seed)
+    if not found:
+        what = _described(n_impacts, n_periods if _has_period(force) else 0)
+        advice = "give a guess: (cycle, v_after) of an impact, or a run that settles on it"
+        raise ConvergenceError(f"no orbit with {what} found", None, math.nan, advice)
+    return min(found, key=_order)
+
+
+def find_orbits(
+    osc: Oscillator,
+    force: Forcing | None = None,
+    max_impacts: int = 3,
+    max_periods: int = 4,
+    seed: int = 0,
+    *,
+    formal: bool = False,
+) -> list[PeriodicOrbit]:
+    """Find all periodic orbits that a search from random starts finds, each once.
+
+    Orbits with one impact on a wall under one harmonic, without impacts and with sticking are
+    complete: they come from closed forms. The others start from stretches of motions that almost
+    close; of a family of orbits in one system one member is given.
+
+    Parameters
+    ----------
+    osc, force
+        What moves; the forcing has a period, or is None or constant.
+    max_impacts, max_periods
+        The longest orbits to look for, >= 1.
+    seed
+        Of the random starts.
+    formal
+        Whether to return those, too, that pass through a stop between impacts.
+
+    Returns
+    -------
+    list of PeriodicOrbit
+        By n_periods, then n_impacts, then stability.
+
+    Raises
+    ------
+    ParameterError
+        If the forcing has no period, or a number is out of range.
+
+    Examples
+    --------
+    Below a fold of the gap, a stable and an unstable orbit beside the one without impacts:
+
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator(0.7, wall="1.45789", side="above", damping=0.05)
+    >>> for orbit in find_orbits(osc, pc.cosine("1.5"), max_impacts=1, max_periods=1):
+    ...     print(orbit.n_impacts, orbit.stability)
+    0 asymptotic
+    1 asymptotic
+    1 unstable
+    """
+    if max_impacts != max_impacts // 1 or not 1 <= max_impacts < math.inf:
+        raise ParameterError("max_impacts", max_impacts, "not a whole number of at least 1")
+    _check(osc, force, max_impacts if osc.stops else 0, max_periods, None)
+    found: list[PeriodicOrbit] = []
+    for orbit in _all(osc, force, max_impacts, max_periods, seed):
+        if (orbit.admissible or formal) and not any(are_same(orbit, other) for other in found):
+            found.append(orbit)
+    return sorted(found, key=lambda orbit: (orbit.n_periods, orbit.n_impacts, *_order(orbit)))
+
+
+def _check(
+    osc: Oscillator,
+    force: Forcing | None,
+    n_impacts: float,
+    n_periods: int,
+    sequence: Sequence[int] | None,
+) -> None:
+    if not isinstance(osc, Oscillator):
+        raise ParameterError("osc", osc, "not an Oscillator")
+    if force is not None and force.harmonics and force.period is None:
+        reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
+        raise ParameterError("forcing.period", None, reason)
+    if n_impacts != math.inf and (n_impacts != int(n_impacts) or n_impacts < 0):
+        raise ParameterError("n_impacts", n_impacts, "neither a whole number nor inf")
+    if n_periods != int(n_periods) or n_periods < 1:
+        raise ParameterError("n_periods", n_periods, "not a whole number of at least 1")
+    if n_impacts in (0, math.inf) and not _has_period(force):
+        reason = "free motion has no orbit of this kind that is not rest or a free oscillation"
+        raise ParameterError("n_impacts", n_impacts, reason)
+    if n_impacts != 0 and not osc.stops:
+        raise ParameterError("n_impacts", n_impacts, "the oscillator has no stops to meet")
+    if sequence is not None and len(sequence) != n_impacts:
+        reason = f"not one stop for each of the {n_impacts} impacts"
+        raise ParameterError("sequence", tuple(sequence), reason)
+    if sequence is not None:
+        # It says what is wrong with a stop that is none, or with one that is on the way.
+        chain_of_stops(osc, law(osc, force), tuple(sequence))
+    if not _has_period(force) and as_float(osc.damping) > 0.0:
+        reason = "free motion loses energy all the time and never returns"
+        raise ParameterError("oscillator.damping", osc.damping, reason)
+
+
+def _has_period(force: Forcing | None) -> bool:
+    return force is not None and force.period is not None
+
+
+def _described(n_impacts: float, n_periods: int) -> str:
+    count = "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
+    return count + (f" in {counted(n_periods, 'forcing period')}" if n_periods else "")
+
+
+def _order(orbit: PeriodicOrbit) -> tuple[bool, int, float]:
+    slowest = 0.0 if orbit.n_impacts == 0 else orbit.min_impact_speed
+    return not orbit.admissible, _RANKS.index(orbit.stability), -slowest
+
+
+def _wanted(
+    osc: Oscillator,
+    force: Forcing | None,
+    n_impacts: float,
+    n_periods: int,
+    sequence: Sequence[int] | None,
+    seed: int,
+) -> Iterator[PeriodicOrbit]:
+    """Yield orbits of one kind."""
+    periods = n_periods if _has_period(force) else 0
+    if force is not None and n_impacts == 0:
+        yield from _steady(osc, force, every=False)
+    elif force is not None and math.isinf(n_impacts):
+        found = sticking_orbits(osc, force, n_periods)
+        yield from (orbit for orbit in found if orbit.n_periods == n_periods)
+    else:
+        for orbit in _impacting(osc, force, int(n_impacts), n_periods, seed, exactly=True):
+            if (orbit.n_impacts, orbit.n_periods) != (n_impacts, periods):
+                continue
+            if sequence is None or _is_rotation(orbit.sequence, tuple(sequence)):
+                yield orbit
+
+
+def _scattered(
+    osc: Oscillator,
+    force: Forcing | None,
+    n_impacts: float,
+    n_periods: int,
+    sequence: Sequence[int] | None,
+    seed: int,
+) -> Iterator[PeriodicOrbit]:
+    """Yield orbits of one kind from guesses at random, where the order of the stops is known."""
+    if force is None or not _has_period(force) or n_impacts in (0, math.inf):
+        return
+    if sequence is None and len(osc.stops) > 1:
+        return
+    stops = (0,) * int(n_impacts) if sequence is None else tuple(sequence)
+    known = Known(osc, force)
+    for guess in scattered(osc, force, stops, n_periods, seed):
+        orbit = refined(osc, force, guess, known)
+        if orbit is not None and (orbit.n_impacts, orbit.n_periods) == (n_impacts, n_periods):
+            yield orbit
+
+
+def _attracting(
+    osc: Oscillator,
+    force: Forcing | None,
+    n_impacts: float,
+    n_periods: int,
+    sequence: Sequence[int] | None,
+    seed: int,
+) -> Iterator[PeriodicOrbit]:
+    """Yield orbits of one kind to which motions settle that are followed for long."""
+    if force is None or not _has_period(force) or n_impacts in (0, math.inf):
+        return
+    counts = int(n_impacts), n_periods
+    for motion in settled_motions(osc, force, *counts, n_starts=ATTRACTED, seed=seed):
+        orbit = motion.orbit
+        if orbit is None or (orbit.n_impacts, orbit.n_periods) != counts:
+            continue
+        if sequence is None or _is_rotation(orbit.sequence, tuple(sequence)):
+            yield orbit
+
+
+def _is_rotation(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
+    return len(one) == len(other) and any(
+        one == other[k:] + other[:k] for k in range(max(1, len(other)))
+    )
+
+
+def _all(
+    osc: Oscillator, force: Forcing | None, max_impacts: int, max_periods: int, seed: int
+) -> Iterator[PeriodicOrbit]:
+    if force is not None and _has_period(force):
+        yield from _steady(osc, force, every=True)
+        yield from sticking_orbits(osc, force, max_periods)
+    if osc.stops:
+        yield from _impacting(osc, force, max_impacts, max_periods, seed, exactly=False)
+
+
+def _steady(osc: Oscillator, force: Forcing, *, every: bool) -> Iterator[PeriodicOrbit]:
+    """Yield orbits without impacts: of every region, or the one free of stops and what fits."""
+    table = law(osc, force)
+    free = free_region(osc, table)
+    for region in regions(table):
+        try:
+            orbit = steady_orbit(osc, force, region)
+        except ConvergenceError:
+            # The one that was asked for tells why there is none.
+            if not every and region == free:
+                raise
+            continue
+        if orbit.admissible or region == free:
+            yield orbit
+
+
+def _impacting(
+    osc: Oscillator,
+    force: Forcing | None,
+    max_impacts: int,
+    max_periods: int,
+    seed: int,
+    *,
+    exactly: bool,
+) -> Iterator[PeriodicOrbit]:
+    """Yield orbits with impacts: from closed forms, then from a search.
+
+    ``exactly`` takes those with as many impacts and periods only.
+    """
+    closed = [stop for stop in range(len(osc.stops)) if has_closed_form(osc, force, stop)]
+    if force is not None and (max_impacts == 1 or not exactly):
+        for stop in closed:
+            for n in range(max_periods if exactly else 1, max_periods + 1):
+                yield from single_impact_orbits(osc, force, n, stop)
+        if max_impacts == 1 and len(closed) == len(osc.stops):
+            return
+    known = Known(osc, force)
+    counts = max_impacts, max_periods if _has_period(force) else 0
+    for guess in guesses(osc, force, max_impacts, max_periods, seed):
+        if exactly and (guess.n_impacts, guess.n_periods) != counts:
+            continue
+        orbit = refined(osc, force, guess, known)
+        if orbit is not None:
+            yield orbit
+
+
+def _from_guess(
+    osc: Oscillator,
+    force: Forcing | None,
+    n_impacts: float,
+    n_periods: int,
+    sequence: Sequence[int] | None,
+    given: GivenGuess,
+) -> PeriodicOrbit:
+    kind = given if isinstance(given, PeriodicOrbit) else None
+    if kind is not None and (n_impacts, n_periods) == (1, 1):
+        n_impacts, n_periods = kind.n_impacts, kind.n_periods or 1
+    if isinstance(given, Trajectory) and (n_impacts, n_periods) == (1, 1):
+        n_impacts, n_periods = counts_of_run(given)
+    if n_impacts in (0, math.inf):
+        # There is nothing to guess: these are complete.
+        return find_orbit(osc, force, n_impacts, n_periods)
+    guess = guess_of(osc, force, int(n_impacts), n_periods, sequence, given)
+    if isinstance(given, Trajectory):
+        # What a run repeats may be twice its orbit.
+        orbit = refined(osc, force, guess, Known(osc, force))
+        if orbit is not None:
+            return orbit
+    solution = solved(osc, force, guess)
+    what = _described(guess.n_impacts, guess.n_periods)
+    if not solution.converged:
+        last = _as_pairs(guess, solution)
+        advice = "try another guess, one nearer to the orbit"
+        raise ConvergenceError(f"no orbit with {what} found", last, solution.residual, advice)
+    times = repetitions(guess.chain, solution.unknowns, guess.n_periods)
+    if times > 1:
+        last = _as_pairs(guess, solution)
+        shorter = _described(guess.n_impacts // times, guess.n_periods // times)
+        reason = f"the guess leads to an orbit with {shorter}, {times} times round"
+        advice = f"try another guess, or ask for {shorter}"
+        raise ConvergenceError(reason, last, solution.residual, advice)
+    return orbit_of_solution(osc, force, guess.chain, solution, guess.n_periods)
+
+
+def _as_pairs(guess: Guess, solution: Solution) -> list[tuple[float, float]]:
+    """Return (t, v_after) of each event of an iterate."""
+    n = len(guess.chain)
+    t = solution.unknowns[0] + np.concatenate([[0.0], np.cumsum(solution.unknowns[1:n])])
+    return [(float(a), float(b)) for a, b in zip(t, solution.unknowns[1 + n :], strict=True)]

@@ -1,0 +1,95 @@
+"""From a guess to an orbit."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.kernels.law import PERIOD
+from percuss.model.forcing import Forcing
+from percuss.model.law import law
+from percuss.model.oscillator import Oscillator
+from percuss.orbits.finding.search import Guess
+from percuss.orbits.orbit.making import orbit_of_solution
+from percuss.orbits.orbit.newton import Solution, solve
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.same import Signature, repetitions, signature_of
+
+__all__ = ["Known", "refined", "solved"]
+
+# A guess this near to a known orbit, in cycles and velocities, leads to it.
+SETTLED = 1e-5
+# Velocities below this part of the largest are rounding.
+IDLE = 1e-10
+
+
+class Known:
+    """The orbits of one system that were found already."""
+
+    def __init__(self, osc: Oscillator, force: Forcing | None) -> None:
+        self.osc = osc
+        self.law = law(osc, force)
+        self.signatures: list[Signature] = []
+
+    def signature(self, guess: Guess, *, isolated: bool = True) -> Signature:
+        """Return the signature that a guess would have as an orbit."""
+        return signature_of(
+            self.osc, self.law, guess.chain, guess.unknowns, guess.n_periods, isolated=isolated
+        )
+
+    def leads_to_one(self, guess: Guess) -> bool:
+        """Tell whether a guess is as good as one of them."""
+        signature = self.signature(guess)
+        return any(signature.matches(other, SETTLED) for other in self.signatures)
+
+    def holds(self, signature: Signature) -> bool:
+        """Tell whether an orbit is one of them; if not, it is from now on."""
+        if any(signature.matches(other) for other in self.signatures):
+            return True
+        self.signatures.append(signature)
+        return False
+
+
+def solved(osc: Oscillator, force: Forcing | None, guess: Guess) -> Solution:
+    """Return the solution of the equations of a guess's chain."""
+    table = law(osc, force)
+    period = guess.n_periods * float(table[0, PERIOD]) if guess.n_periods else None
+    return solve(table, guess.chain, guess.unknowns, period)
+
+
+def refined(
+    osc: Oscillator, force: Forcing | None, guess: Guess, known: Known
+) -> PeriodicOrbit | None:
+    """Return the orbit that a guess leads to, None for none or one that is known.
+
+    Of a solution that goes round an orbit several times, the orbit is taken once.
+    """
+    while not known.leads_to_one(guess):
+        solution = solved(osc, force, guess)
+        if not solution.converged:
+            return None
+        times = repetitions(guess.chain, solution.unknowns, guess.n_periods)
+        if times == 1:
+            if _has_idle_impact(guess, solution):
+                return None
+            there = Guess(guess.chain, solution.unknowns, guess.n_impacts, guess.n_periods)
+            if known.holds(known.signature(there, isolated=solution.isolated)):
+                return None
+            return orbit_of_solution(osc, force, guess.chain, solution, guess.n_periods)
+        guess = once(guess, solution.unknowns, times)
+    return None
+
+
+def _has_idle_impact(guess: Guess, solution: Solution) -> bool:
+    """Tell whether an impact has no speed: an orbit may have any number of those at a graze."""
+    speeds = np.abs(solution.unknowns[1 + len(guess.chain) :])
+    # A velocity that is zero by restitution 0 is exactly so.
+    return bool(((speeds > 0.0) & (speeds < IDLE * speeds.max())).any())
+
+
+def once(guess: Guess, unknowns: NDArray[np.float64], times: int) -> Guess:
+    """Return a guess that goes round several times as one that goes round once."""
+    n = len(guess.chain)
+    m = n // times
+    first = np.concatenate([unknowns[: 1 + m], unknowns[1 + n :][:m]])
+    return Guess(guess.chain[:m], first, guess.n_impacts // times, guess.n_periods // times)

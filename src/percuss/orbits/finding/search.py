@@ -1,0 +1,206 @@
+"""Where Newton's method starts: stretches of motions that almost close."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.kernels import law as at
+from percuss.kernels import record as columns
+from percuss.kernels.law import Law, Table
+from percuss.kernels.record import Integers
+from percuss.kernels.shooting import AFTER, AT, BEFORE
+from percuss.model.exact import as_float
+from percuss.model.forcing import Forcing
+from percuss.model.law import law
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import Wall
+from percuss.orbits.orbit.chain import chain_of_record, chain_of_stops, entries_of, entry
+from percuss.orbits.orbit.short_runs import ShortRuns
+
+__all__ = ["Guess", "guesses", "guesses_in", "scale_of_speed", "scattered"]
+
+Floats = NDArray[np.float64]
+
+# Motions that are followed from each stop, and how many impacts of each.
+STARTS = 200
+# Free motion without losses repeats itself wherever it starts.
+FREE_STARTS = 20
+IMPACTS = 3
+# Guesses at random for given events.
+SCATTERED = 200
+# Motions that are followed for long, to where they settle.
+LONG = 6
+SETTLING = 400
+# How far apart the ends of a stretch may be, in cycles and as a part of the velocities.
+NEAR = 0.35
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """Where to start Newton's method.
+
+    Attributes
+    ----------
+    chain
+        (n, 3) array, the events.
+    unknowns
+        (2 n + 1,) array: instant of event 0, durations, velocities after the events.
+    n_impacts, n_periods
+        What the orbit would have.
+    """
+
+    chain: Integers
+    unknowns: Floats
+    n_impacts: int
+    n_periods: int
+
+
+def guesses(
+    osc: Oscillator, force: Forcing | None, max_impacts: int, max_periods: int, seed: int
+) -> Iterator[Guess]:
+    """Yield guesses of orbits, from random starts at the stops.
+
+    Parameters
+    ----------
+    osc, force
+        What moves.
+    max_impacts, max_periods
+        The longest orbits to look for.
+    seed
+        Of the random starts.
+
+    Yields
+    ------
+    Guess
+        Stretches of motions whose ends are near to each other.
+    """
+    runs = ShortRuns(osc, force)
+    random = np.random.default_rng(seed)
+    period = float(runs.law[0, at.PERIOD])
+    speed = scale_of_speed(osc, force, runs.law)
+    starts = STARTS if period > 0.0 else FREE_STARTS
+    for stop in range(len(osc.stops)):
+        way = entry(osc, stop).way * (-1.0 if isinstance(osc.stops[stop], Wall) else 1.0)
+        place = as_float(osc.stops[stop].at)
+        for i in range(starts + LONG):
+            t0 = random.random() * period
+            v0 = way * speed * 10.0 ** random.uniform(-2.0, 0.7)
+            n_impacts = max_impacts + IMPACTS if i < starts else SETTLING
+            t_end = math.inf
+            if period > 0.0:
+                t_end = t0 + (n_impacts + 2) * max_periods * period
+            events, marks = runs.follow(place, v0, t0, t_end=t_end, n_impacts=n_impacts)
+            if i >= starts:
+                last = 6 * max_impacts * (len(osc.stops) + 1)
+                events, marks = events[-last:], marks[-last:]
+            record = events.copy(), marks.copy()
+            yield from guesses_in(osc, runs.law, record, max_impacts, max_periods)
+
+
+def scattered(
+    osc: Oscillator, force: Forcing, stops: tuple[int, ...], n_periods: int, seed: int
+) -> Iterator[Guess]:
+    """Yield guesses of orbits that meet given stops in turn, times and velocities at random.
+
+    They need not be near to any motion, so that formal orbits are found from them as well.
+
+    Parameters
+    ----------
+    osc, force
+        What moves; the forcing has a period.
+    stops
+        The stops met, in order.
+    n_periods
+        Forcing periods.
+    seed
+        Of the random numbers.
+
+    Yields
+    ------
+    Guess
+        All of one chain.
+    """
+    table = law(osc, force)
+    chain = chain_of_stops(osc, table, stops)
+    n, period = len(chain), float(table[0, at.PERIOD])
+    random = np.random.default_rng(seed)
+    speed, ways = scale_of_speed(osc, force, table), ways_after(table, chain)
+    for _ in range(SCATTERED):
+        lasting = random.exponential(size=n) + 0.05
+        lasting *= n_periods * period / lasting.sum()
+        speeds = ways * speed * 10.0 ** random.uniform(-1.5, 0.7, size=n)
+        unknowns = np.concatenate([[random.random() * period], lasting, speeds])
+        yield Guess(chain, unknowns, len(stops), n_periods)
+
+
+def ways_after(table: Law, chain: Integers) -> Floats:
+    """Return the sign of the velocity after each event of a chain."""
+    ways = np.sign(chain[:, AFTER] - chain[:, BEFORE]).astype(np.float64)
+    lower = chain[:, AT] == table[chain[:, BEFORE], at.NUMBER]
+    return np.where(ways == 0.0, np.where(lower, 1.0, -1.0), ways)
+
+
+def scale_of_speed(osc: Oscillator, force: Forcing | None, table: Law) -> float:
+    """Return a scale of the velocities that forcing, springs and gaps give."""
+    n = int(table[0, at.N_HARMONICS])
+    rows = table[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]
+    speed = float((rows[:, at.AMPLITUDE] / rows[:, at.OMEGA]).sum()) if n else 0.0
+    spring = math.sqrt(abs(as_float(osc.stiffness)))
+    speed += spring * max((abs(as_float(stop.at)) for stop in osc.stops), default=0.0)
+    if force is not None:
+        constant = abs(as_float(force.constant))
+        speed += constant * (float(table[0, at.PERIOD]) or 1.0) * 0.5
+    return speed or 1.0
+
+
+def guesses_in(
+    osc: Oscillator,
+    table: Law,
+    record: tuple[Table, Integers],
+    max_impacts: int,
+    max_periods: int,
+    *,
+    near: float = NEAR,
+) -> Iterator[Guess]:
+    """Yield the stretches of a record that almost close, from impact to impact.
+
+    Stretches with contact are left out. An infinite ``near`` takes all that end at their stop.
+    """
+    events, marks = record
+    chain = chain_of_record(marks)
+    kinds = marks[1:, columns.KIND]
+    free = (kinds == columns.IMPACT) | (kinds == columns.CROSSING)
+    met = [i for i, _ in entries_of(osc, table, chain) if free[i]]
+    t = events[1:, columns.EVENT_T] + events[1:, columns.EVENT_T_LOW]
+    v = events[1:, columns.V_AFTER]
+    period = float(table[0, at.PERIOD])
+    for k, first in enumerate(met):
+        for n_impacts in range(1, max_impacts + 1):
+            if k + n_impacts >= len(met):
+                break
+            last = met[k + n_impacts]
+            if not free[first : last + 1].all():
+                break
+            same = (chain[first, 0] == chain[last, 0]) and (chain[first, 2] == chain[last, 2])
+            apart = abs(v[last] - v[first])
+            if not same or (apart > 0.0 and apart > near * (abs(v[last]) + abs(v[first]))):
+                continue
+            n_periods = 0
+            if period > 0.0:
+                n_periods = round((t[last] - t[first]) / period)
+                apart = abs((t[last] - t[first]) / period - n_periods)
+                if math.isinf(near):
+                    n_periods = max(n_periods, 1)
+                if not 1 <= n_periods <= max_periods or apart > near:
+                    continue
+            between = np.diff(t[first : last + 1])
+            unknowns = np.concatenate([[t[first]], between, v[first:last]])
+            rows = chain[first:last].copy()
+            # The first event comes again at the end, out of the region it comes from then.
+            rows[0, 1] = chain[last, 1]
+            yield Guess(rows, unknowns, n_impacts, n_periods)

@@ -1,0 +1,257 @@
+"""Where motions settle: the attractors that direct simulation from many starts comes to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ConvergenceError
+from percuss.kernels import record as columns
+from percuss.kernels.law import PERIOD, Law, Table
+from percuss.model.exact import as_float
+from percuss.model.forcing import Forcing
+from percuss.model.law import law
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import Wall
+from percuss.orbits.finding.refine import once, solved
+from percuss.orbits.finding.search import Guess, guesses_in, scale_of_speed
+from percuss.orbits.orbit.extremes import Extremes, extremes_of, extremes_of_record
+from percuss.orbits.orbit.making import orbit_of_solution
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.same import are_same, repetitions
+from percuss.orbits.orbit.short_runs import ShortRuns
+from percuss.orbits.orbit.steady import regions, steady_orbit
+from percuss.orbits.orbit.sticking import sticking_orbits
+
+__all__ = ["Settled", "settled_motions"]
+
+Floats = NDArray[np.float64]
+
+# Forcing periods of a run, of the part of it that is looked at, and how often it goes on.
+STAGE, LOOKED_AT, STAGES = 60, 25, 5
+# How far the ends of a stretch may be apart: it has come near to its orbit.
+NEAR = 0.05
+# Orbits are looked for up to so many times the impacts and periods that are asked for.
+LONGER = 4
+# How near to the last stretch its orbit is, in cycles and as a part of the velocity.
+CLOSE = 0.1
+# A motion this near to an attractor that is known has come to it.
+ARRIVED = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """What a motion has come to.
+
+    Attributes
+    ----------
+    n_impacts, n_periods
+        Of one round; inf with sticking; NaN and 0 where no period was found.
+    orbit
+        The orbit; None where no period was found.
+    state
+        (x, v) at a whole number of periods near the end of the run.
+    impact_speed
+        The largest, of the orbit or near the end of the run [length/time]; NaN without impacts.
+    extremes
+        How far the orbit, or the end of the run, swings.
+    """
+
+    n_impacts: float
+    n_periods: int
+    orbit: PeriodicOrbit | None
+    state: tuple[float, float]
+    impact_speed: float
+    extremes: Extremes
+
+
+def settled_motions(
+    osc: Oscillator,
+    force: Forcing,
+    max_impacts: int,
+    max_periods: int,
+    *,
+    n_starts: int,
+    seed: int,
+    also: Sequence[tuple[float, float]] = (),
+) -> list[Settled]:
+    """Follow motions from many starts for long and return what they come to, each once.
+
+    Parameters
+    ----------
+    osc, force
+        What moves; the forcing has a period.
+    max_impacts, max_periods
+        Kinds of orbits that are told from one another; up to four times as long ones are looked
+        for as well.
+    n_starts
+        How many motions: one from rest, the others at random.
+    seed
+        Of the random starts.
+    also
+        More starts, (x, v) at t = 0; those beyond a wall are left out.
+
+    Returns
+    -------
+    list of Settled
+        Motions without a period that was found count as one.
+    """
+    search = _Search(osc, force, (max_impacts, max_periods))
+    starts = [(x, v, 0.0) for x, v in also if _is_free(osc, x)]
+    for start in starts + _starts(osc, force, search.runs.law, n_starts, seed):
+        search.follow(start)
+    return search.found
+
+
+def _is_free(osc: Oscillator, x: float) -> bool:
+    walls = [stop for stop in osc.stops if isinstance(stop, Wall)]
+    return all(x <= as_float(w.at) if w.side == "above" else x >= as_float(w.at) for w in walls)
+
+
+def _starts(
+    osc: Oscillator, force: Forcing, table: Law, n_starts: int, seed: int
+) -> list[tuple[float, float, float]]:
+    """Return (x, v, t0) of starts at the stops and at rest, at any phase."""
+    random = np.random.default_rng(seed)
+    period, speed = float(table[0, PERIOD]), scale_of_speed(osc, force, table)
+    places = [as_float(stop.at) for stop in osc.stops] or [0.0]
+    rest = 0.0
+    for stop in osc.stops:
+        at = as_float(stop.at)
+        rest = min(rest, at) if stop.side == "above" else max(rest, at)
+    starts = [(rest, 0.0, 0.0)]
+    for i in range(n_starts - 1):
+        x = places[i % len(places)]
+        way = -1.0 if osc.stops and osc.stops[i % len(places)].side == "above" else 1.0
+        v = way * speed * 10.0 ** random.uniform(-1.5, 0.7)
+        starts.append((x, v, random.random() * period))
+    return starts
+
+
+class _Search:
+    """What motions of one system were found to come to."""
+
+    def __init__(self, osc: Oscillator, force: Forcing, counts: tuple[int, int]) -> None:
+        self.osc, self.force, self.counts = osc, force, counts
+        self.runs = ShortRuns(osc, force)
+        self.period = float(self.runs.law[0, PERIOD])
+        self.found: list[Settled] = []
+
+    @cached_property
+    def sticking(self) -> list[PeriodicOrbit]:
+        return sticking_orbits(self.osc, self.force, self.counts[1])
+
+    def follow(self, start: tuple[float, float, float]) -> None:
+        """Follow a motion, and add what it comes to if that is new."""
+        x, v, t0 = start
+        for stage in range(STAGES):
+            end = t0 + STAGE * self.period
+            record = self.runs.follow(x, v, t0, t_end=end)
+            x, v = self.runs.state_at(x, end)
+            t0 = end % self.period
+            if not (math.isfinite(x) and math.isfinite(v)):
+                return
+            if any(_is_on(it, record, self.period) for it in self.found):
+                return
+            tail = _tail(record, end, self.period)
+            orbit = self._orbit_of(tail, LONGER if stage == STAGES - 1 else 1)
+            if orbit is not None:
+                self._add(orbit, (x, v))
+                return
+        if all(it.orbit is not None for it in self.found):
+            swing = extremes_of_record(self.runs.law, *tail, start[0], end)
+            self.found.append(Settled(math.nan, 0, None, (x, v), _fastest(tail), swing))
+
+    def _add(self, orbit: PeriodicOrbit, state: tuple[float, float]) -> None:
+        known = [other.orbit for other in self.found if other.orbit is not None]
+        if any(are_same(orbit, other) for other in known):
+            return
+        speed = float(np.abs(orbit.impacts.v_before).max()) if orbit.n_impacts else math.nan
+        counts = orbit.n_impacts, orbit.n_periods
+        self.found.append(Settled(*counts, orbit, state, speed, extremes_of(orbit)))
+
+    def _orbit_of(self, tail: tuple[Table, columns.Integers], longer: int) -> PeriodicOrbit | None:
+        """Return the attracting orbit that the end of a motion is on, None if none is found."""
+        events, marks = tail
+        kinds = marks[1:, columns.KIND]
+        if len(kinds) == 0:
+            return _without_impacts(self.osc, self.force, int(marks[0, columns.NEXT_REGION]))
+        if (kinds == columns.CONTACT).any():
+            return self.sticking[0] if self.sticking else None
+        # The last stretches, a few of each length: the shortest that closes is the orbit.
+        most = longer * self.counts[0], longer * self.counts[1]
+        last = 3 * (most[0] + 1) * (len(self.osc.stops) + 1)
+        record = events[-last:], marks[-last:]
+        guesses = guesses_in(self.osc, self.runs.law, record, *most, near=NEAR)
+        for guess in sorted(guesses, key=lambda it: (it.n_periods, it.n_impacts)):
+            orbit = _attractor(self.osc, self.force, guess)
+            if orbit is not None:
+                return orbit
+        return None
+
+
+def _tail(
+    record: tuple[Table, columns.Integers], end: float, period: float
+) -> tuple[Table, columns.Integers]:
+    """Return the last part of a record; its first row stands for a start."""
+    events, marks = record
+    first = int(np.searchsorted(events[:, columns.EVENT_T], end - LOOKED_AT * period))
+    return events[max(first - 1, 0) :].copy(), marks[max(first - 1, 0) :].copy()
+
+
+def _fastest(tail: tuple[Table, columns.Integers]) -> float:
+    events, marks = tail
+    met = np.isin(marks[1:, columns.KIND], [columns.IMPACT, columns.CROSSING])
+    speeds = np.abs(events[1:, columns.V_BEFORE])[met]
+    return float(speeds.max()) if len(speeds) else math.nan
+
+
+def _is_on(it: Settled, record: tuple[Table, columns.Integers], period: float) -> bool:
+    """Tell whether the last event of a record is one of a known orbit, near enough."""
+    orbit = it.orbit
+    if orbit is None or orbit.n_impacts == 0 or math.isinf(orbit.n_impacts):
+        return False
+    events, _ = record
+    last, own = events[-1], orbit._events[1:]
+    if len(events) <= len(own):
+        return False
+    speed = float(np.abs(own[:, columns.V_AFTER]).max())
+    cycles = (last[columns.EVENT_T] - own[:, columns.EVENT_T]) / period
+    apart = np.abs(cycles - np.round(cycles))
+    off = np.abs(own[:, columns.V_AFTER] - last[columns.V_AFTER]) / speed
+    return bool((np.maximum(apart, off) < ARRIVED).any())
+
+
+def _without_impacts(osc: Oscillator, force: Forcing, region: int) -> PeriodicOrbit | None:
+    """Return the motion inside a region, if it attracts and stays there."""
+    if region not in regions(law(osc, force)):
+        return None
+    try:
+        orbit = steady_orbit(osc, force, region)
+    except ConvergenceError:
+        return None
+    return orbit if orbit.is_stable and orbit.admissible else None
+
+
+def _attractor(osc: Oscillator, force: Forcing, guess: Guess) -> PeriodicOrbit | None:
+    """Return the orbit next to a stretch of a motion, if there is one and it attracts."""
+    solution = solved(osc, force, guess)
+    if not solution.converged:
+        return None
+    n = len(guess.chain)
+    apart = np.abs(solution.unknowns - guess.unknowns)
+    period, speed = guess.unknowns[1 : 1 + n].sum(), np.abs(guess.unknowns[1 + n :]).max()
+    if (apart[: 1 + n] > CLOSE * period).any() or (apart[1 + n :] > CLOSE * speed).any():
+        return None
+    times = repetitions(guess.chain, solution.unknowns, guess.n_periods)
+    unknowns = solution.unknowns
+    if times > 1:
+        guess = once(guess, unknowns, times)
+        solution = solved(osc, force, guess)
+    orbit = orbit_of_solution(osc, force, guess.chain, solution, guess.n_periods)
+    return orbit if orbit.is_stable and orbit.admissible else None

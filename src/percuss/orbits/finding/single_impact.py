@@ -1,0 +1,269 @@
+"""Orbits with one impact, in closed form: one harmonic, a wall.
+
+A flight from the wall and back to it after n forcing periods obeys, with U the velocity before
+the impact, -r U that after it, and (p, q) the force's part in phase and in quadrature at the
+impact, p^2 + q^2 = A^2,
+
+    0 = -r U S + g D + p Re Q + q Im Q,
+    U = -r U (c - a S) + g S + p (S - w Im Q) + q w Re Q,
+
+at s = 2 pi n/w (notation of `percuss.kernels.response`). That is linear in p, q and U: solved
+for p and q it leaves one quadratic equation for U, whose roots are the two orbits (Shaw & Holmes
+1983; Whiston 1987; Budd & Dux 1994).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ParameterError
+from percuss.kernels import law as at
+from percuss.kernels.flight import constant_force
+from percuss.kernels.law import Law
+from percuss.kernels.response import free_response, harmonic_response
+from percuss.kernels.shooting import factor, place
+from percuss.model.forcing import Forcing
+from percuss.model.law import law
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import Wall
+from percuss.orbits.orbit.chain import chain_of_stops, entry, row_of_region
+from percuss.orbits.orbit.making import orbit_of_solution
+from percuss.orbits.orbit.newton import Solution, solve
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+__all__ = [
+    "SingleImpact",
+    "cycle_of",
+    "equations_of",
+    "has_closed_form",
+    "orbit_of_root",
+    "single_impact",
+    "single_impact_orbits",
+]
+
+Floats = NDArray[np.float64]
+
+# Below this part of the larger one, a singular value of the two equations is rounding.
+SINGULAR = 1e-12
+# Entries of the equations below this part of their terms are rounding: omega is a float.
+ROUNDING = 1e-14
+
+
+@dataclass(frozen=True, slots=True)
+class SingleImpact:
+    """All motions with one impact on a wall in n forcing periods, as roots of a quadratic.
+
+    The velocity U before the impact obeys ``c2 U^2 + c1 U + c0 = 0``; `roots` are (cycle of the
+    impact, U), the greater ``way U`` first. Roots with ``way U <= 0`` are formal: they would
+    come out of the wall.
+
+    Attributes
+    ----------
+    stop
+        Index of the wall.
+    n_periods
+        Forcing periods between impacts.
+    way
+        Sign of a velocity into the wall.
+    coefficients
+        (3,) array, c2, c1, c0; NaN where the oscillator returns after n periods whatever the
+        phase, so that the velocity follows from the momentum alone.
+    discriminant
+        c1^2 - 4 c2 c0: there are two roots, one (a fold) or none.
+    roots
+        (k, 2) array, k = 0, 1 or 2.
+    """
+
+    stop: int
+    n_periods: int
+    way: float
+    coefficients: Floats
+    discriminant: float
+    roots: Floats
+
+
+def has_closed_form(osc: Oscillator, force: Forcing | None, stop: int) -> bool:
+    """Tell whether `single_impact` has a formula for impacts on a stop."""
+    return force is not None and len(force.components()) == 1 and isinstance(osc.stops[stop], Wall)
+
+
+def single_impact(
+    osc: Oscillator, force: Forcing, n_periods: int = 1, stop: int = 0
+) -> SingleImpact:
+    """Return the motions with one impact on a wall in n forcing periods, admissible or not.
+
+    Parameters
+    ----------
+    osc
+        The oscillator. Other stops are not looked at.
+    force
+        One harmonic, and a constant.
+    n_periods
+        Forcing periods between impacts, >= 1.
+    stop
+        Index of the wall.
+
+    Returns
+    -------
+    SingleImpact
+        The quadratic equation and its roots.
+
+    Raises
+    ------
+    ParameterError
+        If the stop is no wall, or the forcing not one harmonic.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
+    >>> single_impact(osc, pc.cosine(1.0)).roots.round(6)
+    array([[ 0.012088,  1.695733],
+           [ 0.480213, -1.68751 ]])
+    """
+    wanted = entry(osc, stop)
+    if not has_closed_form(osc, force, stop):
+        raise ParameterError("stop", stop, "no wall, or the forcing is not one harmonic")
+    table = law(osc, force)
+    matrix, of_one, of_velocity = equations_of(osc, table, n_periods, stop)
+    amplitude = float(table[at.FIRST_HARMONIC, at.AMPLITUDE])
+    found = _on_circle(matrix, of_one, of_velocity, amplitude)
+    points, coefficients, discriminant = found
+    roots = [(cycle_of(table, p, q), u) for p, q, u in points]
+    roots.sort(key=lambda root: -wanted.way * root[1])
+    return SingleImpact(
+        stop, n_periods, wanted.way, coefficients, discriminant, np.array(roots).reshape(-1, 2)
+    )
+
+
+def equations_of(
+    osc: Oscillator, table: Law, n_periods: int, stop: int
+) -> tuple[Floats, Floats, Floats]:
+    """Return M, b and d of the equations M (p, q) = b + d U."""
+    bound = entry(osc, stop).bound
+    region = row_of_region(table, entry(osc, stop).before)
+    kept = factor(table, region, bound)
+    period = n_periods * float(table[0, at.PERIOD])
+    blow, even, rise = free_response(table, region, period)
+    # After whole periods the force is what it was, exactly.
+    to_cos, to_sin = harmonic_response(table, region, 0, period, blow, even, (1.0, 0.0))
+    omega = table[at.FIRST_HARMONIC, at.OMEGA]
+    force = constant_force(table, region, place(table, region, bound))
+    drag = table[region, at.DAMPING] * blow
+    matrix = np.array([[to_cos, to_sin], [blow - omega * to_sin, omega * to_cos]])
+    # Where the free motion returns by itself the force leaves nothing but rounding.
+    response = table[region + 1]
+    gain = math.hypot(response[at.GAIN_RE], response[at.GAIN_IM])
+    most = 0.5 * period**2 if gain == 0.0 else min(0.5 * period**2, 2.0 * gain)
+    matrix[np.abs(matrix) < ROUNDING * most * np.array([[1.0], [omega]])] = 0.0
+    of_one = np.array([-force * rise, -force * blow])
+    of_velocity = np.array([-kept * blow, 1.0 - kept * (even - drag)])
+    return matrix, of_one, of_velocity
+
+
+Points = list[tuple[float, float, float]]
+
+
+def _on_circle(
+    matrix: Floats, of_one: Floats, of_velocity: Floats, amplitude: float
+) -> tuple[Points, Floats, float]:
+    """Return all (p, q, U) with M (p, q) = b + d U on the circle, and the quadratic for U."""
+    left, sizes, right = np.linalg.svd(matrix)
+    unknown = np.full(3, np.nan)
+    if sizes[0] == 0.0:
+        return [], unknown, -math.inf
+    if sizes[1] > SINGULAR * sizes[0]:
+        one, slope = np.linalg.solve(matrix, np.column_stack([of_one, of_velocity])).T
+        c2, c1, c0 = slope @ slope, 2.0 * (one @ slope), one @ one - amplitude**2
+        points = [(*(one + slope * u), u) for u in _real_roots(c2, c1, c0)]
+        return points, np.array([c2, c1, c0]), float(c1 * c1 - 4.0 * c2 * c0)
+    # What the force cannot do at all must come from U; then one coordinate is left free.
+    of_u = float(left[:, 1] @ of_velocity)
+    if of_u == 0.0:
+        return [], unknown, -math.inf
+    u = -float(left[:, 1] @ of_one) / of_u
+    fixed = float(left[:, 0] @ (of_one + of_velocity * u)) / sizes[0]
+    free = amplitude**2 - fixed**2
+    others = _real_roots(1.0, 0.0, -free)
+    points = [(*(fixed * right[0] + other * right[1]), u) for other in others]
+    return points, unknown, 4.0 * free
+
+
+def _real_roots(c2: float, c1: float, c0: float) -> list[float]:
+    """Return the real roots of a quadratic with c2 > 0, without cancellation."""
+    below = c1 * c1 - 4.0 * c2 * c0
+    if below < 0.0:
+        return []
+    q = -0.5 * (c1 + math.copysign(math.sqrt(below), c1))
+    if q == 0.0:
+        return [0.0]
+    first, second = q / c2, c0 / q
+    return [first] if first == second else [first, second]
+
+
+def cycle_of(table: Law, p: float, q: float) -> float:
+    """Return the cycle at which the force's part in phase is p and in quadrature q."""
+    row = table[at.FIRST_HARMONIC]
+    # p + i q = (C + i S) exp(-i w t).
+    angle = math.atan2(row[at.SINE], row[at.COSINE]) - math.atan2(q, p)
+    cycle = (angle / (2.0 * math.pi)) % 1.0
+    return cycle if cycle < 1.0 else 0.0
+
+
+def single_impact_orbits(
+    osc: Oscillator, force: Forcing, n_periods: int = 1, stop: int = 0
+) -> list[PeriodicOrbit]:
+    """Return the orbits with one impact on a wall in n forcing periods, from the closed form.
+
+    Parameters
+    ----------
+    osc, force, n_periods, stop
+        As for `single_impact`.
+
+    Returns
+    -------
+    list of PeriodicOrbit
+        At most two, the faster first, formal ones too; none for a root of no velocity.
+
+    Raises
+    ------
+    ParameterError
+        As for `single_impact`.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator(0.7, wall="1.45789", side="above", damping=0.05)
+    >>> for orbit in single_impact_orbits(osc, pc.cosine("1.5")):
+    ...     print(orbit.stability, orbit.min_impact_speed.__round__(9))
+    asymptotic 3.715736428
+    unstable 1.49258925
+    """
+    form = single_impact(osc, force, n_periods, stop)
+    found = (orbit_of_root(osc, force, form, cycle, u) for cycle, u in form.roots.tolist())
+    return [orbit for orbit in found if orbit is not None]
+
+
+def orbit_of_root(
+    osc: Oscillator, force: Forcing, form: SingleImpact, cycle: float, u: float
+) -> PeriodicOrbit | None:
+    """Return the orbit of a root, polished by Newton's method; None for one of no velocity.
+
+    That one touches the wall, and needs no wall: an orbit without impacts.
+    """
+    if u == 0.0:
+        return None
+    table = law(osc, force)
+    chain = chain_of_stops(osc, table, (form.stop,))
+    lasting = form.n_periods * float(table[0, at.PERIOD])
+    kept = -factor(table, int(chain[0, 1]), int(chain[0, 0]))
+    guess = np.array([cycle * float(table[0, at.PERIOD]), lasting, -kept * u])
+    solution = solve(table, chain, guess, lasting)
+    if not solution.converged:
+        # The closed form stands; Newton's method only polishes it.
+        solution = Solution(guess, solution.residual, converged=True, isolated=True)
+    return orbit_of_solution(osc, force, chain, solution, form.n_periods)

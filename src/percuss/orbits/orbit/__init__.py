@@ -1,0 +1,1 @@
+"""One periodic orbit as a value: its events, its stability, where it passes stops."""

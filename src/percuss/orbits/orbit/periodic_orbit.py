@@ -1,0 +1,225 @@
+"""A periodic orbit as a value."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ParameterError
+from percuss.kernels import record as columns
+from percuss.kernels.doubled import later
+from percuss.kernels.law import Table
+from percuss.kernels.record import Integers
+from percuss.model.forcing import Forcing
+from percuss.model.law import law
+from percuss.model.oscillator import Oscillator
+from percuss.motion.outcome import Outcome
+from percuss.motion.spectrum import line_spectrum
+from percuss.motion.tables import Impacts
+from percuss.motion.trajectory import Trajectory
+from percuss.orbits.orbit.passages import Passages
+from percuss.orbits.orbit.stability import Stability
+from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
+
+if TYPE_CHECKING:
+    # A second of import.
+    from xarray import Dataset
+
+__all__ = ["PeriodicOrbit"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class PeriodicOrbit:
+    """A periodic motion with its stability; made by `find_orbit` and `find_orbits`.
+
+    Attributes
+    ----------
+    oscillator, forcing
+        What moves; the forcing is None for free motion.
+    x0, v0, t0
+        A point of the orbit: just after its first impact, or at t = 0 without impacts.
+    impacts
+        The impacts of one period, and entries into soft stops, whose velocity stays; the first
+        one at t0. Of a chatter those that are listed one by one.
+    n_impacts
+        How many they are; `math.inf` with sticking.
+    n_periods
+        How many forcing periods the orbit lasts; 0 where there is no forcing period.
+    period
+        How long it lasts [time].
+    monodromy
+        (2, 2) array, derivative of (x, v) one period after t0 by (x, v) at t0.
+    multipliers
+        (2,) complex array, its eigenvalues, larger first; 0 with sticking. Free motion has one
+        at 1.
+    stability
+        "asymptotic", "elliptic", "parabolic" or "unstable", to first order.
+    admissible
+        Whether the orbit passes through no stop; one that does is formal.
+    grazing_margin
+        Distance to a stop of the nearest turning point between two events [length], negative
+        exactly where the orbit is not admissible; inf where there is none. With sticking the
+        hops, which accumulate at the stop, are left out.
+    passages
+        Where and how deep a formal orbit passes through a stop.
+    min_impact_speed
+        Least speed of an impact [length/time]: 0 with sticking, NaN without impacts.
+    isolated
+        False if the orbit is one of a family in one and the same system.
+    residual
+        Largest error of the equations of the orbit [length, length/time, time].
+    """
+
+    oscillator: Oscillator
+    forcing: Forcing | None
+    x0: float
+    v0: float
+    t0: float
+    impacts: Impacts
+    n_impacts: float
+    n_periods: int
+    period: float
+    monodromy: Floats
+    multipliers: NDArray[np.complex128]
+    stability: Stability
+    admissible: bool
+    grazing_margin: float
+    passages: Passages
+    min_impact_speed: float
+    isolated: bool
+    residual: float
+    _events: Table = field(repr=False)
+    _marks: Integers = field(repr=False)
+    _chain: Integers = field(repr=False)
+    _unknowns: Floats = field(repr=False)
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether neighbours approach the orbit: its stability is "asymptotic"."""
+        return self.stability == "asymptotic"
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether it repeats itself mirrored, x -> -x, after half its period.
+
+        For that the system must be so after half a forcing period: its stops mirror each other
+        and its forcing has odd harmonics only.
+        """
+        even = self.n_periods > 0 and self.n_periods % 2 == 0
+        if even or not is_symmetric_system(self.oscillator, self.forcing):
+            return False
+        run = self.trajectory(2)
+        # In the middle of the longest flight: no event is near.
+        ends = np.append(self._events[:, columns.EVENT_T], self.t0 + self.period)
+        longest = int(np.argmax(np.diff(ends)))
+        t = 0.5 * float(ends[longest] + ends[longest + 1])
+        x, v = run([t, t + 0.5 * self.period])
+        fastest = max(float(np.abs(self._events[:, columns.V_AFTER]).max()), float(np.abs(v).max()))
+        scale = np.array([fastest * self.period, fastest])
+        return is_mirrored_state((float(x[0]), float(v[0])), (float(x[1]), float(v[1])), scale)
+
+    @property
+    def sequence(self) -> tuple[int, ...]:
+        """The stops that it meets, in order."""
+        return tuple(int(stop) for stop in self.impacts.stop)
+
+    def __repr__(self) -> str:
+        """Tell the orbit in a line."""
+        count = "sticking" if math.isinf(self.n_impacts) else counted(self.n_impacts, "impact")
+        turns = f" in {counted(self.n_periods, 'forcing period')}" if self.n_periods else ""
+        sizes = ", ".join(f"{abs(value):.4g}" for value in self.multipliers)
+        formal = "" if self.admissible else "; formal, it passes through a stop"
+        family = "" if self.isolated else "; one of a family"
+        return (
+            f"<PeriodicOrbit: {count}{turns}, T = {self.period:.6g}, {self.stability}, "
+            f"abs(multipliers) {sizes}{family}{formal}>"
+        )
+
+    def trajectory(self, periods: int = 1) -> Trajectory:
+        """Return the motion over whole periods of the orbit, from t0 on.
+
+        It is put together from the orbit's own events, so that unstable orbits stay on it and
+        formal ones pass through stops.
+
+        Parameters
+        ----------
+        periods
+            How many, >= 1.
+
+        Returns
+        -------
+        Trajectory
+            As `simulate` returns it; the impact at its end is the first one again.
+
+        Raises
+        ------
+        ParameterError
+            If the number is below 1.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
+        >>> run = orbit.trajectory()
+        >>> x, v = run([run.t0, run.t_end])
+        >>> bool(abs(v[1] - v[0]) < 1e-12)
+        True
+        """
+        if periods < 1:
+            raise ParameterError("periods", periods, "less than one")
+        blocks_of_events, blocks_of_marks = [self._events[:1]], [self._marks[:1]]
+        for k in range(periods):
+            events = self._events[1:].copy()
+            for row in events:
+                instant = row[columns.EVENT_T], row[columns.EVENT_T_LOW]
+                row[columns.EVENT_T], row[columns.EVENT_T_LOW] = later(*instant, k * self.period)
+            blocks_of_events.append(events)
+            blocks_of_marks.append(self._marks[1:])
+        events, marks = np.concatenate(blocks_of_events), np.concatenate(blocks_of_marks)
+        t_end = float(events[-1, columns.EVENT_T]) if len(events) > 1 else 0.0
+        if len(self._events) == 1:
+            t_end = self.t0 + periods * self.period
+        table = law(self.oscillator, self.forcing)
+        record = table, (self.x0, self.v0), events, marks, np.empty((0, columns.GRAZE_COLUMNS))
+        return Trajectory.of_record(
+            self.oscillator, self.forcing, record, t_end, Outcome.reached_t_end
+        )
+
+    def spectrum(self, n_lines: int = 33) -> Dataset:
+        """Return the Fourier coefficients of the displacement, exact to rounding.
+
+        Parameters
+        ----------
+        n_lines
+            How many lines, from the mean on, >= 1.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `line_spectrum` returns it, line n at 2 pi n/period; phases are those of time.
+
+        Raises
+        ------
+        ParameterError
+            If the number is below 1.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
+        >>> round(float(orbit.spectrum(3).cosine[0]), 9)
+        0.462199452
+        """
+        # One period more than are used, and another for the rounding of the ends.
+        return line_spectrum(self.trajectory(3), self.period, n_lines)
+
+
+def counted(n: float, thing: str) -> str:
+    """Return a number and what it counts."""
+    return f"{n:g} {thing}" + ("" if n == 1 else "s")

@@ -1,0 +1,1 @@
+"""All families over a parameter: response charts and velocity-gap curves."""

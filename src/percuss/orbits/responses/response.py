@@ -1,0 +1,334 @@
+"""The response chart: all families of periodic orbits that are found along one parameter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ParameterError
+from percuss.model.exact import Phase, as_float
+from percuss.model.forcing import Forcing
+from percuss.model.oscillator import Oscillator
+from percuss.model.paths import long_form
+from percuss.orbits.families.branch import Branch
+from percuss.orbits.orbit.extremes import extremes_of
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.responses.following import Following, Range
+from percuss.orbits.responses.response_search import SeenAttractor, search_families
+from percuss.orbits.responses.response_table import (
+    attractor_rows_of,
+    kinds_of,
+    rows_of,
+    special_rows_of,
+)
+from percuss.orbits.responses.steps import Report
+
+if TYPE_CHECKING:
+    # A second of import.
+    from xarray import Dataset
+
+__all__ = ["CLOSED", "FamilyRange", "Response", "response_curve"]
+
+Floats = NDArray[np.float64]
+Interval = tuple[float, float]
+
+# How a branch ends that comes back to where it started.
+CLOSED = "the branch closed"
+
+
+@dataclass(frozen=True, slots=True)
+class FamilyRange:
+    """The orbits of one kind in a chart.
+
+    Attributes
+    ----------
+    n_impacts, n_periods
+        Impacts and forcing periods of a round.
+    branches
+        Numbers of the branches.
+    ranges
+        Where physical ones are, as intervals of the parameter.
+    stable_ranges
+        Where stable ones are.
+    """
+
+    n_impacts: int
+    n_periods: int
+    branches: tuple[int, ...]
+    ranges: tuple[Interval, ...]
+    stable_ranges: tuple[Interval, ...]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Response:
+    """All families of periodic orbits found along one parameter, made by `response_curve`.
+
+    Attributes
+    ----------
+    path
+        Path of the parameter.
+    low, high
+        Its range.
+    max_impacts, max_periods
+        The longest orbits that were looked for.
+    branches
+        The families, stable and unstable; those with fewer periods and impacts first. At soft
+        stops impacts come and go along a branch.
+    amplitude
+        A (n,) array for each branch: half the distance between the least and the largest
+        displacement of each orbit [length], exact extremes.
+    largest_displacement
+        A (n,) array for each branch: the largest abs(x) [length].
+    impact_velocity
+        A (n,) array for each branch: the largest velocity into a stop [length/time]; NaN without
+        impacts.
+    attractors
+        What direct simulation at other values of the parameter came to, and on which branch
+        it lies.
+    left_out
+        Orbits that were found and not followed: their value, the orbit and the reason.
+    complete
+        False if it was stopped before its end.
+    """
+
+    path: str
+    low: float
+    high: float
+    max_impacts: int
+    max_periods: int
+    branches: tuple[Branch, ...]
+    amplitude: tuple[Floats, ...]
+    largest_displacement: tuple[Floats, ...]
+    impact_velocity: tuple[Floats, ...]
+    attractors: tuple[SeenAttractor, ...]
+    left_out: tuple[tuple[float, PeriodicOrbit, str], ...] = field(repr=False)
+    complete: bool
+
+    @property
+    def missed(self) -> tuple[SeenAttractor, ...]:
+        """Periodic attractors of the kinds looked for that are on no branch."""
+        return tuple(
+            it
+            for it in self.attractors
+            if it.branch is None
+            and it.n_impacts <= self.max_impacts
+            and 1 <= it.n_periods <= self.max_periods
+        )
+
+    @property
+    def families(self) -> tuple[FamilyRange, ...]:
+        """The kinds of orbits, with where they are and where they are stable."""
+        kinds: dict[tuple[int, int], list[tuple[int, NDArray[np.bool_]]]] = {}
+        for number, branch in enumerate(self.branches):
+            each = kinds_of(branch)
+            for kind in np.unique(each, axis=0).tolist():
+                of_kind = (each == kind).all(axis=1)
+                kinds.setdefault((kind[0], kind[1]), []).append((number, of_kind))
+        found = []
+        for n_periods, n_impacts in sorted(kinds):
+            there = kinds[n_periods, n_impacts]
+            physical = [(self.branches[k], rows & self.branches[k].admissible) for k, rows in there]
+            stable = _union([i for b, rows in physical for i in _runs(b, rows & b.is_stable)])
+            ranges = _union([i for b, rows in physical for i in _runs(b, rows)])
+            numbers = tuple(number for number, _ in there)
+            found.append(FamilyRange(n_impacts, n_periods, numbers, ranges, stable))
+        return tuple(found)
+
+    def __repr__(self) -> str:
+        """Tell the chart in a line."""
+        kinds = ", ".join(f"({it.n_impacts}, {it.n_periods})" for it in self.families)
+        missed = f"{len(self.missed)} missed" if self.missed else "none missed"
+        stopped = "" if self.complete else "; stopped before its end"
+        return (
+            f"<Response: {len(self.branches)} branches over {self.path} from {self.low:.6g} to "
+            f"{self.high:.6g}, (impacts, periods) {kinds}; {len(self.attractors)} attractors "
+            f"compared, {missed}{stopped}>"
+        )
+
+    def to_xarray(self) -> Dataset:
+        """Return the chart as one table, for files and for pandas (`.to_dataframe()`).
+
+        Returns
+        -------
+        xarray.Dataset
+            All rows of all branches along ``point``, with ``branch``; the attractors along
+            ``attractor``; the special points along ``special_point``.
+        """
+        import xarray
+
+        quantities = {
+            "amplitude": self.amplitude,
+            "largest_displacement": self.largest_displacement,
+            "impact_velocity": self.impact_velocity,
+        }
+        columns = rows_of(self.path, self.branches, quantities)
+        columns |= special_rows_of(self.branches) | attractor_rows_of(self.attractors)
+        return xarray.Dataset(columns, attrs={"path": self.path, "complete": int(self.complete)})
+
+
+def response_curve(
+    osc: Oscillator,
+    force: Forcing,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_impacts: int = 4,
+    max_periods: int = 3,
+    seed: int = 0,
+    n_seeds: int = 16,
+    progress: Report = None,
+) -> Response:
+    """Find and follow all families of periodic orbits along one parameter, stable or not.
+
+    At values spread over the range motions are followed from many starts to their attractors,
+    and orbits, unstable ones too, are searched for from stretches of motions that almost close
+    (`find_orbits`). What is found is followed both ways (`continue_orbit`), unless it lies on a
+    branch already, and so are the orbits that start at its period doublings. Then attractors at
+    other values, and beside special points, are compared with the branches. Those that lie on
+    none are followed, too, and others are compared, until nothing new is found or four rounds
+    are over: `missed` tells what was new in the last one. Unstable families that nothing stable
+    is connected to can be missed without notice.
+
+    Parameters
+    ----------
+    osc, force
+        What moves; the forcing has a period all over the range.
+    over
+        One parameter by its path, and its range.
+    max_impacts, max_periods
+        The longest orbits to look for, >= 1.
+    seed
+        Of the random starts: the same seed, the same chart.
+    n_seeds
+        At how many values orbits are searched for; attractors at eight times as many.
+    progress
+        True shows a line on the error stream after two seconds; a function
+        ``(done, total) -> bool`` is called at each value, and False ends the search with what is
+        done.
+
+    Returns
+    -------
+    Response
+        Branches with their quantities, and what they were compared with.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter, or a number or the range does not fit.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator(0.8, wall=0.2, side="above", damping=0.05)
+    >>> chart = response_curve(osc, pc.cosine(1.0), over={"forcing.omega": (1.0, 1.5)},
+    ...                        max_impacts=1, max_periods=1, n_seeds=2)
+    >>> for low, high in chart.families[-1].stable_ranges:
+    ...     print(f"{low:.6f} to {high:.6f}")
+    1.000000 to 1.064834
+    1.130040 to 1.500000
+    """
+    path, within = _checked(osc, force, over)
+    if n_seeds < 1:
+        raise ParameterError("n_seeds", n_seeds, "less than one")
+    for name, number in (("max_impacts", max_impacts), ("max_periods", max_periods)):
+        if number != int(number) or number < 1:
+            raise ParameterError(name, number, "not a whole number of at least 1")
+    following = Following(osc, force, path, within)
+    counts = int(max_impacts), int(max_periods)
+    attractors, complete = search_families(following, counts, seed, int(n_seeds), progress)
+    return _response(following, counts, attractors, complete=complete)
+
+
+def _checked(
+    osc: Oscillator, force: Forcing, over: Mapping[str, tuple[Phase, Phase]]
+) -> tuple[str, Range]:
+    if not isinstance(osc, Oscillator):
+        raise ParameterError("osc", osc, "not an Oscillator")
+    if not isinstance(force, Forcing):
+        raise ParameterError("force", force, "not a Forcing; a response is one to a forcing")
+    if len(over) != 1:
+        raise ParameterError("over", over, "not one parameter and its range")
+    ((path, given),) = over.items()
+    long_form(path, osc, force)
+    try:
+        ends = sorted(as_float(end) for end in given)
+        low, high = ends
+    except (TypeError, ValueError) as error:
+        raise ParameterError(path, given, "not a range of two numbers") from error
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ParameterError(path, given, "not a range of two different finite numbers")
+    following = Following(osc, force, path, Range(low, high))
+    for end in (low, high):
+        # It says why the parameter cannot have this value.
+        if following.system(end)[1].period is None:
+            reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
+            raise ParameterError("forcing.period", None, reason)
+    return path, Range(low, high)
+
+
+def _response(
+    following: Following,
+    counts: tuple[int, int],
+    attractors: list[SeenAttractor],
+    *,
+    complete: bool,
+) -> Response:
+    order = sorted(range(len(following.branches)), key=lambda k: _rank(following.branches[k]))
+    branches = tuple(following.branches[k] for k in order)
+    place = {old: new for new, old in enumerate(order)}
+    swings = [[extremes_of(orbit) for orbit in branch] for branch in branches]
+    return Response(
+        path=following.path,
+        low=following.within.low,
+        high=following.within.high,
+        max_impacts=counts[0],
+        max_periods=counts[1],
+        branches=branches,
+        amplitude=tuple(np.array([it.amplitude for it in rows]) for rows in swings),
+        largest_displacement=tuple(np.array([it.largest for it in rows]) for rows in swings),
+        impact_velocity=tuple(_largest_velocity(branch) for branch in branches),
+        attractors=tuple(it.on(place) for it in attractors),
+        left_out=tuple(following.left_out),
+        complete=complete,
+    )
+
+
+def _rank(branch: Branch) -> tuple[int, float, float]:
+    n_periods, n_impacts = kinds_of(branch).max(axis=0).tolist()
+    return n_periods, n_impacts, float(branch.values.min())
+
+
+def _largest_velocity(branch: Branch) -> Floats:
+    speeds = np.nan_to_num(branch.impact_velocity, nan=-np.inf).max(axis=1, initial=-np.inf)
+    return np.asarray(np.where(np.isfinite(speeds), speeds, np.nan))
+
+
+def _runs(branch: Branch, flags: NDArray[np.bool_]) -> list[Interval]:
+    """Return the intervals that stretches of flagged neighbours cover, special points at the ends.
+
+    A special point is on the edge: rounding decides how its own row is flagged.
+    """
+    special = np.zeros(len(flags), dtype=np.bool_)
+    special[[point.row for point in branch.special_points]] = True
+    sure = np.concatenate([[False], flags & ~special, [False]])
+    flags = np.where(special, sure[:-2] | sure[2:], flags)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    parts = [branch.values[i:j] for i, j in zip(edges[::2], edges[1::2], strict=True)]
+    if branch.end_reason == CLOSED and flags[0] and flags[-1]:
+        # The last row is beside the first one.
+        parts.append(branch.values[[-1, 0]])
+    return [(float(part.min()), float(part.max())) for part in parts]
+
+
+def _union(intervals: list[Interval]) -> tuple[Interval, ...]:
+    found: list[Interval] = []
+    for low, high in sorted(intervals):
+        if found and low <= found[-1][1]:
+            found[-1] = found[-1][0], max(high, found[-1][1])
+        else:
+            found.append((low, high))
+    return tuple(found)

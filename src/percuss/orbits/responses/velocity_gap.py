@@ -1,0 +1,263 @@
+"""Impact velocity against gap of orbits with one impact: an ellipse, in closed form.
+
+The equations of a flight from the wall and back to it after n forcing periods (`single_impact`),
+
+    M (p, q) = b + d U,    p^2 + q^2 = A^2,
+
+hold the position s of the wall in b alone, through the constant force G at the wall, which is
+G = c - k s for a spring k and a constant force c: with D and S of `single_impact`,
+b = -G (D, S) = k (s - s0) (D, S), s0 = c/k, the equilibrium. So
+
+    (p, q) = B (s - s0, U),    B = M^-1 (k (D, S), d),
+
+and the circle of (p, q) is the image of an ellipse around the equilibrium: with the angle z of
+the force at the impact,
+
+    (s - s0, U) = A B^-1 (cos z, sin z).
+
+Whiston (1987) and Budd & Dux (1994, Phil. Trans. R. Soc. A 347, 365) draw it for an undamped
+oscillator; damping changes M and d only.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ParameterError
+from percuss.kernels import law as at
+from percuss.kernels.response import free_response
+from percuss.model.exact import as_float
+from percuss.model.forcing import Forcing
+from percuss.model.law import law
+from percuss.model.oscillator import Oscillator
+from percuss.model.paths import replace_parameter
+from percuss.orbits.finding.single_impact import (
+    cycle_of,
+    equations_of,
+    has_closed_form,
+    orbit_of_root,
+    single_impact,
+)
+from percuss.orbits.orbit.chain import entry, row_of_region
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+
+__all__ = ["VelocityGap", "velocity_gap_curve"]
+
+Floats = NDArray[np.float64]
+
+# Below this part of its larger one, a singular value of a matrix is rounding.
+SINGULAR = 1e-12
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class VelocityGap:
+    """Single-impact orbits of n forcing periods as the wall moves, made by `velocity_gap_curve`.
+
+    Attributes
+    ----------
+    n_periods
+        Forcing periods of an orbit.
+    equilibrium
+        Where the mass rests without the harmonic: the ellipse has its centre there [length].
+    form
+        (2, 2) array Q, symmetric: with z = (gap, velocity) the ellipse is z Q z = 1.
+    graze
+        Gap with which the impact has no velocity, on one side of the ellipse and, negative, on
+        the other: the amplitude of the motion without impacts [length].
+    fold, fold_velocity
+        Gap at which two orbits meet, the farthest one from the equilibrium on either side, and
+        their velocity there; between it and the graze on its side each gap has two orbits
+        [length, length/time].
+    largest_velocity
+        Height of the ellipse [length/time].
+    gap
+        (n,) array, distance of the wall from the equilibrium towards the side on which it lies,
+        negative where the wall is beyond it; the physical half of the ellipse, from one graze to
+        the other [length].
+    velocity
+        (n,) array, into the wall, >= 0 [length/time].
+    cycle
+        (n,) array, cycle of the impact.
+    stability
+        (n,) array of texts, as in `PeriodicOrbit`; "" at the grazes.
+    admissible
+        (n,) array, whether the motion passes the wall nowhere between its impacts.
+    """
+
+    n_periods: int
+    equilibrium: float
+    form: Floats
+    graze: float
+    fold: float
+    fold_velocity: float
+    largest_velocity: float
+    gap: Floats
+    velocity: Floats
+    cycle: Floats
+    stability: NDArray[np.str_]
+    admissible: NDArray[np.bool_]
+
+    @property
+    def is_stable(self) -> NDArray[np.bool_]:
+        """Whether neighbours approach each orbit, (n,)."""
+        return np.asarray(self.stability == "asymptotic")
+
+    def velocities_at(self, gap: float) -> Floats:
+        """Return the velocities > 0 into the wall with a gap, the larger first.
+
+        Parameters
+        ----------
+        gap
+            Distance of the wall from the equilibrium.
+
+        Returns
+        -------
+        array
+            (k,), k = 0, 1 or 2.
+        """
+        (q00, q01), (_, q11) = self.form
+        below = (q01 * gap) ** 2 - q11 * (q00 * gap**2 - 1.0)
+        if below < 0.0:
+            return np.empty(0)
+        roots = (-q01 * gap + np.array([1.0, -1.0]) * math.sqrt(below)) / q11
+        return np.asarray(roots[roots > 0.0])
+
+    def __repr__(self) -> str:
+        """Tell the curve in a line."""
+        return (
+            f"<VelocityGap: 1 impact in {counted(self.n_periods, 'forcing period')}, grazing with "
+            f"gaps of {self.graze:.6g} and {-self.graze:.6g}, fold at {self.fold:.6g}, largest "
+            f"velocity {self.largest_velocity:.6g}>"
+        )
+
+
+def velocity_gap_curve(
+    osc: Oscillator, force: Forcing, n_periods: int = 1, *, n_points: int = 361
+) -> VelocityGap:
+    """Return impact velocity against gap of orbits with one impact in n forcing periods.
+
+    An ellipse around the equilibrium, in closed form, for one wall and one harmonic. Stability and admissibility are those of the
+    orbits along it.
+
+    Parameters
+    ----------
+    osc
+        The oscillator, with one wall and a spring; where its wall is does not matter.
+    force
+        One harmonic, and a constant.
+    n_periods
+        Forcing periods of an orbit, >= 1.
+    n_points
+        Rows of the table, >= 3.
+
+    Returns
+    -------
+    VelocityGap
+        The ellipse, its limits, and a table along its physical half.
+
+    Raises
+    ------
+    ParameterError
+        If the oscillator has no spring, not one wall, or the forcing not one harmonic, or where
+        the ellipse degenerates: elastic impacts without damping, or n periods that are whole
+        periods of the free motion.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
+    >>> curve = velocity_gap_curve(osc, pc.cosine(1.0))
+    >>> round(curve.graze, 9), round(curve.fold, 6)
+    (10.0, 10.002925)
+    >>> orbit = pc.find_orbit(osc, pc.cosine(1.0))
+    >>> bool(abs(curve.velocities_at(1.0)[0] - orbit.impacts.v_before[0]) < 1e-12)
+    True
+    """
+    _check(osc, force, n_periods, n_points)
+    map_, rest, way = _map(osc, force, n_periods)
+    inverse = np.linalg.inv(map_)
+    # Columns (gap, velocity) as functions of the angle: towards the wall both are positive.
+    axes = way * inverse
+    angles = _physical_half(axes[1], n_points)
+    gap, velocity = axes @ np.array([np.cos(angles), np.sin(angles)])
+    velocity[[0, -1]] = 0.0
+    widths = axes @ axes.T
+    table = law(osc, force)
+    amplitude = float(table[at.FIRST_HARMONIC, at.AMPLITUDE])
+    circle = amplitude * np.array([np.cos(angles), np.sin(angles)])
+    cycle = np.array([cycle_of(table, p, q) for p, q in circle.T])
+    orbits = [_orbit(osc, force, n_periods, rest + way * g, c, way * v)
+              for g, v, c in zip(gap.tolist(), velocity.tolist(), cycle.tolist(), strict=True)]  # fmt: skip
+    return VelocityGap(
+        n_periods=n_periods,
+        equilibrium=rest,
+        form=np.asarray(map_.T @ map_),
+        graze=float(1.0 / np.linalg.norm(map_[:, 0])),
+        fold=math.copysign(math.sqrt(widths[0, 0]), widths[0, 1]),
+        fold_velocity=abs(float(widths[0, 1])) / math.sqrt(widths[0, 0]),
+        largest_velocity=float(np.linalg.norm(axes[1])),
+        gap=gap,
+        velocity=velocity,
+        cycle=cycle,
+        stability=np.array([orbit.stability if orbit else "" for orbit in orbits]),
+        admissible=np.array([bool(orbit and orbit.admissible) for orbit in orbits]),
+    )
+
+
+def _check(osc: Oscillator, force: Forcing, n_periods: int, n_points: int) -> None:
+    if not isinstance(osc, Oscillator):
+        raise ParameterError("osc", osc, "not an Oscillator")
+    if len(osc.stops) != 1 or not has_closed_form(osc, force, 0):
+        reason = "the closed form is for one wall and no other stop, under one harmonic"
+        raise ParameterError("osc", osc, reason)
+    if as_float(osc.stiffness) == 0.0:
+        reason = "without a spring the velocity does not depend on where the wall is"
+        raise ParameterError("oscillator.stiffness", osc.stiffness, reason)
+    if n_periods != int(n_periods) or n_periods < 1:
+        raise ParameterError("n_periods", n_periods, "not a whole number of at least 1")
+    if n_points < 3:
+        raise ParameterError("n_points", n_points, "less than three")
+
+
+def _map(osc: Oscillator, force: Forcing, n_periods: int) -> tuple[Floats, float, float]:
+    """Return B / A, which takes (s - s0, U) to the unit circle; s0; and the way into the wall."""
+    table = law(osc, force)
+    matrix, _, of_velocity = equations_of(osc, table, n_periods, 0)
+    wanted = entry(osc, 0)
+    row = row_of_region(table, wanted.before)
+    blow, _, rise = free_response(table, row, n_periods * float(table[0, at.PERIOD]))
+    stiffness = as_float(osc.stiffness)
+    right = np.column_stack([stiffness * np.array([rise, blow]), of_velocity])
+    amplitude = float(table[at.FIRST_HARMONIC, at.AMPLITUDE])
+    scale = np.array([1.0, float(table[at.FIRST_HARMONIC, at.OMEGA])])
+    if amplitude == 0.0 or _is_singular(matrix / scale[:, np.newaxis]):
+        reason = f"the free motion closes after {n_periods} forcing periods, or there is no force"
+        raise ParameterError("n_periods", n_periods, f"{reason}: there is no ellipse")
+    found = np.linalg.solve(matrix, right) / amplitude
+    if _is_singular(found * scale):
+        reason = "the ellipse degenerates into lines: impacts are elastic and nothing is damped,"
+        raise ParameterError("osc", osc, f"{reason} or a whole number of free periods passes")
+    return np.asarray(found, dtype=np.float64), as_float(force.constant) / stiffness, wanted.way
+
+
+def _is_singular(matrix: Floats) -> bool:
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    return bool(not np.isfinite(sizes).all() or sizes[1] <= SINGULAR * sizes[0])
+
+
+def _physical_half(of_velocity: Floats, n_points: int) -> Floats:
+    """Return the angles at which a cosine and a sine with these factors are not negative."""
+    middle = math.atan2(of_velocity[1], of_velocity[0])
+    return np.linspace(middle - 0.5 * math.pi, middle + 0.5 * math.pi, n_points)
+
+
+def _orbit(
+    osc: Oscillator, force: Forcing, n_periods: int, place: float, cycle: float, u: float
+) -> PeriodicOrbit | None:
+    moved, _, _ = replace_parameter(osc, force, None, "oscillator.stops.0.at", place)
+    form = single_impact(moved, force, n_periods)
+    return orbit_of_root(moved, force, form, cycle, u)

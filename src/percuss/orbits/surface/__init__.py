@@ -1,0 +1,1 @@
+"""The section and the impact surface: maps, singularity set, manifolds."""

@@ -1,0 +1,354 @@
+"""Stable and unstable manifolds of saddle orbits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import product
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.surface.growing import Grower, Grown, GrowthEnd, grow
+from percuss.orbits.surface.local_manifold import TOLERANCE, LocalManifold, PointMap, local_manifold
+from percuss.orbits.surface.manifold_progress import Teller
+from percuss.orbits.surface.saddles import (
+    SaddlePoints,
+    check_saddle,
+    points_at_impacts,
+    points_at_strobes,
+)
+from percuss.orbits.surface.sections import ImpactSection, Section, SectionKind, StroboscopicSection
+
+if TYPE_CHECKING:
+    # A second of import.
+    from xarray import Dataset
+
+__all__ = ["ManifoldBranch", "ManifoldKind", "Manifolds", "manifolds"]
+
+Floats = NDArray[np.float64]
+ManifoldKind: TypeAlias = Literal["stable", "unstable"]
+
+# Lengths of a branch beyond which motions are not followed back in time.
+FAR = 10.0
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class ManifoldBranch:
+    """One half of a manifold of one point of a saddle orbit.
+
+    Attributes
+    ----------
+    kind
+        "stable" or "unstable".
+    saddle
+        Index of the point, a row of `Manifolds.saddles`.
+    side
+        +1 or -1: which of both halves.
+    points
+        (n, 2) array, (x, v) or (cycle, v_after), from the saddle on; cycles lie in [0, 1).
+    piece
+        (n,) array, number of the continuous piece that each point belongs to. Between two
+        pieces the manifold jumps: no line joins them.
+    arclength
+        (n,) array, length of the pieces so far, with the scale of `Manifolds` as units.
+    end_reason
+        Why it ends: "length"; "max_points"; "no_image": nothing leads on, as from a contact or,
+        back in time, from an impact without restitution; "collapse": it has shrunk to a point;
+        "interrupted".
+    """
+
+    kind: ManifoldKind
+    saddle: int
+    side: int
+    points: Floats
+    piece: NDArray[np.int64]
+    arclength: Floats
+    end_reason: GrowthEnd
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.points)
+
+    def __repr__(self) -> str:
+        """Tell the branch in a line."""
+        return (
+            f"<ManifoldBranch: {self.kind}, saddle {self.saddle}, side {self.side:+d}; "
+            f"{len(self)} points in {len(self.pieces)} pieces; ends at {self.end_reason}>"
+        )
+
+    @property
+    def pieces(self) -> list[Floats]:
+        """The continuous pieces, (m, 2) arrays."""
+        return np.split(self.points, np.flatnonzero(np.diff(self.piece)) + 1)
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Manifolds:
+    """Stable and unstable manifolds of a saddle orbit; made by `manifolds`.
+
+    Attributes
+    ----------
+    orbit
+        The orbit.
+    section
+        "stroboscopic": the plane (x, v) at one cycle; "impact": the surface (cycle, v_after).
+    cycle
+        Cycle of a stroboscopic section, else NaN.
+    stop
+        Stop of an impact surface, else -1.
+    saddles
+        (m, 2) array, the points of the orbit in the section.
+    unstable_directions, stable_directions
+        (m, 2) arrays, eigenvectors there, of length 1 in units of the scale.
+    multipliers
+        (2,) array, of one turn of the orbit: unstable and stable.
+    scale
+        (2,) array, the units in which lengths are measured.
+    branches
+        The halves of the manifolds.
+    """
+
+    orbit: PeriodicOrbit
+    section: SectionKind
+    cycle: float
+    stop: int
+    saddles: Floats
+    unstable_directions: Floats
+    stable_directions: Floats
+    multipliers: Floats
+    scale: Floats
+    branches: tuple[ManifoldBranch, ...] = field(repr=False)
+
+    @property
+    def stable(self) -> tuple[ManifoldBranch, ...]:
+        """The branches on which motions approach the orbit."""
+        return tuple(branch for branch in self.branches if branch.kind == "stable")
+
+    @property
+    def unstable(self) -> tuple[ManifoldBranch, ...]:
+        """The branches on which motions leave the orbit."""
+        return tuple(branch for branch in self.branches if branch.kind == "unstable")
+
+    def __repr__(self) -> str:
+        """Tell the manifolds in a line."""
+        count = [sum(map(len, half)) for half in (self.stable, self.unstable)]
+        where = f"at cycle {self.cycle:g}" if self.stop < 0 else f"of stop {self.stop}"
+        return (
+            f"<Manifolds: {self.section} section {where}, {len(self.saddles)} saddle points; "
+            f"{count[0]} points stable, {count[1]} unstable>"
+        )
+
+    def to_xarray(self) -> Dataset:
+        """Return all points as one dataset, for files and for pandas (`.to_dataframe()`).
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``point``, with the number of the branch and the piece beside each; what
+            belongs to whole branches along ``branch``.
+        """
+        import xarray
+
+        names = ("x", "v") if self.section == "stroboscopic" else ("cycle", "v_after")
+        points = np.concatenate([branch.points for branch in self.branches] or [np.empty((0, 2))])
+        sizes = [len(branch) for branch in self.branches]
+        beside = {
+            name: np.concatenate([getattr(b, name) for b in self.branches] or [np.empty(0)])
+            for name in ("piece", "arclength")
+        }
+        whole: dict[str, tuple[str, object]] = {
+            name: ("branch", np.array([getattr(b, name) for b in self.branches], dtype=kind))
+            for name, kind in (("kind", str), ("saddle", int), ("side", int), ("end_reason", str))
+        }
+        columns = {name: ("point", points[:, i]) for i, name in enumerate(names)}
+        columns |= {name: ("point", values) for name, values in beside.items()}
+        columns["number"] = ("point", np.repeat(np.arange(len(sizes)), sizes))
+        attrs = {"section": self.section, "cycle": self.cycle, "stop": self.stop}
+        return xarray.Dataset({**columns, **whole}, attrs=attrs)
+
+
+def manifolds(
+    orbit: PeriodicOrbit,
+    *,
+    section: SectionKind = "stroboscopic",
+    cycle: float = 0.0,
+    stop: int | None = None,
+    length: float = 10.0,
+    spacing: float = 0.01,
+    max_points: int = 20_000,
+    kinds: tuple[ManifoldKind, ...] = ("stable", "unstable"),
+    progress: bool | Callable[[float, float], bool] | None = None,
+) -> Manifolds:
+    """Grow the stable and the unstable manifold of a saddle orbit in a section.
+
+    Each point is an exact image, under the map or its inverse, of a point of the manifold next
+    to the saddle, which is known to second order; none is interpolated. The stable one is grown
+    by following motions back in time: off a wall with its velocity divided by -restitution.
+    Where a map jumps the manifold is cut.
+
+    Parameters
+    ----------
+    orbit
+        A saddle: one multiplier outside and one inside the unit circle, neither 0.
+    section
+        "stroboscopic": (x, v) at one cycle; "impact": (cycle, v_after) at a stop.
+    cycle
+        Cycle of the stroboscopic section.
+    stop
+        Stop of the impact surface; default: that of the orbit's first impact.
+    length
+        Length of each branch, > 0. Units of length are the ranges of x and v on the orbit, or 1
+        without any range; in the impact surface a cycle and the largest impact velocity.
+    spacing
+        Largest distance of neighbouring points in these units, > 0.
+    max_points
+        Points of a branch after which no more are made.
+    kinds
+        Which to grow.
+    progress
+        Show how far it is, or be told (done, total) of the branches; False from the callable
+        stops, and what has been grown is returned.
+
+    Returns
+    -------
+    Manifolds
+        Two branches of each kind for each point of the orbit in the section.
+
+    Raises
+    ------
+    ParameterError
+        If the orbit is no saddle, or not physical; if the stable manifold is wanted and a
+        restitution of 0 leaves no way back; if the section does not fit; if a number is out of
+        its range.
+    ConvergenceError
+        If the map is not smooth next to the orbit.
+
+    Notes
+    -----
+    Fundamental domains and point spacing: Hobson (1993), J. Comput. Phys. 104, 14; Krauskopf &
+    Osinga (1998), J. Comput. Phys. 146, 404.
+
+    Examples
+    --------
+    Between no stops the manifolds of an inverted pendulum are straight lines, whose slopes are
+    the characteristic roots:
+
+    >>> import percuss as pc
+    >>> osc = pc.Oscillator(stiffness=-1.0, damping=0.1)
+    >>> orbit = pc.find_orbit(osc, pc.cosine(2.0), n_impacts=0)
+    >>> found = pc.manifolds(orbit, length=2.0)
+    >>> x, v = (found.unstable[0].points - found.saddles[0]).T
+    >>> round(float(v[-1] / x[-1]), 9), round((1 + 0.1**2) ** 0.5 - 0.1, 9)
+    (0.904987562, 0.904987562)
+    """
+    check_saddle(orbit)
+    _check(section, kinds, length, spacing)
+    assert orbit.forcing is not None
+    place: Section
+    if section == "impact":
+        if stop is None:
+            stop = int(orbit.impacts.stop[0]) if len(orbit.impacts) else None
+        saddles = points_at_impacts(orbit, stop)
+        fastest = _fastest(saddles, length)
+        place = ImpactSection(orbit.oscillator, orbit.forcing, stop or 0, fastest)
+    else:
+        cycle, stop = cycle % 1.0, None
+        saddles = points_at_strobes(orbit, cycle)
+        fastest = _fastest(saddles, length)
+        place = StroboscopicSection(orbit.oscillator, orbit.forcing, cycle, fastest)
+    multipliers = orbit.multipliers.real.copy()
+    unstable, stable = (saddles.directions(float(value)) for value in multipliers)
+    ways = {"unstable": (unstable, multipliers[0]), "stable": (stable, multipliers[1])}
+    teller = Teller(progress, 2 * len(saddles.points) * len(kinds))
+    branches = []
+    for kind, i in product(kinds, range(len(saddles.points))):
+        if not teller.stopped:
+            map_, local = _local(place, kind, saddles, i, ways[kind][0][i], float(ways[kind][1]))
+        for side in (1, -1):
+            if teller.stopped:
+                break
+            grower = Grower(map_, place.apart, local, float(side), saddles.scale, spacing)
+            grown = grow(grower, length, max_points, teller.go_on)
+            branches.append(_branch(place, kind, i, side, grown))
+            teller.finish_one()
+    teller.close()
+    return Manifolds(
+        orbit=orbit,
+        section=section,
+        cycle=cycle if section == "stroboscopic" else float("nan"),
+        stop=-1 if stop is None else stop,
+        saddles=saddles.points,
+        unstable_directions=unstable,
+        stable_directions=stable,
+        multipliers=multipliers,
+        scale=saddles.scale,
+        branches=tuple(branches),
+    )
+
+
+def _check(
+    section: SectionKind, kinds: tuple[ManifoldKind, ...], length: float, spacing: float
+) -> None:
+    if section not in ("stroboscopic", "impact"):
+        raise ParameterError("section", section, "neither stroboscopic nor impact")
+    for kind in kinds:
+        if kind not in ("stable", "unstable"):
+            raise ParameterError("kinds", kinds, "neither stable nor unstable")
+    if not 0.0 < length < math.inf:
+        raise ParameterError("length", length, "not a finite positive number")
+    if not 0.0 < spacing < math.inf:
+        raise ParameterError("spacing", spacing, "not a finite positive number")
+
+
+def _fastest(saddles: SaddlePoints, length: float) -> float:
+    """Return a velocity far beyond what a branch reaches without jumps."""
+    return float(np.abs(saddles.points[:, 1]).max() + FAR * (1.0 + length) * saddles.scale[1])
+
+
+def _local(
+    place: Section,
+    kind: ManifoldKind,
+    saddles: SaddlePoints,
+    i: int,
+    direction: Floats,
+    multiplier: float,
+) -> tuple[PointMap, LocalManifold]:
+    """Return the map that stretches a manifold, and the manifold next to its saddle."""
+    jacobian = saddles.jacobians[i]
+    if kind == "stable":
+        jacobian, multiplier = np.linalg.inv(jacobian), 1.0 / multiplier
+    turns = len(saddles.points)
+    if multiplier < 0.0:
+        # Points change sides from one turn to the next: two turns keep them.
+        turns, jacobian, multiplier = 2 * turns, jacobian @ jacobian, multiplier**2
+    step = place.forth if kind == "unstable" else place.back
+
+    def forth(points: Floats) -> Floats:
+        for _ in range(turns):
+            points = step(points)
+        return points
+
+    local = local_manifold(
+        forth, place.apart, saddles.points[i], jacobian, direction, multiplier, saddles.scale
+    )
+    if not local.defect <= TOLERANCE:
+        where = tuple(saddles.points[i].tolist())
+        raise ConvergenceError(
+            f"the {kind} manifold has no smooth beginning at its saddle {where}",
+            where,
+            local.defect,
+            "the orbit nearly grazes, or is not found well enough; try another section",
+        )
+    return forth, local
+
+
+def _branch(place: Section, kind: ManifoldKind, i: int, side: int, grown: Grown) -> ManifoldBranch:
+    points = grown.points
+    if isinstance(place, ImpactSection):
+        points = np.column_stack([points[:, 0] % 1.0, points[:, 1]])
+    return ManifoldBranch(kind, i, side, points, grown.piece, grown.arclength, grown.end)

@@ -1,0 +1,374 @@
+"""The two maps that turn a motion into a sequence of points, with exact derivatives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from percuss.errors import ParameterError
+from percuss.kernels import record as columns
+from percuss.kernels.doubled import turns
+from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
+from percuss.kernels.law import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW, Table
+from percuss.kernels.shooting import factor
+from percuss.model.exact import as_float
+from percuss.model.faults import raise_first
+from percuss.model.forcing import Forcing
+from percuss.model.law import lines
+from percuss.model.oscillator import Oscillator
+from percuss.model.start import start_faults
+from percuss.model.stops import Wall
+from percuss.orbits.orbit.short_runs import ShortRuns
+
+__all__ = ["ImpactMap", "StroboscopicMap", "impact_map", "stroboscopic_map"]
+
+Floats = NDArray[np.float64]
+# What is computed for an impact at a time with a velocity.
+OfImpact: TypeAlias = Callable[[ShortRuns, float, float], ArrayLike]
+
+# On other stops, before the next one on the stop asked for.
+MOST_IMPACTS = 4096
+
+NOWHERE = np.full((2, 2), np.nan)
+
+
+@dataclass(frozen=True, slots=True)
+class ImpactMap:
+    """From one impact on a stop to the next one on it; made by `impact_map`.
+
+    Attributes
+    ----------
+    oscillator, forcing
+        What moves.
+    stop
+        Index of the stop.
+    """
+
+    oscillator: Oscillator
+    forcing: Forcing
+    stop: int
+
+    def __call__(self, cycle: ArrayLike, v_after: ArrayLike) -> tuple[Floats, Floats]:
+        """Return cycle and velocity after the next impact; NaN where there is none.
+
+        None within 4096 impacts on other stops counts as none.
+
+        Parameters
+        ----------
+        cycle
+            Cycles of impacts, (t / period) mod 1, of any shape.
+        v_after
+            Velocities after them, off a wall or into a soft stop, of the same shape or one that
+            broadcasts with it [length/time]. With 0 at a wall that holds the mass, the motion
+            goes on from its release.
+
+        Returns
+        -------
+        tuple of arrays
+            Cycle in [0, 1) and velocity [length/time], of the common shape.
+
+        Raises
+        ------
+        ParameterError
+            If a number is not finite, or a velocity has the other sign.
+        """
+        found = self._each(cycle, v_after, self._next)
+        return found[..., 0], found[..., 1]
+
+    def jacobian(self, cycle: ArrayLike, v_after: ArrayLike) -> Floats:
+        """Return the derivative of (cycle, v_after) at the next impact by that at this one.
+
+        After contact with a wall it is zero: the release does not depend on the past.
+
+        Parameters
+        ----------
+        cycle, v_after
+            As for the map itself.
+
+        Returns
+        -------
+        array
+            Of the common shape and (2, 2); NaN where there is no next impact.
+
+        Raises
+        ------
+        ParameterError
+            As for the map itself.
+        """
+        found = self._each(cycle, v_after, self._derivative)
+        return found.reshape(*found.shape[:-1], 2, 2)
+
+    def _each(self, cycle: ArrayLike, v_after: ArrayLike, what: OfImpact) -> Floats:
+        cycles, speeds = np.broadcast_arrays(
+            np.asarray(cycle, dtype=np.float64), np.asarray(v_after, dtype=np.float64)
+        )
+        _check_finite("cycle", cycles)
+        _check_finite("v_after", speeds)
+        stop = self.oscillator.stops[self.stop]
+        off = -1.0 if stop.side == "above" else 1.0
+        sign = off if isinstance(stop, Wall) else -off
+        wrong = speeds[sign * speeds < 0.0]
+        if wrong.size:
+            way = "into the wall" if isinstance(stop, Wall) else "out of the stop"
+            reason = f"{way}; a velocity after an impact there is {'+' if sign > 0 else '-'}"
+            raise ParameterError("v_after", float(wrong.flat[0]), reason)
+        runs = ShortRuns(self.oscillator, self.forcing)
+        period = float(runs.law[0, PERIOD])
+        found = [what(runs, c * period, v) for c, v in zip(cycles.flat, speeds.flat, strict=True)]
+        return np.array(found, dtype=np.float64).reshape(*cycles.shape, -1)
+
+    def _follow(self, runs: ShortRuns, t: float, v: float) -> tuple[Table, columns.Integers] | None:
+        """Return the record up to the next impact, None if there is none."""
+        at = as_float(self.oscillator.stops[self.stop].at)
+        wanted = _bound(self.oscillator, self.stop)
+        n = 1
+        while n <= MOST_IMPACTS:
+            events, marks = runs.follow(at, v, t, n_impacts=n)
+            kinds = marks[:, columns.KIND]
+            impacts = (kinds == columns.IMPACT) | (kinds == columns.CROSSING)
+            hits = np.flatnonzero(impacts & (marks[:, columns.BOUND] == wanted))
+            hits = hits[self._enters(events[hits], kinds[hits])]
+            if hits.size:
+                return events[: hits[0] + 1], marks[: hits[0] + 1]
+            if impacts.sum() < n:
+                return None
+            n *= 4
+        return None
+
+    def _enters(self, events: Table, kinds: columns.Integers) -> NDArray[np.bool_]:
+        """Tell which events at the stop's bound are impacts on it."""
+        sign = 1.0 if self.oscillator.stops[self.stop].side == "above" else -1.0
+        into = sign * events[:, columns.V_BEFORE] > 0.0
+        return np.asarray((kinds == columns.IMPACT) | into)
+
+    def _next(self, runs: ShortRuns, t: float, v: float) -> tuple[float, float]:
+        record = self._follow(runs, t, v)
+        if record is None:
+            return math.nan, math.nan
+        last = record[0][-1]
+        pace = runs.law[0, PERIOD_TURNS], runs.law[0, PERIOD_TURNS_LOW]
+        part = turns(*pace, last[columns.EVENT_T], last[columns.EVENT_T_LOW])
+        part += 1.0 if part < 0.0 else 0.0
+        return part if part < 1.0 else 0.0, float(last[columns.V_AFTER])
+
+    def _derivative(self, runs: ShortRuns, t: float, v: float) -> Floats:
+        record = self._follow(runs, t, v)
+        if record is None:
+            return NOWHERE.reshape(-1)
+        events, marks = record
+        runs._record = events[:-1], marks[:-1]
+        until = float(events[-1, columns.EVENT_T])
+        matrix = runs.derivative_at(until, after=False)
+        at = as_float(self.oscillator.stops[self.stop].at)
+        first, last = int(marks[0, columns.NEXT_REGION]), int(marks[-2, columns.NEXT_REGION])
+        begin = np.array([[-v, 0.0], [-_acceleration(runs, first, at, v, t, 0.0), 1.0]])
+        before = float(events[-1, columns.V_BEFORE])
+        instant = until, float(events[-1, columns.EVENT_T_LOW])
+        pull = _acceleration(runs, last, at, before, *instant)
+        kept = factor(runs.law, last, int(marks[-1, columns.BOUND]))
+        end = np.array([[-1.0 / before, 0.0], [-kept * pull / before, kept]])
+        period = float(runs.law[0, PERIOD])
+        scale = np.array([[1.0, 1.0 / period], [period, 1.0]])
+        return np.asarray(scale * (end @ matrix @ begin)).reshape(-1)
+
+
+@dataclass(frozen=True, slots=True)
+class StroboscopicMap:
+    """From one instant to that one period later; made by `stroboscopic_map`.
+
+    Attributes
+    ----------
+    oscillator, forcing
+        What moves.
+    cycle
+        Cycle of the instants.
+    """
+
+    oscillator: Oscillator
+    forcing: Forcing
+    cycle: float
+
+    def __call__(self, x: ArrayLike, v: ArrayLike) -> tuple[Floats, Floats]:
+        """Return (x, v) one period later.
+
+        Parameters
+        ----------
+        x, v
+            Positions [length], not inside a wall, and velocities [length/time], of any shapes
+            that broadcast.
+
+        Returns
+        -------
+        tuple of arrays
+            x and v of the common shape.
+
+        Raises
+        ------
+        ParameterError
+            If a number is not finite, or a position inside a wall.
+        """
+        found = self._each(x, v, derivative=False)
+        return found[..., 0], found[..., 1]
+
+    def jacobian(self, x: ArrayLike, v: ArrayLike) -> Floats:
+        """Return the derivative of (x, v) one period later by (x, v).
+
+        Zero after contact with a wall; at a graze that of the motion without an impact.
+
+        Parameters
+        ----------
+        x, v
+            As for the map itself.
+
+        Returns
+        -------
+        array
+            Of the common shape and (2, 2).
+
+        Raises
+        ------
+        ParameterError
+            As for the map itself.
+        """
+        found = self._each(x, v, derivative=True)
+        return found.reshape(*found.shape[:-1], 2, 2)
+
+    def _each(self, x: ArrayLike, v: ArrayLike, *, derivative: bool) -> Floats:
+        places, speeds = np.broadcast_arrays(
+            np.asarray(x, dtype=np.float64), np.asarray(v, dtype=np.float64)
+        )
+        _check_finite("v", speeds)
+        for extreme in (places.min(), places.max()) if places.size else ():
+            raise_first(start_faults(self.oscillator, float(extreme), 0.0, t_end=1.0))
+        runs = ShortRuns(self.oscillator, self.forcing)
+        period = float(runs.law[0, PERIOD])
+        begin = self.cycle * period
+        end = begin + period
+        found = []
+        for place, speed in zip(places.flat, speeds.flat, strict=True):
+            runs.follow(float(place), float(speed), begin, t_end=end)
+            if derivative:
+                found.append(runs.derivative_at(end).reshape(-1))
+            else:
+                found.append(np.array(runs.state_at(float(place), end)))
+        return np.array(found, dtype=np.float64).reshape(*places.shape, -1)
+
+
+def impact_map(osc: Oscillator, force: Forcing, stop: int = 0) -> ImpactMap:
+    """Return the map from one impact on a stop to the next one on it.
+
+    It is (cycle, v_after) -> (cycle, v_after), for walls and for entries into soft stops,
+    whatever the motion meets in between: other stops, chatter, contact. One call follows a
+    motion to the very next impact, so that in a chatter each hop is a step.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    force
+        The forcing, with a period.
+    stop
+        Index of the stop in ``osc.stops``.
+
+    Returns
+    -------
+    ImpactMap
+        A function of (cycle, v_after), arrays allowed, with `jacobian`.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such stop, or the forcing has no period.
+
+    Examples
+    --------
+    The impact of COCO's example (Dankowicz & Schilder 2013, example 15.2) is a fixed point:
+
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
+    >>> cycle, v = impact_map(osc, pc.cosine(1.0))(0.012088, -1.3565863)
+    >>> round(float(cycle), 5), round(float(v), 5)
+    (0.01209, -1.35659)
+    """
+    check_period(osc, force, "an impact map")
+    if not 0 <= stop < len(osc.stops):
+        reason = f"the oscillator has {len(osc.stops)} stops, counted from 0"
+        raise ParameterError("stop", stop, reason)
+    return ImpactMap(osc, force, stop)
+
+
+def stroboscopic_map(osc: Oscillator, force: Forcing, *, cycle: float = 0.0) -> StroboscopicMap:
+    """Return the map over one forcing period.
+
+    It is (x, v) -> (x, v), through impacts, crossings, chatter and contact.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    force
+        The forcing, with a period.
+    cycle
+        Cycle at which the motion is looked at, (t / period) mod 1.
+
+    Returns
+    -------
+    StroboscopicMap
+        A function of (x, v), arrays allowed, with `jacobian`.
+
+    Raises
+    ------
+    ParameterError
+        If the forcing has no period, or the cycle is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import percuss as pc
+    >>> strobe = stroboscopic_map(pc.impact_oscillator(0.8, damping=0.1), pc.sine(3))
+    >>> matrix = strobe.jacobian(0.5, -1.0)
+    >>> round(float(np.linalg.det(matrix) / np.exp(-0.2 * 2 * np.pi / 3) / 0.8**2), 9)
+    1.0
+    """
+    check_period(osc, force, "a stroboscopic map")
+    if not math.isfinite(cycle):
+        raise ParameterError("cycle", cycle, "not a finite number")
+    return StroboscopicMap(osc, force, float(cycle))
+
+
+def check_period(osc: Oscillator, force: Forcing | None, what: str) -> None:
+    """Raise a ParameterError if this is no oscillator, or the forcing has no period."""
+    if not isinstance(osc, Oscillator):
+        raise ParameterError("osc", osc, "not an Oscillator")
+    if force is None or force.period is None:
+        reason = f"{what} needs a periodic forcing; give period= where it has one"
+        raise ParameterError("forcing.period", None, reason)
+
+
+def _check_finite(name: str, values: Floats) -> None:
+    wrong = values[~np.isfinite(values)]
+    if wrong.size:
+        raise ParameterError(name, float(wrong.flat[0]), "not a finite number")
+
+
+def _bound(osc: Oscillator, stop: int) -> int:
+    """Return the number of the bound at which a stop lies."""
+    layout = lines(osc)
+    for i, (wall, edges) in enumerate(zip(layout.wall, layout.edges, strict=True)):
+        if wall == stop or stop in edges:
+            return i
+    raise ParameterError("stop", stop, "not one of the oscillator's stops")
+
+
+def _acceleration(
+    runs: ShortRuns, region: int, x: float, v: float, t: float, t_low: float
+) -> float:
+    phases = np.empty((int(runs.law[0, N_HARMONICS]), 2))
+    set_phases(runs.law, t, t_low, phases)
+    force = constant_force(runs.law, region, x)
+    return float(acceleration_and_jerk(runs.law, region, force, phases, 0.0, v)[0])

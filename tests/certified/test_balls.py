@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from flint import acb, arb, ctx
+
+from percuss.certified import Ball, Balls, ComplexBall
+
+
+def test_midpoint_and_radius_as_floats_hold_the_ball() -> None:
+    with ctx.workprec(300):
+        ball = Ball(arb(2).sqrt())
+        exact = arb(2).sqrt()
+        # The float is off by its rounding, and the radius says so.
+        assert 0 < ball.radius() < 2e-16
+        assert abs(exact - arb(ball.mid())) < ball.radius()
+        assert ball.digits() > 80
+
+
+def test_exact_and_unbounded_balls() -> None:
+    assert Ball(arb(3)).radius() < 1e-300
+    assert Ball(arb(3)).digits() == math.inf
+    assert Ball(arb(0, 1)).digits() == -math.inf
+    assert Ball(arb.pos_inf()).radius() == math.inf
+    assert math.isnan(Ball(arb.nan()).radius())
+    assert float(Ball(arb(0.5))) == 0.5
+
+
+def test_columns_and_their_shapes() -> None:
+    column = Balls.of([arb(1), arb(2, 0.5), arb(3), arb(4)], (2, 2))
+
+    assert column.mid().tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert column.radius().shape == column.digits().shape == (2, 2)
+    np.testing.assert_allclose(column.radius()[0, 1], 0.5, rtol=1e-8)
+    assert [ball.contains(k) for k, ball in enumerate(column, 1)] == [True] * 4
+    assert repr(column).startswith("<Balls: 4, 0.602 digits")
+    assert repr(Balls(())) == "<Balls: 0>"
+
+
+def test_containment_is_of_exact_numbers() -> None:
+    with ctx.workprec(128):
+        third = Ball(arb(1) / 3)
+        assert third.contains("1/3")
+        assert not third.contains(1 / 3)
+        assert Ball(arb.pi() * 20).contains("20*pi")
+        assert third.overlaps(Ball(arb(1) / 3))
+        assert not third.overlaps(Ball(arb(1)))
+
+
+def test_complex_balls() -> None:
+    ball = ComplexBall(acb(1, -2))
+
+    assert ball.mid() == 1 - 2j
+    assert ball.radius() < 1e-300
+    assert ball.imag.contains(-2)
+    assert repr(ball).startswith("<ComplexBall")

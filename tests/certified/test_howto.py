@@ -1,0 +1,53 @@
+"""What the how-to shows runs, and the example and the benchmark say what they should."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+from benchmarks.certified import growth_in_bits
+
+import percuss as pc
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_the_code_of_the_howto_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (ROOT / "docs" / "certified-howto.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+
+    for block in blocks:
+        exec(compile(block, "certified-howto.md", "exec"), {})  # noqa: S102  our own text
+
+    assert len(blocks) == 6
+    shown = capsys.readouterr().out
+    assert "429.795037514336" in shown
+    assert "True True True asymptotic" in shown
+    assert "certified: the first two flights" in shown
+
+
+def test_the_example_tells_where_doubles_lose_the_motion(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["certified.py", "--impacts", "160"])
+
+    runpy.run_path(str(ROOT / "examples" / "certified.py"), run_name="__main__")
+
+    assert "Doubles have lost the motion from impact 1" in capsys.readouterr().out
+
+
+def test_the_benchmark_counts_the_bits_that_a_known_exponent_demands() -> None:
+    # The multipliers of a 1/1 orbit are its growth an impact.
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.8"))
+    run = orbit.trajectory(12)
+    proven = pc.certify(
+        pc.simulate(orbit.oscillator, orbit.forcing, 0, orbit.v0, orbit.t0, max_impacts=12)
+    )
+
+    bits = growth_in_bits(proven) / 12
+
+    assert len(run.impacts) == 12
+    assert abs(2**bits / abs(orbit.multipliers[0]) - 1) < 0.2

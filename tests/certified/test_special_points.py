@@ -1,0 +1,143 @@
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from flint import arb, ctx
+
+import percuss as pc
+from percuss.certified.orbits import shooting_of
+from percuss.certified.system import system_of
+
+IMPACTING = pc.impact_oscillator("0.7", wall="1.5", side="above", damping="0.05")
+
+
+def points(
+    orbit: pc.PeriodicOrbit, path: str, low: float, high: float
+) -> dict[str, pc.SpecialPoint]:
+    branch = pc.continue_orbit(orbit, over={path: (low, high)})
+    return {point.kind: point for point in branch.special_points}
+
+
+def impacting(n: int) -> pc.PeriodicOrbit:
+    orbits = pc.find_orbits(IMPACTING, pc.cosine("1.5"), max_impacts=1, max_periods=1)
+    return next(orbit for orbit in orbits if orbit.n_impacts == n)
+
+
+def test_a_period_doubling_is_enclosed() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    point = points(orbit, "forcing.omega", 2.3, 2.8)["period_doubling"]
+
+    proven = pc.certify(point)
+
+    # 20 digits by another way: see tests/reference/cases.json, pd-r0.8-n1.
+    assert proven.exists
+    assert proven.value.arb.overlaps(arb("2.6533477278553229342") + arb(0, 1e-18))
+    assert proven.value.digits() >= 12
+    assert "2.65334772785" in repr(proven)
+
+
+@pytest.mark.parametrize("digits", [8, 12, 20])
+def test_a_fold_is_enclosed(digits: int) -> None:
+    point = points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["fold"]
+
+    proven = pc.certify(point, digits=digits)
+
+    # sigma = G sqrt(1 + (omega k_x / k_d)^2): tests/reference/cases.json, fold-a0.05-r0.7-w1.5.
+    assert proven.value.arb.overlaps(arb("2.1214694431410491882") + arb(0, 1e-18))
+    assert proven.value.digits() >= digits
+
+
+@pytest.mark.parametrize("n_impacts", [0, 1])
+def test_a_graze_is_enclosed_from_both_sides(n_impacts: int) -> None:
+    point = points(impacting(n_impacts), "oscillator.stops.0.at", 0.5, 2.5)["grazing"]
+
+    proven = pc.certify(point)
+
+    # The amplitude of steady motion, 1/|1 - omega^2 + 2 i a omega|.
+    omega, a = arb("1.5"), arb("0.05")
+    apart = 1 - omega * omega
+    amplitude = 1 / (apart * apart + 4 * a * a * omega * omega).sqrt()
+    assert proven.value.arb.overlaps(amplitude)
+    assert proven.value.digits() >= 12
+
+
+def test_a_frequency_as_parameter_moves_the_period_too() -> None:
+    found = points(impacting(1), "forcing.omega", 1.0, 2.5)
+
+    fold = pc.certify(found["fold"])
+
+    assert fold.exists
+    assert abs(fold.value.mid() - found["fold"].value) < 1e-8
+    assert pc.certify(found["grazing"]).exists
+
+
+def test_restitution_as_parameter() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.655"))
+    point = points(orbit, "oscillator.stops.0.restitution", 0.5, 0.95)["period_doubling"]
+
+    proven = pc.certify(point)
+
+    assert proven.exists
+    assert abs(proven.value.mid() - point.value) < 1e-8
+
+
+def test_a_graze_of_a_soft_stop_is_enclosed() -> None:
+    osc = pc.Oscillator(1, "0.05", (pc.SoftStop("0.6", "above", 9),))
+    orbit = next(
+        orbit
+        for orbit in pc.find_orbits(osc, pc.cosine("1.5"), max_impacts=1, max_periods=1)
+        if orbit.n_impacts == 1
+    )
+    found = points(orbit, "oscillator.stops.0.at", 0.3, 2.5)
+
+    proven = pc.certify(found["grazing"])
+
+    assert proven.exists, proven
+    assert abs(proven.value.mid() - 0.79430147078953763759) < 1e-12
+
+
+def test_a_point_of_another_kind_is_left_unproven() -> None:
+    point = points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["fold"]
+    other = dataclasses.replace(point, kind="branch_point")
+
+    proven = pc.certify(other)
+
+    assert not proven.exists
+    assert "no proof is known" in proven.reason
+
+
+def test_a_point_that_is_none_is_not_proven() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    point = points(orbit, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    other = dataclasses.replace(point, kind="strong_resonance", detail="third")
+
+    assert not pc.certify(other, most_bits=300).exists
+
+
+def test_a_fold_of_an_orbit_with_several_events_is_enclosed() -> None:
+    osc = pc.backlash_oscillator(gap=1, stiffness="26.7", damping="0.1")
+    orbits = pc.find_orbits(osc, pc.cosine("1.2", amplitude="1.2"), max_impacts=2, max_periods=2)
+    unstable = next(o for o in orbits if o.n_impacts == 2 and o.stability == "unstable")
+    point = points(unstable, "forcing.amplitude", 0.3, 2.5)["fold"]
+    assert len(point.orbit._chain) == 4
+
+    proven = pc.certify(point)
+
+    assert proven.exists, proven
+    assert abs(proven.value.mid() - point.value) < 1e-9
+    assert proven.value.digits() >= 12
+
+
+def test_the_image_of_a_ball_of_states_holds_the_images_of_its_ends() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    with ctx.workprec(100):
+        equations, states = shooting_of(system_of(orbit.oscillator, orbit.forcing), orbit)
+        (t, v), size = states[0], arb(10) ** -10
+
+        ((image_t, image_v), _) = equations.images([(t, v + arb(0, 1e-10))], 100)[0]
+
+        for end in (v - size, v + size):
+            ((there_t, there_v), _) = equations.images([(t, end)], 100)[0]
+            assert image_t.overlaps(there_t)
+            assert image_v.overlaps(there_v)

@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.certified.statements import critical_velocity, keeps_eigenset
+from percuss.errors import ParameterError
+
+WALL = pc.impact_oscillator()
+
+
+@pytest.mark.parametrize(
+    ("n", "v0", "holds"),
+    [
+        (3, "0.51", True),
+        (3, "0.49", False),
+        (3, "0.5000000000000001", True),
+        (3, "0.4999999999999999", False),
+        # Exactly critical: the second flight touches the wall half way.
+        (3, "0.5", None),
+        (5, "0.3", True),
+        (5, "0.2", False),
+        # Even harmonics grow from rest (Dyskin et al. 2012, eq. 18).
+        (2, 0, True),
+        (4, 0, True),
+    ],
+)
+def test_impacts_keep_to_the_eigenset_for_ever_or_provably_not(
+    n: int, v0: str, holds: bool | None
+) -> None:
+    verdict = keeps_eigenset(WALL, pc.sine(n), v0)
+
+    assert verdict.holds is holds
+    assert math.isinf(verdict.n_impacts)
+    assert str(verdict).startswith({True: "certified:", False: "certified to", None: "open"}[holds])
+
+
+def test_a_verdict_agrees_with_runs() -> None:
+    for v0 in np.linspace(0.02, 0.7, 23):
+        verdict = keeps_eigenset(WALL, pc.sine(3), float(v0))
+        run = pc.simulate(WALL, pc.sine(3), v0=float(v0), max_impacts=12)
+        on = np.allclose(run.impacts.t, np.arange(1, 13) * math.pi, atol=1e-9)
+        assert verdict.holds is on
+
+
+def test_a_velocity_that_falls_keeps_to_it_for_a_while() -> None:
+    force = pc.sine(2, amplitude=-1)  # V falls by 4/3 an impact
+    run = pc.simulate(WALL, force, v0=10, max_impacts=12)
+    on = np.isclose(run.impacts.t, np.arange(1, 13) * math.pi, atol=1e-9)
+    last = int(np.argmin(on))
+
+    assert 3 < last < 12
+    assert keeps_eigenset(WALL, force, 10, n_impacts=last).holds is True
+    assert keeps_eigenset(WALL, force, 10, n_impacts=last + 1).holds is False
+    assert keeps_eigenset(WALL, force, 10).holds is False
+
+
+@pytest.mark.parametrize(
+    ("osc", "force", "why"),
+    [
+        (pc.impact_oscillator("0.9"), pc.sine(3), "elastic"),
+        (pc.impact_oscillator(damping="0.1"), pc.sine(3), "damping"),
+        (pc.impact_oscillator(wall="0.1"), pc.sine(3), "equilibrium"),
+        (WALL, pc.sine("2.7"), "multiple"),
+        (WALL, pc.sine(1), "multiple"),
+        (WALL, pc.cosine(2), "even harmonics"),
+        (pc.backlash_oscillator(gap=1, stiffness=3), pc.sine(3), "one wall"),
+    ],
+)
+def test_what_the_closed_form_does_not_hold_for_is_open(
+    osc: pc.Oscillator, force: pc.Forcing, why: str
+) -> None:
+    verdict = keeps_eigenset(osc, force, 1)
+
+    assert verdict.holds is None
+    assert why in verdict.reason
+
+
+def test_another_place_side_and_spring_are_the_same() -> None:
+    osc = pc.impact_oscillator(wall="0.5", side="above", stiffness=4)
+    force = pc.Forcing((pc.Harmonic(4, 6, "-pi/2"),), constant=2)
+
+    # Scaled: x - 1/2 = -y, tau = 2 t; y'' + y = -sin(3 tau), a start off the wall has v < 0.
+    found = [keeps_eigenset(osc, force, v0).holds for v0 in (-3, "-0.01")]
+
+    assert found == [True, False]
+
+
+def test_critical_velocities_of_the_paper_are_enclosed() -> None:
+    three = critical_velocity(WALL, pc.sine(3), "0.1", 1)
+    five = critical_velocity(WALL, pc.sine(5), "0.1", 1)
+    seven = critical_velocity(WALL, pc.sine(7), "0.1", 1, digits=18)
+
+    assert three.contains(Fraction(1, 2))
+    assert five.contains(Fraction(25, 96))  # 0.26041666...
+    assert abs(seven.mid() - 0.17981521478001872551) < 1e-15
+    assert min(ball.digits() for ball in (three, five)) >= 11.9
+    assert seven.digits() >= 17.9
+
+
+def test_velocities_that_do_not_bracket_it_are_refused() -> None:
+    with pytest.raises(ParameterError, match="low"):
+        critical_velocity(WALL, pc.sine(3), 1, 2)
