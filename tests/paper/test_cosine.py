@@ -13,7 +13,7 @@ from tests.oracle.from_model import problem_of
 import percuss as pc
 from percuss.paper.claims.cosine import STATEMENTS
 from percuss.paper.models.runge_kutta import runge_kutta
-from percuss.paper.statement import Finding, judge
+from percuss.paper.statement import Finding, grade, judge
 
 BY_ID = {statement.id: statement for statement in STATEMENTS}
 
@@ -48,21 +48,33 @@ def test_every_statement_has_its_verdict_tested() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "largest"), [("fig14", (1.5708, 2.4133, 5.7)), ("fig15", (0.9099, 1.7017, 5.5))]
+    ("name", "largest"), [("fig14", (1.5708, 2.4133, 5.4673553)), ("fig15", (0.9099, 1.7017, None))]
 )
-def test_no_model_reaches_the_printed_growth(name: str, largest: tuple[float, ...]) -> None:
+def test_no_model_reaches_the_printed_growth(name: str, largest: tuple[float | None, ...]) -> None:
     checks = finding(name).printed
     assert not any(check.passed for check in checks)
-    # The last is the soft stop, of which rounding has taken hold by then.
-    for check, value, tolerance in zip(checks[3:], largest, (1e-4, 1e-3, 0.3), strict=True):
-        assert abs(check.measured - value) < tolerance
+    # Of the soft stop doubles have lost the displacements by then; the velocities are certain.
+    for check, value, tolerance in zip(checks[3:], largest, (1e-4, 1e-3, 1e-4), strict=True):
+        assert value is None or abs(check.measured - value) < tolerance
+
+
+def test_the_growth_of_the_velocity_is_refuted_for_certain() -> None:
+    pytest.importorskip("flint")
+    checks = finding("fig14").printed
+
+    assert [check.is_certain for check in checks] == [False, True, True] * 2
+    assert grade(finding("fig14")) == "certified"
 
 
 def test_largest_velocities_of_the_exact_bilinear_runs() -> None:
-    for below, largest in ((4e8, 2.9435), (2e4, 6.51)):
+    pytest.importorskip("flint")
+    for below, largest in ((4e8, 2.94345327), (2e4, 6.49391892)):
         osc = pc.bilinear_oscillator(stiffness_above=1, stiffness_below=below)
         run = pc.simulate(osc, pc.cosine(1), v0=0, t_end=900)
-        assert abs(np.abs(run.crossings.v).max() - largest) < 2e-3 * largest
+        speeds = pc.certify(run, digits=8, start=pc.Start(0, 0)).crossings.v
+        assert abs(np.abs(speeds.mid()).max() - largest) < 1e-8
+        if below == 4e8:
+            assert abs(np.abs(run.crossings.v).max() - largest) < 1e-4
 
 
 def cross_times(below: int, t_end: float) -> tuple[np.ndarray, np.ndarray]:
@@ -73,8 +85,9 @@ def cross_times(below: int, t_end: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_shadow_run_with_many_digits_up_to_150() -> None:
-    for below, apart in ((400_000_000, 3e-9), (20_000, 1e-12)):
+    for below, apart in ((400_000_000, 3e-9), (20_000, 2e-11)):
         found, precise = cross_times(below, 150.0)
+        # Up to here differences grow 1e4 times at the soft stop: twenty roundings of 1e-16.
         np.testing.assert_allclose(found, precise, rtol=0, atol=apart)
 
 

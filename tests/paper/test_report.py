@@ -197,8 +197,8 @@ def test_records_hold_the_evidence_and_no_nan() -> None:
     good, mended, unknown = json.loads(text)
 
     assert set(good) == {
-        "id", "reference", "claim", "formula", "method", "evidence", "verdict", "certainty",
-        "remark", "theory",
+        "id", "reference", "claim", "formula", "method", "evidence", "verdict", "grade",
+        "certainty", "remark", "theory",
     }  # fmt: skip
     assert mended["verdict"] == "holds with the correction 2 for V_k^2"
     assert mended["evidence"]["corrected"][0]["passed"] is True

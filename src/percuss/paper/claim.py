@@ -6,11 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from percuss.paper.statement import Check, Finding, Statement, judge
+from percuss.paper.statement import Check, Finding, Grade, Statement, grade, judge
 
 __all__ = ["Claim", "Kind", "examine"]
 
 Kind = Literal["holds", "corrected", "fails", "undecided"]
+
+# In place of what the statement says of floats.
+IN_BALLS = "ball arithmetic, each number with an error that is proven"
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,8 @@ class Claim:
         The evidence.
     verdict
         What `percuss.paper.statement.judge` says of it.
+    grade
+        What the verdict rests on: "certified" in ball arithmetic, "derived", or "numerical".
     """
 
     id: str
@@ -36,6 +41,7 @@ class Claim:
     theory: str
     finding: Finding
     verdict: str
+    grade: Grade
 
     @property
     def kind(self) -> Kind:
@@ -61,6 +67,7 @@ class Claim:
                 "corrected": [_numbers(check) for check in self.finding.corrected],
             },
             "verdict": self.verdict,
+            "grade": self.grade,
             "certainty": self.certainty,
             "remark": self.finding.remark,
             "theory": self.theory,
@@ -73,7 +80,8 @@ def _numbers(check: Check) -> dict[str, object]:
         for name in ("measured", "expected", "difference", "tolerance")
     }
     finite = {name: value if math.isfinite(value) else None for name, value in numbers.items()}
-    return {"what": check.what, **finite, "passed": bool(check.passed)}
+    radius = {} if check.radius is None else {"radius": float(check.radius)}
+    return {"what": check.what, **finite, **radius, "passed": bool(check.passed)}
 
 
 def examine(statement: Statement) -> Claim:
@@ -96,14 +104,16 @@ def examine(statement: Statement) -> Claim:
     'holds'
     """
     finding = statement.find()
+    rests_on = grade(finding, proven=statement.proven)
     return Claim(
         id=statement.id,
         reference=statement.reference,
         claim=statement.claim,
         formula=statement.formula,
         method=statement.method,
-        certainty=statement.certainty,
+        certainty=IN_BALLS if rests_on == "certified" else statement.certainty,
         theory=statement.theory,
         finding=finding,
         verdict=judge(finding),
+        grade=rests_on,
     )

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss import __version__
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles
 from percuss.io.record import Record
 from percuss.io.toml import toml_text
 from percuss.paper.figure import Figure
+from percuss.version import __version__
 
 if TYPE_CHECKING:
     from xarray import Dataset

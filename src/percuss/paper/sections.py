@@ -90,7 +90,13 @@ SECTIONS = (
     Section(
         "resonances",
         "Which frequencies resonate",
-        "Beyond the paper: at which frequencies an elastic, undamped impact oscillator grows at all.",
-        ("claims.resonances", "figures.resonance_figures"),
+        "Beyond the paper: at which frequencies an elastic, undamped impact oscillator grows at all, "
+        "and which peaks are left of that when impacts and damping take energy.",
+        (
+            "claims.resonances",
+            "figures.resonance_figures",
+            "claims.resonance_losses",
+            "figures.loss_figures",
+        ),
     ),
 )

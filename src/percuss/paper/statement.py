@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
-__all__ = ["Check", "Finding", "Statement", "judge"]
+__all__ = ["Check", "Finding", "Grade", "Statement", "grade", "judge"]
+
+Grade = Literal["certified", "derived", "numerical"]
 
 
 @dataclass(frozen=True)
@@ -22,10 +25,15 @@ class Check:
     tolerance
         Largest absolute difference that counts as agreement, from the digits printed or from the
         rounding of the computation.
+    radius
+        How far the measured number can be from the true one, proven in ball arithmetic; 0 for a
+        condition that is proven to hold, or not to. None: a float, its error is not bounded.
 
     Examples
     --------
     >>> Check("V*(5)", measured=1.50002, expected=1.5, tolerance=0.0005).passed
+    True
+    >>> Check("pi", measured=3.14, expected=3.0, tolerance=0.1, radius=0.01).is_certain
     True
     """
 
@@ -33,6 +41,7 @@ class Check:
     measured: float
     expected: float
     tolerance: float = 0.0
+    radius: float | None = None
 
     @property
     def difference(self) -> float:
@@ -41,8 +50,15 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether both agree; a NaN never does."""
-        return abs(self.difference) <= self.tolerance
+        """Whether both agree, for all that the radius leaves open; a NaN never does."""
+        return abs(self.difference) + (self.radius or 0.0) <= self.tolerance
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether it is proven that they agree, or that they do not."""
+        if self.radius is None:
+            return False
+        return self.passed or abs(self.difference) - self.radius > self.tolerance
 
 
 @dataclass(frozen=True)
@@ -92,6 +108,8 @@ class Statement:
         Computes the evidence.
     theory
         File of docs/theory with the derivation; empty where there is none.
+    proven
+        Whether the derivation proves the verdict for all cases, not only for those computed.
     """
 
     id: str
@@ -102,6 +120,7 @@ class Statement:
     find: Callable[[], Finding]
     formula: str = ""
     theory: str = ""
+    proven: bool = False
 
 
 def judge(finding: Finding) -> str:
@@ -136,6 +155,48 @@ def judge(finding: Finding) -> str:
     if finding.corrected and _all_pass(finding.corrected):
         return f"holds with the correction {finding.correction}"
     return "fails"
+
+
+def grade(finding: Finding, *, proven: bool = False) -> Grade:
+    """Return what the verdict rests on.
+
+    Parameters
+    ----------
+    finding
+        The evidence.
+    proven
+        Of the statement.
+
+    Returns
+    -------
+    str
+        "derived" if it is proven; "certified" where every comparison that the verdict needs is
+        certain in ball arithmetic; "numerical" otherwise. Of a form that fails one certain
+        disagreement is enough.
+
+    Examples
+    --------
+    >>> certain = Check("pi", 3.1415926, 3.0, tolerance=0.1, radius=1e-6)
+    >>> grade(Finding((certain, Check("sum", 2.0, 2.0))))
+    'certified'
+    >>> grade(Finding((Check("sum", 2.0, 2.0),)))
+    'numerical'
+    """
+    if judge(finding).startswith("undecided"):
+        return "numerical"
+    if proven:
+        return "derived"
+    if _all_pass(finding.printed):
+        needed = _all_certain(finding.printed)
+    else:
+        needed = any(check.is_certain and not check.passed for check in finding.printed)
+        if finding.corrected and _all_pass(finding.corrected):
+            needed = needed and _all_certain(finding.corrected)
+    return "certified" if needed else "numerical"
+
+
+def _all_certain(checks: Sequence[Check]) -> bool:
+    return all(check.is_certain for check in checks)
 
 
 def _all_pass(checks: Sequence[Check]) -> bool:

@@ -32,6 +32,8 @@ __all__ = ["find_orbit", "find_orbits"]
 _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
 # Motions that are followed for long where nothing physical is found otherwise.
 ATTRACTED = 40
+# An impact as slow as rounding, as a part of the fastest one.
+NO_SPEED = 1e-12
 
 
 def find_orbit(
@@ -164,7 +166,8 @@ def find_orbits(
     _check(osc, force, max_impacts if osc.stops else 0, max_periods, None)
     found: list[PeriodicOrbit] = []
     for orbit in _all(osc, force, max_impacts, max_periods, seed):
-        if (orbit.admissible or formal) and not any(are_same(orbit, other) for other in found):
+        wanted = (orbit.admissible or formal) and not _only_touches(orbit)
+        if wanted and not any(are_same(orbit, other) for other in found):
             found.append(orbit)
     return sorted(found, key=lambda orbit: (orbit.n_periods, orbit.n_impacts, *_order(orbit)))
 
@@ -208,6 +211,13 @@ def _has_period(force: Forcing | None) -> bool:
 def _described(n_impacts: float, n_periods: int) -> str:
     count = "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
     return count + (f" in {counted(n_periods, 'forcing period')}" if n_periods else "")
+
+
+def _only_touches(orbit: PeriodicOrbit) -> bool:
+    """Tell whether one of several impacts has no velocity: the orbit without it is the same."""
+    if not 2 <= orbit.n_impacts < math.inf:
+        return False
+    return orbit.min_impact_speed <= NO_SPEED * float(np.abs(orbit.impacts.v_before).max())
 
 
 def _order(orbit: PeriodicOrbit) -> tuple[bool, int, float]:

@@ -166,6 +166,7 @@ STATEMENTS: tuple[Statement, ...] = (
         method="proof; bound of V under 80 random forces with several harmonics; simulation of "
         "a resonance on a subset",
         certainty="proof",
+        proven=True,
         find=_property_2,
     ),
     _of(
@@ -175,6 +176,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "are those of even n.",
         method="proof; all frequencies p/q from 1 to 9 with q up to 6, 24 phases each",
         certainty="proof",
+        proven=True,
         find=_single_harmonics,
     ),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.statement import Check, Finding
+
+if TYPE_CHECKING:
+    from percuss.certified import Ball
 
 __all__ = [
     "ROUNDING",
@@ -103,11 +107,28 @@ def last_unchanged(unchanged: Callable[[float], bool], low: float, high: float) 
 
 
 def printed_table(
-    name: str, printed: Mapping[int, str], computed: Callable[[int], float]
+    name: str,
+    printed: Mapping[int, str],
+    computed: Callable[[int], float],
+    proven: Callable[[int], Ball | None] = lambda n: None,  # noqa: ARG005
 ) -> Finding:
-    """Return a table of the paper beside what was computed, allowed half its last digit."""
+    """Return a table of the paper beside what was computed, allowed half its last digit.
+
+    Parameters
+    ----------
+    name
+        Of the quantity.
+    printed
+        The entries, as text.
+    computed
+        Gives an entry as a float.
+    proven
+        Gives it as a ball, or None.
+    """
     checks = []
     for n, text in printed.items():
-        value, digits = computed(n), len(text.split(".")[1])
-        checks.append(near(f"{name}({n}) = {value:.12f}", value, float(text), 0.5 * 10.0**-digits))
+        ball, digits = proven(n), len(text.split(".")[1])
+        value, radius = (computed(n), None) if ball is None else (ball.mid(), ball.radius())
+        what = f"{name}({n}) = {value:.12f}"
+        checks.append(Check(what, value, float(text), 0.5 * 10.0**-digits, radius))
     return Finding(tuple(checks), remark="Tolerance: half a unit of the last printed digit.")

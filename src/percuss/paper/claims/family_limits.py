@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from percuss.motion.eigenset_forms import (
 )
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
+from percuss.paper.claims.certain import impacts_at
 from percuss.paper.claims.evidence import (
     WALL,
     condition,
@@ -24,7 +26,10 @@ from percuss.paper.claims.evidence import (
     near,
     printed_table,
 )
-from percuss.paper.statement import Finding, Statement
+from percuss.paper.statement import Check, Finding, Statement
+
+if TYPE_CHECKING:
+    from percuss.certified import Ball
 
 __all__ = ["STATEMENTS"]
 
@@ -34,6 +39,8 @@ ODD = (3, *TABLE_1)
 EVEN = (2, 4, 6, 8, 10)
 # An impact slower than this may pass for a touch: its depth is below the rounding of x.
 SLOWEST_IMPACT = 2e-6
+# How far from V* two starts are that leave no doubt: the force's constant is a double.
+NEARBY = 1e-9
 
 
 def _kick(m: int) -> float:
@@ -152,7 +159,28 @@ def _through_contact() -> Finding:
 
 
 def _table() -> Finding:
-    return printed_table("V*", TABLE_1, subset_critical_velocity)
+    return printed_table("V*", TABLE_1, subset_critical_velocity, proven=_proven_limit)
+
+
+def _proven_limit(m: int) -> Ball | None:
+    """Return a ball around V*(m), m odd: below it a period is on Y_m, above it is not.
+
+    For odd m one period decides, since the velocity comes back: (14).
+    """
+    value = subset_critical_velocity(m)
+    below, above = (_on_subset(m, value + side * NEARBY) for side in (-1.0, 1.0))
+    if not (below.is_certain and below.passed and above.is_certain and not above.passed):
+        return None
+    from flint import arb
+
+    from percuss.certified import Ball
+
+    return Ball(arb(value, NEARBY))
+
+
+def _on_subset(m: int, v0: float) -> Check:
+    run = simulate(WALL, subset_forcing(m), v0=v0, max_impacts=2)
+    return impacts_at(f"V0 = {v0}", run, math.pi * np.array([m, m + 1.0]))
 
 
 def _both_sides() -> Finding:
@@ -203,6 +231,7 @@ STATEMENTS: tuple[Statement, ...] = (
         "times of Y_m.",
         method="simulation for m = 2 to 15",
         certainty="proof",
+        proven=True,
         find=_valid,
     ),
     _of(
@@ -212,6 +241,7 @@ STATEMENTS: tuple[Statement, ...] = (
         formula=r"|u'(t)| \geq |w'(t)|",
         method="slopes where the flights begin, for motions that stay on Y_m and that do not",
         certainty="proof",
+        proven=True,
         find=_slopes,
     ),
     _of(
@@ -221,6 +251,7 @@ STATEMENTS: tuple[Statement, ...] = (
         formula=r"V^*(m) = \frac{4}{m+1}\sin\frac{\pi}{m+1}",
         method="the limit found by simulation alone, without the formula",
         certainty="proof",
+        proven=True,
         find=_even,
     ),
     _of(
@@ -230,6 +261,7 @@ STATEMENTS: tuple[Statement, ...] = (
         formula=r"V^*(3) = 1 + 3\sqrt{2}/4",
         method="root of the contact condition, and the limit found by simulation",
         certainty="closed form, 12 digits",
+        proven=True,
         find=_third,
     ),
     _of(
@@ -239,6 +271,7 @@ STATEMENTS: tuple[Statement, ...] = (
         formula=r"D\sin t_* = \cos\frac{2t_*+\pi}{m+1} - \cos\frac{\pi}{m+1}",
         method="root of the contact condition, and where simulation adds an impact",
         certainty="closed form, 12 digits",
+        proven=True,
         find=_system,
     ),
     _of(
@@ -248,6 +281,7 @@ STATEMENTS: tuple[Statement, ...] = (
         formula=r"V^* = \frac{2}{m+1}[\sin\frac{\pi}{m+1} - \sin\frac{2t_*+\pi}{m+1}/\cos t_*]",
         method="the formula, and the limit found by simulation",
         certainty="closed form, 12 digits",
+        proven=True,
         find=_through_contact,
     ),
     _of(

@@ -109,6 +109,7 @@ STATEMENTS = (
         r"|x_\rho - x| \leq \rho\,(e^{\lambda t} - 1),\ "
         r"\lambda = (k_- - k_+)/\sqrt{8\,(k_- + k_+)}",
         "smoothed-law.md",
+        proven=True,
     ),
     Statement(
         "smoothed-grazing",

@@ -11,7 +11,7 @@ from percuss.paper.report.formulas import formula_svg
 from percuss.paper.report.prose import prose
 from percuss.paper.statement import Check, Finding
 
-__all__ = ["badge", "checks_table", "claim_article", "mark", "number"]
+__all__ = ["badge", "checks_table", "claim_article", "grade_mark", "mark", "number"]
 
 BADGES = {
     "holds": "holds",
@@ -28,6 +28,11 @@ ROWS = 10
 def badge(claim: Claim) -> str:
     """Return the verdict in a word or two, coloured."""
     return f'<span class="badge {claim.kind}">{BADGES[claim.kind]}</span>'
+
+
+def grade_mark(claim: Claim) -> str:
+    """Return what the verdict rests on, in a word."""
+    return f'<span class="grade {claim.grade}">{claim.grade}</span>'
 
 
 def number(value: float, digits: int = 12) -> str:
@@ -53,10 +58,12 @@ def claim_article(claim: Claim) -> str:
     if claim.formula:
         formula = f'<div class="formula-box">{formula_svg(claim.formula)}</div>'
     remark = f"<p>{prose(finding.remark)}</p>" if finding.remark else ""
-    theory = f" Derivation: <code>{escape(claim.theory)}</code>." if claim.theory else ""
+    word = "Proof" if claim.grade == "derived" else "Derivation"
+    marks = f'<span class="marks">{badge(claim)}{grade_mark(claim)}</span>'
+    theory = f" {word}: <code>{escape(claim.theory)}</code>." if claim.theory else ""
     return (
         f'<article id="{escape(claim.id)}"><header><h3><span class="reference">'
-        f"{escape(claim.reference)}</span> {prose(claim.claim)}</h3>{badge(claim)}</header>"
+        f"{escape(claim.reference)}</span> {prose(claim.claim)}</h3>{marks}</header>"
         f"{formula}{_verdict(claim)}{remark}"
         f"{checks_table(finding)}"
         f'<p class="small facts">{escape(_sentence(claim.method))} Certainty: '
@@ -126,5 +133,9 @@ def _row(check: Check) -> str:
         number(check.difference, 2),
         number(check.tolerance, 2),
     )
+    certain = '<span class="certain" title="proven in ball arithmetic">certified</span>'
+    note = f" {certain}" if check.is_certain else ""
     numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
-    return f'<tr><td>{prose(check.what)}</td>{numbers}<td class="mark">{mark(check)}</td></tr>'
+    return (
+        f'<tr><td>{prose(check.what)}{note}</td>{numbers}<td class="mark">{mark(check)}</td></tr>'
+    )

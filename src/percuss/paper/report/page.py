@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 
 from percuss.paper.claim import Claim, Kind
 from percuss.paper.figure_files import Drawn, versions
-from percuss.paper.report.claims import badge, claim_article
+from percuss.paper.report.claims import badge, claim_article, grade_mark
 from percuss.paper.report.prose import prose
 from percuss.paper.report.tables import printed_tables, table_anchors
 from percuss.paper.sections import SECTIONS, Section
+from percuss.paper.statement import Grade
 
 if TYPE_CHECKING:
     from percuss.paper.run import PaperResult
@@ -33,6 +34,8 @@ COUNTS: dict[Kind, str] = {
     "fails": "fail",
     "undecided": "are undecided",
 }
+
+GRADES: tuple[Grade, ...] = ("derived", "certified", "numerical")
 
 
 def page(result: PaperResult) -> str:
@@ -98,7 +101,12 @@ def _counts(claims: list[Claim]) -> str:
         f'<div><b class="{kind}">{number[kind]}</b><span>{words}</span></div>'
         for kind, words in COUNTS.items()
     )
-    return f'<p>Of {len(claims)} statements</p><div class="counts">{cells}</div>'
+    grades = Counter(claim.grade for claim in claims)
+    words = ", ".join(f"{grades[name]} {name}" for name in GRADES if grades[name])
+    return (
+        f'<p>Of {len(claims)} statements</p><div class="counts">{cells}</div>'
+        f'<p class="small">The verdicts are {words}.</p>'
+    )
 
 
 def _contents(sections: list[Section], result: PaperResult) -> str:
@@ -114,7 +122,7 @@ def _summary(result: PaperResult) -> str:
         return ""
     rows = "".join(
         f'<tr><td><a href="#{escape(claim.id)}">{escape(claim.reference)}</a></td>'
-        f"<td>{prose(claim.claim)}</td><td>{badge(claim)}</td></tr>"
+        f"<td>{prose(claim.claim)}</td><td>{badge(claim)} {grade_mark(claim)}</td></tr>"
         for claim in claims
     )
     return (

@@ -1,0 +1,170 @@
+"""Comparisons that are certain where python-flint is there, and numerical where it is not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import MissingExtraError
+from percuss.model.exact import Exact, Phase
+from percuss.model.forcing import Forcing
+from percuss.model.start import Start
+from percuss.motion.trajectory import Trajectory
+from percuss.paper.claims.evidence import ROUNDING, WALL, condition, furthest, near
+from percuss.paper.statement import Check
+
+if TYPE_CHECKING:
+    from percuss.certified import Ball, CertifiedRun
+
+__all__ = [
+    "certain_run",
+    "eigenset_kept",
+    "has_balls",
+    "impacts_at",
+    "in_ball",
+    "limit_velocity",
+]
+
+Floats = NDArray[np.float64]
+
+
+def has_balls() -> bool:
+    """Return whether the extra for ball arithmetic is installed."""
+    try:
+        import percuss.certified  # noqa: F401
+    except MissingExtraError:
+        return False
+    return True
+
+
+def in_ball(what: str, ball: Ball, expected: float = 0.0, tolerance: float = ROUNDING) -> Check:
+    """Return the check of a number that is enclosed by a ball.
+
+    Examples
+    --------
+    >>> from percuss.certified import Ball
+    >>> from flint import arb
+    >>> in_ball("a third", Ball(arb(1) / 3), 0.33, 0.01).is_certain
+    True
+    """
+    return Check(what, ball.mid(), float(expected), tolerance, ball.radius())
+
+
+def eigenset_kept(
+    what: str,
+    force: Forcing | None,
+    v0: Exact,
+    numerical: Callable[[], bool],
+    *,
+    kept: bool = True,
+    t0: Phase = 0,
+) -> Check:
+    """Return the check that all impacts of a start are those of the eigenset, or that they leave it.
+
+    Parameters
+    ----------
+    what
+        What is compared.
+    force, v0, t0
+        The force on the elastic impact oscillator, and the start on its wall.
+    numerical
+        Says whether the first impacts do as expected, where no proof is to be had.
+    kept
+        Whether they are expected to keep to it.
+
+    Returns
+    -------
+    Check
+        Certain, for all impacts, if the ball arithmetic decides; else a condition.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> eigenset_kept("n = 3", pc.sine(3), "0.51", lambda: True).is_certain
+    True
+    """
+    if has_balls():
+        from percuss.certified import keeps_eigenset
+
+        holds = keeps_eigenset(WALL, force, v0, t0).holds
+        if holds is not None:
+            return Check(what, float(holds is kept), 1.0, 0.0, 0.0)
+    return condition(what, numerical())
+
+
+@cache
+def limit_velocity(force: Forcing, low: Exact, high: Exact) -> Ball | None:
+    """Return the velocity above which all impacts keep to the eigenset, None without the extra."""
+    if not has_balls():
+        return None
+    from percuss.certified import critical_velocity
+
+    return critical_velocity(WALL, force, low, high)
+
+
+def certain_run(run: Trajectory, start: Start | None = None) -> CertifiedRun | None:
+    """Return a run that is proven up to its end, or None.
+
+    Parameters
+    ----------
+    run
+        The run.
+    start
+        Its exact start; default: the floats that it holds.
+    """
+    if not has_balls():
+        return None
+    from percuss.certified import certify
+
+    proven = certify(run, start=start)
+    return proven if proven.complete and len(proven.impacts) == len(run.impacts) else None
+
+
+def impacts_at(
+    what: str,
+    run: Trajectory,
+    expected: Floats,
+    tolerance: float = ROUNDING,
+    start: Start | None = None,
+) -> Check:
+    """Return the check that the impacts of a run are at the first of the expected times.
+
+    Parameters
+    ----------
+    what
+        What is compared: the largest distance.
+    run
+        The run.
+    expected
+        (n,) array, true to rounding, at least as many as there are impacts [time].
+    tolerance
+        Largest distance that counts as agreement [time].
+    start
+        As for `certain_run`.
+
+    Returns
+    -------
+    Check
+        Certain where the run can be proven.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> run = pc.simulate(WALL, pc.sine(2), v0=1, max_impacts=3)
+    >>> impacts_at("times", run, np.pi * np.arange(1, 4)).passed
+    True
+    """
+    proven = certain_run(run, start)
+    if proven is None or not 0 < len(run.impacts) <= len(expected):
+        return near(what, furthest(run, expected), tolerance=tolerance)
+    first = expected[: len(run.impacts)]
+    times = proven.impacts.t
+    # What the radii, and the rounding of what is expected, leave open.
+    open_part = float(times.radius().max() + 2.0 * np.spacing(np.abs(first)).max())
+    apart = float(np.abs(times.mid() - first).max())
+    return Check(what, apart, 0.0, tolerance, math.nextafter(open_part, math.inf))

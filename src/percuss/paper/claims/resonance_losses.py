@@ -1,0 +1,328 @@
+"""Beyond the paper: the resonances with losses, restitution below 1 and damping above 0."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import cache, partial
+
+import numpy as np
+
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.model.forcing import cosine
+from percuss.orbits.finding.find import find_orbit
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.paper.claims.certain import has_balls, in_ball
+from percuss.paper.claims.evidence import condition, near
+from percuss.paper.models.resonance_losses import (
+    cycle_work,
+    gain,
+    half_peak,
+    largest_speeds,
+    lossy,
+    lost_share,
+    peak_and_width,
+    peak_orbit,
+    response,
+    saddle_speed,
+    single_impact_speed,
+    stiff,
+    stiff_resonance,
+)
+from percuss.paper.statement import Check, Finding, Statement
+
+__all__ = ["STATEMENTS"]
+
+BEYOND = "beyond the paper"
+THEORY = "resonances.md"
+
+# Restitution and damping, as text: exact.
+LOSSES = (("0.95", "0"), ("0.8", "0.05"), ("1", "0.05"))
+EVEN = (2, 4, 6)
+# One frequency 2p/q of each order above 2, and another of orders 3 and 4.
+SADDLES = ("2/3", "4/3", "1/2", "3/2", "4/5")
+SMALL = 1e-4
+# Frequencies over a peak, five of its widths at 1/sqrt 2.
+ACROSS = np.linspace(-2.5, 2.5, 41)
+# Restitution of a metal on metal; which peaks it leaves.
+REAL = 0.8
+PROMINENT = 1.5
+
+
+@cache
+def _orbit(n: int, omega: str, losses: tuple[str, str]) -> PeriodicOrbit:
+    """Return the orbit with one impact in n/2 periods of the force."""
+    restitution, damping = losses
+    speed = float(single_impact_speed(float(omega), n // 2, float(restitution), float(damping)))
+    osc, force = lossy(restitution, damping), cosine(omega)
+    for cycle in np.arange(12) / 12.0:
+        try:
+            guess = cycle, float(restitution) * speed
+            orbit = find_orbit(osc, force, 1, n // 2, guess=guess)
+        except ConvergenceError:
+            continue
+        # The same equations have a second solution, on the wrong side of the wall.
+        if orbit.admissible:
+            return orbit
+    raise ParameterError("omega", omega, "no orbit with one impact is found")
+
+
+def _curve() -> Finding:
+    """Hold orbits on either side of each peak against the closed form of their speed."""
+    checks = []
+    for losses in LOSSES:
+        for n in EVEN:
+            for omega in (f"{n - 0.05:.2f}", str(n), f"{n + 0.05:.2f}"):
+                checks += _held(n, omega, losses)
+    return Finding(tuple(checks))
+
+
+def _held(n: int, omega: str, losses: tuple[str, str]) -> list[Check]:
+    restitution, damping = losses
+    expected = float(single_impact_speed(float(omega), n // 2, float(restitution), float(damping)))
+    orbit = _orbit(n, omega, losses)
+    what = f"r = {restitution}, a = {damping}, omega = {omega}: velocity at the impact, by the form"
+    stable = f"r = {restitution}, a = {damping}, omega = {omega}: attracts"
+    if has_balls():
+        from percuss.certified import certify
+
+        proven = certify(orbit)
+        if proven.exists and proven.admissible and proven.stability != "undecided":
+            attracts = proven.stability == "asymptotic"
+            return [
+                in_ball(what, proven.impacts.v_before[0], -expected),
+                Check(stable, float(attracts), 1.0, radius=0.0),
+            ]
+    attracts = orbit.is_stable and orbit.admissible
+    return [
+        near(what, float(orbit.impacts.v_before[0]), -expected),
+        condition(stable, attracts),
+    ]
+
+
+def _peaks() -> Finding:
+    """Measure peaks of motions at two losses, and remove what falls with the loss."""
+    checks = []
+    for n in EVEN:
+        for name, by_wall in (("r < 1", True), ("a > 0", False)):
+            heights, widths = zip(
+                *(_measured_peak(n, lost, by_wall) for lost in (0.05, 0.025)), strict=True
+            )
+            for what, (first, second) in (("height", heights), ("width", widths)):
+                limit = 2.0 * second - first
+                checks.append(near(f"n = {n}, {name}: {what} by the form", limit, 1.0, 5e-3))
+    return Finding(
+        tuple(checks),
+        remark="Measured at lambda = 0.05 and 0.025; the difference, of order lambda, is removed.",
+    )
+
+
+def _measured_peak(n: int, lost: float, by_wall: bool) -> tuple[float, float]:
+    """Return height and width of a peak over those of the form, from motions."""
+    restitution, damping = (1.0 - lost, 0.0) if by_wall else (1.0, _damping(lost))
+    width = 2.0 * lost / math.pi
+    omegas = n * math.sqrt(1.0 - damping**2) + 0.5 * width * ACROSS
+    expected = gain(n) / lost_share(restitution, damping)
+    transient = int(14 / lost) * n // 2
+    speeds = largest_speeds(lossy(restitution, damping), omegas, expected, transient)
+    height, measured = peak_and_width(omegas, speeds)
+    return height / expected, measured / width
+
+
+def _damping(lost: float) -> float:
+    """Return the damping that takes this share of the speed in a flight."""
+    ratio = -math.log(1.0 - lost) / math.pi
+    return ratio / math.sqrt(1.0 + ratio**2)
+
+
+def _half() -> Finding:
+    """Follow the orbit of the half-harmonic at two losses."""
+    large, small = 0.05, 0.0125
+    one, other = half_peak(large), half_peak(small)
+    above = [
+        peak.height - saddle_speed(Fraction(1), lost)
+        for peak, lost in ((one, large), (other, small))
+    ]
+    fast = [(one.multipliers[1] - 1.0) / large, (other.multipliers[1] - 1.0) / small]
+    ratio = (1.0 - one.multipliers[0]) / (1.0 - other.multipliers[0])
+    order = math.log(ratio) / math.log(large / small)
+    ends = [half_peak(lost).end / lost**2 for lost in (0.025, 0.0125)]
+    return Finding(
+        (
+            # What is left falls as the root of the loss: it halves, and is removed.
+            near(
+                "height less sqrt(pi/(4 lambda))",
+                2.0 * above[1] - above[0],
+                0.25 * math.pi / math.sqrt(2.0),
+                0.02,
+            ),
+            near("end of the stable orbits over lambda^2", 2.0 * ends[1] - ends[0], 0.125, 1e-3),
+            near("multiplier of the speed", (4.0 * fast[1] - fast[0]) / 3.0, -4.0, 0.02),
+            near("multiplier of the phase: its order in lambda", order, 2.0, 0.05),
+            condition("and it is below 1", other.multipliers[0] < 1.0),
+        ),
+        remark=(
+            f"Its width at 1/sqrt 2 is {one.width / large**2:.2f} lambda^2 at lambda = {large:g} "
+            f"and {other.width / small**2:.2f} lambda^2 at {small:g}: {other.width:.1e}. A motion "
+            f"needs some {1.0 / (1.0 - other.multipliers[0]):.0f} periods to find its phase at the latter. The height's leading part and "
+            "the multiplier of the speed are derived, the others found from the numbers."
+        ),
+    )
+
+
+def _saddles() -> Finding:
+    """Find the orbits on which gain and loss balance for orders above 2."""
+    checks = []
+    for text in SADDLES:
+        omega = Fraction(text)
+        q = omega.denominator if omega.numerator % 2 == 0 else 2 * omega.denominator
+        lost = (SMALL, SMALL / 2**q)
+        slow, fast = (peak_orbit(omega, 1.0 - share) for share in lost)
+        speeds = [float(np.abs(orbit.impacts.v_before).max()) for orbit in (slow, fast)]
+        # The speed doubles, but for what does not grow with it.
+        ratio = (speeds[1] - speeds[0]) / saddle_speed(omega, SMALL)
+        checks.append(near(f"omega = {omega}: speed by the balance", ratio, 1.0, 0.02))
+        shrinking, growing = sorted(np.real(fast.multipliers) - 1.0)
+        tolerance = 0.01 * q * q
+        what = f"omega = {omega}: (multiplier - 1)/lambda"
+        checks.append(near(f"{what} of the speed", shrinking / lost[1], -q * q, tolerance))
+        checks.append(near(f"{what} of the phase", growing / lost[1], q * (q - 2), tolerance))
+    return Finding(
+        tuple(checks),
+        remark="A multiplier above 1 repels: no motion settles at that speed, so no stable peak "
+        "comes of these resonances.",
+    )
+
+
+def prominence(restitution: float, damping: float, omega: float) -> float:
+    """Return how far a peak stands out: the largest speed beside omega over that around.
+
+    Examples
+    --------
+    >>> prominence(0.8, 0.0, 2.0) > 1.5
+    True
+    """
+    inside = omega + 0.02 * np.linspace(-1.0, 1.0, 9)
+    around = omega + np.concatenate([np.linspace(-0.2, -0.1, 9), np.linspace(0.1, 0.2, 9)])
+    osc = lossy(restitution, damping)
+    starts = (0.0, 1.0, 2.5, 5.0)
+    near_it, beside = (response(osc, omegas, starts)[0].max() for omegas in (inside, around))
+    return float(near_it / beside)
+
+
+def _survive() -> Finding:
+    """See which resonances stand out at a restitution of 0.8."""
+    checks, words = [], []
+    for text in ("2", "4", "6", "1", "2/3", "4/3", "1/2"):
+        found = prominence(REAL, 0.0, float(Fraction(text)))
+        multi = text in ("2", "4", "6")
+        sign, holds = (">", found > PROMINENT) if multi else ("<", found < PROMINENT)
+        checks.append(condition(f"omega = {text}: prominence {sign} {PROMINENT:g}", holds))
+        words.append(f"{found:.2f} at {text}")
+    both = ", ".join(f"{prominence(0.6, 0.05, n):.2f} at {n:g}" for n in (2.0, 4.0, 6.0))
+    wide = 2.0 * lost_share(0.6, 0.05) / math.pi
+    return Finding(
+        tuple(checks),
+        remark=(
+            "Prominence, the largest speed within 0.02 of the frequency over the largest at a "
+            f"distance of 0.1 to 0.2: {', '.join(words)}. With r = 0.6 and a = 0.05 it is {both}: "
+            f"peaks of the width 2 lambda/pi = {wide:.2f} are hills no narrower than that."
+        ),
+    )
+
+
+def _bilinear() -> Finding:
+    """Measure peaks of soft and hard bilinear oscillators at two dampings."""
+    checks = []
+    for below in (4.0, 25.0, 1e4):
+        for m in (1, 2, 3):
+            slope, width = _bilinear_peak(below, m)
+            what = f"k- = {below:g}, m = {m}"
+            checks.append(near(f"{what}: speed over 1/a by the form", slope, 1.0, 5e-3))
+            checks.append(near(f"{what}: width over 2a", width, 1.0, 0.03))
+    none = stiff_resonance(25.0 / 9.0) * 4.0
+    at_zero = response(stiff(25.0 / 9.0, 0.01), np.array([none]), (1.0, 5.0, 20.0), 2000)[0]
+    checks.append(near("k- = 25/9, m = 4: work on a cycle", cycle_work(25.0 / 9.0, 4)))
+    checks.append(condition("and the speed stays below 1 at a = 0.01", float(at_zero[0]) < 1.0))
+    return Finding(
+        tuple(checks),
+        remark="The speed has a part that does not depend on a: two dampings remove it. At k- = "
+        "25/9 the fourth multiple of W_r does no work: there is no resonance of first order.",
+    )
+
+
+def _bilinear_peak(below: float, m: int) -> tuple[float, float]:
+    """Return the slope of the height over 1/a, and the width, by the form."""
+    cycle = math.pi * (1.0 + 1.0 / math.sqrt(below))
+    per_time = cycle_work(below, m) / cycle
+    peaks = []
+    for damping in (0.02, 0.01):
+        omegas = m * stiff_resonance(below) + damping * ACROSS
+        expected = per_time / damping
+        speeds = largest_speeds(stiff(below, damping), omegas, expected, int(3 / damping) * m)
+        peaks.append(peak_and_width(omegas, speeds))
+    (first, _), (second, width) = peaks
+    return (second - first) / (50.0 * per_time), width / 0.02
+
+
+_of = partial(Statement, reference=BEYOND, theory=THEORY)
+
+STATEMENTS = (
+    _of(
+        id="losses-curve",
+        claim="With r < 1 or a > 0 the motion with one impact in p periods of the force, omega "
+        "near 2p, attracts; its speed is known in closed form.",
+        formula=r"V = \frac{2\,|P|}{\sqrt{(1+r)^2\,\tan^2(\delta/2) + (1-r)^2/\omega^2}}"
+        r"\ (a = 0),\ \delta = \frac{2p\,\pi}{\omega} - \pi,\ P = \frac{1}{1-\omega^2}",
+        method="periodic orbits on either side of three peaks, at three losses",
+        certainty="closed form, 1e-10",
+        find=_curve,
+    ),
+    _of(
+        id="losses-peaks",
+        claim="The multi-harmonic peaks fall as 1/lambda and broaden as lambda, the share of the "
+        "speed lost from impact to impact; their width does not depend on n.",
+        formula=r"V_{max} \to \frac{2n}{(n^2-1)\,\lambda},\ \Delta\omega \to "
+        r"\frac{2\lambda}{\pi},\ \lambda = 1 - r\,e^{-\pi a}",
+        method="motions at 41 frequencies across each peak, at two losses of either kind",
+        certainty="derived; simulation, 5e-3",
+        find=_peaks,
+    ),
+    _of(
+        id="losses-half",
+        claim="The half-harmonic peak falls as the root of 1/lambda only, stays stable, and is "
+        "as narrow as lambda^2.",
+        formula=r"V_{max} \to \sqrt{\frac{\pi}{4\lambda}} + \frac{\pi}{4\sqrt{2}},\ "
+        r"\omega < 1 + \frac{\lambda^2}{8}",
+        method="branches of periodic orbits at three losses",
+        certainty="leading order derived; the rest measured, 1e-2",
+        find=_half,
+    ),
+    _of(
+        id="losses-saddles",
+        claim="At omega = 2p/q with q > 2 the motion on which gain and loss balance is a saddle, "
+        "however small the loss.",
+        formula=r"V^q = \frac{2\pi p\,|h_q|}{\lambda},\ \mu_1 = 1 - q^2\lambda,\ "
+        r"\mu_2 = 1 + q(q-2)\lambda",
+        method="periodic orbits of q impacts and their multipliers at two small losses",
+        certainty="derived at leading order; multipliers to 1e-2",
+        find=_saddles,
+    ),
+    _of(
+        id="losses-survive",
+        claim="At a restitution of 0.8 only the multi-harmonic peaks stand out.",
+        method="largest speed of four starts, beside each frequency and around it",
+        certainty="simulation",
+        find=_survive,
+    ),
+    _of(
+        id="losses-bilinear",
+        claim="The peak of a bilinear oscillator at m W_r, soft or hard, has the height J_m/(a T) "
+        "and the width 2a, with T the free cycle and J_m the force's work on it.",
+        formula=r"J_m = |g(w) - (-1)^m\,g(w/\kappa)/\kappa|,\ "
+        r"g(w) = \frac{2w\,\cos(\pi w/2)}{1-w^2},\ w = m\,\Omega_r,\ \kappa^2 = k_-",
+        method="motions at 41 frequencies across each peak, k- = 4, 25, 1e4, at two dampings",
+        certainty="derived; simulation, 5e-3",
+        find=_bilinear,
+    ),
+)
