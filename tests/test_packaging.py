@@ -12,7 +12,7 @@ import percuss
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-LOCKS = ["run", "dev", "benchmark"]
+LOCKS = ["run", "dev", "benchmark", "docs"]
 
 
 def locked(name: str) -> set[str]:
@@ -49,13 +49,21 @@ def test_a_lock_holds_all_that_its_installation_asks_for(name: str) -> None:
     groups = PROJECT["dependency-groups"]
     extras = PROJECT["project"]["optional-dependencies"]
     asked = PROJECT["project"]["dependencies"] + groups["build"]
-    asked += {"run": [], "dev": groups["dev"], "benchmark": extras["benchmark"]}[name]
+    every = [
+        it for extra in ("certified", "cluster", "notebook", "paper", "web") for it in extras[extra]
+    ]
+    asked += {
+        "run": extras["certified"] + extras["paper"] + extras["web"],
+        "dev": groups["dev"] + every,
+        "benchmark": extras["benchmark"],
+        "docs": groups["docs"] + every,
+    }[name]
 
     assert package_names(asked) <= package_names(locked(name))
 
 
 def test_the_locks_give_a_shared_package_the_same_version() -> None:
-    """All three are installed into one environment, one after the other."""
+    """All are installed into one environment, one after the other."""
     dev = locked("dev")
 
     assert locked("run") <= dev
