@@ -12,11 +12,19 @@ from typing import Any
 
 import pytest
 import uvicorn
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    ConsoleMessage,
+    Error,
+    Page,
+    ViewportSize,
+    sync_playwright,
+)
 
 from percuss.web.app import create_app
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+SIZE: ViewportSize = {"width": 1366, "height": 850}
 # A browser that asks nobody anything.
 QUIET = (
     "--no-sandbox",
@@ -58,17 +66,35 @@ def browser() -> Iterator[Browser]:
         started.close()
 
 
-@pytest.fixture
-def page(browser: Browser, address: str) -> Iterator[Page]:
-    """The page, loaded, its first motion drawn; any error of a script fails the test."""
-    opened = browser.new_page(viewport={"width": 1366, "height": 850})
-    errors: list[str] = []
-    opened.on("pageerror", lambda error: errors.append(str(error)))
-    opened.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
-    opened.goto(f"http://{address}/")
-    opened.wait_for_selector(".explore[data-drawn]", timeout=60_000)
+@pytest.fixture(scope="session")
+def tab(browser: Browser) -> Iterator[Page]:
+    """One tab for all tests: a new one takes longer than most of them."""
+    opened = browser.new_page(viewport=SIZE)
     yield opened
     opened.close()
+
+
+@pytest.fixture
+def page(tab: Page, address: str) -> Iterator[Page]:
+    """The page, loaded, its first motion drawn; any error of a script fails the test."""
+    errors: list[str] = []
+
+    def hear(said: ConsoleMessage) -> None:
+        if said.type == "error":
+            errors.append(said.text)
+
+    def fail(error: Error) -> None:
+        errors.append(str(error))
+
+    tab.set_viewport_size(SIZE)
+    tab.goto("about:blank")
+    tab.on("pageerror", fail)
+    tab.on("console", hear)
+    tab.goto(f"http://{address}/")
+    tab.wait_for_selector(".explore[data-drawn]", timeout=60_000)
+    yield tab
+    tab.remove_listener("pageerror", fail)
+    tab.remove_listener("console", hear)
     assert errors == []
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import runpy
+import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,12 +13,16 @@ from tests.web.frames import read_frame
 
 import percuss as pc
 from percuss.errors import StudyError
+from percuss.studies import parse_study
+from percuss.studies.question import Means
+from percuss.web.asked import asked_study
+from percuss.web.code_text import python_text
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
 from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job, levels_of
 from percuss.web.presets import FIGURES, presets
-from percuss.web.question import BadQuestion, Question, study_of
+from percuss.web.question import BadQuestion, Question, motion_of, study_of
 
 
 def asked(kind: str, study: dict[str, Any], **options: Any) -> Question:
@@ -170,3 +177,149 @@ def test_what_is_too_large_is_refused(
 ) -> None:
     with pytest.raises(BadQuestion, match=words):
         study_of(study | tables)
+
+
+def test_a_motion_of_very_many_terms_is_answered_in_time(study: dict[str, Any]) -> None:
+    study["oscillator"]["stops"] = [
+        {"type": "soft", "at": 0.1 * i, "side": "above", "stiffness": 10} for i in range(16)
+    ]
+    study["forcing"] = {"harmonics": [{"amplitude": 1, "omega": 0.37 * i} for i in range(1, 65)]}
+    study["run"] = {"t_end": 1e6}
+    began = time.process_time()
+    header, arrays = read_frame(answer_explore(asked("explore", study)))
+    seconds = time.process_time() - began
+
+    # It is followed for a second, and shown in a part of another.
+    assert seconds < 2.0
+    assert header["outcome"] != "the run reached t_end"
+    # The portrait shows the end of it, with all its arcs.
+    assert len(arrays["portrait_t"]) == 4000
+    assert arrays["portrait_t"][-1] == pytest.approx(header["t_end"])
+    assert arrays["portrait_t"][0] > 0.9 * header["t_end"]
+    assert len(arrays["t"]) > 1000
+
+
+def test_the_portrait_of_a_motion_that_comes_to_rest_shows_how_it_got_there(
+    study: dict[str, Any],
+) -> None:
+    wall = {"type": "wall", "at": 0, "side": "below", "restitution": "0.8"}
+    study["oscillator"] = {"stiffness": 0, "damping": "0.05", "stops": [wall]}
+    study["forcing"] = {"constant": -1, "harmonics": [{"amplitude": "0.5", "omega": "2.8"}]}
+    study["start"] = {"x0": "0.5", "v0": 0}
+    study["run"] = {"periods": 400}
+    header, arrays = read_frame(answer_explore(asked("explore", study)))
+
+    assert header["contacts"][0][0] < 0.1 * header["t_end"]
+    # All of it, from the start on, and not only the long rest.
+    assert arrays["portrait_t"][0] == 0.0
+    assert arrays["portrait_x"].max() == pytest.approx(0.5)
+
+
+def test_facts_of_a_motion_with_an_endless_period_are_answered_in_time(
+    study: dict[str, Any],
+) -> None:
+    study["forcing"]["harmonics"][0]["omega"] = 1e-9
+    began = time.process_time()
+    header, _ = read_frame(answer_facts(asked("facts", study)))
+
+    assert header["kind"] == "facts"
+    assert time.process_time() - began < 3.0
+
+
+@pytest.mark.parametrize(
+    ("name", "n_impacts", "n_periods"),
+    [
+        ("first_impacts", 2, 4),
+        ("coco", 1, 1),
+        ("moored_tower", 1, 2),
+        ("gear_rattle", 2, 1),
+        ("cracked_beam", 2, 1),
+        ("chatter", None, 1),
+    ],
+)
+def test_the_motion_settles_on_the_orbit_that_is_told(
+    name: str, n_impacts: int | None, n_periods: int
+) -> None:
+    tables = next(preset.tables for preset in presets() if preset.name == name)
+    header, arrays = read_frame(answer_facts(asked("facts", tables)))
+    orbit = header["orbit"]
+    assert (orbit["n_impacts"], orbit["n_periods"]) == (n_impacts, n_periods)
+    assert orbit["stability"] == "asymptotic"
+
+    found = study_of(tables)
+    motion = motion_of(found)
+    run = pc.simulate(
+        found.oscillator, found.forcing, motion.start.x0, motion.start.v0, periods=400
+    )
+    x, v = run(np.linspace(run.t_end - 0.9 * orbit["period"], run.t_end, 50))
+    apart = np.hypot(x[:, None] - arrays["orbit_x"], v[:, None] - arrays["orbit_v"]).min(axis=1)
+    # 400 points of the orbit lie so near to each other.
+    assert apart.max() < 0.02 * np.ptp(arrays["orbit_v"])
+
+
+@pytest.mark.parametrize("name", ["fig05", "fig10"])
+def test_a_motion_that_grows_for_ever_has_no_orbit_near(name: str) -> None:
+    tables = next(preset.tables for preset in presets() if preset.name == name)
+    header, _ = read_frame(answer_facts(asked("facts", tables)))
+
+    assert header["orbit"] is None
+
+
+def test_families_of_a_chart_come_rough_first(study: dict[str, Any]) -> None:
+    question = asked(
+        "response", study, path="forcing.omega", low=3.0, high=3.2, max_impacts=1, max_periods=2
+    )
+    frames = [read_frame(data) for data in answer_job(question, Handle())]
+
+    assert [header["done"] for header, _ in frames] == [False, True]
+    header, arrays = frames[-1]
+    kinds = {
+        (int(m), int(n))
+        for i in range(len(header["families"]))
+        for m, n in zip(arrays[f"impacts{i}"], arrays[f"periods{i}"], strict=True)
+    }
+    assert (1, 2) in kinds
+    # Each start that comes with an orbit is on it: a round later it is there again.
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    for i in range(len(header["families"])):
+        k = len(arrays[f"value{i}"]) // 2
+        if not (arrays[f"admissible{i}"][k] and arrays[f"stable{i}"][k]):
+            continue
+        x, v, t, omega = (float(arrays[f"{name}{i}"][k]) for name in ("x", "v", "t", "value"))
+        run = pc.simulate(
+            osc, pc.cosine(omega), min(x, 0.2), v, t, periods=int(arrays[f"periods{i}"][k])
+        )
+        assert run(run.t_end)[0] == pytest.approx(x, abs=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["diagram", "response", "basins"])
+def test_the_study_of_a_view_and_its_python_ask_the_same(
+    study: dict[str, Any], kind: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    every: dict[str, dict[str, Any]] = {
+        "diagram": {"path": "forcing.omega", "low": 2.9, "high": 3.0, "values": 3, "points": 4},
+        "response": {
+            "path": "forcing.omega", "low": 3.0, "high": 3.05, "max_impacts": 1, "max_periods": 1,
+        },
+        "basins": {"x_low": -1, "x_high": 0, "v_low": -1, "v_high": 1, "starts": 16},
+    }  # fmt: skip
+    asked_for = asked_study(Question(1, kind, study, every[kind]))
+    # The file is a study, and holds the same.
+    again = parse_study(asked_for.text())
+    assert again.question == asked_for.question
+    assert again.oscillator == asked_for.oscillator
+
+    text = python_text(asked_for)
+    monkeypatch.chdir(tmp_path)
+    if kind == "response":
+        compile(text, "chart", "exec")
+        assert "pc.response_curve(" in text
+        return
+    script = tmp_path / "script.py"
+    script.write_text(text)
+    names = runpy.run_path(str(script))
+    found = asked_for.question.answer(asked_for, Means())
+    column = "basin" if kind == "basins" else "x"
+    # The values between the ends are rounded otherwise, by a unit in the last place.
+    assert names["found"][column].values == pytest.approx(found[column].values, abs=1e-9)
+    assert (tmp_path / f"{kind}.png").is_file()

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import asyncio
+import base64
+import hashlib
 import json
+import socket
 import tomllib
 import urllib.error
 import urllib.request
+from pathlib import Path
 from typing import Any
 
 import pytest
 import websockets
 from tests.web.frames import read_frame
 from tests.web.loops import run
+
+from percuss.web.app import SafeHeaders, scripts_of
+from percuss.web.serve import _listening
 
 
 def fetched(
@@ -27,7 +34,7 @@ def fetched(
 
 
 def file_of(address: str, extension: str, study: Any) -> tuple[int, dict[str, str], bytes]:
-    body = json.dumps({"kind": "file", "study": study}).encode()
+    body = json.dumps({"kind": "motion", "study": study}).encode()
     return fetched(address, f"/api/file/{extension}", body)
 
 
@@ -66,7 +73,7 @@ def test_files_come_out(address: str, study: dict[str, Any], extension: str) -> 
         ("/nothing", None, 404),
         ("/api/file/py", b"no json", 422),
         ("/api/file/py", b"[" * 60_000, 422),
-        ("/api/file/py", b'{"kind": "file", "study": {}}', 422),
+        ("/api/file/py", b'{"kind": "motion", "study": {}}', 422),
         ("/api/file/py", b" " * 100_000, 413),
         ("/api/file/py", None, 405),
     ],
@@ -109,3 +116,23 @@ def test_socket_survives_nonsense(address: str, study: dict[str, Any]) -> None:
 def test_pages_of_others_get_no_socket(address: str) -> None:
     with pytest.raises(websockets.exceptions.InvalidStatus, match="403"):
         talk(address, ["{}"], origin=websockets.Origin("http://elsewhere.example"))
+
+
+def test_whoever_hears_the_address_may_come_at_once() -> None:
+    with _listening("127.0.0.1", 0) as listening:
+        socket.create_connection(listening.getsockname(), timeout=5).close()
+
+
+def test_only_the_scripts_that_stand_in_the_report_run_in_it(tmp_path: Path) -> None:
+    page = "<p>text</p><script>one()</script><script>\ntwo();\n</script>"
+    (tmp_path / "index.html").write_text(page, encoding="utf-8")
+    assert scripts_of(tmp_path) == ["one()", "\ntwo();\n"]
+
+    async def nothing(_scope: object, _receive: object, _send: object) -> None:
+        pass
+
+    policy = SafeHeaders(nothing, scripts_of(tmp_path)).report_policy
+    digest = base64.b64encode(hashlib.sha256(b"one()").digest()).decode()
+    assert f"'sha256-{digest}'" in policy
+    assert policy.count("sha256-") == 2
+    assert "script-src 'none'" in SafeHeaders(nothing).report_policy

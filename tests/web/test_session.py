@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -33,7 +34,7 @@ def ids_answered(texts: list[str]) -> list[dict[str, Any]]:
             headers.append(read_frame(data)[0])
 
         with ThreadPoolExecutor(1) as short, ThreadPoolExecutor(1) as long:
-            session = Session(send, Pools(short, long))
+            session = Session(send, Pools(short, long, long))
             for text in texts:
                 await session.receive(text)
                 await asyncio.sleep(0)
@@ -79,6 +80,26 @@ def test_cancel_ends_a_job_without_a_last_frame(study: dict[str, Any]) -> None:
     headers = ids_answered([message(1, "diagram", study, **job), message(0, "cancel", {})])
 
     assert not any(header.get("done") for header in headers)
+
+
+def test_a_job_ends_with_its_client(study: dict[str, Any]) -> None:
+    job = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "points": 240, "values": 8192}
+
+    async def talk() -> float:
+        async def send(_data: bytes) -> None:
+            begun.set()
+
+        begun = asyncio.Event()
+        with ThreadPoolExecutor(1) as pool:
+            session = Session(send, Pools(pool, pool, pool))
+            await session.receive(message(1, "diagram", study, **job))
+            await begun.wait()
+            began = time.monotonic()
+            await session.close()
+            return time.monotonic() - began
+
+    # Two million points take longer than this, by far.
+    assert run(talk()) < 1.0
 
 
 def test_faults_come_back_with_their_paths(study: dict[str, Any]) -> None:
@@ -148,7 +169,7 @@ def test_no_message_breaks_a_session(kind: Any, study: Any, options: dict[str, A
             read_frame(data)
 
         with ThreadPoolExecutor(1) as pool:
-            session = Session(send, Pools(pool, pool), reported.append)
+            session = Session(send, Pools(pool, pool, pool), reported.append)
             await session.receive(json.dumps({"id": 1, "kind": kind, "study": study, **options}))
             for lane in session._lanes.values():
                 if lane.task is not None:

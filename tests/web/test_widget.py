@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 import re
+from collections.abc import Iterator
+from typing import Any
 
 import nbformat
 import pytest
 from nbclient import NotebookClient
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 from tests.web.loops import run
 
 import percuss as pc
@@ -22,12 +26,12 @@ widget = pc.explore(pc.impact_oscillator("0.8"), pc.cosine("2.8"), v0="0.5")
 sent = []
 widget.send = lambda content, buffers=None: sent.append((content, buffers))
 question = {"id": 4, "kind": "explore", "study": widget.study}
-widget._take(widget, {"kind": "ask", "text": json.dumps(question)}, [])
+widget._take(widget, {"kind": "ask", "view": "a", "text": json.dumps(question)}, [])
 for _ in range(600):
     await asyncio.sleep(0.1)
     if sent:
         break
-widget._take(widget, {"kind": "file", "id": "a", "extension": "py", "study": widget.study}, [])
+widget._take(widget, {"kind": "file", "id": "a", "extension": "py", "question": {**question, "kind": "motion"}}, [])
 data = sent[0][1][0]
 header = json.loads(data[4 : 4 + int.from_bytes(data[:4], "little")])
 print(header["id"], header["n_impacts"], sent[1][0]["name"])
@@ -72,35 +76,120 @@ def test_each_module_comes_after_those_that_it_imports() -> None:
     assert "vendor/uPlot.esm.js" in known
 
 
-# What a notebook gives the script, less the notebook.
-HOST = """async ([script, modules, facts, study]) => {
+# What a notebook gives the script, less the notebook: two widgets, each in a cell of its own.
+HOST = """async ([script, modules, facts, studies]) => {
   const address = URL.createObjectURL(new Blob([script], { type: 'text/javascript' }));
   const { default: widget } = await import(address);
-  const values = { modules, facts, study };
-  const asked = [];
-  const model = {
-    get: (name) => values[name],
-    set: (name, value) => { values[name] = value; },
-    save_changes: () => {},
-    send: (message) => asked.push(message),
-    on: () => {},
-    off: () => {},
-  };
-  await widget.render({ model, el: document.body });
+  const cells = [];
+  for (const study of studies) {
+    const values = { modules, facts, study };
+    const cell = { asked: [], heard: 0, el: document.createElement('div'), values };
+    document.body.append(cell.el);
+    const model = {
+      get: (name) => values[name],
+      set: (name, value) => { values[name] = value; },
+      save_changes: () => {},
+      send: (message) => cell.asked.push(message),
+      on: () => { cell.heard += 1; },
+      off: () => { cell.heard -= 1; },
+    };
+    cell.end = await widget.render({ model, el: cell.el });
+    cells.push(cell);
+  }
+  window.cells = cells;
   await new Promise((resolve) => setTimeout(resolve, 400));
-  return { asked, tabs: [...document.querySelectorAll('nav button')].map((it) => it.textContent) };
+  return cells.map(({ asked, el }) => ({
+    asked,
+    tabs: [...el.querySelectorAll('nav button')].map((it) => it.textContent),
+    height: el.getBoundingClientRect().height,
+  }));
 }"""
 
 
-def test_the_front_end_of_the_widget_begins_and_asks(browser: Browser) -> None:
-    widget = explore()
-    page = browser.new_page()
+@pytest.fixture
+def cells(browser: Browser) -> Iterator[tuple[Page, list[dict[str, Any]]]]:
+    """A page with two widgets, and what is known of each; any error of a script fails the test."""
+    widgets = [explore(), explore(pc.impact_oscillator("0.5"), pc.cosine("2.2"), v0="0.25")]
+    page = browser.new_page(viewport={"width": 1300, "height": 900})
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
-    given = [str(widget._esm), widget.modules, widget.facts, widget.study]
-    found = page.evaluate(HOST, given)
+    page.add_style_tag(content=str(widgets[0]._css))
+    first = widgets[0]
+    found = page.evaluate(
+        HOST, [str(first._esm), first.modules, first.facts, [it.study for it in widgets]]
+    )
+    yield page, found
     page.close()
-
     assert errors == []
-    assert found["tabs"] == ["Explore", "Diagram", "Basins", "Gallery"]
-    assert '"kind":"explore"' in found["asked"][0]["text"]
+
+
+def test_the_front_end_of_the_widget_begins_and_asks(
+    cells: tuple[Page, list[dict[str, Any]]],
+) -> None:
+    for found in cells[1]:
+        assert found["tabs"] == ["Explore", "Diagram", "Basins", "Gallery"]
+        assert '"kind":"explore"' in found["asked"][0]["text"]
+        # A cell is as high as what is in it, not as the window.
+        assert 500 < found["height"] < 800
+    assert cells[1][0]["asked"][0]["view"] != cells[1][1]["asked"][0]["view"]
+
+
+def test_two_widgets_on_a_page_do_not_disturb_each_other(
+    cells: tuple[Page, list[dict[str, Any]]],
+) -> None:
+    page, _ = cells
+    ids = page.evaluate("[...document.querySelectorAll('[id]')].map((it) => it.id)")
+    assert len(ids) > 40
+    assert len(set(ids)) == len(ids)
+
+    boxes = page.locator("[data-path='start.v0']")
+    boxes.nth(1).fill("0.75")
+    studies = page.evaluate("cells.map(({ values }) => values.study.start.v0)")
+    assert studies == ["0.5", "0.75"]
+    assert boxes.nth(0).input_value() == "0.5"
+
+
+def test_a_cell_that_is_cleared_leaves_nothing(cells: tuple[Page, list[dict[str, Any]]]) -> None:
+    page, _ = cells
+    left = page.evaluate(
+        """() => {
+          const [cell, other] = cells;
+          cell.end();
+          return [cell.heard, cell.asked.at(-1).kind, cell.el.querySelectorAll('canvas').length,
+                  other.el.querySelectorAll('.explore canvas').length];
+        }"""
+    )
+
+    assert left == [0, "close", 0, 4]
+
+
+def test_views_of_a_widget_are_answered_each_and_end_with_it() -> None:
+    widget = explore()
+    sent: list[dict[str, Any]] = []
+    widget.send = lambda content, buffers=None: sent.append(content)  # noqa: ARG005
+    question = json.dumps({"id": 1, "kind": "explore", "study": widget.study})
+
+    async def talk() -> None:
+        for view in ("a", "b"):
+            widget._take(widget, {"kind": "ask", "view": view, "text": question}, [])
+        while len(sent) < 2:
+            await asyncio.sleep(0.01)
+        widget._take(widget, {"kind": "close", "view": "a"}, [])
+        assert set(widget._sessions) == {"b"}
+        widget.close()
+        assert widget._sessions == {}
+
+    run(talk())
+    assert {content["view"] for content in sent} == {"a", "b"}
+
+
+def test_a_file_that_cannot_be_made_says_why() -> None:
+    widget = explore()
+    sent: list[dict[str, Any]] = []
+    widget.send = lambda content, buffers=None: sent.append(content)  # noqa: ARG005
+    for question in (None, {"kind": "no such"}, {"kind": "motion", "study": {}}):
+        message = {"kind": "file", "id": "a", "extension": "py", "question": question}
+        widget._take(widget, message, [])
+
+    assert len(sent) == 3
+    assert all(len(content["fault"]) > 10 for content in sent)

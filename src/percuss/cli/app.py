@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -70,6 +71,14 @@ def run(
         str,
         typer.Option("--engine", help="threads, processes or a Dask scheduler's tcp://host:port."),
     ] = "threads",
+    certify: Annotated[
+        int | None,
+        typer.Option(
+            "--certify",
+            metavar="DIGITS",
+            help="Prove the motion, the orbit or the special points of a branch to these digits.",
+        ),
+    ] = None,
 ) -> None:
     """Run a study and write NetCDF, CSV and pictures."""
     folder = Path(study.stem) if out is None else out
@@ -78,12 +87,16 @@ def run(
         from percuss.cli.report import print_report
         from percuss.cli.watch import Watch
         from percuss.studies.reading import load_study
+        from percuss.studies.study import Certify
 
         options = ["--out", str(out)] if out is not None else []
         options += ["--force"] if force else []
         options += ["--store", str(store)] if store is not None else []
         options += ["--engine", engine] if engine != "threads" else []
+        options += ["--certify", str(certify)] if certify is not None else []
         asked = load_study(study)
+        if certify is not None:
+            asked = replace(asked, certify=Certify(certify))
         # Only now: what draws and saves takes a second to import.
         from percuss.studies.running import run_study
 

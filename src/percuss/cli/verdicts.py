@@ -52,8 +52,9 @@ def _table(claims: list[Claim]) -> Table:
     table = Table(box=None, pad_edge=False, header_style="dim")
     table.add_column("where", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
+    table.add_column("by", no_wrap=True)
     table.add_column("claim")
     for claim in claims:
         verdict = Text(WORDS[claim.kind], style=COLOURS[claim.kind])
-        table.add_row(Text(claim.reference), verdict, Text(claim.claim))
+        table.add_row(Text(claim.reference), verdict, Text(claim.grade), Text(claim.claim))
     return table

@@ -25,6 +25,9 @@ def ball_on_table(
     y'' = -gravity + A omega^2 sin(omega t + phase). Heights and velocities of a run are
     therefore those relative to the table.
 
+    The amplitude of the force is A omega^2, a number of its own: a study over `forcing.omega` keeps
+    it, and with it the table's acceleration, not its amplitude A.
+
     Parameters
     ----------
     amplitude

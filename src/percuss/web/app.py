@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import base64
+import hashlib
 import logging
-from collections.abc import AsyncIterator, Awaitable, Callable
+import re
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from importlib import resources
@@ -24,12 +27,13 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from percuss.errors import PercussError
 from percuss.version import __version__
+from percuss.web.asked import ASKED, asked_study
 from percuss.web.downloads import FORMATS, file_of
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
 from percuss.web.presets import FIGURES, presets
-from percuss.web.question import MOST_BYTES, BadQuestion, Question, read_question, study_of
-from percuss.web.session import Pools, Session
+from percuss.web.question import MOST_BYTES, BadQuestion, Question, read_question
+from percuss.web.session import FAILED, Pools, Session
 
 __all__ = ["create_app"]
 
@@ -44,10 +48,10 @@ POLICY = (
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
     "frame-src 'self'"
 )
-# The report holds its pictures and its style in itself.
+# The report holds its pictures and its style in itself; its scripts are named by their hashes.
 REPORT_POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src 'self' data:; base-uri 'none'; "
-    "form-action 'none'; frame-ancestors 'self'"
+    "form-action 'none'; frame-ancestors 'self'; script-src {scripts}"
 )
 
 
@@ -79,7 +83,7 @@ def create_app(*, report: Path | None = None, hosts: tuple[str, ...] = ("*",)) -
         routes=routes,
         middleware=[
             Middleware(TrustedHostMiddleware, allowed_hosts=list(hosts)),
-            Middleware(SafeHeaders),
+            Middleware(SafeHeaders, scripts=() if report is None else scripts_of(report)),
         ],
         exception_handlers={HTTPException: _refused},
         lifespan=_lifespan,
@@ -89,11 +93,21 @@ def create_app(*, report: Path | None = None, hosts: tuple[str, ...] = ("*",)) -
     return app
 
 
+def scripts_of(report: Path) -> list[str]:
+    """Return the scripts that stand in a report."""
+    file = report / "index.html"
+    return re.findall("<script>(.*?)</script>", file.read_text("utf-8"), re.DOTALL)
+
+
 @asynccontextmanager
 async def _lifespan(app: Starlette) -> AsyncIterator[None]:
     # One thread computes what sliders wait for: two would wait for each other's lock.
-    with ThreadPoolExecutor(1, "slider") as short, ThreadPoolExecutor(2, "job") as long:
-        app.state.pools = Pools(short, long)
+    with (
+        ThreadPoolExecutor(1, "slider") as short,
+        ThreadPoolExecutor(1, "facts") as facts,
+        ThreadPoolExecutor(2, "job") as long,
+    ):
+        app.state.pools = Pools(short, facts, long)
         short.submit(_warm_up)
         yield
 
@@ -112,14 +126,20 @@ class SafeHeaders:
     ----------
     app
         What answers.
+    scripts
+        Texts of the scripts that the report may run.
     """
 
-    def __init__(self, app: ASGIApp) -> None:
+    def __init__(self, app: ASGIApp, scripts: Sequence[str] = ()) -> None:
         self.app = app
+        hashes = [base64.b64encode(hashlib.sha256(it.encode()).digest()) for it in scripts]
+        named = " ".join(f"'sha256-{it.decode()}'" for it in hashes)
+        self.report_policy = REPORT_POLICY.format(scripts=named or "'none'")
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer, with the headers."""
-        policy = REPORT_POLICY if scope.get("path", "").startswith("/report") else POLICY
+        is_report = scope.get("path", "").startswith("/report")
+        policy = self.report_policy if is_report else POLICY
         headers = {
             b"content-security-policy": policy.encode(),
             b"x-content-type-options": b"nosniff",
@@ -167,14 +187,16 @@ async def _file(request: Request) -> Response:
         raise HTTPException(status, f"{extension[:20]} of {length} bytes is no file to be had")
     body = await request.body()
     try:
-        question = read_question(body, ("file",))
-        pool = request.app.state.pools.long
+        question = read_question(body, ("motion", *ASKED))
+        pool = request.app.state.pools.facts
         loop = asyncio.get_running_loop()
-        made = await loop.run_in_executor(
-            pool, lambda: file_of(study_of(question.tables), extension)
-        )
+        made = await loop.run_in_executor(pool, lambda: file_of(asked_study(question), extension))
     except (BadQuestion, PercussError) as error:
         raise HTTPException(422, str(error)) from error
+    except Exception as error:
+        # Told without its details, and reported.
+        _report(error)
+        raise HTTPException(422, FAILED) from error
     headers = {"content-disposition": f'attachment; filename="{made.name}"'}
     return Response(made.data, media_type=made.media_type, headers=headers)
 

@@ -12,6 +12,12 @@ from percuss.web.question import motion_of
 
 __all__ = ["python_text"]
 
+# The call that answers a study, and the one that draws the answer.
+_LONG = {
+    "diagram": ("bifurcation_diagram", "plot_diagram"),
+    "response": ("response_curve", "plot_response"),
+    "basins": ("basins", "plot_basins"),
+}
 _STOPS = {"wall": "Wall", "soft": "SoftStop"}
 
 
@@ -58,6 +64,8 @@ def python_text(study: Study) -> str:
     lines = ["import percuss as pc", "from percuss import plotting", ""]
     lines += _oscillator(study.oscillator)
     lines += ["force = None"] if study.forcing is None else _forcing(study.forcing)
+    if study.kind in _LONG:
+        return "\n".join(["import numpy as np", *lines, *_long(study), ""])
     motion = motion_of(study)
     start, limits = motion.start, motion.limits
     given: dict[str, Any] = {"x0": number(start.x0), "v0": number(start.v0)}
@@ -68,6 +76,35 @@ def python_text(study: Study) -> str:
     given |= {} if limits.max_impacts is None else {"max_impacts": limits.max_impacts}
     lines.append(f"run = pc.simulate(osc, force, {_arguments(given)})")
     return "\n".join([*lines, "print(run)", 'plotting.plot_motion(run).savefig("motion.png")', ""])
+
+
+def _long(study: Study) -> list[str]:
+    """Return the call of a diagram, a response chart or basins, and of its picture."""
+    tables: dict[str, Any] = study.question.tables()
+    call, draw = _LONG[study.kind]
+    own: dict[str, Any] = {**tables.get(study.kind, {})}
+    if "over" in tables:
+        own = {"over": tables["over"]} | own
+    rows = [f"    {name}={_value(value)}," for name, value in own.items() if value is not None]
+    return [
+        f"found = pc.{call}(",
+        "    osc,",
+        "    force,",
+        *rows,
+        "    progress=True,",
+        ")",
+        "print(found)",
+        f'plotting.{draw}(found).figure.savefig("{study.kind}.png")',
+    ]
+
+
+def _value(value: Any) -> str:
+    """Return a value of a study file as Python: an axis as its values."""
+    if isinstance(value, dict) and set(value) == {"from", "to", "count"}:
+        return f"np.linspace({value['from']!r}, {value['to']!r}, {value['count']})"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key!r}: {_value(part)}" for key, part in value.items()) + "}"
+    return repr(value)
 
 
 def _oscillator(osc: Oscillator) -> list[str]:

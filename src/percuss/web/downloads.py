@@ -45,7 +45,7 @@ def file_of(study: Study, extension: str) -> File:
     study
         The motion.
     extension
-        One of `FORMATS`.
+        One of `FORMATS`; of anything but a motion one of `OF_ALL`.
 
     Returns
     -------
@@ -57,12 +57,15 @@ def file_of(study: Study, extension: str) -> File:
     BadQuestion
         If there is no such format, or the motion has no impacts to list.
     """
-    if extension not in FORMATS:
-        raise BadQuestion(f"{extension!r:.20} is none of {', '.join(FORMATS)}")
+    formats = tuple(FORMATS) if study.kind == "motion" else OF_ALL
+    if extension not in formats:
+        raise BadQuestion(f"{extension!r:.20} is none of {', '.join(formats)}")
     name, media_type, make = FORMATS[extension]
-    return File(name, media_type, make(study))
+    return File(name.replace("motion", study.kind), media_type, make(study))
 
 
+# What takes long to answer is computed where it is asked: of it there are the study and the code.
+OF_ALL = ("toml", "py")
 # matplotlib draws in one thread at a time.
 _drawing = threading.Lock()
 

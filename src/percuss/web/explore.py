@@ -12,7 +12,14 @@ from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import spectrum
 from percuss.motion.trajectory import Trajectory
-from percuss.plotting.samples import reduce_to_columns, sample_curve
+from percuss.plotting.samples import (
+    FEWEST_POINTS,
+    LARGEST,
+    POINTS_PER_CYCLE,
+    Curve,
+    reduce_to_columns,
+    sample_curve,
+)
 from percuss.studies.study import Study
 from percuss.web.frame import frame
 from percuss.web.question import BadQuestion, Question, motion_of, study_of
@@ -24,6 +31,8 @@ Floats = NDArray[np.float64]
 # A slider is not kept waiting for longer [s]; what is done by then is shown, and so many impacts.
 PATIENCE = 1.0
 MOST_IMPACTS = 50_000
+# Terms of the formulas that are evaluated for a curve: some 0.2 s of work.
+MOST_TERMS = 1_600_000
 # Of the spectrum: points of the transform, and how far it is shown, in the highest frequency.
 TRANSFORMED, REACH = 4096, 8.0
 # Impacts that are shown in the section: the last ones.
@@ -81,9 +90,10 @@ def answer_explore(question: Question) -> bytes:
     found = followed(study)
     run = found.run
     window = _window(question, run)
-    curve = sample_curve(run, window)
+    curve, is_band = _curve(run, window)
     t, x, _ = reduce_to_columns(curve.t, curve.x, curve.jumps, columns=points // 2, most=points)
-    tail = slice(-points, None)
+    end = sample_curve(run, _end_of(run, window, points)) if is_band else curve
+    tail = _moving(end)[-points:]
     header = {
         "id": question.id,
         "kind": question.kind,
@@ -103,9 +113,9 @@ def answer_explore(question: Question) -> bytes:
     arrays = {
         "t": t,
         "x": x,
-        "portrait_t": curve.t[tail],
-        "portrait_x": curve.x[tail],
-        "portrait_v": curve.v[tail],
+        "portrait_t": end.t[tail],
+        "portrait_x": end.x[tail],
+        "portrait_v": end.v[tail],
         **_section(run),
         **_spectrum(run),
     }
@@ -125,6 +135,51 @@ def _window(question: Question, run: Trajectory) -> tuple[float, float] | None:
     # A window of an earlier motion, of which nothing may be left.
     low, high = max(float(low), run.t0), min(float(high), run.t_end)
     return (low, high) if low < high else None
+
+
+def _curve(run: Trajectory, window: tuple[float, float] | None) -> tuple[Curve, bool]:
+    """Return each piece of the motion; where there is no time for it, a band, and that it is one.
+
+    There is more motion in a band than there are pixels: points anywhere show it.
+    """
+    low, high = window or (run.t0, run.t_end)
+    events = _events(run)
+    within = np.searchsorted(events, high) - np.searchsorted(events, low)
+    cycles = (high - low) * _fastest(run) / (2.0 * np.pi)
+    affordable = MOST_TERMS // (1 + len(run.forcing.components() if run.forcing else ()))
+    if FEWEST_POINTS * within + POINTS_PER_CYCLE * cycles <= affordable:
+        return sample_curve(run, window), False
+    t = np.linspace(low, high, affordable // 4)
+    x, v = run(t)
+    shown = (np.abs(x) < LARGEST) & (np.abs(v) < LARGEST)
+    shown[0] = True
+    return Curve(t[shown], x[shown], v[shown], np.zeros(int(shown.sum()), dtype=np.bool_)), True
+
+
+def _end_of(
+    run: Trajectory, window: tuple[float, float] | None, points: int
+) -> tuple[float, float] | None:
+    """Return the last part of a window that makes so many points."""
+    low, high = window or (run.t0, run.t_end)
+    events = _events(run)
+    last = int(np.searchsorted(events, high))
+    first = last - points // FEWEST_POINTS - 2
+    lasting = 2.0 * np.pi * points / (POINTS_PER_CYCLE * _fastest(run))
+    begin = max(low, high - lasting, float(events[first]) if first >= 0 else low)
+    return (begin, high) if begin < high else window
+
+
+def _moving(curve: Curve) -> NDArray[np.intp]:
+    """Return the points of a curve without the insides of rests: in a portrait they are one dot."""
+    rests = np.zeros(len(curve.t), dtype=np.bool_)
+    still = curve.v == 0.0
+    rests[1:-1] = still[:-2] & still[1:-1] & still[2:]
+    return np.flatnonzero(~rests)
+
+
+def _events(run: Trajectory) -> Floats:
+    """Return when the motion passes from one formula to another."""
+    return np.sort(np.concatenate([run.impacts.t, run.crossings.t, run.contacts.start]))
 
 
 def _class_of(run: Trajectory) -> dict[str, object]:

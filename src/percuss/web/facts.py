@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from percuss.errors import PercussError
+from percuss.motion.outcome import Outcome
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.orbits.find import find_orbit
-from percuss.orbits.periodic_orbit import PeriodicOrbit
+from percuss.orbits import PeriodicOrbit, find_orbit
 from percuss.studies.study import Study
 from percuss.web.frame import frame
 from percuss.web.question import Question, motion_of, study_of
@@ -23,6 +26,10 @@ SETTLING, LOOKED_AT = 200, 64
 # The longest orbit looked for, in forcing periods, and how many returns are tried.
 LONGEST, TRIES = 12, 3
 MOST_IMPACTS = 20_000
+# How far the speed of an orbit may be from that of the motion, as a part of it.
+NEAR = 0.25
+# Motions whose periods are very long or very full are followed for so long [s].
+PATIENCE = 1.0
 
 
 def answer_facts(question: Question) -> bytes:
@@ -83,24 +90,58 @@ def nearest_orbit(study: Study) -> PeriodicOrbit | None:
     -------
     PeriodicOrbit or None
         The one found from the closest return of the motion to where it was whole periods before;
-        None without a forcing period, or where no return leads to an orbit.
+        None without a forcing period, where the motion takes too long to follow, or where no return
+        leads to an orbit.
     """
     force = study.forcing
     if force is None or force.period is None:
         return None
     run = _settled(study)
-    for n_periods, n_impacts, guess in _returns(run, force.period):
+    if run.outcome is Outcome.interrupted:
+        # A search follows such periods again and again: there is no time for it.
+        return None
+    for found in _returns(run, force.period):
         try:
-            return find_orbit(
-                study.oscillator, force, n_impacts=n_impacts, n_periods=n_periods, guess=guess
+            orbit = find_orbit(
+                study.oscillator,
+                force,
+                n_impacts=found.n_impacts,
+                n_periods=found.n_periods,
+                guess=found.guess,
             )
         except PercussError:
             continue
+        if _is_near(orbit, found.speed):
+            return orbit
     return None
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """A stretch of a motion that almost closes: its counts, where to begin, and how fast it is."""
+
+    n_impacts: float
+    n_periods: int
+    guess: Trajectory | tuple[float, float]
+    speed: float
+
+
+def _is_near(orbit: PeriodicOrbit, speed: float) -> bool:
+    """Tell whether an orbit is the one that a motion came close to: a search may have run away.
+
+    Where a motion grows for ever it all but closes, and no orbit is near.
+    """
+    speeds = np.abs(orbit.impacts.v_after)
+    return (
+        len(speeds) == 0
+        or math.isinf(orbit.n_impacts)
+        or bool((np.abs(speeds - speed) <= NEAR * max(speed, 1e-3)).any())
+    )
 
 
 def _settled(study: Study) -> Trajectory:
     start = motion_of(study).start
+    end = time.monotonic() + PATIENCE
     return simulate(
         study.oscillator,
         study.forcing,
@@ -109,22 +150,25 @@ def _settled(study: Study) -> Trajectory:
         start.t0,
         periods=SETTLING + LOOKED_AT,
         max_impacts=MOST_IMPACTS,
+        progress=lambda _done, _total: time.monotonic() < end,
     )
 
 
-def _returns(
-    run: Trajectory, period: float
-) -> Iterator[tuple[int, int, Trajectory | tuple[float, float]]]:
-    """Return (periods, impacts, guess) of the closest returns, closest first, short ones first."""
-    entries = run.impacts
-    last = run.t_end - LOOKED_AT * period
-    recent = np.flatnonzero(entries.t >= max(last, run.t0))
-    if len(recent) == 0:
-        yield 1, 0, run
+def _returns(run: Trajectory, period: float) -> Iterator[Return]:
+    """Return the closest returns of impacts and entries, closest first, short ones first."""
+    begin = max(run.t_end - LOOKED_AT * period, run.t0)
+    release = run.contacts.release
+    if (np.isfinite(release) & (run.contacts.start >= begin)).any():
+        # Infinitely many impacts each time: the contact tells where.
+        yield from (Return(math.inf, n_periods, run, 0.0) for n_periods in range(1, TRIES))
+    t, v = _entries(run)
+    recent = t >= begin
+    t, v = t[recent], v[recent]
+    if len(t) == 0:
+        yield Return(0, 1, run, 0.0)
         return
-    t, v, cycle = entries.t[recent], entries.v_after[recent], entries.cycle[recent]
     scale = float(np.abs(v).max()) or 1.0
-    found: list[tuple[float, int, int, float, float]] = []
+    found: list[tuple[float, int, int, int]] = []
     for count in range(1, min(len(t) - 1, 4 * LONGEST) + 1):
         lasting = (t[count:] - t[:-count]) / period
         whole = np.rint(lasting)
@@ -132,9 +176,20 @@ def _returns(
         apart[(whole < 1) | (whole > LONGEST)] = np.inf
         best = int(np.argmin(apart))
         if np.isfinite(apart[best]):
-            row = float(apart[best]), int(whole[best]), count
-            found.append((*row, float(cycle[best]), float(v[best])))
+            found.append((float(apart[best]), int(whole[best]), count, best))
     # A short return that is as close as rounding is the period itself; its multiples are no closer.
     found.sort(key=lambda row: (max(row[0], 1e-6), row[1], row[2]))
-    for _, n_periods, n_impacts, at, speed in found[:TRIES]:
-        yield n_periods, n_impacts, (at, speed)
+    for _, n_periods, n_impacts, k in found[:TRIES]:
+        # Of soft stops the edges are met, not walls: the run itself tells where.
+        at = (t[k] / period) % 1.0, v[k]
+        guess = run if len(run.crossings) else (float(at[0]), float(at[1]))
+        yield Return(n_impacts, n_periods, guess, float(abs(v[k])))
+
+
+def _entries(run: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return times and velocities after impacts and at entries into soft stops, in order."""
+    entered = run.crossings.direction == "in"
+    t = np.concatenate([run.impacts.t, run.crossings.t[entered]])
+    v = np.concatenate([run.impacts.v_after, run.crossings.v[entered]])
+    order = np.argsort(t, kind="stable")
+    return t[order], v[order]

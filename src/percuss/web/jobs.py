@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.model.paths import long_form
-from percuss.studies.study import Study
+from percuss.web.asked import SETTLING
+from percuss.web.charts import answer_response
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
-from percuss.web.question import BadQuestion, Question, motion_of, study_of
+from percuss.web.question import (
+    BadQuestion,
+    Question,
+    motion_of,
+    path_of,
+    range_of,
+    study_of,
+)
+
+if TYPE_CHECKING:
+    # A second of import.
+    from xarray import Dataset
 
 __all__ = ["JOBS", "answer_job"]
 
@@ -19,9 +31,8 @@ Floats = NDArray[np.float64]
 
 # Each level has so many times the values of the one before.
 FINER = 4
-# Of a diagram: the first level, the limits of a question, and forcing periods to settle in.
+# Of a diagram: the first level, and the limits of a question.
 FIRST_VALUES, MOST_VALUES, MOST_POINTS = 64, 8192, 2_000_000
-SETTLING = 200
 # Of basins: starts along an axis of the first level, and the most.
 FIRST_STARTS, MOST_STARTS = 48, 1024
 
@@ -54,8 +65,8 @@ def _diagram(question: Question, handle: Handle) -> Iterator[bytes]:
     from percuss.ensembles.diagram import bifurcation_diagram
 
     study = study_of(question.tables)
-    path = _path(question, study)
-    low, high = _range(question, "low", "high")
+    path = path_of(question, study)
+    low, high = range_of(question, "low", "high")
     values = int(question.number("values", 2048, 2, MOST_VALUES))
     points = int(question.number("points", 128, 2, 1024))
     if values * points > MOST_POINTS:
@@ -86,53 +97,13 @@ def _diagram(question: Question, handle: Handle) -> Iterator[bytes]:
         yield frame(_header(question, done=done == values, share=done / values) | header, arrays)
 
 
-def _response(question: Question, handle: Handle) -> Iterator[bytes]:
-    """Yield the families of periodic orbits over a parameter."""
-    from percuss.orbits.response import response_curve
-
-    study = study_of(question.tables)
-    path = _path(question, study)
-    low, high = _range(question, "low", "high")
-    if study.forcing is None:
-        raise BadQuestion("a response chart needs a forcing")
-    found = response_curve(
-        study.oscillator,
-        study.forcing,
-        over={path: (low, high)},
-        max_impacts=int(question.number("max_impacts", 3, 1, 6)),
-        max_periods=int(question.number("max_periods", 2, 1, 6)),
-        progress=handle.part(0.0, 1.0),
-    )
-    if handle.is_stopped:
-        return
-    families: list[dict[str, object]] = []
-    arrays: dict[str, Floats] = {}
-    for i, branch in enumerate(found.branches):
-        families.append(
-            {
-                "n_impacts": branch[0].n_impacts,
-                "n_periods": branch[0].n_periods,
-                "special": [[p.kind, p.value, p.row] for p in branch.special_points],
-            }
-        )
-        arrays |= {
-            f"value{i}": branch.values,
-            f"amplitude{i}": found.amplitude[i],
-            f"speed{i}": found.impact_velocity[i],
-            f"stable{i}": branch.is_stable.astype(np.float64),
-            f"admissible{i}": branch.admissible.astype(np.float64),
-        }
-    header = {"path": path, "low": low, "high": high, "families": families}
-    yield frame(_header(question, done=True, share=1.0) | header, arrays)
-
-
 def _basins(question: Question, handle: Handle) -> Iterator[bytes]:
     """Yield which attractor each start goes to."""
     from percuss.ensembles.basins import basins
 
     study = study_of(question.tables)
-    x_low, x_high = _range(question, "x_low", "x_high")
-    v_low, v_high = _range(question, "v_low", "v_high")
+    x_low, x_high = range_of(question, "x_low", "x_high")
+    v_low, v_high = range_of(question, "v_low", "v_high")
     finest = int(question.number("starts", 384, 16, MOST_STARTS))
     sizes = [finest]
     while sizes[0] > FIRST_STARTS:
@@ -153,10 +124,9 @@ def _basins(question: Question, handle: Handle) -> Iterator[bytes]:
         attractors = [
             {
                 "kind": str(found.kind.values[k]),
+                "name": str(found.name.values[k]),
                 "n_periods": int(found.n_periods.values[k]),
                 "n_impacts": float(found.n_impacts.values[k]),
-                "x": float(found.x.values[k]),
-                "v": float(found.v_strobe.values[k]),
                 "fraction": float(found.fraction.values[k]),
                 "error": float(found.fraction_error.values[k]),
             }
@@ -167,34 +137,29 @@ def _basins(question: Question, handle: Handle) -> Iterator[bytes]:
         last = size == finest
         yield frame(
             _header(question, done=last, share=done / whole) | header | edges,
-            {"basin": found.basin.values.ravel()},
+            {"basin": found.basin.values.ravel(), **_points(found)},
         )
+
+
+def _points(found: Dataset) -> dict[str, Floats]:
+    """Return the points of each attractor, seen once a forcing period."""
+    points: dict[str, Floats] = {}
+    for k in range(found.sizes["attractor"]):
+        x, v = found.attractor_x0.values[k], found.attractor_v0.values[k]
+        there = np.isfinite(x) & np.isfinite(v)
+        points |= {f"x{k}": x[there], f"v{k}": v[there]}
+    return points
 
 
 JOBS: dict[str, Callable[[Question, Handle], Iterator[bytes]]] = {
     "diagram": _diagram,
-    "response": _response,
+    "response": answer_response,
     "basins": _basins,
 }
 
 
 def _header(question: Question, *, done: bool, share: float) -> dict[str, object]:
     return {"id": question.id, "kind": question.kind, "done": done, "share": share}
-
-
-def _path(question: Question, study: Study) -> str:
-    """Return the path of a parameter of the motion, in its long form."""
-    path = question.options.get("path")
-    if not isinstance(path, str):
-        raise BadQuestion("the path is not a text")
-    return long_form(path, study.oscillator, study.forcing)
-
-
-def _range(question: Question, low: str, high: str) -> tuple[float, float]:
-    ends = (question.number(low, 0.0, -1e6, 1e6), question.number(high, 1.0, -1e6, 1e6))
-    if ends[0] >= ends[1]:
-        raise BadQuestion(f"{low} = {ends[0]:g} is not below {high} = {ends[1]:g}")
-    return ends
 
 
 def levels_of(values: Floats, first: int) -> list[Floats]:

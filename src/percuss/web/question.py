@@ -8,12 +8,22 @@ from dataclasses import dataclass
 from typing import Any
 
 from percuss.errors import StudyError
+from percuss.model.paths import long_form
 from percuss.studies.building import build
 from percuss.studies.kinds.motion import Motion
 from percuss.studies.shape import Found
 from percuss.studies.study import Study
 
-__all__ = ["MOST_BYTES", "BadQuestion", "Question", "motion_of", "read_question", "study_of"]
+__all__ = [
+    "MOST_BYTES",
+    "BadQuestion",
+    "Question",
+    "motion_of",
+    "path_of",
+    "range_of",
+    "read_question",
+    "study_of",
+]
 
 # Of a message, of stops and harmonics, of forcing periods: what a hand sets is far below.
 MOST_BYTES = 65_536
@@ -174,3 +184,19 @@ def _parsed(tables: Mapping[str, Any]) -> Study:
     if found.faults or study is None:
         raise StudyError(found.faults)
     return study
+
+
+def path_of(question: Question, study: Study) -> str:
+    """Return the path of a parameter of the motion, in its long form."""
+    path = question.options.get("path")
+    if not isinstance(path, str):
+        raise BadQuestion("the path is not a text")
+    return long_form(path, study.oscillator, study.forcing)
+
+
+def range_of(question: Question, low: str, high: str) -> tuple[float, float]:
+    """Return a range, given by two options."""
+    ends = (question.number(low, 0.0, -1e6, 1e6), question.number(high, 1.0, -1e6, 1e6))
+    if ends[0] >= ends[1]:
+        raise BadQuestion(f"{low} = {ends[0]:g} is not below {high} = {ends[1]:g}")
+    return ends

@@ -61,6 +61,8 @@ def serve(
         create_app(report=report, hosts=hosts),
         log_level="warning",
         ws_max_size=1 << 20,
+        # Numbers hardly shrink, and a slider would wait for it.
+        ws_per_message_deflate=False,
         timeout_graceful_shutdown=2,
     )
     name = f"[{host}]" if ":" in host else host
@@ -79,6 +81,8 @@ def _listening(host: str, port: int) -> socket.socket:
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((host, port))
+        # Whoever hears the address may come at once, and waits until the page is there.
+        listening.listen()
     except OSError as error:
         listening.close()
         reason = f"cannot listen there ({(error.strerror or str(error)).lower()})"

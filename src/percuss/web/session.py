@@ -15,7 +15,7 @@ from percuss.web.handle import Handle
 from percuss.web.jobs import JOBS, answer_job
 from percuss.web.question import BadQuestion, Question, read_question
 
-__all__ = ["Pools", "Session"]
+__all__ = ["FAILED", "Pools", "Session"]
 
 Send = Callable[[bytes], Awaitable[None]]
 # Seconds between two reports of progress.
@@ -25,9 +25,10 @@ FAILED = "percuss could not compute this; the terminal of the server says more"
 
 @dataclass(frozen=True, slots=True)
 class Pools:
-    """Where answers are computed: what a slider waits for, and what may take long."""
+    """Where answers are computed: what a slider waits for, what takes a moment, what takes long."""
 
     short: Executor
+    facts: Executor
     long: Executor
 
 
@@ -51,7 +52,7 @@ class Session:
         self._lanes = {
             "explore": Lane(send, pools.short, _once(answer_explore), self._failed),
             "thumb": Lane(send, pools.short, _once(answer_explore), self._failed),
-            "facts": Lane(send, pools.long, _once(answer_facts), self._failed),
+            "facts": Lane(send, pools.facts, _once(answer_facts), self._failed),
             "job": Lane(send, pools.long, answer_job, self._failed),
         }
         self._send = send

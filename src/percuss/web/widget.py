@@ -6,6 +6,7 @@ import asyncio
 import atexit
 import json
 import re
+from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from importlib import resources
@@ -18,14 +19,19 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.studies.kinds.motion import Limits, Motion
+from percuss.web.asked import ASKED, asked_study
 from percuss.web.downloads import file_of
 from percuss.web.presets import presets
-from percuss.web.question import BadQuestion, study_of
+from percuss.web.question import BadQuestion, read_question
 from percuss.web.session import Pools, Session
 
 __all__ = ["explore"]
 
 PERIODS = 60
+# What computes: see `Pools`.
+THREADS = ((1, "slider"), (1, "facts"), (2, "job"))
+# Views of one widget that answer at once.
+MOST_VIEWS = 16
 _IMPORT = re.compile(r'from "(\.{1,2}/[\w./]+)"')
 
 
@@ -102,26 +108,57 @@ def _widget_class() -> Any:
             rows = [{"name": p.name, "title": p.title, "caption": p.caption, "study": p.tables}
                     for p in presets()]  # fmt: skip
             super().__init__(study=study, facts={"presets": rows, "report": False, "figures": {}})
-            self._session = Session(self._give, _pools())
+            self._sessions: dict[str, Session] = {}
             self._tasks: set[asyncio.Task[None]] = set()
             self.on_msg(self._take)
 
-        async def _give(self, data: bytes) -> None:
-            self.send({"kind": "frame"}, buffers=[data])
+        def close(self) -> None:
+            """End what is in work, and the widget."""
+            for view in list(self._sessions):
+                self._end(view)
+            super().close()
 
-        def _take(self, _widget: Any, message: dict[str, Any], _buffers: list[Any]) -> None:
-            if message.get("kind") == "file":
-                self._file(message)
+        def _end(self, view: str) -> None:
+            session = self._sessions.pop(view, None)
+            if session is not None:
+                self._run(session.close())
+
+        def _run(self, work: Coroutine[Any, Any, None]) -> None:
+            try:
+                task = asyncio.get_running_loop().create_task(work)
+            except RuntimeError:
+                # The notebook is gone, and with it what was in work.
+                work.close()
                 return
-            loop = asyncio.get_event_loop()
-            task = loop.create_task(self._session.receive(str(message.get("text", ""))))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
+
+        def _session_of(self, view: str) -> Session:
+            """Return the session of a cell that shows the widget; the oldest gives way."""
+            if view not in self._sessions:
+                while len(self._sessions) >= MOST_VIEWS:
+                    self._end(next(iter(self._sessions)))
+
+                async def give(data: bytes) -> None:
+                    self.send({"kind": "frame", "view": view}, buffers=[data])
+
+                self._sessions[view] = Session(give, _pools())
+            return self._sessions[view]
+
+        def _take(self, _widget: Any, message: dict[str, Any], _buffers: list[Any]) -> None:
+            kind, view = message.get("kind"), str(message.get("view", ""))[:40]
+            if kind == "file":
+                self._file(message)
+            elif kind == "close":
+                self._end(view)
+            else:
+                self._run(self._session_of(view).receive(str(message.get("text", ""))))
 
         def _file(self, message: dict[str, Any]) -> None:
             answer = {"kind": "file", "id": message.get("id")}
             try:
-                made = file_of(study_of(message.get("study", {})), str(message.get("extension")))
+                question = read_question(json.dumps(message.get("question")), ("motion", *ASKED))
+                made = file_of(asked_study(question), str(message.get("extension")))
             except (BadQuestion, PercussError) as error:
                 self.send({**answer, "fault": str(error)})
             else:
@@ -132,8 +169,8 @@ def _widget_class() -> Any:
 
 @cache
 def _pools() -> Pools:
-    pools = Pools(ThreadPoolExecutor(1, "slider"), ThreadPoolExecutor(2, "job"))
-    for pool in (pools.short, pools.long):
+    pools = Pools(*(ThreadPoolExecutor(n, name) for n, name in THREADS))
+    for pool in (pools.short, pools.facts, pools.long):
         atexit.register(pool.shutdown, wait=False)
     return pools
 

@@ -7,6 +7,10 @@ from importlib import resources
 from percuss.errors import ParameterError
 
 
+# What a kind of study is called where its templates have other names.
+_SAME = {"motion": "impact"}
+
+
 def template_names() -> list[str]:
     """Return the names of the templates.
 
@@ -25,7 +29,7 @@ def template_text(name: str) -> str:
     Parameters
     ----------
     name
-        One of `template_names`.
+        One of `template_names`, or a kind of study.
 
     Returns
     -------
@@ -37,6 +41,7 @@ def template_text(name: str) -> str:
     ParameterError
         If there is no such template.
     """
+    name = _SAME.get(name, name)
     if name not in template_names():
         known = ", ".join(template_names())
         raise ParameterError("template", name, f"not a template; the templates are {known}")

@@ -1,18 +1,41 @@
 // The panel of parameters: a slider and a box for each.
 
 import { button, element } from "./dom.js";
-import { MODELS, modelOf, newHarmonic, newStop, numberOf, parametersOf, withModel } from "./models.js";
+import { MODELS, modelOf, newHarmonic, newStop, parametersOf, withModel } from "./models.js";
+import { Row } from "./row.js";
 import { get, put } from "./state.js";
 
 /** Build the panel; it follows the store, and puts what the user sets into it. */
 export class Panel {
-  constructor(store) {
+  /** `prefix` makes the ids its own, `onRelease` hears when a hand leaves a slider. */
+  constructor(store, prefix, onRelease) {
     this.store = store;
+    this.prefix = prefix;
+    this.isHeld = false;
     this.rows = new Map();
     this.root = element("form", { class: "panel", "aria-label": "Parameters", onsubmit: (event) => event.preventDefault() });
     this.shape = "";
+    this.#watchHands(onRelease);
     store.watch(() => this.update());
     this.update();
+  }
+
+  #watchHands(onRelease) {
+    const isSlider = (event) => event.target.type === "range";
+    const release = () => {
+      if (!this.isHeld) return;
+      this.isHeld = false;
+      onRelease();
+    };
+    for (const name of ["pointerdown", "keydown"]) this.root.addEventListener(name, (event) => (this.isHeld ||= isSlider(event)));
+    for (const name of ["keyup", "focusout", "change"]) this.root.addEventListener(name, (event) => isSlider(event) && release());
+    this.release = release;
+    for (const name of ["pointerup", "pointercancel"]) addEventListener(name, release);
+  }
+
+  /** End it. */
+  close() {
+    for (const name of ["pointerup", "pointercancel"]) removeEventListener(name, this.release);
   }
 
   /** Show the values; build the rows anew where there are others. */
@@ -24,7 +47,10 @@ export class Panel {
       this.shape = shape;
       this.#build(groups);
     }
-    for (const row of this.rows.values()) row.show(get(study, row.path));
+    this.select.value = modelOf(study);
+    const ranges = this.store.value.ranges ?? {};
+    for (const row of this.rows.values()) row.show(get(study, row.path), this.ranges === ranges ? undefined : (ranges[row.path] ?? row.home));
+    this.ranges = ranges;
   }
 
   /** Show what is wrong beside the fields; return what belongs to none. */
@@ -41,15 +67,16 @@ export class Panel {
 
   #build(groups) {
     this.rows.clear();
+    this.ranges = null;
     const study = () => this.store.value.study;
     const change = (next) => this.store.set({ study: next }, "study");
     const kind = modelOf(study());
-    const select = element(
+    this.select = element(
       "select",
       { "aria-label": "Model", onchange: (event) => change(withModel(study(), event.target.value)) },
       ...Object.entries(MODELS).map(([value, { label }]) => element("option", { value, selected: value === kind }, label)),
     );
-    const parts = [element("label", { class: "model" }, element("span", {}, "Model"), select)];
+    const parts = [element("label", { class: "model" }, element("span", {}, "Model"), this.select), element("p", { class: "hint" }, "x″ + 2a x′ + k x = f(t) + stops, unit mass")];
     for (const group of groups) parts.push(this.#group(group, study, change));
     this.root.replaceChildren(...parts);
   }
@@ -64,7 +91,7 @@ export class Panel {
         element(
           "div",
           { class: "tools" },
-          button(`${side} the motion`, () => change(put(study(), path, other)), { title: `put it ${other}` }),
+          button(`${side} the motion`, () => change(put(study(), path, other)), { title: `it is ${side} the motion; put it ${other}` }),
           button("remove", () => change(without(study(), "oscillator.stops", group.stop))),
         ),
       );
@@ -75,12 +102,21 @@ export class Panel {
       );
     }
     for (const spec of group.rows) {
-      const row = new Row(spec, (value) => change(put(study(), spec.path, value)));
+      const row = new Row(spec, {
+        prefix: this.prefix,
+        set: (value) => change(put(study(), spec.path, value)),
+        setRange: (range) => this.#setRange(spec.path, range),
+      });
       this.rows.set(spec.path, row);
       body.append(row.root);
     }
     if (group.title === "Oscillator" || group.title === "Forcing") body.append(this.#adders(group.title, study, change));
     return body;
+  }
+
+  #setRange(path, range) {
+    const { [path]: _, ...rest } = this.store.value.ranges ?? {};
+    this.store.set({ ranges: range === null ? rest : { ...rest, [path]: range } }, "ranges");
   }
 
   #adders(title, study, change) {
@@ -93,76 +129,6 @@ export class Panel {
     }
     return tools;
   }
-}
-
-/** One parameter. */
-class Row {
-  constructor({ path, label, range, step }, set) {
-    this.path = path;
-    this.range = [...range];
-    this.step = step;
-    this.value = undefined;
-    const id = `p-${path.replaceAll(".", "-")}`;
-    this.slider = element("input", {
-      type: "range", min: "0", max: "1000", step: "1", "aria-label": `${label}, slider`,
-      oninput: () => set(this.#ofSlider()),
-    });
-    this.box = element("input", {
-      type: "text", id, spellcheck: "false", autocomplete: "off", "aria-describedby": `${id}-fault`,
-      oninput: () => set(typed(this.box.value)),
-      onkeydown: (event) => this.#key(event, set),
-    });
-    this.message = element("p", { class: "fault", id: `${id}-fault`, role: "alert" });
-    this.root = element("div", { class: "row" }, element("label", { for: id }, label), this.slider, this.box, this.message);
-  }
-
-  show(value) {
-    const text = String(value ?? 0);
-    if (typed(this.box.value) !== value && document.activeElement !== this.box) this.box.value = text;
-    else if (document.activeElement !== this.box) this.box.value = text;
-    const number = numberOf(value ?? 0);
-    if (Number.isNaN(number)) return;
-    // A value beyond the slider's end moves the end, unless a hand is on it.
-    if (document.activeElement !== this.slider) {
-      if (number > this.range[1]) this.range[1] = 1.5 * number;
-      if (number < this.range[0]) this.range[0] = number < 0 ? 1.5 * number : 0;
-      const share = (number - this.range[0]) / (this.range[1] - this.range[0]);
-      this.slider.value = String(Math.round(1000 * share));
-    }
-    this.slider.setAttribute("aria-valuetext", text);
-  }
-
-  fault(reason) {
-    this.message.textContent = reason;
-    this.box.setAttribute("aria-invalid", reason ? "true" : "false");
-  }
-
-  #ofSlider() {
-    const [low, high] = this.range;
-    const width = high - low;
-    const unit = this.step ?? 10 ** (Math.floor(Math.log10(width)) - 3);
-    const value = Math.round((low + (width * Number(this.slider.value)) / 1000) / unit) * unit;
-    const digits = Math.max(0, -Math.floor(Math.log10(unit)));
-    return typed(String(Number(value.toFixed(digits))));
-  }
-
-  /** The arrow keys in a box change its last digit. */
-  #key(event, set) {
-    if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return;
-    const match = /^(-?\d+)(?:\.(\d+))?$/.exec(this.box.value.trim());
-    if (match === null) return;
-    event.preventDefault();
-    const digits = match[2]?.length ?? 0;
-    const next = Number(this.box.value) + (event.key === "ArrowUp" ? 1 : -1) * 10 ** -digits;
-    this.box.value = next.toFixed(digits);
-    set(typed(this.box.value));
-  }
-}
-
-/** Return what was typed as a study file holds it: whole numbers bare, the rest as exact texts. */
-export function typed(text) {
-  const bare = text.trim();
-  return /^[+-]?\d{1,15}$/.test(bare) ? Number(bare) : bare;
 }
 
 function sides(study) {

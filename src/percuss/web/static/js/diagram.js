@@ -1,114 +1,176 @@
 // A bifurcation diagram or a response chart over one parameter.
 
+import { familiesOf, nearestOrbit, orbitText } from "./chart.js";
 import { element, say, shown } from "./dom.js";
 import { choiceField, numberField } from "./fields.js";
 import { Job } from "./job.js";
-import { numberOf, pathsOf } from "./models.js";
+import { numberOf, pathsOf, sameMotion, startAt } from "./models.js";
 import { Plot } from "./plots.js";
-import { get, put } from "./state.js";
+import { get, put, settingsOf } from "./state.js";
 
 const KINDS = [
-  ["diagram", "bifurcation diagram (all points of the attractor)"],
-  ["response", "response chart (periodic orbits, stable and unstable)"],
+  ["diagram", "bifurcation diagram"],
+  ["response", "response chart"],
 ];
-const COLOURS = ["--curve", "--orbit", "--c3", "--c4", "--c5", "--c6"];
+const OF = {
+  diagram: [["x", "displacement"], ["v", "velocity"]],
+  response: [["amplitude", "amplitude"], ["speed", "impact speed"]],
+};
+const LABELS = { x: "x at whole periods", v: "v at whole periods", amplitude: "amplitude", speed: "largest impact speed" };
+const ABOUT = {
+  diagram: "Where the motion is once a forcing period after settling: one point is an orbit of one period, two of two, a cloud is chaos.",
+  response: "All periodic orbits that are found, stable solid and unstable dashed, (impacts, forcing periods); squares are bifurcations and grazes.",
+};
+const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2 };
 
 export class Diagram {
   constructor(app) {
     this.app = app;
-    this.settings = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x" };
-    Object.assign(this.settings, app.store.value.diagram ?? {});
+    this.levels = [];
     this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
-    this.job = new Job(app, () => this.#question(), (header, arrays, isFirst) => this.#take(header, arrays, isFirst));
+    this.job = new Job(app, () => this.#ask(), (header, arrays, isFirst) => this.#take(header, arrays, isFirst));
+    this.zoomed = element("button", { type: "button", hidden: true, onclick: () => this.#refine() }, "Compute what is shown");
+    this.job.root.append(this.zoomed);
     this.plot = new Plot({
       title: "Diagram", x: "parameter", y: "x", kind: "points",
-      read: (x, y) => `${this.settings.path} = ${shown(x, 6)}, ${this.#what()} = ${shown(y, 5)}`,
+      read: (x, y) => this.#read(x, y),
       onClick: (x, y) => this.#open(x, y),
+      onZoom: (zoom) => (this.zoomed.hidden = zoom === null),
     });
-    this.legend = element("p", { class: "hint" });
+    this.stale = element("p", { class: "stale-note", hidden: true }, "The motion has been changed since; compute again for what is set now.");
+    this.legend = element("ul", { class: "legend" });
+    this.hint = element("p", { class: "hint" });
     this.root = element(
       "section",
       { class: "wide", "aria-label": "Diagram" },
-      this.form, this.job.root, this.plot.root, this.legend,
+      this.form, this.job.root, this.stale, this.plot.root, this.legend, this.hint,
     );
-    this.levels = [];
-    app.store.watch(() => this.#fields());
-    this.#fields();
+    this.restore(app.store.value);
+    app.store.watch(() => this.#changed());
   }
 
   recolour() {
     this.plot.recolour();
   }
 
-  /** Build the form anew where the motion has other parameters. */
-  #fields() {
+  close() {
+    this.plot.close();
+  }
+
+  /** Take the settings of a link. */
+  restore({ diagram, study }) {
+    this.settings = settingsOf(DEFAULTS, diagram);
+    if (!(this.settings.kind in OF)) this.settings.kind = "diagram";
+    if (!OF[this.settings.kind].some(([name]) => name === this.settings.of)) this.settings.of = OF[this.settings.kind][0][0];
+    this.key = "";
+    this.#fields(study);
+  }
+
+  /** Another motion: nothing is known of it. */
+  begin(state) {
+    this.job.clear();
+    this.levels = [];
+    this.asked = this.families = null;
+    this.stale.hidden = true;
+    this.legend.replaceChildren();
+    this.restore(state);
+  }
+
+  /** Return what is asked, as the server knows it. */
+  question() {
+    const { kind, path, low, high, values, points, max_impacts, max_periods } = this.settings;
+    const own = kind === "diagram" ? { values, points } : { max_impacts, max_periods };
+    return { kind, study: this.app.store.value.study, path, low, high, ...own };
+  }
+
+  #changed() {
     const { study } = this.app.store.value;
+    this.#fields(study);
+    if (!this.asked) return;
+    // The parameter of the diagram may be any: it is marked in the picture.
+    const at = (tables) => put(tables, this.asked.path, 0);
+    this.stale.hidden = get(study, this.asked.path) !== undefined && sameMotion(at(this.asked.study), at(study));
+    this.plot.lines = this.#here();
+    this.plot.redraw();
+  }
+
+  /** Build the form anew where the motion has other parameters. */
+  #fields(study) {
     const paths = pathsOf(study);
     const key = paths.map((it) => it.path).join() + this.settings.kind;
     if (key === this.key) return;
     this.key = key;
-    const known = paths.some((it) => it.path === this.settings.path);
-    if (!known) {
-      const first = paths.find((it) => it.path.endsWith("omega")) ?? paths[0];
-      this.#range(first.path);
-    }
-    const set = (name) => (value) => {
-      this.settings[name] = value;
-      this.app.store.set({ diagram: { ...this.settings } }, "diagram");
-      this.key = "";
-      this.#fields();
-    };
-    const isDiagram = this.settings.kind === "diagram";
+    const { settings } = this;
+    if (!paths.some((it) => it.path === settings.path)) this.#range((paths.find((it) => it.path.endsWith("omega")) ?? paths[0]).path, study);
+    const number = (name, label, attributes) => numberField(label, settings[name], (value) => this.#set({ [name]: value }), attributes);
+    const whole = (name, label, max) => number(name, label, { min: name.startsWith("max") ? 1 : 2, max, step: 1 });
+    const isDiagram = settings.kind === "diagram";
     this.form.replaceChildren(
-      choiceField("kind", KINDS, this.settings.kind, set("kind")),
-      choiceField("over", paths.map((it) => [it.path, it.name]), this.settings.path, (path) => {
-        this.#range(path);
-        set("path")(path);
+      choiceField("kind", KINDS, settings.kind, (kind) => this.#set({ kind, of: OF[kind][0][0] }, true)),
+      choiceField("over", paths.map((it) => [it.path, it.name]), settings.path, (path) => {
+        this.#range(path, this.app.store.value.study);
+        this.#set({}, true);
       }),
-      numberField("from", this.settings.low, set("low")),
-      numberField("to", this.settings.high, set("high")),
+      number("low", "from"),
+      number("high", "to"),
       ...(isDiagram
-        ? [
-            numberField("values", this.settings.values, set("values"), { min: 2, max: 8192, step: 1 }),
-            numberField("points at each", this.settings.points, set("points"), { min: 2, max: 1024, step: 1 }),
-            choiceField("of", [["x", "displacement"], ["v", "velocity"]], this.settings.of, (of) => {
-              set("of")(of);
-              this.#draw();
-            }),
-          ]
-        : [
-            choiceField("of", [["amplitude", "amplitude"], ["speed", "impact speed"]], this.settings.of, (of) => {
-              set("of")(of);
-              this.#draw();
-            }),
-          ]),
+        ? [whole("values", "values", 8192), whole("points", "points at each", 1024)]
+        : [whole("max_impacts", "impacts up to", 6), whole("max_periods", "periods up to", 6)]),
+      choiceField("of", OF[settings.kind], settings.of, (of) => {
+        this.#set({ of });
+        this.#draw();
+      }),
     );
+    this.hint.textContent = ABOUT[settings.kind];
+    this.#wait();
+  }
+
+  #set(parts, isOther = false) {
+    Object.assign(this.settings, parts);
+    if (isOther) this.key = "";
+    this.app.store.set({ diagram: { ...this.settings } }, "diagram");
+    this.#wait();
+  }
+
+  #wait() {
+    const { low, high } = this.settings;
+    if (this.levels.length > 0 || !(low < high)) return;
+    this.plot.label(this.#name(this.settings.path), LABELS[this.settings.of]);
+    this.plot.wait(`Compute shows the ${KINDS.find(([kind]) => kind === this.settings.kind)[1]}`, { x: [low, high], y: [-1, 1] });
   }
 
   /** Set a range around the value that a parameter has. */
-  #range(path) {
-    const value = numberOf(get(this.app.store.value.study, path));
+  #range(path, study) {
+    const value = numberOf(get(study, path));
     const size = Math.abs(value) || 1;
     Object.assign(this.settings, { path, low: round(value - 0.4 * size), high: round(value + 0.4 * size) });
     if (path.endsWith("restitution")) Object.assign(this.settings, { low: 0, high: 1 });
     if (path.endsWith("omega")) this.settings.low = Math.max(0.05, this.settings.low);
+    if (path.endsWith("damping")) this.settings.low = Math.max(0, this.settings.low);
   }
 
-  #question() {
-    const { kind, path, low, high, values, points } = this.settings;
-    const { study } = this.app.store.value;
-    this.shown = { ...this.settings, study };
-    return { kind, study, path, low, high, ...(kind === "diagram" ? { values, points } : {}) };
+  #ask() {
+    this.asked = this.question();
+    this.stale.hidden = true;
+    // What is computed is kept in the link.
+    this.app.store.set({ diagram: { ...this.settings } }, "diagram");
+    return this.asked;
   }
 
-  #what() {
-    return { x: "x", v: "v", amplitude: "amplitude", speed: "impact speed" }[this.settings.of] ?? "x";
+  /** Compute the part that is zoomed into. */
+  #refine() {
+    const [low, high] = this.plot.limits.x.map((end) => Number(end.toPrecision(8)));
+    Object.assign(this.settings, { low, high, path: this.asked.path });
+    this.key = "";
+    this.#fields(this.app.store.value.study);
+    this.job.run();
   }
 
   #take(header, arrays, isFirst) {
+    if (isFirst || header.kind === "response") this.levels = [];
     if (isFirst) {
-      this.levels = [];
       this.plot.zoom = null;
+      this.zoomed.hidden = true;
     }
     this.levels.push({ header, arrays });
     this.#draw();
@@ -117,14 +179,16 @@ export class Diagram {
   #draw() {
     if (this.levels.length === 0) return;
     const { header } = this.levels[0];
-    this.plot.options.x = header.path;
-    if (header.kind === "diagram") this.#drawPoints(header);
-    else this.#drawFamilies(header);
+    // What is chosen may be of the other kind, which is not computed yet.
+    const of = OF[header.kind].some(([name]) => name === this.settings.of) ? this.settings.of : OF[header.kind][0][0];
+    this.drawn = of;
+    this.plot.label(this.#name(header.path), LABELS[of]);
+    if (header.kind === "diagram") this.#drawPoints(header, of);
+    else this.#drawFamilies(header, of);
   }
 
-  #drawPoints(header) {
-    const of = this.settings.of === "v" ? "v" : "x";
-    this.#label(header.path, of === "x" ? "x at whole periods" : "v at whole periods");
+  #drawPoints(header, of) {
+    this.families = null;
     let low = Infinity;
     let high = -Infinity;
     for (const { arrays } of this.levels) {
@@ -134,73 +198,85 @@ export class Diagram {
       }
     }
     const pad = 0.05 * (high - low) || 1;
-    this.plot.show(
-      this.levels.map(({ header: it, arrays }) => ({ kind: "density", x: arrays.value, y: arrays[of], rows: it.n_points, colour: "--curve" })),
-      [],
-      { x: [header.low, header.high], y: [low - pad, high + pad] },
-    );
     const total = this.levels.reduce((sum, { arrays }) => sum + arrays.x.length, 0);
-    this.legend.textContent = `${total.toLocaleString("en")} points. Drag to zoom, double-click for all, click a point to open it in Explore.`;
+    const isSparse = this.levels.reduce((sum, { arrays }) => sum + arrays.value.length, 0) < 2000;
+    this.plot.show(
+      this.levels.map(({ header: it, arrays }) => ({ kind: "density", x: arrays.value, y: arrays[of], rows: it.n_points, isSparse, colour: "--curve" })),
+      this.#here(),
+      low <= high ? { x: [header.low, header.high], y: [low - pad, high + pad] } : { x: [header.low, header.high], y: [-1, 1] },
+    );
+    if (!(low <= high)) this.plot.say("no motion stays within bounds");
+    this.legend.replaceChildren(element("li", {}, `${total.toLocaleString("en")} points`), element("li", {}, "click a point to open it in Explore"));
   }
 
-  #drawFamilies(header) {
+  #drawFamilies(header, of) {
     const { arrays } = this.levels[0];
-    const of = this.settings.of === "speed" ? "speed" : "amplitude";
-    this.#label(header.path, of === "speed" ? "largest impact speed" : "amplitude");
-    const layers = [];
-    header.families.forEach((_, i) => {
-      const colour = COLOURS[i % COLOURS.length];
-      const x = arrays[`value${i}`];
-      const parts = { x, y: arrays[`${of}${i}`], stable: arrays[`stable${i}`], real: arrays[`admissible${i}`] };
-      layers.push({ x, y: masked(parts, (s, r) => s && r), colour, width: 2 });
-      layers.push({ x, y: masked(parts, (s, r) => !s && r), colour, width: 1.5, dash: [5, 4] });
+    this.families = familiesOf(header, arrays, of);
+    this.plot.show(this.families.layers, this.#here());
+    if (this.families.kinds.size === 0) this.plot.say("no periodic orbits found");
+    const rows = [...this.families.kinds].map(([name, colour]) => {
+      const swatch = element("span", { class: "swatch" });
+      swatch.style.backgroundColor = `var(${colour})`;
+      return element("li", {}, swatch, element("span", {}, name));
     });
-    this.plot.show(layers);
-    const names = new Set(header.families.map(({ n_impacts: m, n_periods: n }) => `(${m ?? "∞"}, ${n})`));
-    this.legend.textContent = `Families (impacts, periods): ${[...names].join(", ")}. Stable solid, unstable dashed. Click to open the parameter in Explore.`;
+    this.legend.replaceChildren(...rows, element("li", {}, "solid: stable, dashed: not stable; click an orbit to open it in Explore"));
   }
 
-  #label(x, y) {
-    if (this.plot.options.x === x && this.plot.options.y === y) return;
-    Object.assign(this.plot.options, { x, y });
-    this.plot.recolour();
+  /** A line at the value that Explore shows. */
+  #here() {
+    const value = this.asked ? numberOf(get(this.app.store.value.study, this.asked.path)) : Number.NaN;
+    return value >= this.asked?.low && value <= this.asked?.high ? [{ x: value, colour: "--faint" }] : [];
   }
 
-  #open(value, height) {
-    if (!this.shown) return;
-    const { path, study } = this.shown;
-    let next = put(study, path, String(Number(value.toPrecision(8))));
-    const start = this.#startNear(value, height);
-    if (start) next = { ...next, start: { ...next.start, ...start } };
-    this.app.open(next);
+  #name(path) {
+    const found = pathsOf(this.app.store.value.study).find((it) => it.path === path);
+    return found ? `${found.label} (${path})` : path;
+  }
+
+  #read(x, y) {
+    const place = `${this.asked?.path.split(".").at(-1) ?? "parameter"} = ${shown(x, 6)}, ${this.drawn ?? "y"} = ${shown(y, 5)}`;
+    const near = this.families ? nearestOrbit(this.families.rows, { x, y }, this.plot.limits) : null;
+    return near ? `${place}: ${orbitText(near, this.families.marks, this.plot.limits)}` : place;
+  }
+
+  #open(x, y) {
+    if (!this.asked || this.levels.length === 0) return;
+    const { path, study } = this.asked;
+    const found = this.families ? this.#orbitNear(x, y) : this.#pointNear(x, y);
+    const value = found?.value ?? x;
+    const next = put(study, path, String(Number(value.toPrecision(7))));
+    this.app.open(found ? { ...next, start: { ...next.start, ...found.start } } : next);
     say(this.app.root, `opened ${path} = ${shown(value, 6)}`);
   }
 
-  /** Return x and v of the point of the diagram that is nearest. */
-  #startNear(value, height) {
-    if (this.shown.kind !== "diagram") return null;
+  #orbitNear(x, y) {
+    const near = nearestOrbit(this.families.rows, { x, y }, this.plot.limits);
+    if (near === null) return null;
+    const { it, k } = near;
+    return { value: it.value[k], start: startAt(this.asked.study, it.x0[k], it.v0[k], { t0: String(Number(it.t0[k].toPrecision(8))) }) };
+  }
+
+  /** Return value, x and v of the point of the diagram that is nearest. */
+  #pointNear(x, y) {
+    const [width, height] = [this.plot.limits.x, this.plot.limits.y].map((ends) => ends[1] - ends[0]);
     let best = null;
     let least = Infinity;
     for (const { header, arrays } of this.levels) {
       const n = header.n_points;
-      arrays.value.forEach((at, i) => {
-        const across = Math.abs(at - value) / (header.high - header.low);
+      arrays.value.forEach((value, i) => {
+        const across = Math.abs(value - x) / width;
         if (across > 0.02) return;
         for (let k = i * n; k < (i + 1) * n; k += 1) {
-          const apart = across + Math.abs(arrays[this.settings.of][k] - height) / (this.plot.home.y[1] - this.plot.home.y[0]);
+          const apart = across + Math.abs(arrays[this.drawn][k] - y) / height;
           if (apart < least) {
             least = apart;
-            best = { x0: String(arrays.x[k]), v0: String(arrays.v[k]) };
+            best = { value, start: startAt(this.asked.study, arrays.x[k], arrays.v[k]) };
           }
         }
       });
     }
     return best;
   }
-}
-
-function masked({ y, stable, real }, keep) {
-  return Float32Array.from(y, (value, i) => (keep(stable[i] > 0, real[i] > 0) ? value : Number.NaN));
 }
 
 const round = (value) => Number(value.toPrecision(3));

@@ -2,6 +2,7 @@
 
 import { element, shown } from "./dom.js";
 
+const STABLE = { asymptotic: "stable", elliptic: "elliptic (neighbours stay near)", parabolic: "parabolic (on the edge)", unstable: "unstable" };
 const KINDS = {
   eigenset: "on the eigenset",
   eigenset_subset: "on a subset of the eigenset",
@@ -14,10 +15,10 @@ const KINDS = {
 /** The line of facts. */
 export class Facts {
   constructor() {
-    this.outcome = card("Outcome");
-    this.times = card("Impact times");
-    this.contacts = card("Contacts");
-    this.orbit = card("Nearest periodic orbit");
+    this.outcome = card("Outcome", "how the run ended");
+    this.times = card("Impact times", "whether they repeat; the eigenset: times of the free motion from impact to impact");
+    this.contacts = card("Contacts", "where the mass stays at a stop for a while");
+    this.orbit = card("Nearest periodic orbit", "what the motion settles to, or passes by");
     this.root = element("dl", { class: "facts" }, ...[this.outcome, this.times, this.orbit, this.contacts].map((it) => it.root));
     this.showOrbit(undefined);
   }
@@ -26,7 +27,9 @@ export class Facts {
     const events = [count(header.n_impacts, "impact")];
     if (header.n_crossings) events.push(count(header.n_crossings, "crossing"));
     if (header.n_grazes) events.push(count(header.n_grazes, "graze"));
-    this.outcome.show(header.outcome, `${events.join(", ")}; computed in ${shown(header.milliseconds, 2)} ms`);
+    const isCut = header.outcome.includes("interrupted") || header.outcome.includes("max_impacts");
+    const patience = isCut ? "; the page follows a second of computing or 50,000 impacts" : "";
+    this.outcome.show(header.outcome, `${events.join(", ")}; computed in ${shown(header.milliseconds, 2)} ms${patience}`);
     const { kind, n_impacts: impacts, n_periods: periods } = header.impact_times;
     const pattern = impacts ? `${count(impacts, "impact")} in ${count(periods, "forcing period")}` : "";
     this.times.show(KINDS[kind] ?? kind, pattern);
@@ -43,18 +46,19 @@ export class Facts {
       return;
     }
     const name = orbit.sticks ? `(∞, ${orbit.n_periods})` : `(${orbit.n_impacts}, ${orbit.n_periods})`;
+    const round = `${orbit.sticks ? "chatter and contact" : count(orbit.n_impacts, "impact")} in ${count(orbit.n_periods, "forcing period")}`;
     const multipliers = orbit.multipliers.map(([re, im]) => (im ? `${shown(re, 3)} ${im > 0 ? "+" : "−"} ${shown(Math.abs(im), 3)}i` : shown(re, 3)));
     const clearance = orbit.grazing_margin === null ? "no turning point near a stop" : `clearance ${shown(orbit.grazing_margin, 3)}`;
     const formal = orbit.admissible ? "" : "formal: it passes through a stop; ";
-    this.orbit.show(`${name} ${orbit.stability}`, `${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
+    this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${round}; ${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
   }
 }
 
-function card(title) {
+function card(title, about) {
   const value = element("dd", {});
   const note = element("dd", { class: "note" });
   const picture = element("div", { class: "mini" });
-  const root = element("div", { class: "card" }, element("dt", {}, title), value, note, picture);
+  const root = element("div", { class: "card", title: about }, element("dt", {}, title), value, note, picture);
   return {
     root,
     show(text, more, drawn = null) {

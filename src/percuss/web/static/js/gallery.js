@@ -1,6 +1,6 @@
-// Named motions to begin with, and the report of the paper.
+// Named motions to begin with.
 
-import { button, element } from "./dom.js";
+import { element } from "./dom.js";
 
 const THUMB = { width: 220, height: 130 };
 
@@ -11,7 +11,7 @@ export class Gallery {
       const canvas = element("canvas", { width: 2 * THUMB.width, height: 2 * THUMB.height, "aria-hidden": "true" });
       const card = element(
         "button",
-        { type: "button", class: "preset", onclick: () => app.open(preset.study, true), "data-name": preset.name },
+        { type: "button", class: "preset", onclick: () => app.begin(preset.study), "data-name": preset.name },
         canvas, element("strong", {}, preset.title), element("span", {}, preset.caption),
       );
       return { preset, canvas, card };
@@ -72,28 +72,4 @@ function ends(values) {
     if (value > high) high = value;
   }
   return [low, high];
-}
-
-/** The report of `percuss paper`, and its figures in Explore. */
-export class Paper {
-  constructor(app, { report, figures, presets }) {
-    const byName = new Map(presets.map((preset) => [preset.name, preset]));
-    const open = Object.entries(figures).map(([figure, name]) =>
-      button(figure.replace("fig", "figure "), () => app.open(byName.get(name).study, true), { "data-figure": figure }),
-    );
-    const missing = element(
-      "p",
-      { class: "hint" },
-      "The report is not here. Write it with ", element("code", {}, "percuss paper --out report"),
-      " and open the page with ", element("code", {}, "percuss serve --report report"), ".",
-    );
-    this.root = element(
-      "section",
-      { class: "paper", "aria-label": "Paper" },
-      element("div", { class: "tools" }, element("span", {}, "Open in Explore:"), ...open),
-      report ? element("iframe", { src: "/report/index.html", title: "Report of the paper" }) : missing,
-    );
-  }
-
-  recolour() {}
 }

@@ -18,6 +18,7 @@ export class Job {
 
   run() {
     let isFirst = true;
+    this.app.supersede(this);
     const began = performance.now();
     this.#busy(true);
     this.bar.removeAttribute("value");
@@ -47,10 +48,16 @@ export class Job {
     this.#busy(false);
   }
 
-  /** The way to the server was lost. */
-  lost() {
+  /** Forget what was asked before. */
+  clear() {
+    if (!this.stop.hidden) this.cancel();
+    this.status.textContent = "";
+  }
+
+  /** No answer will come any more: the reason is a sentence. */
+  lost(reason) {
     if (this.stop.hidden) return;
-    this.status.textContent = "the connection was lost; compute again";
+    this.status.textContent = reason;
     this.#busy(false);
   }
 

@@ -4,56 +4,68 @@ import { Basins } from "./basins.js";
 import { Diagram } from "./diagram.js";
 import { button, element, say } from "./dom.js";
 import { Explore } from "./explore.js";
-import { Gallery, Paper } from "./gallery.js";
+import { Gallery } from "./gallery.js";
+import { makeHelp, makeMenu, makeTabs } from "./head.js";
+import { Paper } from "./paper.js";
 import { decodeLink, encode, Store } from "./state.js";
 
 export { Questions } from "./transport.js";
 
-const VIEWS = ["explore", "diagram", "basins", "paper", "gallery"];
-const FILES = [
-  ["toml", "study.toml"],
-  ["py", "motion.py, the same run in Python"],
-  ["png", "motion.png"],
-  ["svg", "motion.svg"],
-  ["csv", "impacts.csv"],
-  ["nc", "motion.nc (NetCDF)"],
-];
 const THEMES = ["system", "light", "dark"];
+// A slider that moves writes the address this seldom [ms]: browsers allow few changes a second.
+const LINKING = 250;
 
 /**
  * Put the workbench into an element.
  *
  * connect(onState) returns the questions; facts: {version, presets, report, figures};
- * file(extension, study) resolves to {name, blob}; hasLinks: whether the address holds the state;
- * study: what to begin with; onStudy(study) hears of every change.
+ * file(extension, question) resolves to {name, blob}; hasLinks: whether the address holds the state;
+ * prefix makes the ids its own; study: what to begin with; onStudy(study) hears of every change.
  */
-export function mount(root, { connect, facts, file, hasLinks, study, onStudy }) {
-  return new App(root, { connect, facts, file, hasLinks, study, onStudy });
+export function mount(root, options) {
+  return new App(root, { prefix: "p", ...options });
 }
 
 class App {
   constructor(root, options) {
     this.root = root;
     this.options = options;
+    this.prefix = options.prefix;
     root.classList.add("percuss");
-    const first = { view: "explore", study: options.study ?? options.facts.presets[0].study };
+    const first = { view: "explore", study: options.study ?? options.facts.presets[0].study, ranges: {} };
     const linked = options.hasLinks ? decodeLink(location.hash.slice(1)) : null;
     this.store = new Store({ ...first, ...linked });
+    this.ends = [];
     this.questions = options.connect((isOpen) => this.#connection(isOpen));
     this.#build();
-    this.store.watch((state, why) => {
-      if (why === "view" || why === "all") this.#showView();
-      if (why === "study" || why === "all") options.onStudy?.(state.study);
-      this.#keepLink();
-    });
-    if (options.hasLinks) addEventListener("hashchange", () => this.#follow());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#recolour());
+    this.#listen();
     this.#showView();
+    if (options.hasLinks && linked === null && location.hash.length > 1) say(root, "the link holds no motion");
   }
 
-  /** Show a study in Explore. */
-  open(study, isNew = true) {
-    this.store.set({ study, view: "explore" }, isNew ? "all" : "study");
+  /** Begin with another motion in Explore; what was set and computed for the one before is gone. */
+  begin(study) {
+    const state = { study, view: "explore", ranges: {}, diagram: undefined, basins: undefined };
+    for (const view of Object.values(this.views)) view.begin?.(state);
+    this.store.set(state, "all");
+  }
+
+  /** Show in Explore a motion that was found in another view. */
+  open(study) {
+    this.store.set({ study, view: "explore" }, "all");
+  }
+
+  /** The long answer that a view waited for is computed no more: another one has begun. */
+  supersede(job) {
+    for (const view of Object.values(this.views)) if (view.job && view.job !== job) view.job.lost("another computation has begun; compute again");
+  }
+
+  /** End everything: the element is shown no more. */
+  close() {
+    for (const end of this.ends) end();
+    for (const view of Object.values(this.views)) view.close?.();
+    clearTimeout(this.linking);
+    this.root.replaceChildren();
   }
 
   #build() {
@@ -61,82 +73,122 @@ class App {
     this.views = { explore: new Explore(this), diagram: new Diagram(this), basins: new Basins(this) };
     if (this.options.hasLinks) this.views.paper = new Paper(this, facts);
     this.views.gallery = new Gallery(this, facts.presets);
-    this.tabs = new Map(
-      VIEWS.filter((name) => this.views[name]).map((name) => [
-        name,
-        button(name[0].toUpperCase() + name.slice(1), () => this.store.set({ view: name }, "view"), { role: "tab", "data-view": name }),
-      ]),
-    );
+    for (const [name, view] of Object.entries(this.views)) {
+      view.root.id = `${this.prefix}-view-${name}`;
+      view.root.setAttribute("role", "tabpanel");
+    }
+    this.tabs = makeTabs(Object.keys(this.views), this.prefix, (name) => this.store.set({ view: name }, "view"));
     this.banner = element("p", { class: "banner", role: "alert", hidden: true }, "Connection lost; trying again …");
+    this.help = makeHelp();
     this.root.replaceChildren(
-      element(
-        "header",
-        { class: "top" },
-        element("h1", {}, "percuss"),
-        element("nav", { role: "tablist", "aria-label": "Views" }, ...this.tabs.values()),
-        this.#tools(),
-      ),
+      element("header", { class: "top" }, element("h1", {}, "percuss"), this.tabs.root, this.#tools()),
       this.banner,
-      ...Object.values(this.views).map((view) => view.root),
+      element("main", {}, ...Object.values(this.views).map((view) => view.root)),
+      this.help,
     );
   }
 
   #tools() {
-    const files = FILES.map(([extension, name]) => button(name, () => this.#download(extension), { "data-file": extension }));
-    const menu = element("details", { class: "menu" }, element("summary", {}, "Files"), element("div", {}, ...files));
-    menu.addEventListener("click", (event) => {
-      if (event.target.tagName === "BUTTON") menu.open = false;
-    });
-    const tools = [
-      button("Copy link", () => this.#copy(location.href, "link copied"), { hidden: !this.options.hasLinks }),
+    this.menu = makeMenu((extension) => this.#download(extension));
+    this.ends.push(() => this.menu.close());
+    return element(
+      "div",
+      { class: "tools" },
+      button("Copy link", () => this.#copyLink(), { hidden: !this.options.hasLinks }),
       button("Copy as Python", () => this.#copyPython()),
-      menu,
-      button("◐", () => this.#theme(), { title: "Light or dark", "aria-label": "Light or dark" }),
-    ];
-    return element("div", { class: "tools" }, ...tools);
+      this.menu.root,
+      button("◐", () => this.#theme(), { title: "light or dark", "aria-label": "Light or dark" }),
+      button("?", () => this.help.showModal(), { title: "help (?)", "aria-label": "Help" }),
+    );
+  }
+
+  #listen() {
+    const { hasLinks, onStudy } = this.options;
+    this.store.watch((state, why) => {
+      if (why === "view" || why === "all") this.#showView();
+      if (why === "study" || why === "all") onStudy?.(state.study);
+      this.#keepLink(why);
+    });
+    const listen = (target, name, listener) => {
+      target.addEventListener(name, listener);
+      this.ends.push(() => target.removeEventListener(name, listener));
+    };
+    if (hasLinks) listen(globalThis, "hashchange", () => this.#follow());
+    listen(matchMedia("(prefers-color-scheme: dark)"), "change", () => this.#recolour());
+    // On a page of its own the key is heard wherever the focus is.
+    listen(hasLinks ? document : this.root, "keydown", (event) => {
+      if (event.key !== "?" || ["INPUT", "TEXTAREA", "SELECT"].includes(event.target.tagName) || this.help.open) return;
+      event.preventDefault();
+      this.help.showModal();
+    });
   }
 
   #showView() {
     const { view } = this.store.value;
-    const name = this.views[view] ? view : "explore";
-    for (const [key, it] of Object.entries(this.views)) {
-      it.root.hidden = key !== name;
-      this.tabs.get(key).setAttribute("aria-selected", String(key === name));
-    }
+    const name = Object.hasOwn(this.views, view) ? view : "explore";
+    for (const [key, it] of Object.entries(this.views)) it.root.hidden = key !== name;
+    this.tabs.show(name);
+    this.menu.show(name);
     this.views[name].shown?.();
   }
 
   #connection(isOpen) {
     if (this.banner) this.banner.hidden = isOpen;
     if (!isOpen) {
-      this.views?.diagram.job.lost();
-      this.views?.basins.job.lost();
+      for (const view of Object.values(this.views ?? {})) view.job?.lost("the connection was lost; compute again");
       return;
     }
     // Also the first time, when the views may not be there yet.
     queueMicrotask(() => this.views.explore.ask(false));
   }
 
-  #keepLink() {
+  /** Keep the address; another view or motion is one that "Back" comes back from. */
+  #keepLink(why) {
     if (!this.options.hasLinks) return;
+    if (why === "view" || why === "all") {
+      this.#writeLink(this.isFollowing ? "replaceState" : "pushState");
+      return;
+    }
+    this.linking ??= setTimeout(() => this.#writeLink("replaceState"), LINKING);
+  }
+
+  #writeLink(how) {
     clearTimeout(this.linking);
-    this.linking = setTimeout(() => {
-      this.written = `#${encode(this.store.value)}`;
-      history.replaceState(null, "", this.written);
-    }, 150);
+    this.linking = null;
+    const link = `#${encode(this.store.value)}`;
+    if (link === location.hash) return;
+    this.written = link;
+    history[how](null, "", link);
   }
 
   /** Another link was put into the address. */
   #follow() {
     if (location.hash === this.written) return;
     const state = decodeLink(location.hash.slice(1));
-    if (state === null) say(this.root, "the link holds no motion");
-    else this.store.set(state, "all");
+    if (state === null) {
+      say(this.root, "the link holds no motion");
+      return;
+    }
+    for (const view of Object.values(this.views)) view.restore?.(state);
+    this.isFollowing = true;
+    this.store.set(state, "all");
+    this.isFollowing = false;
+  }
+
+  /** What files are asked of: the motion, or the long question of the view that is shown. */
+  #asked() {
+    const { view, study } = this.store.value;
+    return this.views[view]?.question?.() ?? { kind: "motion", study };
+  }
+
+  #copyLink() {
+    this.#writeLink("replaceState");
+    this.#copy(location.href, "link copied");
   }
 
   async #copyPython() {
     try {
-      const { blob } = await this.options.file("py", this.store.value.study);
+      const { blob } = await this.options.file("py", this.#asked());
       await this.#copy(await blob.text(), "Python copied");
     } catch (error) {
       say(this.root, error.message);
@@ -152,6 +204,7 @@ class App {
       box.value = text;
       box.addEventListener("blur", () => box.remove());
       this.root.append(box);
+      box.focus();
       box.select();
       say(this.root, "press Ctrl-C to copy");
     }
@@ -159,7 +212,7 @@ class App {
 
   async #download(extension) {
     try {
-      const { name, blob } = await this.options.file(extension, this.store.value.study);
+      const { name, blob } = await this.options.file(extension, this.#asked());
       const address = URL.createObjectURL(blob);
       element("a", { href: address, download: name }).click();
       setTimeout(() => URL.revokeObjectURL(address), 10_000);

@@ -53,22 +53,22 @@ export function parametersOf(study) {
     {
       title: "Oscillator",
       rows: [
-        row("oscillator.stiffness", "stiffness k", [-1, 4]),
-        row("oscillator.damping", "damping a", [0, 1]),
+        row("oscillator.stiffness", "stiffness k", [-1, 4], null, "of the spring; 0: free flight"),
+        row("oscillator.damping", "damping a", [0, 1], null, "a ≥ 0; the term is 2 a x′"),
       ],
     },
   ];
   (oscillator.stops ?? []).forEach((stop, i) => {
     const path = `oscillator.stops.${i}`;
-    const rows = [row(`${path}.at`, "at", [-3, 3])];
-    if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1]));
+    const rows = [row(`${path}.at`, "at", [-3, 3], null, "where the stop is")];
+    if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1], null, "1: no loss; 0: it stays"));
     else {
-      rows.push(row(`${path}.stiffness`, "stiffness", [-0.9, 50]));
-      rows.push(row(`${path}.damping`, "damping", [0, 2]));
+      rows.push(row(`${path}.stiffness`, "stiffness", [-0.9, 50], null, "added to the spring's beyond the stop"));
+      rows.push(row(`${path}.damping`, "damping", [0, 2], null, "added beyond the stop"));
     }
     groups.push({ title: stop.type === "wall" ? `Wall ${i}` : `Soft stop ${i}`, stop: i, rows });
   });
-  groups.push({ title: "Forcing", rows: [row("forcing.constant", "constant", [-2, 2])] });
+  groups.push({ title: "Forcing", rows: [row("forcing.constant", "constant", [-2, 2], null, "constant part of the force")] });
   const harmonics = study.forcing?.harmonics ?? [];
   harmonics.forEach((_, i) => {
     const path = `forcing.harmonics.${i}`;
@@ -77,21 +77,21 @@ export function parametersOf(study) {
       harmonic: i,
       rows: [
         row(`${path}.amplitude`, "amplitude", [0, 3]),
-        row(`${path}.omega`, "omega", [0.05, 6]),
-        row(`${path}.phase`, "phase", [-Math.PI, Math.PI]),
+        row(`${path}.omega`, "omega", [0.05, 6], null, "angular frequency of the force"),
+        row(`${path}.phase`, "phase", [-Math.PI, Math.PI], null, "radians: cos(omega t + phase); -pi/2 makes a sine"),
       ],
     });
   });
-  const length = "periods" in study.run ? row("run.periods", "periods", [2, 400], 1) : null;
+  const length = "periods" in study.run ? row("run.periods", "periods", [2, 400], 1, "how long it is followed, in forcing periods") : null;
   groups.push({
     title: "Start and length",
-    rows: [row("start.x0", "x0", [-3, 3]), row("start.v0", "v0", [-3, 3]), length ?? row("run.t_end", "t end", [1, 500])],
+    rows: [row("start.x0", "x0", [-3, 3], null, "displacement at the start"), row("start.v0", "v0", [-3, 3], null, "velocity at the start"), length ?? row("run.t_end", "t end", [1, 500])],
   });
   return groups;
 }
 
-function row(path, label, range, step = null) {
-  return { path, label, range, step };
+function row(path, label, range, step = null, about = null) {
+  return { path, label, range, step, about };
 }
 
 /** Return the parameters of the motion that a diagram can go over. */
@@ -109,4 +109,26 @@ export function numberOf(value) {
   if (match === null || (match[2] === undefined && match[3] === undefined)) return Number.NaN;
   const size = Number(match[2] ?? 1) * (match[3] ? Math.PI : 1);
   return ((match[1] === "-" ? -1 : 1) * size) / Number(match[4] ?? 1);
+}
+
+/** Tell whether two studies differ in their starts and lengths alone. */
+export function sameMotion(one, other) {
+  const model = ({ oscillator, forcing }) => JSON.stringify([oscillator, forcing]);
+  return one === other || model(one) === model(other);
+}
+
+/** Return the part of x that walls leave. */
+export function limitsOf({ oscillator }) {
+  const ends = [-Infinity, Infinity];
+  for (const { type, side, at } of oscillator.stops ?? []) if (type === "wall") ends[side === "below" ? 0 : 1] = numberOf(at);
+  return ends;
+}
+
+/** Return where a motion starts, off the walls and of few digits: what comes over the wire is rounded. */
+export function startAt(study, x, v, rest = {}) {
+  const [low, high] = limitsOf(study);
+  const at = (side) => study.oscillator.stops.findLast((stop) => stop.type === "wall" && stop.side === side).at;
+  const near = 1e-6 * Math.max(1, Math.abs(x));
+  const x0 = x < low + near ? at("below") : x > high - near ? at("above") : String(Number(x.toPrecision(8)));
+  return { x0, v0: String(Number(v.toPrecision(8))), ...rest };
 }

@@ -5,13 +5,13 @@ import { overSocket } from "./transport.js";
 
 const root = document.getElementById("percuss");
 
-async function file(extension, study) {
+async function file(extension, question) {
   const response = await fetch(`/api/file/${extension}`, {
     method: "POST",
     headers: { "content-type": "application/json" },
-    body: JSON.stringify({ kind: "file", study }),
+    body: JSON.stringify(question),
   });
-  if (!response.ok) throw new Error((await response.json()).fault);
+  if (!response.ok) throw new Error((await response.json().catch(() => ({}))).fault ?? "the server gave no file");
   const name = /filename="([^"]+)"/.exec(response.headers.get("content-disposition"))?.[1] ?? `motion.${extension}`;
   return { name, blob: await response.blob() };
 }

@@ -32,6 +32,15 @@ export function put(tables, path, value) {
   return copy;
 }
 
+/** Return defaults with those given instead that have the same names and types. */
+export function settingsOf(defaults, given) {
+  const found = { ...defaults };
+  for (const [name, value] of Object.entries(isTable(given) ? given : {})) {
+    if (typeof value === typeof defaults[name] && (typeof value !== "number" || Number.isFinite(value))) found[name] = value;
+  }
+  return found;
+}
+
 /** Return a state as the text of a link. */
 export function encode(state) {
   const bytes = new TextEncoder().encode(JSON.stringify(state));
@@ -45,9 +54,24 @@ export function decodeLink(text) {
   try {
     const raw = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
     const bytes = Uint8Array.from(raw, (letter) => letter.charCodeAt(0));
-    const state = JSON.parse(new TextDecoder().decode(bytes));
-    return state !== null && typeof state === "object" && state.study ? state : null;
+    const { view, study, diagram, basins, ranges } = JSON.parse(new TextDecoder().decode(bytes));
+    return isStudy(study) ? { view: String(view), study, diagram, basins, ranges: rangesOf(ranges) } : null;
   } catch {
     return null;
   }
+}
+
+const isTable = (it) => it !== null && typeof it === "object" && !Array.isArray(it);
+const isRows = (it) => Array.isArray(it) && it.every(isTable);
+
+/** Tell whether the panel can show it; whether it is right is for the server to say. */
+function isStudy(study) {
+  if (!isTable(study)) return false;
+  const { oscillator, forcing, start, run } = study;
+  return [oscillator, forcing, start, run].every(isTable) && isRows(oscillator.stops ?? []) && isRows(forcing.harmonics ?? []);
+}
+
+function rangesOf(ranges) {
+  const isRange = ([, it]) => Array.isArray(it) && it.length === 2 && it.every(Number.isFinite) && it[0] < it[1];
+  return Object.fromEntries(Object.entries(isTable(ranges) ? ranges : {}).filter(isRange));
 }

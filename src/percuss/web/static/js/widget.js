@@ -10,15 +10,20 @@ async function importTexts(modules) {
     addresses.set(name, address);
     last = address;
   }
-  return import(last);
+  const module = await import(last);
+  for (const address of addresses.values()) URL.revokeObjectURL(address);
+  return module;
 }
 
 async function render({ model, el }) {
   const { mount, Questions } = await importTexts(model.get("modules"));
   const files = new Map();
-  const questions = new Questions((text) => model.send({ kind: "ask", text }));
+  // A motion may be shown in several cells, each of which hears the answers to all.
+  const mine = crypto.getRandomValues(new Uint32Array(1))[0].toString(36);
+  let lastFile = 0;
+  const questions = new Questions((text) => model.send({ kind: "ask", view: mine, text }));
   const take = (message, buffers) => {
-    if (message.kind === "frame") {
+    if (message.kind === "frame" && message.view === mine) {
       const view = buffers[0];
       questions.receive(view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength));
     } else if (message.kind === "file") {
@@ -29,15 +34,20 @@ async function render({ model, el }) {
     }
   };
   model.on("msg:custom", take);
-  const file = (extension, study) =>
+  const file = (extension, question) =>
     new Promise((resolve, reject) => {
-      const id = crypto.randomUUID();
+      lastFile += 1;
+      const id = `${mine}-${lastFile}`;
       files.set(id, { resolve, reject });
-      model.send({ kind: "file", id, extension, study });
+      model.send({ kind: "file", id, extension, question });
     });
   const root = document.createElement("div");
+  root.classList.add("in-cell");
+  // The keys of the notebook are not meant here.
+  root.dataset.lmSuppressShortcuts = "true";
   el.append(root);
-  mount(root, {
+  const app = mount(root, {
+    prefix: `p${mine}`,
     connect: (onState) => {
       queueMicrotask(() => onState(true));
       return questions;
@@ -51,7 +61,11 @@ async function render({ model, el }) {
       model.save_changes();
     },
   });
-  return () => model.off("msg:custom", take);
+  return () => {
+    model.off("msg:custom", take);
+    model.send({ kind: "close", view: mine });
+    app.close();
+  };
 }
 
 export default { render };

@@ -1,0 +1,96 @@
+"""What a view asks as a study of its own: the motion, a diagram, a response chart or basins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from percuss.errors import StudyError
+from percuss.io.study_text import number
+from percuss.studies.building import build
+from percuss.studies.shape import Found
+from percuss.studies.study import Study
+from percuss.web.question import Question, motion_of, path_of, range_of, study_of
+
+__all__ = ["ASKED", "SETTLING", "asked_study"]
+
+# Forcing periods in which the points of a diagram settle.
+SETTLING = 200
+MODEL = ("oscillator", "forcing")
+
+
+def asked_study(question: Question) -> Study:
+    """Return the study that makes what a view shows.
+
+    Parameters
+    ----------
+    question
+        Of one of the kinds in `ASKED`, with the options of the view.
+
+    Returns
+    -------
+    Study
+        As `percuss run` takes it.
+
+    Raises
+    ------
+    StudyError, BadQuestion
+        If there is no such study.
+
+    Examples
+    --------
+    >>> from percuss.web.presets import presets
+    >>> options = {"path": "forcing.omega", "low": 2, "high": 3, "values": 50, "points": 8}
+    >>> asked = asked_study(Question(0, "diagram", presets()[0].tables, options))
+    >>> asked.kind, asked.question.points
+    ('diagram', 8)
+    """
+    motion = study_of(question.tables)
+    if question.kind == "motion":
+        return motion
+    model = {name: question.tables[name] for name in MODEL if name in question.tables}
+    found = Found("study", {})
+    document = {"study": {"kind": question.kind}, **model, **ASKED[question.kind](question, motion)}
+    study = build(document, found)
+    if found.faults or study is None:
+        raise StudyError(found.faults)
+    return study
+
+
+def _diagram(question: Question, motion: Study) -> Mapping[str, Any]:
+    low, high = range_of(question, "low", "high")
+    start = motion_of(motion).start
+    count = int(question.number("values", 2048, 2, 1_000_000))
+    return {
+        "over": {path_of(question, motion): {"from": low, "to": high, "count": count}},
+        "diagram": {
+            "starts": [[number(value) for value in (start.x0, start.v0, start.t0)]],
+            "follow": [],
+            "transient": SETTLING,
+            "points": int(question.number("points", 128, 2, 1_000_000)),
+        },
+    }
+
+
+def _response(question: Question, motion: Study) -> Mapping[str, Any]:
+    return {
+        "over": {path_of(question, motion): list(range_of(question, "low", "high"))},
+        "response": {
+            name: int(question.number(name, default, 1, 100))
+            for name, default in (("max_impacts", 3), ("max_periods", 2))
+        },
+    }
+
+
+def _basins(question: Question, motion: Study) -> Mapping[str, Any]:
+    count = int(question.number("starts", 384, 2, 1_000_000))
+    axes: dict[str, object] = {}
+    for name, ends in (("x0", ("x_low", "x_high")), ("v0", ("v_low", "v_high"))):
+        low, high = range_of(question, *ends)
+        # The page takes the centres of cells.
+        half = 0.5 * (high - low) / count
+        axes[name] = {"from": low + half, "to": high - half, "count": count}
+    return {"basins": axes | {"t0": number(motion_of(motion).start.t0)}}
+
+
+ASKED = {"diagram": _diagram, "response": _response, "basins": _basins}

@@ -1,0 +1,109 @@
+// Drawing the layers of a plot: lines, curves, points, densities and pictures.
+
+/** Draw a line across, {x or y, colour}. */
+export function drawLine(context, { left, top, width, height, unit, px, py }, { x, y }, colour) {
+  context.strokeStyle = colour;
+  context.lineWidth = unit * 1.5;
+  context.setLineDash([6 * unit, 4 * unit]);
+  context.beginPath();
+  if (x !== undefined) {
+    context.moveTo(px(x), top);
+    context.lineTo(px(x), top + height);
+  } else {
+    context.moveTo(left, py(y));
+    context.lineTo(left + width, py(y));
+  }
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** Draw a layer {kind, x, y, …} in a colour. */
+export function drawLayer(context, scales, layer, colour) {
+  const draw = { density, points, image }[layer.kind] ?? curve;
+  draw(context, scales, layer, colour);
+}
+
+function curve(context, { unit, px, py }, { x, y, width, dash }, colour) {
+  context.strokeStyle = colour;
+  context.lineWidth = unit * (width ?? 1.25);
+  context.lineJoin = "round";
+  context.setLineDash((dash ?? []).map((part) => part * unit));
+  context.beginPath();
+  let pen = false;
+  for (let i = 0; i < x.length; i += 1) {
+    const value = y[i];
+    if (value !== value) {
+      pen = false;
+      continue;
+    }
+    if (pen) context.lineTo(px(x[i]), py(value));
+    else context.moveTo(px(x[i]), py(value));
+    pen = true;
+  }
+  context.stroke();
+  context.setLineDash([]);
+}
+
+function points(context, { unit, px, py }, { x, y, size }, colour) {
+  const side = (size ?? 2.5) * unit;
+  context.fillStyle = colour;
+  for (let i = 0; i < x.length; i += 1) context.fillRect(px(x[i]) - side / 2, py(y[i]) - side / 2, side, side);
+}
+
+/** Many points as shades: the more on a pixel the darker; few are drawn larger. */
+function density(context, scales, { x, y, rows, isSparse }, colour) {
+  const { left, top } = scales;
+  const width = Math.max(1, Math.round(scales.width));
+  const height = Math.max(1, Math.round(scales.height));
+  const counts = new Uint16Array(width * height);
+  for (let i = 0, k = 0; i < x.length; i += 1) {
+    const column = Math.floor(scales.px(x[i]) - left);
+    if (column < 0 || column >= width) {
+      k += rows;
+      continue;
+    }
+    for (let j = 0; j < rows; j += 1, k += 1) {
+      const line = Math.floor(scales.py(y[k]) - top);
+      if (line >= 0 && line < height) counts[line * width + column] += 1;
+    }
+  }
+  const image = new ImageData(width, height);
+  const pixels = new Uint32Array(image.data.buffer);
+  const [r, g, b] = rgb(colour);
+  const side = Math.max(1, Math.round(scales.unit)) + (isSparse ? 1 : 0);
+  for (let line = 0, i = 0; line < height; line += 1) {
+    for (let column = 0; column < width; column += 1, i += 1) {
+      if (counts[i] === 0) continue;
+      const alpha = Math.min(255, 140 + 36 * Math.log2(counts[i]));
+      const value = (alpha << 24) | (b << 16) | (g << 8) | r;
+      for (let down = 0; down < side && line + down < height; down += 1) {
+        for (let right = 0; right < side && column + right < width; right += 1) {
+          const at = i + down * width + right;
+          if (pixels[at] >>> 24 < alpha) pixels[at] = value;
+        }
+      }
+    }
+  }
+  context.drawImage(asCanvas(image), left, top);
+}
+
+function image(context, { px, py }, { image: picture, box }) {
+  context.imageSmoothingEnabled = false;
+  const left = px(box.x[0]);
+  const top = py(box.y[1]);
+  context.drawImage(picture, left, top, px(box.x[1]) - left, py(box.y[0]) - top);
+}
+
+function rgb(colour) {
+  const value = Number.parseInt(colour.replace("#", ""), 16);
+  return [(value >> 16) & 255, (value >> 8) & 255, value & 255];
+}
+
+/** Return a canvas that holds an image. */
+export function asCanvas(image) {
+  const canvas = document.createElement("canvas");
+  canvas.width = image.width;
+  canvas.height = image.height;
+  canvas.getContext("2d").putImageData(image, 0, 0);
+  return canvas;
+}

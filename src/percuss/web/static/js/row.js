@@ -1,0 +1,152 @@
+// One parameter: a slider, a box, and the range of the slider.
+
+import { button, element } from "./dom.js";
+import { numberOf } from "./models.js";
+
+// With Shift a slider follows the hand so many times slower.
+const FINER = 20;
+
+export class Row {
+  /**
+   * spec: path, label, range, step, about; prefix makes its ids its own; set(value) and
+   * setRange(range or null) tell what the user does.
+   */
+  constructor({ path, label, range, step, about }, { prefix, set, setRange }) {
+    Object.assign(this, { path, step, set, setRange, home: range, range: [...range] });
+    const id = `${prefix}-${path.replaceAll(".", "-")}`;
+    this.slider = element("input", {
+      type: "range", min: "0", max: "1000", step: "1", "aria-label": `${label}, slider`,
+      title: "with Shift it moves more finely",
+      oninput: () => set(this.#ofShare(Number(this.slider.value) / 1000)),
+      onpointerdown: (event) => this.#finely(event),
+    });
+    this.box = element("input", {
+      type: "text", id, spellcheck: "false", autocomplete: "off", inputmode: "text",
+      "aria-describedby": `${id}-fault`, "data-path": path,
+      oninput: () => set(typed(this.box.value)),
+      onblur: () => this.show(this.value),
+      onkeydown: (event) => this.#key(event, set),
+    });
+    this.message = element("p", { class: "fault", id: `${id}-fault`, role: "alert" });
+    this.more = button("↔", () => this.#showRange(this.ends.hidden), {
+      class: "more", title: "range of the slider", "aria-label": `range of the slider of ${label}`, "aria-expanded": "false", "aria-controls": `${id}-range`,
+    });
+    this.ends = this.#makeEnds(`${id}-range`);
+    this.root = element("div", { class: "row", title: about }, element("label", { for: id }, label), this.slider, this.box, this.more, this.ends, this.message);
+  }
+
+  show(value, range) {
+    this.value = value;
+    const text = String(value ?? 0);
+    if (document.activeElement !== this.box) this.box.value = text;
+    const number = numberOf(value ?? 0);
+    if (range !== undefined) this.range = [...range];
+    if (Number.isNaN(number)) return;
+    // A value beyond the slider's end moves the end, unless a hand is on it.
+    if (document.activeElement !== this.slider) {
+      if (number > this.range[1]) this.range[1] = number > 0 ? 1.5 * number : 0;
+      if (number < this.range[0]) this.range[0] = number < 0 ? 1.5 * number : 0;
+      const share = (number - this.range[0]) / (this.range[1] - this.range[0]);
+      this.slider.value = String(Math.round(1000 * share));
+    }
+    [this.low, this.high].forEach((box, k) => {
+      if (document.activeElement !== box) box.value = tidy(this.range[k], this.range[1] - this.range[0]);
+    });
+    this.slider.setAttribute("aria-valuetext", text);
+  }
+
+  fault(reason) {
+    this.message.textContent = reason;
+    this.box.setAttribute("aria-invalid", reason ? "true" : "false");
+  }
+
+  #makeEnds(id) {
+    const end = (name) => element("input", { type: "number", step: "any", "aria-label": name, onchange: () => this.#setEnds() });
+    this.low = end("slider from");
+    this.high = end("slider to");
+    return element(
+      "div",
+      { class: "ends", id, hidden: true },
+      element("span", {}, "from"), this.low, element("span", {}, "to"), this.high,
+      button("finer", () => this.#around(0.1), { title: "a tenth of the range, around the value" }),
+      button("coarser", () => this.#around(10), { title: "ten times the range" }),
+      button("reset", () => this.setRange(null)),
+    );
+  }
+
+  #showRange(isShown) {
+    this.ends.hidden = !isShown;
+    this.more.setAttribute("aria-expanded", String(isShown));
+  }
+
+  #setEnds() {
+    const range = [this.low.valueAsNumber, this.high.valueAsNumber];
+    if (range.every(Number.isFinite) && range[0] < range[1]) this.setRange(range);
+    else this.show(this.value);
+  }
+
+  /** A range around the value, so many times as wide. */
+  #around(factor) {
+    const value = numberOf(this.value ?? 0);
+    const width = factor * (this.range[1] - this.range[0]);
+    if (Number.isNaN(value) || (this.step !== null && width < 10 * this.step) || width < 1e-9 * Math.max(1, Math.abs(value))) return;
+    const low = value - width / 2;
+    // Where the slider begins at 0, so does a wider one.
+    this.setRange([this.home[0] === 0 && low < 0 ? 0 : Number(tidy(low, width)), Number(tidy(value + width / 2, width))]);
+  }
+
+  #ofShare(share) {
+    const [low, high] = this.range;
+    const width = high - low;
+    const unit = this.step ?? 10 ** (Math.floor(Math.log10(width)) - 3);
+    const value = Math.round((low + width * Math.min(1, Math.max(0, share))) / unit) * unit;
+    const digits = Math.max(0, -Math.floor(Math.log10(unit) + 1e-9));
+    return typed(String(Number(value.toFixed(Math.min(digits, 15)))));
+  }
+
+  /** A slow slider: it follows a part of the way that the hand goes. */
+  #finely(event) {
+    if (!event.shiftKey) return;
+    event.preventDefault();
+    this.slider.focus();
+    const width = this.slider.getBoundingClientRect().width;
+    const [low, high] = this.range;
+    const begin = (numberOf(this.value ?? 0) - low) / (high - low);
+    const unit = this.step ?? 10 ** (Math.floor(Math.log10((high - low) / FINER)) - 3);
+    const follow = (now) => {
+      const share = Math.min(1, Math.max(0, begin + (now.clientX - event.clientX) / width / FINER));
+      this.slider.value = String(Math.round(1000 * share));
+      this.set(typed(tidy(Math.round((low + share * (high - low)) / unit) * unit, 1000 * unit)));
+    };
+    const end = () => {
+      removeEventListener("pointermove", follow);
+      removeEventListener("pointerup", end);
+    };
+    addEventListener("pointermove", follow);
+    addEventListener("pointerup", end);
+  }
+
+  /** The arrow keys in a box change its last digit. */
+  #key(event, set) {
+    if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return;
+    const match = /^(-?\d+)(?:\.(\d+))?$/.exec(this.box.value.trim());
+    if (match === null) return;
+    event.preventDefault();
+    const digits = match[2]?.length ?? 0;
+    const next = Number(this.box.value) + (event.key === "ArrowUp" ? 1 : -1) * 10 ** -digits;
+    this.box.value = next.toFixed(digits);
+    set(typed(this.box.value));
+  }
+}
+
+/** Return a number with as many digits as tell a thousandth of a width. */
+function tidy(value, width) {
+  const digits = Math.min(15, Math.max(0, 3 - Math.floor(Math.log10(width) + 1e-9)));
+  return String(Number(value.toFixed(digits)));
+}
+
+/** Return what was typed as a study file holds it: whole numbers bare, the rest as exact texts. */
+export function typed(text) {
+  const bare = text.trim();
+  return /^[+-]?\d{1,15}$/.test(bare) ? Number(bare) : bare;
+}

@@ -1,0 +1,70 @@
+"""The page in windows of all sizes and in both colours."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+from tests.web.hands import WAIT, slider_of
+
+
+@pytest.mark.parametrize(("width", "height"), [(375, 720), (768, 1024), (1366, 768), (3840, 2160)])
+def test_nothing_is_cut_off_at_any_size(
+    browser: Browser, address: str, width: int, height: int
+) -> None:
+    opened = browser.new_page(viewport={"width": width, "height": height})
+    opened.goto(f"http://{address}/")
+    opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    for view in ("explore", "diagram", "basins", "paper", "gallery"):
+        opened.locator(f"[data-view={view}]").click()
+        opened.wait_for_timeout(150)
+        assert opened.evaluate("document.documentElement.scrollWidth") <= width
+        wide = opened.evaluate(
+            """() => [...document.querySelectorAll('section:not([hidden]) :is(button, label, dd, dt, legend)')]
+              .filter((it) => it.offsetParent && it.scrollWidth > it.clientWidth + 1 && getComputedStyle(it).display !== 'inline')
+              .map((it) => it.textContent)"""
+        )
+        assert wide == []
+    opened.close()
+
+
+def luminance(colour: str) -> float:
+    parts = [int(part) / 255.0 for part in re.findall(r"\d+", colour)[:3]]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_texts_stand_out_in_both_colours(browser: Browser, address: str, scheme: Any) -> None:
+    opened = browser.new_page(color_scheme=scheme)
+    opened.goto(f"http://{address}/")
+    opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    colours = opened.evaluate(
+        """() => ['.panel legend', '.row label', '.card dt', '.card dd', 'nav button[aria-selected=true]'].map((name) => {
+          let it = document.querySelector(name);
+          const ink = getComputedStyle(it).color;
+          while (getComputedStyle(it).backgroundColor === 'rgba(0, 0, 0, 0)') it = it.parentElement;
+          return [name, ink, getComputedStyle(it).backgroundColor];
+        })"""
+    )
+    for name, ink, paper in colours:
+        low, high = sorted([luminance(ink), luminance(paper)])
+        assert (high + 0.05) / (low + 0.05) >= 4.5, name
+    is_dark = luminance(colours[0][2]) < 0.2
+    assert is_dark == (scheme == "dark")
+    opened.close()
+
+
+def test_plots_stay_in_sight_of_the_sliders_on_a_phone(page: Page) -> None:
+    page.set_viewport_size({"width": 375, "height": 720})
+    slider = slider_of(page, "run.periods")
+    slider.scroll_into_view_if_needed()
+    slider_box = slider.bounding_box()
+    plot_box = page.locator(".explore .plot").first.bounding_box()
+    assert slider_box is not None
+    assert plot_box is not None
+
+    assert plot_box["y"] >= 0
+    assert plot_box["y"] + plot_box["height"] <= slider_box["y"] < 720

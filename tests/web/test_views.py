@@ -1,0 +1,212 @@
+"""The long views in a real browser: diagrams, response charts, basins and the paper."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+from tests.web.hands import (
+    WAIT,
+    box_of,
+    compute,
+    drag,
+    drawn,
+    field,
+    fill,
+    middle,
+    open_preset,
+    set_box,
+    view_of,
+    wait_for_drawing,
+)
+
+from percuss.studies import load_study
+
+
+def test_a_diagram_grows_and_a_click_opens_its_motion(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    expect(view.locator(".empty")).to_contain_text("Compute")
+    compute(view)
+    expect(view.locator(".legend")).to_contain_text("204,800 points")
+    before = drawn(page)
+    page.mouse.click(*middle(view.locator(".u-over"), 0.25))
+    wait_for_drawing(page, before)
+
+    expect(page.locator("section[aria-label=Explore]")).to_be_visible()
+    omega = float(box_of(page, "forcing.harmonics.0.omega").input_value())
+    assert omega == pytest.approx(1.68 + (3.92 - 1.68) / 4, abs=0.01)
+
+
+def test_a_zoom_into_a_diagram_is_computed_more_finely(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    fill(view, "values", "100")
+    compute(view)
+    finer = view.get_by_role("button", name="Compute what is shown")
+    expect(finer).to_be_hidden()
+    over = view.locator(".u-over")
+    drag(page, middle(over, 0.25), middle(over, 0.5, 0.51))
+    finer.click()
+    expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
+
+    low, high = (float(field(view, name).input_value()) for name in ("from", "to"))
+    assert low == pytest.approx(2.24, abs=0.01)
+    assert high == pytest.approx(2.80, abs=0.01)
+    expect(finer).to_be_hidden()
+
+
+def test_a_diagram_can_be_cancelled(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    fill(view, "values", "8000")
+    view.get_by_role("button", name="Compute", exact=True).click()
+    view.get_by_role("button", name="Cancel").click()
+
+    expect(view.locator(".status")).to_have_text("cancelled")
+    # And another one can be computed after it.
+    fill(view, "values", "64")
+    compute(view)
+
+
+def test_a_computation_goes_on_while_another_view_is_seen(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    fill(view, "values", "4000")
+    view.get_by_role("button", name="Compute", exact=True).click()
+    page.locator("[data-view=explore]").click()
+    set_box(page, "start.v0", "0.6")
+    view_of(page, "Diagram")
+
+    expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
+    # Another start is another motion of the same system.
+    expect(view.locator(".stale-note")).to_be_hidden()
+    page.locator("[data-view=explore]").click()
+    set_box(page, "oscillator.damping", "0.06")
+    view_of(page, "Diagram")
+    expect(view.locator(".stale-note")).to_be_visible()
+
+
+def test_a_computation_that_another_one_replaces_says_so(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    fill(view, "values", "8000")
+    view.get_by_role("button", name="Compute", exact=True).click()
+    basins = view_of(page, "Basins")
+    fill(basins, "starts along a side", "16")
+    compute(basins)
+    view_of(page, "Diagram")
+
+    expect(view.locator(".status")).to_contain_text("another computation")
+    expect(view.get_by_role("button", name="Cancel")).to_be_hidden()
+
+
+def test_a_response_chart_names_its_families_and_a_click_opens_an_orbit(page: Page) -> None:
+    open_preset(page, "coco")
+    view = view_of(page, "Diagram")
+    field(view, "kind").select_option("response")
+    for label, text in (
+        ("from", "1"), ("to", "1.2"), ("impacts up to", "1"), ("periods up to", "1"),
+    ):  # fmt: skip
+        fill(view, label, text)
+    compute(view)
+    expect(view.locator(".legend")).to_contain_text("(1, 1)")
+    # Along the middle of the picture one of the places lies on the branch.
+    over = view.locator(".u-over")
+    place, text = None, ""
+    for k in range(1, 30):
+        place = middle(over, 0.5, k / 30)
+        page.mouse.move(*place)
+        text = view.locator(".readout").inner_text()
+        if "(1, 1) stable" in text:
+            break
+    assert "(1, 1) stable" in text
+    assert place is not None
+    before = drawn(page)
+    page.mouse.click(*place)
+    wait_for_drawing(page, before)
+
+    expect(page.locator(".facts .card").nth(1)).to_contain_text("periodic")
+    expect(page.locator(".explore .fault").first).to_be_empty()
+
+
+def test_basins_name_attractors_and_a_click_starts_there(page: Page) -> None:
+    view = view_of(page, "Basins")
+    fill(view, "x to", "2")
+    fill(view, "starts along a side", "64")
+    compute(view)
+    expect(view.locator(".legend li").first).to_contain_text("%")
+    expect(view.locator(".legend")).to_contain_text("inside a wall")
+    x_low, v_low, v_high = (
+        float(field(view, name).input_value()) for name in ("x from", "v from", "v to")
+    )
+    over = view.locator(".u-over")
+    page.mouse.click(*middle(over, 0.9))
+    expect(page.locator(".toast")).to_contain_text("inside a wall")
+    before = drawn(page)
+    page.mouse.click(*middle(over, 0.25, 0.25))
+    wait_for_drawing(page, before)
+
+    x0, v0 = (float(box_of(page, path).input_value()) for path in ("start.x0", "start.v0"))
+    assert x0 == pytest.approx(x_low + (2 - x_low) / 4, abs=0.05)
+    assert v0 == pytest.approx(v_high + (v_low - v_high) / 4, abs=0.05)
+
+
+def test_another_motion_begins_with_settings_of_its_own(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    fill(view, "values", "100")
+    compute(view)
+    open_preset(page, "fig06_above")
+    view_of(page, "Diagram")
+
+    # Around omega = 3.
+    assert [field(view, name).input_value() for name in ("from", "to")] == ["1.8", "4.2"]
+    expect(view.locator(".empty")).to_be_visible()
+    expect(view.locator(".status")).to_be_empty()
+    expect(view.locator(".stale-note")).to_be_hidden()
+
+
+def test_basins_begin_where_the_motion_is(page: Page) -> None:
+    view = view_of(page, "Basins")
+
+    # Up to the wall, and not beyond it.
+    assert float(field(view, "x to").input_value()) == 0.2
+    assert -3 < float(field(view, "x from").input_value()) < -1
+
+
+def test_settings_of_the_long_views_are_in_the_link(page: Page, address: str) -> None:
+    view = view_of(page, "Diagram")
+    field(view, "over").select_option("oscillator.stops.0.restitution")
+    fill(view, "from", "0.25")
+    basins = view_of(page, "Basins")
+    fill(basins, "v to", "3.5")
+    page.wait_for_timeout(400)
+    link = page.url
+    page.goto("about:blank")
+    page.goto(link)
+    page.wait_for_selector("section[aria-label=Basins]:not([hidden])", timeout=WAIT)
+
+    assert field(basins, "v to").input_value() == "3.5"
+    view_of(page, "Diagram")
+    assert field(view, "from").input_value() == "0.25"
+    assert field(view, "over").input_value() == "oscillator.stops.0.restitution"
+    # A link that is put into the address of an open page, too.
+    page.evaluate("location.hash = ''")
+    page.goto(f"http://{address}/")
+    page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+    page.evaluate("link => { location.hash = new URL(link).hash; }", link)
+    expect(basins).to_be_visible()
+    assert field(basins, "v to").input_value() == "3.5"
+
+
+@pytest.mark.parametrize("kind", ["diagram", "response", "basins"])
+def test_the_study_of_a_long_view_is_downloaded(page: Page, tmp_path: Path, kind: str) -> None:
+    view = view_of(page, "Basins" if kind == "basins" else "Diagram")
+    if kind == "response":
+        field(view, "kind").select_option("response")
+    page.locator("summary", has_text="Files").click()
+    expect(page.locator("[data-file=png]")).to_be_hidden()
+    with page.expect_download(timeout=WAIT) as waiting:
+        page.locator("[data-file=toml]").click()
+    target = tmp_path / "study.toml"
+    waiting.value.save_as(target)
+
+    assert load_study(target).kind == kind
+    assert tomllib.loads(target.read_text())["oscillator"]["damping"] == "0.05"
