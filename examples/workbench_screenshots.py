@@ -1,4 +1,4 @@
-"""The pictures of the workbench in docs/workbench.md: drives `percuss serve` in Chromium.
+"""The pictures of the workbench in docs/howto/workbench.md: drives `percuss serve` in Chromium.
 
 Needs playwright and Chromium beside the extra `web`. The report of the paper is shown where one
 is given:

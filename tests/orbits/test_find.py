@@ -355,3 +355,11 @@ def test_an_orbit_that_goes_round_twice_is_not_given_as_one_of_twice_the_period(
 def test_at_resonance_without_damping_there_is_no_orbit_without_impacts() -> None:
     with pytest.raises(pc.ConvergenceError, match="at resonance without damping"):
         pc.find_orbit(ELASTIC, pc.sine(1), n_impacts=0)
+
+
+def test_motions_that_grow_for_ever_are_no_orbit_however_fast() -> None:
+    """At the half-harmonic resonance two impacts a period almost close, the better the faster."""
+    with pytest.raises(pc.ConvergenceError):
+        pc.find_orbit(
+            pc.impact_oscillator(), pc.sine(1), n_impacts=2, n_periods=1, guess=(0.185, 25)
+        )

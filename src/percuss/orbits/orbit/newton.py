@@ -26,6 +26,10 @@ Floats = NDArray[np.float64]
 MOST_STEPS = 40
 # Residuals of a solution, as a part of the scales: far above rounding, far below any other.
 SOLVED = 1e-11
+# Newton's next step from a solution, as a part of the unknowns, is smaller.
+FAR = 1e-3
+# Residuals, and singular values, that rounding alone can make.
+ROUNDING = 1e-13
 # Flights that last this part of the whole are looked at: do they go anywhere?
 SHORT = 1e-6
 # A family is told from a fold by a step of this size along it, and what remains to be solved.
@@ -84,7 +88,7 @@ def solve(table: Law, chain: Integers, guess: Floats, period: float | None) -> S
         if factor(table, before, bound) == 0.0:
             # A plastic impact leaves no velocity, not even rounding.
             unknowns[1 + len(chain) + i] = 0.0
-    converged = size < SOLVED and not system.stands_still(unknowns)
+    converged = size < SOLVED and not system.stands_still(unknowns) and system.is_near(unknowns)
     isolated = not (converged and system.is_on_family(unknowns))
     return Solution(unknowns, system.largest(unknowns), converged, isolated)
 
@@ -165,6 +169,18 @@ class _System:
             if self.chain[i, AT] == bound and speeds[following] * kept * speeds[i] > 0.0:
                 return True
         return False
+
+    def is_near(self, unknowns: Floats) -> bool:
+        """Tell a solution from a motion that almost closes, the better the faster it is.
+
+        Where motions grow for ever residuals vanish at infinity only, and Newton's next step is
+        as large as the unknowns; at a solution, even a double one, it is small.
+        """
+        self.at(unknowns)
+        if np.abs(self.residual).max() < ROUNDING:
+            return True
+        step = np.linalg.lstsq(self.matrix, self.residual, rcond=ROUNDING)[0]
+        return float(np.abs(step).max()) < FAR
 
     def is_on_family(self, unknowns: Floats) -> bool:
         """Tell whether solutions lie beside this one: at a fold the equations only begin to hold."""
