@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = ["line_spectrum", "spectrum"]
+__all__ = ["fast_amplitudes", "line_spectrum", "spectrum"]
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -112,6 +112,39 @@ def spectrum(
     power = np.abs(transform) ** 2 / (math.pi * squared)
     names = {"method": method, "window": window, "of": of, "start": low, "end": high}
     return _dataset("omega", grid, values, names, power=power)
+
+
+def fast_amplitudes(run: Trajectory, low: float, high: float, n: int) -> tuple[Floats, Floats]:
+    """Return what `spectrum` by "fft" says of the amplitudes, as bare arrays.
+
+    A dataset takes three times as long to make as its numbers, which a slider cannot wait for.
+
+    Parameters
+    ----------
+    run
+        The run.
+    low, high
+        Start and end [time], within the run.
+    n
+        Number of points, >= 4.
+
+    Returns
+    -------
+    tuple of array
+        Angular frequencies [1/time] and amplitudes [length].
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> run = pc.simulate(pc.impact_oscillator(), v0=1.0, t_end=100.0)
+    >>> omega, amplitude = fast_amplitudes(run, 0.0, 100.0, 1024)
+    >>> found = spectrum(run, "fft", n=1024)
+    >>> bool((found.amplitude.values == amplitude).all() and (found.omega.values == omega).all())
+    True
+    """
+    omega, transform = _fast(run, low, high, "hann", "displacement", n)
+    weight, _ = _weights("hann", high - low)
+    return omega, np.abs(2.0 * transform / weight)
 
 
 def line_spectrum(

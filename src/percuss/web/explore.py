@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
-from percuss.motion.spectrum import spectrum
+from percuss.motion.spectrum import fast_amplitudes
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting.samples import (
     FEWEST_POINTS,
@@ -225,13 +225,12 @@ def _spectrum(run: Trajectory) -> dict[str, Floats]:
     half = 0.5 * (run.t_end - run.t0)
     if half <= 0.0:
         return {"omega": np.empty(0), "amplitude": np.empty(0)}
-    between = (max(run.t_end - half, run.t_end - longest), run.t_end)
-    found = spectrum(run, "fft", between=between, n=TRANSFORMED)
-    shown = found.omega.values <= REACH * fastest
+    begin = max(run.t_end - half, run.t_end - longest)
+    omega, amplitude = fast_amplitudes(run, begin, run.t_end, TRANSFORMED)
+    shown = omega <= REACH * fastest
     # At zero the coefficient is twice the mean.
-    amplitude = found.amplitude.values[shown]
     amplitude[:1] *= 0.5
-    return {"omega": found.omega.values[shown], "amplitude": amplitude}
+    return {"omega": omega[shown], "amplitude": amplitude[shown]}
 
 
 def _fastest(run: Trajectory) -> float:
