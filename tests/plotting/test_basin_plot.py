@@ -64,6 +64,13 @@ def test_attractors_are_drawn_where_they_are(basins: xr.Dataset) -> None:
     assert {text.split(":")[0] for text in texts(ax)} >= {"(1, 1)", "(0, 1)"}
 
 
+def test_attractors_are_not_drawn_beyond_the_axes(basins: xr.Dataset) -> None:
+    ax = plot_basins(basins, new_axes())
+
+    assert len(ax.lines) > 0
+    assert all(line.get_clip_on() for line in ax.lines)
+
+
 def test_manifolds_of_a_saddle_are_drawn_over_them(basins: xr.Dataset) -> None:
     (saddle,) = (
         orbit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import get_args
 
 import numpy as np
@@ -13,6 +14,7 @@ from percuss.orbits import Branch
 from percuss.orbits.families.special_points import Kind
 from percuss.plotting import Units, offscreen_figure, plot_branch
 from percuss.plotting.branch_plot import MARKERS
+from percuss.plotting.style import BLUE, VERMILION
 
 
 def new_axes() -> Axes:
@@ -105,3 +107,55 @@ def test_where_fewer_stops_are_met_the_least_velocity_is_of_those() -> None:
     drawn = np.concatenate([line.get_xydata() for line in curve])
     wanted = np.column_stack([branch.values[one], np.nanmax(branch.impact_velocity[one], axis=1)])
     assert all((np.abs(drawn - row).max(axis=1) == 0.0).any() for row in wanted)
+
+
+def test_the_line_is_broken_where_an_impact_more_is_made() -> None:
+    gear = pc.backlash_oscillator(gap=0.36, stiffness=10.7, damping=0.074, stop_damping=0.05)
+    found = pc.find_orbits(gear, pc.cosine(1.06, amplitude=1.17, constant=0.41), 2, 2)
+    orbit = next(each for each in found if each.sequence == (1, 0))
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (0.636, 1.696)})
+    met = (~np.isnan(branch.impact_velocity)).sum(axis=1)
+    jumps = np.flatnonzero(np.diff(met))
+    assert len(jumps) >= 2
+
+    ax = plot_branch(branch, new_axes())
+
+    drawn = {
+        (tuple(a), tuple(b))
+        for line in ax.lines
+        for a, b in pairwise(np.asarray(line.get_xydata()).tolist())
+    }
+    least = np.nanmin(branch.impact_velocity, axis=1)
+    rows = np.column_stack([branch.values, least]).tolist()
+    for k, (a, b) in enumerate(pairwise(rows)):
+        assert ((tuple(a), tuple(b)) in drawn) == (k not in jumps)
+
+
+def test_several_branches_have_colours_of_their_own_and_one_legend(branch: Branch) -> None:
+    other = pc.continue_orbit(branch[3], over={"forcing.amplitude": (1.0, 0.5)})
+
+    ax = plot_branch([branch, other], new_axes())
+
+    lines = [line for line in ax.lines if len(np.asarray(line.get_xdata())) > 2]
+    ends = {
+        str(line.get_color()): np.asarray(line.get_xdata())[-1]
+        for line in lines
+        if line.get_linestyle() == "-" and line.get_alpha() is None
+    }
+    assert ends == {
+        BLUE: branch.special_points[0].value,
+        VERMILION: other.values[-1],
+    }
+    legend = ax.get_legend()
+    assert legend is not None
+    labels = [text.get_text() for text in legend.get_texts()]
+    assert len(labels) == len(set(labels)) == 4
+
+
+def test_branches_over_different_parameters_or_none_are_refused(branch: Branch) -> None:
+    other = pc.continue_orbit(branch[0], over={"forcing.omega": (0.99, 1.01)})
+
+    with pytest.raises(pc.ParameterError, match=r"forcing\.amplitude and forcing\.omega"):
+        plot_branch([branch, other], new_axes())
+    with pytest.raises(pc.ParameterError, match="neither a branch"):
+        plot_branch([], new_axes())

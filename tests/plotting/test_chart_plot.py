@@ -109,6 +109,16 @@ def test_a_measure_is_drawn_over_one_parameter() -> None:
     assert plot_sweep(found, ax=new_axes()).get_ylabel() == "forcing periods of a round"
 
 
+def test_axes_are_named_by_the_short_form_where_there_is_one_harmonic() -> None:
+    over = {"forcing.harmonics.0.omega": [2.5, 2.6]}
+    osc, two = pc.impact_oscillator(0.8), pc.cosine(2.5) + pc.cosine(5.0)
+    one = pc.sweep("peak_impact_velocity", osc, pc.cosine(2.5), over={"forcing.omega": [2.5, 2.6]})
+    many = pc.sweep(lambda osc, force: 1.0, osc, two, over=over)  # noqa: ARG005
+
+    assert plot_sweep(one, ax=new_axes()).get_xlabel() == "forcing.omega"
+    assert plot_sweep(many, ax=new_axes()).get_xlabel() == "forcing.harmonics.0.omega"
+
+
 def test_what_cannot_be_drawn_is_told() -> None:
     data = chart("period", [[1, 2], [2, 1]])
 

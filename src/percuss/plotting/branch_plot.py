@@ -1,20 +1,39 @@
-"""A branch of periodic orbits over its parameter, with its special points."""
+"""Branches of periodic orbits over their parameter, with their special points."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from percuss.errors import ParameterError
 from percuss.orbits.families.branch import Branch
-from percuss.plotting.style import BLACK, BLUE, Units, axes_for, fix_ticks, style, units_of
+from percuss.plotting.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    VERMILION,
+    Units,
+    axes_for,
+    fix_ticks,
+    style,
+    units_of,
+)
 
 Floats = npt.NDArray[np.float64]
 Quantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
 
+# Of several branches, in turn.
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE)
+# A stretch that is not drawn: its ends meet different numbers of stops.
+GAP = -1
 # How the kinds of orbits are drawn, in the order of the legend.
 STABLE, UNSTABLE, FORMAL_STABLE, FORMAL_UNSTABLE = range(4)
 LOOKS: dict[int, dict[str, Any]] = {
@@ -43,12 +62,13 @@ MARKERS = {
     "corner": "*",
     "strong_resonance": "P",
 }
-# Labels of special points nearer than these parts of the width and height stand below each other.
-NEAR, LINE = (0.25, 0.12), 13.0
+# Labels of special points nearer than these parts of the width and height stand below each other,
+# above each other where they are in this part of the height.
+NEAR, LINE, LOW = (0.25, 0.12), 13.0, 0.15
 
 
 def plot_branch(
-    branch: Branch,
+    branch: Branch | Sequence[Branch],
     ax: Axes | None = None,
     *,
     quantity: Quantity | None = None,
@@ -59,13 +79,15 @@ def plot_branch(
     Parameters
     ----------
     branch
-        What `percuss.continue_orbit` has returned.
+        What `percuss.continue_orbit` has returned, or several of them over one parameter, which
+        have colours of their own.
     ax
         Axes to draw on; default: those of a new figure. Several branches may share them.
     quantity
         What to draw over the parameter: "impact_velocity", the least one into a stop;
         "grazing_margin", the least distance of a turning point to a stop; "multiplier", the
-        largest modulus. Default: the first, or without impacts the second.
+        largest modulus. The first two jump where an impact more or less is made: there the line
+        is broken. Default: the first, or where a branch has no impacts the second.
     units
         Units on the axes; default: dimensionless.
 
@@ -77,55 +99,84 @@ def plot_branch(
     Raises
     ------
     ParameterError
-        If there is no such quantity, or the orbits have no impacts.
+        If there is no such quantity, the orbits have no impacts, or the branches are none or not
+        over one parameter.
     """
+    branches = _branches(branch)
     units = units_of(units)
-    name, values = _values(branch, quantity)
-    kinds = _kinds(branch)
+    has_impacts = all(each.impact_velocity.shape[1] > 0 for each in branches)
+    name = quantity or ("impact_velocity" if has_impacts else "grazing_margin")
+    columns = [_values(each, name) for each in branches]
     with style():
         ax = axes_for(ax)
-        known = set(ax.get_legend_handles_labels()[1])
-        for first, last in _stretches(kinds):
-            look = dict(LOOKS[int(kinds[first])])
-            if look.get("label") in known:
-                del look["label"]
-            known.add(look.get("label", ""))
-            part = slice(first, last + 2)
-            ax.plot(branch.values[part], values[part], color=BLUE, **look)
-        ax.set_xlabel(branch.path)
+        for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
+            _draw(ax, each, values, COLOURS[k % len(COLOURS)], breaks=name != "multiplier")
+        ax.set_xlabel(branches[0].path)
         ax.set_ylabel(_label(name, units))
-        if name != "multiplier" and values.min() < 0.0 < values.max():
+        together = np.concatenate(columns)
+        if name != "multiplier" and (together < 0.0).any() and (together > 0.0).any():
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
-        _mark(ax, branch, values)
-        _explain(ax)
+        _mark(ax, branches, columns)
+        _explain(ax, BLACK if len(branches) > 1 else None)
         fix_ticks(ax)
     return ax
 
 
-def _explain(ax: Axes) -> None:
+def _branches(given: Branch | Sequence[Branch]) -> list[Branch]:
+    found = [given] if isinstance(given, Branch) else list(given)
+    if not found or not all(isinstance(each, Branch) for each in found):
+        raise ParameterError("branch", given, "neither a branch nor a list of branches")
+    paths = sorted({each.path for each in found})
+    if len(paths) > 1:
+        reason = f"branches over different parameters, {' and '.join(paths)}"
+        raise ParameterError("branch", given, reason)
+    return found
+
+
+def _draw(ax: Axes, branch: Branch, values: Floats, colour: str, *, breaks: bool) -> None:
+    kinds = _kinds(branch)
+    if breaks:
+        met = (~np.isnan(branch.impact_velocity)).sum(axis=1)
+        kinds[np.diff(met) != 0] = GAP
+    known = set(ax.get_legend_handles_labels()[1])
+    for first, last in _stretches(kinds):
+        if kinds[first] == GAP:
+            continue
+        look = dict(LOOKS[int(kinds[first])])
+        if look.get("label") in known:
+            del look["label"]
+        known.add(look.get("label", ""))
+        part = slice(first, last + 2)
+        ax.plot(branch.values[part], values[part], color=colour, **look)
+
+
+def _explain(ax: Axes, colour: str | None) -> None:
+    """Add the legend; with a colour its lines have that, as it holds for all of them."""
     handles, labels = ax.get_legend_handles_labels()
     entries = dict(zip(labels, handles, strict=True))
-    order = [str(look["label"]) for look in LOOKS.values() if look.get("label") in entries]
-    ax.legend([entries[label] for label in order], order, loc="best")
+    looks = [look for look in LOOKS.values() if look["label"] in entries]
+    order = [str(look["label"]) for look in looks]
+    shown = [entries[label] for label in order]
+    if colour is not None:
+        shown = [Line2D([], [], color=colour, **look) for look in looks]
+    ax.legend(shown, order, loc="best")
 
 
-def _values(branch: Branch, quantity: Quantity | None) -> tuple[Quantity, Floats]:
-    has_impacts = branch.impact_velocity.shape[1] > 0
-    name = quantity or ("impact_velocity" if has_impacts else "grazing_margin")
+def _values(branch: Branch, name: Quantity) -> Floats:
     if name == "impact_velocity":
-        if not has_impacts:
+        if branch.impact_velocity.shape[1] == 0:
             raise ParameterError("quantity", name, "the orbits have no impacts")
         # Where fewer stops are met a row ends with NaN; where none is, it holds nothing else.
         met = np.where(np.isnan(branch.impact_velocity), np.inf, branch.impact_velocity)
         least = met.min(axis=1)
-        return name, np.where(np.isinf(least), np.nan, least)
+        return np.where(np.isinf(least), np.nan, least)
     if name == "grazing_margin":
         finite = np.isfinite(branch.grazing_margin)
-        return name, np.where(finite, branch.grazing_margin, np.nan)
+        return np.where(finite, branch.grazing_margin, np.nan)
     if name == "multiplier":
-        return name, np.abs(branch.multipliers).max(axis=1)
+        return np.asarray(np.abs(branch.multipliers).max(axis=1))
     reason = "none of impact_velocity, grazing_margin and multiplier"
-    raise ParameterError("quantity", quantity, reason)
+    raise ParameterError("quantity", name, reason)
 
 
 def _label(name: Quantity, units: Units) -> str:
@@ -161,31 +212,36 @@ def _stretches(kinds: npt.NDArray[np.int64]) -> list[tuple[int, int]]:
     return [(i, j - 1) for i, j in zip(firsts, [*firsts[1:], len(kinds)], strict=True)]
 
 
-def _mark(ax: Axes, branch: Branch, values: Floats) -> None:
-    wide = float(np.ptp(branch.values)) or 1.0
-    high = float(np.nanmax(values) - np.nanmin(values)) or 1.0
-    middle = 0.5 * float(branch.values.max() + branch.values.min())
+def _mark(ax: Axes, branches: list[Branch], columns: list[Floats]) -> None:
+    x_all = np.concatenate([branch.values for branch in branches])
+    y_all = np.concatenate(columns)
+    wide = float(np.ptp(x_all)) or 1.0
+    high = float(np.nanmax(y_all) - np.nanmin(y_all)) or 1.0
+    middle = 0.5 * float(x_all.max() + x_all.min())
     placed: list[tuple[float, float, str]] = []
-    for point in branch.special_points:
-        x, y = point.value, float(values[point.row])
-        if not np.isfinite(y):
-            continue
-        ax.plot([x], [y], MARKERS[point.kind], color=BLACK, markersize=4.5)
-        beside = [
-            kind
-            for u, w, kind in placed
-            if abs(x - u) < NEAR[0] * wide and abs(y - w) < NEAR[1] * high
-        ]
-        if point.kind in beside:
-            # One label tells for all of a kind that stand together.
-            continue
-        placed.append((x, y, point.kind))
-        on_right = x > middle + 0.25 * wide
-        ax.annotate(
-            point.kind.replace("_", " "),
-            (x, y),
-            xytext=(-7.0 if on_right else 7.0, 3.0 - LINE * len(beside)),
-            textcoords="offset points",
-            ha="right" if on_right else "left",
-            fontsize=9.0,
-        )
+    for branch, values in zip(branches, columns, strict=True):
+        for point in branch.special_points:
+            x, y = point.value, float(values[point.row])
+            if not np.isfinite(y):
+                continue
+            ax.plot([x], [y], MARKERS[point.kind], color=BLACK, markersize=4.5)
+            beside = [
+                kind
+                for u, w, kind in placed
+                if abs(x - u) < NEAR[0] * wide and abs(y - w) < NEAR[1] * high
+            ]
+            if point.kind in beside:
+                # One label tells for all of a kind that stand together.
+                continue
+            placed.append((x, y, point.kind))
+            # Below the others, or near the axis above them.
+            step = LINE if y - float(np.nanmin(y_all)) < LOW * high else -LINE
+            on_right = x > middle + 0.25 * wide
+            ax.annotate(
+                point.kind.replace("_", " "),
+                (x, y),
+                xytext=(-7.0 if on_right else 7.0, 3.0 + step * len(beside)),
+                textcoords="offset points",
+                ha="right" if on_right else "left",
+                fontsize=9.0,
+            )

@@ -132,8 +132,11 @@ class OrbitEquations:
             return residual, matrix
         period = self.n_periods * float(table[0, PERIOD])
         phases, arrival = self._phases
-        shoot(table, self.chain, unknowns * self.scale, period, phases, arrival, residual, matrix)
-        return residual / self.rows, matrix * (self.scale / np.reshape(self.rows, (-1, 1)))
+        # A step that goes astray may overflow: the residual tells.
+        with np.errstate(over="ignore", invalid="ignore"):
+            given = unknowns * self.scale
+            shoot(table, self.chain, given, period, phases, arrival, residual, matrix)
+            return residual / self.rows, matrix * (self.scale / np.reshape(self.rows, (-1, 1)))
 
     def orbit_at(self, unknowns: Floats, values: tuple[float, ...]) -> PeriodicOrbit:
         """Return the orbit of a solution."""

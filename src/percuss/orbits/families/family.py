@@ -112,7 +112,8 @@ class Family(OrbitEquations):
         if known is not None:
             apart = (self.value(z) - known) / (self.high - self.low)
             there, here = self.residual(z, known)[0], self.residual(z, self.value(z))[0]
-            return np.asarray((here - there) / apart)
+            with np.errstate(over="ignore", invalid="ignore"):
+                return np.asarray((here - there) / apart)
         sides = []
         # Not past another stop: there the order of stops is another one.
         others = (abs(self.part_of(0, at) - float(z[-1])) for at in self._others)
@@ -124,7 +125,9 @@ class Family(OrbitEquations):
                 # On the edge of what the parameter can be: a difference from one side.
                 sides.append((float(z[-1]), self.residual(z, self.value(z))[0]))
         (q0, below), (q1, above) = sides
-        return np.asarray((above - below) / (q1 - q0))
+        # Where they are not finite Newton's method ends.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray((above - below) / (q1 - q0))
 
     def corrected(self, guess: Floats, normal: Floats, *, beside_others: bool = False) -> Floats:
         """Return the point of the family in the plane through a guess with this normal.

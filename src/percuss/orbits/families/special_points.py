@@ -16,6 +16,7 @@ from percuss.model.law import law
 from percuss.orbits.families.births import birth_of, birth_passed, located_birth
 from percuss.orbits.families.conditions import Point, condition, conditions_of, leaves_soft_stop
 from percuss.orbits.families.corners import corner_between
+from percuss.orbits.families.equations import INSTANTS
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.grazing import GrazeAnalysis, analysed_graze
 from percuss.orbits.families.leaving import until_left
@@ -49,7 +50,9 @@ SLOW = 1e-6
 EDGES, ON_EDGE = {"one": 1.0, "minus one": -1.0}, 1e-3
 # Special points nearer than this are one.
 SAME = 1e-9
-_DOUBLES = "which doubles here"
+_DOUBLES = "which doubles here: switch_branch returns that one"
+# What is no more than this part of the size of a grazing orbit is the touch.
+TOUCH = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,12 +62,13 @@ class SpecialPoint:
     Attributes
     ----------
     kind
-        "fold" (two orbits meet and end), "period_doubling" (a multiplier of -1),
+        "fold" (two orbits meet and end), "period_doubling" (a multiplier of -1, or, as `detail`
+        tells, the birth of the orbits of a branch from shorter ones that double),
         "symmetry_breaking" (the multiplier of the map over half a symmetric orbit is -1),
         "branch_point" (a multiplier of 1 otherwise), "grazing" (an impact of no velocity, or a
         turning point that touches a stop), "chatter" (impacts lose their velocity together
-        while the force pushes into the wall: they accumulate), "corner" (two stops that are met come to lie at one
-        place), "strong_resonance" (of a conservative family, trace -1 or 0).
+        while the force pushes into the wall: they accumulate), "corner" (two stops that are met
+        come to lie at one place), "strong_resonance" (of a conservative family, trace -1 or 0).
     path, value
         The parameter and its value there.
     interval
@@ -93,6 +97,27 @@ class SpecialPoint:
     codimension: int = 1
     # Of the branch there, by unknowns and parameter.
     _tangent: Floats | None = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        """Tell the point in a line."""
+        formal = "" if self.admissible else "; formal, the orbit passes through a stop"
+        return (
+            f"<SpecialPoint: {self.kind} at {self.path} = {self.value:.12g}, {self.status}, "
+            f"row {self.row}; {self.detail}{formal}>"
+        )
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the orbit there passes through no stop; the touch of a graze is no passage."""
+        orbit = self.orbit
+        if orbit.admissible or self.kind != "grazing":
+            return orbit.admissible
+        run = orbit.trajectory()
+        speed = float(np.abs(run(np.linspace(run.t0, run.t_end, INSTANTS))[1]).max())
+        durations = orbit._unknowns[1 : 1 + len(orbit._chain)]
+        deepest = float(orbit.passages.depth.max(initial=0.0))
+        shortest = float(durations.min(initial=0.0))
+        return deepest <= TOUCH * speed * orbit.period and shortest >= -TOUCH * orbit.period
 
     @property
     def graze(self) -> GrazeAnalysis | None:

@@ -54,14 +54,15 @@ def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicO
     point
         Of kind "period_doubling", "symmetry_breaking", "branch_point" or "grazing".
     other_side
-        Not at a graze: step the other way: to the mirrored orbit, the same doubled orbit a period later, or to
-        the other half of a family that crosses.
+        Not at a graze: step the other way: to the mirrored orbit, the same doubled orbit a period
+        later, or to the other half of a family that crosses.
 
     Returns
     -------
     PeriodicOrbit
-        Ready for `continue_orbit` along the same parameter. Of a doubled family that ends
-        where a shorter orbit doubles, it is that shorter orbit.
+        Ready for `continue_orbit` along the same parameter. Where a doubled family is born from
+        a shorter orbit that doubles, a "period_doubling" of either branch, it is from the doubled
+        branch that shorter orbit: the `detail` of the point says so.
 
     Raises
     ------

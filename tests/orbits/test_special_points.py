@@ -1,0 +1,83 @@
+"""What a special point tells of itself, and steps of a branch that go astray."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.orbits import Branch
+from percuss.orbits.families.family import Family
+
+AMPLITUDE, OMEGA = "forcing.amplitude", "forcing.omega"
+
+
+@pytest.fixture(scope="module")
+def grazing() -> Branch:
+    osc = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
+    return pc.continue_orbit(pc.find_orbit(osc, pc.cosine(1.0)), over={AMPLITUDE: (1.0, 0.05)})
+
+
+def test_a_special_point_says_whether_its_orbit_is_formal(grazing: Branch) -> None:
+    told = {point.kind: (point.admissible, "formal" in repr(point))
+            for point in grazing.special_points}  # fmt: skip
+
+    assert told == {
+        "fold": (True, False),
+        "grazing": (True, False),
+        # Beyond the graze.
+        "period_doubling": (False, True),
+    }
+
+
+def test_what_a_graze_touches_is_no_passage() -> None:
+    """By rounding the flights beyond a soft stop that is touched last less than no time."""
+    stops = (pc.SoftStop("0.588", "above", 20, "0.1"), pc.SoftStop("-0.588", "below", 20, "0.1"))
+    osc, force = pc.Oscillator("-0.3", 0, stops), pc.cosine("0.952", amplitude="0.496")
+    branch = pc.continue_orbit(
+        pc.find_orbit(osc, force, n_impacts=0), over={"forcing.constant": (-0.18, 0.18)}
+    )
+
+    grazes = [point for point in branch.special_points if point.kind == "grazing"]
+
+    assert len(grazes) == 4
+    assert all(point.admissible for point in grazes)
+
+
+def test_a_graze_of_a_formal_orbit_stays_formal(grazing: Branch) -> None:
+    """An orbit that passes through the wall elsewhere, as one of a graze."""
+    (graze,) = (point for point in grazing.special_points if point.kind == "grazing")
+    formal = dataclasses.replace(graze, orbit=grazing[len(grazing) - 1])
+
+    assert not formal.admissible
+
+
+def test_the_birth_of_a_doubled_branch_says_where_switching_leads() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.6))
+    single = pc.continue_orbit(orbit, over={OMEGA: (2.6, 2.7)})
+    (doubling,) = single.special_points
+    doubled = pc.continue_orbit(pc.switch_branch(doubling), over={OMEGA: (2.65, 2.7)})
+
+    birth = doubled.special_points[0]
+
+    assert doubling.detail == "a multiplier is -1"
+    assert "switch_branch returns that one" in birth.detail
+    assert "switch_branch returns that one" in repr(birth)
+    assert (doubled[5].n_impacts, pc.switch_branch(birth).n_impacts) == (2, 1)
+
+
+@pytest.mark.parametrize("size", [1e160, -1e200, 1.7e308])
+def test_a_step_far_astray_ends_in_an_error_without_warnings(size: float) -> None:
+    gear = pc.backlash_oscillator(gap=0.5, stiffness=10.0, damping=0.04, stop_damping=0.02)
+    orbit = pc.find_orbit(gear, pc.cosine(1.9, amplitude=0.9, constant=0.4), 1)
+    family = Family(orbit, OMEGA, 1.0, 3.0)
+    start = family.start(orbit, 1.9)
+
+    for k in range(len(start) - 1):
+        astray = start.copy()
+        astray[k] = size
+        family.slope(astray)
+        with pytest.raises((pc.ConvergenceError, pc.ParameterError)):
+            family.corrected(astray, np.append(np.zeros(len(start) - 1), 1.0))

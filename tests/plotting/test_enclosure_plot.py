@@ -1,0 +1,105 @@
+"""The picture of a certified run: the motion, and how its radius grows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+
+import percuss as pc
+from percuss.errors import ParameterError
+from percuss.plotting import Units, offscreen_figure, plot_enclosure
+
+pytest.importorskip("flint")
+
+Line = tuple[np.ndarray, np.ndarray]
+
+
+def drawn(proven: pc.certified.CertifiedRun) -> tuple[Axes, dict[str, Line]]:
+    figure = offscreen_figure()
+    ax = plot_enclosure(proven, figure.add_subplot(), units=Units("mm", "s"))
+    figure.canvas.draw()
+    lines = {str(line.get_label()): line for axes in figure.axes for line in axes.lines}
+    points = {
+        name: (np.asarray(line.get_xdata()), np.asarray(line.get_ydata()))
+        for name, line in lines.items()
+    }
+    return ax, points
+
+
+def test_chaos_is_a_rise_at_the_rate_of_its_exponent() -> None:
+    osc = pc.impact_oscillator("0.8", side="above")
+    run = pc.simulate(osc, pc.cosine("2.8"), v0=-1, max_impacts=60)
+    proven = pc.certify(run)
+
+    ax, lines = drawn(proven)
+
+    t, x = lines["displacement"]
+    np.testing.assert_allclose(x[t < 20], run(t[t < 20])[0], atol=1e-9)
+    times, radii = lines["of impact times"]
+    np.testing.assert_array_equal(times, proven.impacts.t.mid())
+    assert radii[-1] == pytest.approx(math.log10(float(proven.impacts.t[59].arb.rad())), abs=1e-6)
+    assert radii[-1] - radii[0] > 6
+    assert np.polyfit(*lines["of impact times"], 1)[0] > 0.03
+    assert ax.get_xlabel() == "time $t$ (s)"
+
+
+def test_motion_lies_above_the_radii() -> None:
+    ax, lines = drawn(pc.certify(pc.simulate(pc.impact_oscillator(), v0=1, t_end=9.0)))
+
+    upper, lower = ax.figure.axes
+    x, radii = lines["displacement"][1], lines["radius of $x$"][1]
+    lowest = upper.transData.transform([(0.0, x.min())])[0, 1]
+    highest = lower.transData.transform([(0.0, np.nanmax(radii))])[0, 1]
+    assert highest < lowest
+
+
+def test_end_of_a_proof_at_a_graze_is_marked() -> None:
+    run = pc.simulate(pc.impact_oscillator("1/2", wall=-1), x0=1, t_end=20.0)
+
+    _, lines = drawn(pc.certify(run, most_bits=256))
+
+    assert lines["graze"][0] == pytest.approx([np.pi])
+    assert lines["the proof ends"][0] == pytest.approx([np.pi, np.pi])
+
+
+def test_radii_below_the_least_float_are_drawn() -> None:
+    _, lines = drawn(pc.certify(pc.simulate(pc.impact_oscillator(), x0=1, t_end=1.0), 400))
+
+    radii = lines["radius of $x$"][1]
+    assert np.nanmin(radii) > -450
+    assert np.nanmax(radii) < -400
+
+
+def test_rest_for_ever_ends_in_a_contact() -> None:
+    run = pc.simulate(pc.impact_oscillator("1/2"), pc.Forcing(constant=-1), x0=1, t_end=50.0)
+
+    _, lines = drawn(pc.certify(run))
+
+    assert lines["contact"][0] == pytest.approx(run.contacts.start)
+    assert lines["displacement"][0][-1] > run.contacts.start[0]
+
+
+def test_entries_into_soft_stops_are_marked() -> None:
+    run = pc.simulate(pc.bilinear_oscillator(stiffness_below=9), v0=1, t_end=12.0)
+
+    _, lines = drawn(pc.certify(run))
+
+    np.testing.assert_allclose(lines["of crossing times"][0], run.crossings.t, atol=1e-12)
+
+
+def test_a_thousand_impacts_take_no_more_points_than_are_seen() -> None:
+    run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0="0.45", max_impacts=1000)
+
+    _, lines = drawn(pc.certify(run))
+
+    assert len(lines["displacement"][0]) <= 6001
+
+
+def test_a_float_run_is_refused() -> None:
+    run = pc.simulate(pc.impact_oscillator(), v0=1, t_end=1.0)
+
+    with pytest.raises(ParameterError, match=r"percuss.certify\(run\) makes one"):
+        plot_enclosure(run)
