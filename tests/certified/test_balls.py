@@ -6,6 +6,7 @@ import numpy as np
 from flint import acb, arb, ctx
 
 from percuss.certified import Ball, Balls, ComplexBall
+from percuss.certified.balls import upwards
 
 
 def test_midpoint_and_radius_as_floats_hold_the_ball() -> None:
@@ -55,3 +56,26 @@ def test_complex_balls() -> None:
     assert ball.radius() < 1e-300
     assert ball.imag.contains(-2)
     assert repr(ball).startswith("<ComplexBall")
+
+
+def test_decimals_hold_the_number_whatever_their_length_and_size() -> None:
+    with ctx.workprec(2000):
+        root, tiny = arb(2).sqrt(), arb(10) ** -700 / 3
+    for exact in (root, tiny, -root, arb(1) / 4):
+        for digits in (1, 5, 30):
+            text, radius = Ball(exact).decimals(digits)
+            with ctx.workprec(3000):
+                off = abs(exact - arb(text))
+                assert off <= arb(radius) * (1 + arb(10) ** -100)
+    assert Ball(arb(3)).decimals(2) == ("3.0", "0")
+    assert Ball(arb.nan()).decimals(5) == ("nan", "inf")
+    assert float(Ball(tiny).decimals(5)[1]) == 0.0
+    assert Ball(tiny).decimals(5)[1].endswith("e-706")
+
+
+def test_a_radius_is_rounded_up() -> None:
+    for value in ("0.9994", "0.99951", "1.004999", "9.999e-400", "1"):
+        exact = arb(value).mid()
+        with ctx.workprec(200):
+            assert arb(upwards(exact)).mid() * (1 + arb(2) ** -50) >= exact
+            assert arb(upwards(exact)) < exact * arb("1.02")

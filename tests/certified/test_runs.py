@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 import time
 from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -86,10 +87,10 @@ def _growth_in_bits(proven: CertifiedRun) -> float:
 
 
 def test_an_elastic_motion_of_a_thousand_impacts_takes_less_than_a_second() -> None:
-    run = pc.simulate(ELASTIC, pc.sine(3), v0=0.45, max_impacts=1000)
+    run = pc.simulate(ELASTIC, pc.sine(3), v0="0.45", max_impacts=1000)
     start = time.process_time()
 
-    proven = pc.certify(run, start=pc.Start(0, "0.45"))
+    proven = pc.certify(run)
 
     assert time.process_time() - start < 1.0
     assert len(proven.impacts) == 1000
@@ -147,11 +148,12 @@ def test_every_linear_regime_is_its_formula(osc, force, x, v) -> None:  # type: 
 
 
 def test_a_start_is_taken_exactly_as_text_fraction_or_double() -> None:
-    run = pc.simulate(ELASTIC, pc.sine(3), v0=0.45, max_impacts=5)
+    exact, fraction, double = (
+        pc.certify(pc.simulate(ELASTIC, pc.sine(3), v0=v0, max_impacts=5), digits=30)
+        for v0 in ("0.45", Fraction(9, 20), 0.45)
+    )
 
-    exact = pc.certify(run, digits=30, start=pc.Start(0, "0.45"))
-    double = pc.certify(run, digits=30)
-
+    assert exact.impacts.t[4].overlaps(fraction.impacts.t[4])
     assert not exact.impacts.t[4].overlaps(double.impacts.t[4])
     assert abs(exact.impacts.t.mid()[4] - double.impacts.t.mid()[4]) < 1e-14
 
@@ -434,12 +436,12 @@ def test_a_start_at_a_multiple_of_pi_is_exact_too() -> None:
     # f = sin t is 0 at 2 pi, exactly: the third derivative takes off, as at 0.
     run = pc.simulate(ELASTIC, pc.sine(1), t0="2*pi", max_impacts=1)
 
-    t = pc.certify(run, start=pc.Start(0, 0, "2*pi")).impacts.t[0].arb
+    t = pc.certify(run).impacts.t[0].arb
 
     since = t - 2 * arb.pi()
     assert (since.tan() - since).contains(0)
     # The float 2 pi is before that: the mass rests on the wall till then.
-    late = pc.certify(run)
+    late = pc.certify(run, start=pc.Start(0, 0, run.t0), max_impacts=1)
     assert len(late.contacts) == 1
     assert late.contacts.release[0].contains("2*pi")
 
@@ -455,3 +457,18 @@ def test_a_stroboscopic_view_is_at_exact_periods() -> None:
     assert float(ours.x_radius.max()) < 1e-14
     with pytest.raises(ParameterError, match="period"):
         pc.certify(pc.simulate(ELASTIC, v0=1, t_end=3.0)).stroboscopic()
+
+
+def test_floats_of_known_times_are_inside_of_what_is_proven() -> None:
+    # The end is a ball narrower than a float's rounding.
+    chaotic = pc.simulate(pc.impact_oscillator("0.8", side="above"), pc.cosine("2.8"), v0=-1,
+                          max_impacts=60)  # fmt: skip
+    for run in (chaotic, pc.simulate(ELASTIC, pc.sine(3), v0=1, t0="2*pi", max_impacts=2)):
+        proven = pc.certify(run)
+
+        low, high = proven.known_times
+
+        assert 0.0 <= low - run.t0 < 1e-14
+        assert arb(high) < proven.t_end.arb
+        assert proven.t_end.mid() - high < 1e-12
+        assert proven.sample(3).sizes == {"t": 3}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +74,60 @@ def test_export_of_a_part_says_so(tmp_path: Path) -> None:
 
     assert result.exit_code == 0, result.output
     assert "a part is not done yet" in result.output
+
+
+def test_export_says_where_the_data_lie_for_other_programs(tmp_path: Path) -> None:
+    path, file = tmp_path / "run.zarr", tmp_path / "a.nc"
+    found = sweep(path)
+
+    result = RUNNER.invoke(app, ["export", str(path), str(file)])
+
+    assert "percuss.load_netcdf reads it" in result.output
+    assert f"xarray.open_dataset({str(file)!r}, group='data')" in result.output
+    with xr.open_dataset(file, group="data", engine="h5netcdf") as again:
+        np.testing.assert_array_equal(again.peak_impact_velocity, found.peak_impact_velocity)
+
+
+def test_status_tells_of_each_store_in_a_folder_by_itself(tmp_path: Path) -> None:
+    sweep(tmp_path / "a.zarr", stop=True)
+    sweep(tmp_path / "b.zarr")
+    pc.bifurcation_diagram(
+        OSC, FORCE, over={"forcing.omega": [2.5, 2.6]}, transient=5, points=4,
+        store=tmp_path / "c.zarr",
+    )  # fmt: skip
+
+    result = RUNNER.invoke(app, ["status", str(tmp_path)])
+
+    assert result.exit_code == 0, result.output
+    first, second, diagram = result.output.split("\n\n")
+    assert "a.zarr" in first
+    assert "16 of 200 points" in first
+    assert "b.zarr" in second
+    assert "200 of 200 points" in second
+    # Both parts of a diagram are one study.
+    assert "6 of 6 points" in diagram
+    with pytest.raises(pc.OutputError, match=r"holds a\.zarr, b\.zarr, c\.zarr; name one of them"):
+        pc.load_store(tmp_path)
+
+
+def test_status_shows_no_time_left_where_nothing_runs(tmp_path: Path) -> None:
+    path = tmp_path / "run.zarr"
+    with points_a_chunk(16):
+        pc.sweep(
+            "peak_impact_velocity", OSC, FORCE, over=OVER, transient=20, periods=8, store=path,
+            n_workers=1, progress=lambda done, _: done < 80,
+        )  # fmt: skip
+    marks = sorted((path / "done" / "c").iterdir(), key=lambda mark: int(mark.name))
+    now = time.time()
+    outputs = []
+    for ago in (1.0, 3600.0):
+        for i, mark in enumerate(marks):
+            os.utime(mark, (now - ago - i, now - ago - i))
+        outputs.append(RUNNER.invoke(app, ["status", str(path)]).output)
+
+    assert "if it is running" in outputs[0]
+    assert "time left" not in outputs[1]
+    assert "not running as it seems; the rest would take" in " ".join(outputs[1].split())
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.ensembles.lanes import Lanes, Plan
+from percuss.ensembles.tangents import drift_of
 
 
 def reference(omega: str) -> tuple[pc.Oscillator, pc.Forcing]:
@@ -43,6 +45,52 @@ def test_the_sum_rule_holds(damping: float) -> None:
     expected = -2.0 * damping + 2.0 * found.impact_rate * math.log(0.8)
     assert found.total == pytest.approx(expected, rel=1e-9)
     assert found.exponents.sum() == pytest.approx(found.total, rel=1e-9)
+
+
+@pytest.mark.parametrize(("transient", "periods"), [(20_000, 64), (20_000, 66), (1000, 2000)])
+def test_on_a_long_orbit_impacts_and_exponents_are_of_the_same_rounds(
+    transient: int, periods: int
+) -> None:
+    """An orbit with six impacts in six periods: 64 periods are no whole number of rounds."""
+    osc, force = pc.impact_oscillator("0.8"), pc.cosine("2.6")
+
+    found = pc.lyapunov_exponents(osc, force, start=(0.5, 0), transient=transient, periods=periods)
+
+    expected = 2.0 * 2.6 / (2.0 * math.pi) * math.log(0.8)
+    assert found.total == pytest.approx(expected, rel=1e-12)
+    assert found.exponents.sum() == pytest.approx(found.total, rel=1e-12)
+    assert 2.0 * found.impact_rate * math.log(0.8) == pytest.approx(found.total, rel=1e-12)
+    assert found.impact_rate * found.duration == pytest.approx(18.0, rel=1e-12)
+
+
+def test_the_errors_cover_what_a_slow_approach_to_an_orbit_still_goes() -> None:
+    """A neighbour of that orbit comes nearer by 3 % a round only."""
+    osc, force = pc.impact_oscillator("0.8"), pc.cosine("2.6")
+    there = pc.lyapunov_exponents(osc, force, start=(0.5, 0), transient=20_000, periods=64)
+
+    found = pc.lyapunov_exponents(osc, force, start=(0.5, 0), periods=64)
+
+    off = np.abs(found.exponents - there.exponents)
+    assert (off > 1e-6).all()
+    assert (off < 1.5 * found.errors).all()
+    assert (found.errors < 3.0 * off).all()
+    assert there.errors.max() < 1e-12
+
+
+def test_halves_that_differ_by_more_than_chance_are_an_error() -> None:
+    """Means of blocks that go down evenly, and ones that scatter."""
+    trend = np.linspace(1.0, 0.0, 64)
+    scatter = np.random.default_rng(1).normal(size=64)
+    points = np.full((2, 65, 3), np.nan)
+    for row, rates in enumerate((trend, scatter)):
+        points[row, :, 0] = np.concatenate([[0.0], np.cumsum(rates)])
+    empty = np.zeros(2)
+    lanes = Lanes(empty.astype(int), empty, empty.astype(int), empty, points)
+
+    drift = drift_of(lanes, Plan(empty, np.ones(2), np.full(2, 64.0)))
+
+    assert drift[0] == pytest.approx(trend[:32].mean() - trend[32:].mean())
+    assert drift[1] == 0.0
 
 
 def test_soft_stops_are_passed_through() -> None:

@@ -10,6 +10,8 @@ import percuss as pc
 from percuss.ensembles.grid import Axis, Grid
 from percuss.ensembles.measures import Window
 from percuss.ensembles.sweep import Measured
+from percuss.model.exact import as_float
+from percuss.model.paths import get_parameter
 from percuss.model.start import Start
 
 OSC = pc.impact_oscillator(restitution=0.8)
@@ -104,6 +106,27 @@ def test_the_traceback_of_a_measure_is_kept_and_the_sweep_goes_on() -> None:
     assert np.isnan(found.failing.values[1])
     assert found.point.values.tolist() == [1]
     assert 'raise RuntimeError("no answer here")' in found.reason.values[0]
+
+
+def test_a_function_without_a_name_in_a_module_is_refused_by_processes_in_a_sentence() -> None:
+    over = {"forcing.omega": [2.0, 2.6]}
+
+    with pytest.raises(pc.ParameterError, match='in a module, or take engine="threads"'):
+        pc.sweep(lambda osc, force: 1.0, OSC, FORCE, over=over, engine="processes")  # noqa: ARG005
+
+
+def test_what_is_no_number_is_a_sentence_for_each_point_and_counted() -> None:
+    def telling(osc: pc.Oscillator, force: pc.Forcing) -> float:
+        omega = as_float(get_parameter(osc, force, None, "forcing.omega"))
+        return "chaos" if omega > 2.5 else 1.0  # type: ignore[return-value]
+
+    found = pc.sweep(telling, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.7]})
+
+    assert found.attrs["failed"] == 2
+    assert "returned 'chaos', which is no number" in found.reason.values[0]
+    assert len(found.reason.values[0].splitlines()) == 1
+    with pytest.warns(UserWarning, match="telling has no answer for any of 2 points; the first"):
+        pc.sweep(telling, OSC, FORCE, over={"forcing.omega": [2.6, 2.7]})
 
 
 def test_a_motion_with_too_many_impacts_is_given_up() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -52,8 +53,25 @@ def test_a_log_gets_a_line_now_and_then(
     seen.close()
 
     lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 3
+    # After two seconds, and every ten from then on.
+    assert len(lines) == 8
     assert all("\r" not in line for line in lines)
+
+
+def test_a_log_gets_lines_before_the_first_chunk_is_done(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watch, "RENEWED_IN_A_LOG", 0.02)
+    seen = Watch(True, size=100, todo=100)
+    time.sleep(0.3)
+    seen.close()
+    lines = capsys.readouterr().err.splitlines()
+    time.sleep(0.1)
+
+    assert len(lines) >= 2
+    assert all("0.0%  0 of 100 points" in line for line in lines)
+    # Nothing comes once it is closed.
+    assert capsys.readouterr().err == ""
 
 
 def test_what_is_soon_over_shows_nothing(

@@ -12,7 +12,7 @@ from percuss.kernels.backward import bound_of_fourth, time_to_leave
 from percuss.kernels.flight import move, set_phases
 from percuss.kernels.law import FIRST_HARMONIC, QUICKEST
 from percuss.model.law import law
-from percuss.orbits.backward import BackwardMotions
+from percuss.orbits.surface.backward import BackwardMotions
 
 Floats = NDArray[np.float64]
 

@@ -15,12 +15,19 @@ StorePath = Annotated[Path, typer.Argument(help="The folder of a store, such as 
 
 
 def status(store: StorePath) -> None:
-    """Show how much of a store is done, at what rate, and how long the rest takes."""
+    """Show how much of a store is done, at what rate, and how long the rest takes.
+
+    Of a folder with several stores each is shown by itself.
+    """
     with faults_on_stderr():
         from percuss.ensembles import status_of_store
+        from percuss.ensembles.stored import stores_in
 
-        for name, text in _rows(store, status_of_store(store)).items():
-            typer.echo(f"{name:<12}{text}")
+        for i, one in enumerate(stores_in(store)):
+            if i > 0:
+                typer.echo("")
+            for name, text in _rows(one, status_of_store(one)).items():
+                typer.echo(f"{name:<12}{text}")
 
 
 def export(
@@ -33,6 +40,7 @@ def export(
     with faults_on_stderr():
         from percuss.ensembles import load_store
         from percuss.io import save_csv, save_netcdf
+        from percuss.io.netcdf import DATA
 
         savers = {".nc": save_netcdf, ".csv": save_csv}
         if file.suffix not in savers:
@@ -42,6 +50,11 @@ def export(
         savers[file.suffix](found, file, command=command, force=force)
         part = "" if found.attrs["complete"] else ", of which a part is not done yet"
         typer.echo(f"wrote {file}: {_size(found)}{part}")
+        if file.suffix == ".nc":
+            typer.echo(
+                "percuss.load_netcdf reads it; for other programs the data lie in the group "
+                f"/{DATA}: xarray.open_dataset({str(file)!r}, group={DATA!r})"
+            )
 
 
 def _size(found: Any) -> str:
@@ -68,7 +81,11 @@ def _rows(store: Path, status: dict[str, Any]) -> dict[str, str]:
     if done == total:
         rows["time left"] = "none, it is complete"
     elif status["seconds_left"] is not None:
-        rows["time left"] = f"{in_words(status['seconds_left'])} at the rate of the last chunks"
+        left = f"{in_words(status['seconds_left'])} at the rate of the last chunks"
+        if status["running"] is False:
+            rows["not running"] = f"as it seems; the rest would take {left}"
+        else:
+            rows["time left"] = f"{left}, if it is running"
     if done < total and status["seconds_since"] is not None:
         rows["last chunk"] = f"{in_words(status['seconds_since'])} ago"
     return rows

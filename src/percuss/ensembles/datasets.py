@@ -55,7 +55,7 @@ def failures_of(answer: Answer) -> dict[str, Any]:
 
 
 def attributes_of(grid: Grid, answer: Answer) -> dict[str, Any]:
-    """Return what was studied, with what, and whether it was brought to its end."""
+    """Return what was studied, with what, whether to its end, and how many points have failed."""
     return {
         "oscillator": repr(grid.osc),
         "forcing": repr(grid.force),
@@ -63,4 +63,5 @@ def attributes_of(grid: Grid, answer: Answer) -> dict[str, Any]:
         "percuss": metadata.version("percuss"),
         "n_impacts": answer.n_impacts,
         "complete": int(answer.complete),
+        "failed": len(answer.reasons),
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 from collections.abc import Iterator, Sequence
 from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
@@ -84,6 +85,7 @@ def _threads(n_workers: int | None) -> futures.Executor:
 
 
 def _processes(n_workers: int | None, job: Job) -> futures.Executor:
+    _check_that_it_travels(job)
     return futures.ProcessPoolExecutor(
         n_workers or cores(),
         # Forking a process whose threads hold locks can hang it.
@@ -91,6 +93,21 @@ def _processes(n_workers: int | None, job: Job) -> futures.Executor:
         initializer=_remember,
         initargs=(job,),
     )
+
+
+def _check_that_it_travels(job: Job) -> None:
+    """Say in a sentence that a function cannot be sent to another process, before any begins."""
+    measure = getattr(job, "measure", None)
+    try:
+        pickle.dumps(job)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        if measure is None:
+            raise
+        reason = (
+            "cannot be sent to another process, which takes functions by the name that they have "
+            'in a module; define it with def in a module, or take engine="threads"'
+        )
+        raise ParameterError("measure", getattr(measure, "__name__", measure), reason) from error
 
 
 _JOB: list[Job] = []

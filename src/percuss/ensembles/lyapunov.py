@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from percuss.ensembles.grid import check_whole, make_grid
 from percuss.ensembles.lanes import Lanes, Plan, follow_lanes, reason_of
 from percuss.ensembles.measures import period_of
-from percuss.ensembles.tangents import BLOCKS, exponents_of, tangent_plan
+from percuss.ensembles.tangents import BLOCKS, drift_of, exponents_of, tangent_plan
 from percuss.errors import ParameterError
 from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 
 # The longest orbit that is looked for, in forcing periods.
 LONGEST = 16
+# Rounds of an orbit that its exponents are taken from, and to what part they shrink alike.
+ROUNDS, ALIKE = 3, 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,15 +40,18 @@ class LyapunovExponents:
     exponents
         (2,) array, the larger first [1/time]; both -inf where a contact has ended all memory.
     errors
-        (2,) array, their standard errors from the means of blocks [1/time]; on a periodic orbit,
-        whose multipliers give the exponents, the difference of two rounds.
+        (2,) array, their errors [1/time]: the standard error from the means of blocks, and with it
+        the difference between the two halves where this is more than chance. On a periodic orbit,
+        whose multipliers give the exponents, the difference of two rounds, times the rounds that
+        it still takes to die out.
     total
         Their sum by the sum rule [1/time]: -2 times the time-mean of the damping in force, and 2
-        for each wall times its rate of impacts times ln r.
+        for each wall times its rate of impacts times ln r, over ``duration``.
     impact_rate
         Impacts, and entries into soft stops, in a unit of time.
     duration
-        Time over which they were taken [time].
+        Time over which impacts and exponents were taken [time]; on a periodic orbit that of three
+        rounds.
     """
 
     exponents: Floats
@@ -113,26 +118,27 @@ def lyapunov_exponents(
     reason = reason_of(int(lanes.status[0]), plan)
     if reason is not None:
         raise ParameterError("start", grid.start, reason)
+    if np.isfinite(lanes.points[0, -1, survey.FIRST]):
+        known = _of_orbit(group.laws, lanes, plan, transient + periods)
+        if known is not None:
+            return known
     duration = float(plan.until[0] - plan.since[0])
     largest, smallest, error, total = (value[0] for value in exponents_of(lanes, plan))
-    exponents, errors = np.array([largest, smallest]), np.array([error, error])
-    if math.isfinite(total):
-        known = _of_orbit(group.laws, lanes, plan)
-        exponents, errors = known if known is not None else (exponents, errors)
+    error = math.hypot(error, drift_of(lanes, plan)[0])
     return LyapunovExponents(
-        exponents,
-        errors,
+        np.array([largest, smallest]),
+        np.array([error, error]),
         float(total),
         float(lanes.tallies[0, survey.IMPACTS]) / duration,
         duration,
     )
 
 
-def _of_orbit(laws: Floats, lanes: Lanes, plan: Plan) -> tuple[Floats, Floats] | None:
-    """Return the exponents of a periodic orbit and their errors; None where there is no orbit.
+def _of_orbit(laws: Floats, lanes: Lanes, plan: Plan, periods: int) -> LyapunovExponents | None:
+    """Return the exponents of a periodic orbit, and all else over the same rounds.
 
-    A vector u, M u and M^2 u of the monodromy M give its trace, for M^2 - tr M + det = 0. The
-    error is the difference between two such vectors.
+    None where there is no orbit. A vector u, M u and M^2 u of the monodromy M give its trace, for
+    M^2 - tr M + det = 0. ``periods`` are those since the start.
     """
     which = np.zeros(1, dtype=np.int64)
     period = laws[0, 0, PERIOD]
@@ -144,12 +150,34 @@ def _of_orbit(laws: Floats, lanes: Lanes, plan: Plan) -> tuple[Floats, Floats] |
     if n_periods == 0:
         return None
     step = step * n_periods
-    rounds = Plan(t, step, t + 3 * step, survey.TANGENTS, 4)
-    points = follow_lanes(laws, which, end, rounds).points[0]
+    rounds = Plan(t, step, t + ROUNDS * step, survey.TANGENTS, ROUNDS + 1)
+    followed = follow_lanes(laws, which, end, rounds)
+    points = followed.points[0]
     found = np.array([_rates(points[k : k + 3]) for k in (0, 1)]) / step
-    if not np.isfinite(found).all():
+    shrunk = np.diff(points[:, survey.SECOND])
+    # An impact at the very end of a round can fall into either of two: rounds that do not shrink
+    # alike are none.
+    if not np.isfinite(found).all() or np.ptp(shrunk) > ALIKE * np.abs(shrunk).max():
         return None
-    return found[1], np.abs(found[1] - found[0])
+    duration = float(ROUNDS * step[0])
+    return LyapunovExponents(
+        found[1],
+        np.abs(found[1] - found[0])
+        * _rounds_to_go(float(found[1, 0] * step[0]), periods / n_periods),
+        float(points[-1, survey.SECOND] - points[0, survey.SECOND]) / duration,
+        float(followed.tallies[0, survey.IMPACTS]) / duration,
+        duration,
+    )
+
+
+def _rounds_to_go(log_multiplier: float, rounds: float) -> float:
+    """Return how many times its last step an approach to an orbit still goes.
+
+    It is geometric, so that steps m, m^2, ... of the last one follow, 1 / (1 - m) in all; and where
+    |m| is 1 it goes as one over the number of rounds, of which it is then as many as there were.
+    """
+    left = -math.expm1(log_multiplier)
+    return 1.0 / left if left * rounds > 1.0 else max(1.0, rounds)
 
 
 def _rates(points: Floats) -> Floats:

@@ -16,12 +16,14 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["load_store", "status_of_store"]
+__all__ = ["load_store", "status_of_store", "stores_in"]
 
 Floats = NDArray[np.float64]
 
 # A time between two chunks that is longer than a minute and than so many usual ones is a pause.
 PAUSE, USUAL = 60.0, 20.0
+# A study of several parts has a folder of this name for each.
+PARTS = ("followed", "afresh")
 # The last so many chunks tell the rate.
 RECENT = 200
 
@@ -41,11 +43,13 @@ def status_of_store(path: str | Path) -> dict[str, Any]:
         ``chunks``, ``done``, ``n_impacts``; ``impacts_per_second`` and ``seconds_left`` at the
         rate of the last chunks, pauses left out, None where too few are done to tell; and
         ``seconds_since``, the time since the last chunk was finished, None where none is.
+        ``running`` is False if it is complete or the last chunk is long ago against the usual
+        time of one; None if too few are done to tell. Whoever is killed leaves no other trace.
 
     Raises
     ------
     OutputError
-        If there is no store, or it is damaged.
+        If there is no store, there are several, or it is damaged.
 
     Examples
     --------
@@ -67,8 +71,31 @@ def status_of_store(path: str | Path) -> dict[str, Any]:
     total["impacts_per_second"] = impacts[-1] if impacts else None
     total["seconds_left"] = 0.0 if left == 0 else left / rates[-1] if rates else None
     ages = [part["seconds_since"] for part in parts if part["seconds_since"] is not None]
-    total["seconds_since"] = min(ages) if ages else None
+    total["seconds_since"] = since = min(ages) if ages else None
+    pauses = [part["pause"] for part in parts if part["pause"] is not None]
+    total["running"] = None
+    if left == 0:
+        total["running"] = False
+    elif pauses and since is not None:
+        total["running"] = bool(since <= max(pauses))
     return total
+
+
+def stores_in(path: str | Path) -> list[Path]:
+    """Return the stores that a folder is or holds, one for each study.
+
+    Raises
+    ------
+    OutputError
+        If there is none.
+    """
+    folder = Path(path)
+    if _parts_of_one(folder):
+        return [folder]
+    found = [inner for inner in sorted(folder.glob("*")) if _parts_of_one(inner)]
+    if not found:
+        raise OutputError(path, "no store there")
+    return found
 
 
 def load_store(path: str | Path) -> Dataset:
@@ -106,13 +133,19 @@ def load_store(path: str | Path) -> Dataset:
 
 
 def _parts(path: Path) -> list[Path]:
-    """Return the stores in a folder: itself, or those of the parts of one study."""
+    """Return the stores of one study in a folder."""
+    found = _parts_of_one(path)
+    if not found:
+        several = [one.name for one in stores_in(path)]
+        raise OutputError(path, f"no store, but holds {', '.join(several)}; name one of them")
+    return found
+
+
+def _parts_of_one(path: Path) -> list[Path]:
+    """Return a folder that is a store, or else the stores of the parts of a study in it."""
     if has_store(path):
         return [path]
-    found = [part for part in sorted(path.glob("*"), reverse=True) if has_store(part)]
-    if not found:
-        raise OutputError(path, "no store there")
-    return found
+    return [path / name for name in PARTS if has_store(path / name)]
 
 
 def _is_complete(path: Path) -> bool:
@@ -140,6 +173,7 @@ def _status_of_part(path: Path) -> dict[str, Any]:
         "n_impacts": int((marks[done] - 1).sum()),
         "points_per_second": points,
         "impacts_per_second": impacts,
+        "pause": _pause(np.diff(np.sort(times)[-RECENT:])) if len(times) > 1 else None,
         "seconds_since": max(0.0, time.time() - times.max()) if len(times) else None,
     }
 
@@ -157,12 +191,17 @@ def _rates(
     steps = np.diff(times[order])
     if len(steps) == 0:
         return None, None
-    working = steps <= max(PAUSE, USUAL * float(np.median(steps)))
+    working = steps <= _pause(steps)
     took = float(steps[working].sum())
     if took <= 0.0:
         return None, None
     ends = order[1:][working]
     return float(points[ends].sum() / took), float(impacts[ends].sum() / took)
+
+
+def _pause(steps: Floats) -> float:
+    """Return from which time on one between two chunks is a pause."""
+    return max(PAUSE, USUAL * float(np.median(steps)))
 
 
 def _load_part(path: Path) -> Dataset:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import traceback
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,6 +41,8 @@ LARGEST_CHUNK = 8192
 MOST_CHUNKS, LARGEST_OF_ALL = 20_000, 32_768
 # Points of a chunk where a function of the user's is called for each.
 CALLS_OF_A_CHUNK = 16
+# Of what a function has returned instead of a number, so many characters are shown.
+LONGEST_TEXT = 60
 
 
 def sweep(
@@ -93,8 +96,13 @@ def sweep(
     xarray.Dataset
         A variable for each measure over one dimension for each path, in its long form. Points
         without an answer hold NaN, and `reason` over the dimension `failure` says why; `point`
-        is their number in the grid, the last axis the fastest. The same bits whatever the
-        engine.
+        is their number in the grid, the last axis the fastest; the attribute `failed` counts
+        them. The same bits whatever the engine.
+
+    Warns
+    -----
+    UserWarning
+        If a function of yours has no answer for any point, with the first reason.
 
     Raises
     ------
@@ -116,6 +124,13 @@ def sweep(
     grid = make_grid(osc, force, start, over)
     work = _work(measure, grid, Window(transient, periods), max_impacts)
     answer = run_job(work, store, engine, n_workers, progress)
+    if isinstance(work, Called) and len(answer.reasons) == work.size:
+        # Of a traceback the last line says what was wrong.
+        why = next(iter(answer.reasons.values())).strip().splitlines()[-1]
+        warnings.warn(
+            f"{work.names[0]} has no answer for any of {work.size:,} points; the first: {why}",
+            stacklevel=2,
+        )
     units = {name: MEASURES[name].units for name in work.names if name in MEASURES}
     meanings = {name: MEASURES[name].meaning for name in work.names if name in MEASURES}
     return keep(dataset_of(grid, answer, units, meanings), store)
@@ -261,7 +276,7 @@ class Called:
         block = Block({self.names[0]: values})
         for i in range(first, last):
             try:
-                values[i - first] = float(self._call(*self.grid.point(i)))
+                values[i - first] = _number(self._call(*self.grid.point(i)))
             except ParameterError as error:
                 block.reasons[i - first] = str(error)
             except Exception:  # noqa: BLE001  whatever a user's function raises
@@ -281,6 +296,18 @@ class Called:
         length = (self.window.transient + self.window.periods) * period
         t_end = float(start.t0) + length
         return self.measure(simulate(osc, force, start.x0, start.v0, start.t0, t_end=t_end))
+
+
+def _number(value: Any) -> float:
+    """Return what a measure has returned as a number."""
+    try:
+        if not isinstance(value, str | bytes):
+            return float(value)
+    except (TypeError, ValueError):
+        pass
+    text = repr(value)
+    text = text if len(text) <= LONGEST_TEXT else f"{text[:LONGEST_TEXT]}..."
+    raise ParameterError("measure", type(value).__name__, f"returned {text}, which is no number")
 
 
 def _positional(function: Callable[..., float]) -> int:

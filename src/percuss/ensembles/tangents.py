@@ -11,13 +11,15 @@ from percuss.ensembles.lanes import Lanes, Plan
 from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
 
-__all__ = ["BLOCKS", "exponents_of", "tangent_plan"]
+__all__ = ["BLOCKS", "drift_of", "exponents_of", "tangent_plan"]
 
 Floats = NDArray[np.float64]
 
 # Stretches of time whose means tell the error: long against the memory of a motion, and many
 # enough to know their spread to a tenth.
 BLOCKS = 64
+# Halves that differ by more than so many standard errors of their difference do not by chance.
+CHANCE = 3.0
 
 
 def tangent_plan(
@@ -64,3 +66,30 @@ def exponents_of(lanes: Lanes, plan: Plan) -> tuple[Floats, Floats, Floats, Floa
         values[forgotten] = there
     smallest = np.where(forgotten, -np.inf, total - np.where(forgotten, 0.0, largest))
     return largest, smallest, error, total
+
+
+def drift_of(lanes: Lanes, plan: Plan) -> Floats:
+    """Return by how much the largest exponent of the second half differs from that of the first.
+
+    Means of blocks scatter little about a slow transient, so that their spread does not tell of
+    it. Halves of equal worth differ by twice the standard error of the whole; 0 stands for what
+    is within three times that.
+
+    Parameters
+    ----------
+    lanes, plan
+        As `exponents_of` takes them.
+
+    Returns
+    -------
+    (n,) array
+        In 1/time, >= 0.
+    """
+    logs = lanes.points[:, :, survey.FIRST]
+    with np.errstate(invalid="ignore"):
+        rates = np.diff(logs, axis=1) / plan.every[:, np.newaxis]
+        error = rates.std(axis=1, ddof=1) / math.sqrt(BLOCKS)
+        first, second = rates[:, : BLOCKS // 2], rates[:, BLOCKS // 2 :]
+        drift = np.abs(second.mean(axis=1) - first.mean(axis=1))
+        # After a contact there is nothing to drift.
+        return np.where(drift > 2.0 * CHANCE * error, drift, 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -14,9 +15,10 @@ __all__ = ["Report", "Watch"]
 Report: TypeAlias = bool | Callable[[float, float], bool] | None
 
 # A line appears only for what takes longer than this [s]. In a terminal and a notebook, which know
-# how to go back to its beginning, it is renewed; a log gets a new one now and then.
+# how to go back to its beginning, it is renewed; a log gets a new one so often [s], also where no
+# chunk has been done since.
 PATIENCE = 2.0
-RENEWED, RENEWED_IN_A_LOG = 0.2, 30.0
+RENEWED, RENEWED_IN_A_LOG = 0.2, 10.0
 BAR = 20
 
 
@@ -40,9 +42,25 @@ class Watch:
         self._first: tuple[float, int, int] | None = None
         self._renews = _goes_back()
         self._open = False
+        self._lock, self._closed = threading.Lock(), threading.Event()
+        if report is True and not self._renews:
+            threading.Thread(target=self._keep_telling, name="percuss-log", daemon=True).start()
+
+    def _keep_telling(self) -> None:
+        """Write a line to a log where a chunk takes long."""
+        while not self._closed.wait(RENEWED_IN_A_LOG):
+            with self._lock:
+                now = time.monotonic()
+                if not self._closed.is_set() and now - self._shown >= RENEWED_IN_A_LOG:
+                    self._shown = now
+                    self._show(now, *(self._first or (now, self._done, self._impacts)))
 
     def go_on(self, points: int, n_impacts: int) -> bool:
         """Count what is done; False if the caller wants it stopped."""
+        with self._lock:
+            return self._count(points, n_impacts)
+
+    def _count(self, points: int, n_impacts: int) -> bool:
         self._done += points
         self._impacts += n_impacts
         if self._report is None or self._report is False:
@@ -86,7 +104,8 @@ class Watch:
         self._open = False
 
     def close(self) -> None:
-        """End the line, if there is one."""
+        """End the line, if there is one, and tell nothing more."""
+        self._closed.set()
         if self._open and self._renews:
             sys.stderr.write("\n")
             sys.stderr.flush()

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from percuss.errors import ParameterError
-from percuss.plotting.cells import draw_cells, label_of
+from percuss.plotting.cells import draw_cells, path_label
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -94,7 +94,7 @@ def plot_basins(
         _draw_attractors(ax, basins, colours)
         ax.set(xlim=limits[0], ylim=limits[1])
         for dim, set_label in ((across, ax.set_xlabel), (upwards, ax.set_ylabel)):
-            set_label(label_of(dim, str(basins[dim].attrs.get("units", "")), units))
+            set_label(path_label(basins, dim, units))
         _add_legend(ax, basins, colours, drawn)
         fix_ticks(ax)
     return ax
@@ -135,7 +135,7 @@ def _draw_attractors(ax: Axes, basins: xr.Dataset, colours: list[str]) -> None:
         else:
             ax.plot(
                 x[i, there], y[i, there], "o", color=colour, markersize=7.0,
-                markeredgecolor=BLACK, markeredgewidth=1.0, clip_on=False,
+                markeredgecolor=BLACK, markeredgewidth=1.0,
             )  # fmt: skip
 
 

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 from matplotlib.axes import Axes
 
 from percuss.plotting.style import Units
 
-__all__ = ["EVEN", "draw_cells", "edges_of", "label_of"]
+__all__ = ["EVEN", "draw_cells", "edges_of", "label_of", "path_label"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -81,3 +82,20 @@ def label_of(name: str, dimensions: str, units: Units | None) -> str:
     if units is None or measure is None or units == Units():
         return name
     return f"{name} ({getattr(units, measure)})"
+
+
+def path_label(data: xr.Dataset, path: str, units: Units | None) -> str:
+    """Return the label of an axis over a parameter, in its short form where that is clear.
+
+    Examples
+    --------
+    >>> forcing = {"forcing": "Forcing(harmonics=(Harmonic(amplitude=1.0, omega=2.5, phase=0.0),))"}
+    >>> path = "forcing.harmonics.0.omega"
+    >>> path_label(xr.Dataset(coords={path: [2.0]}, attrs=forcing), path, None)
+    'forcing.omega'
+    """
+    forcing = str(data.attrs.get("forcing", ""))
+    # Of several harmonics the number says which.
+    is_only_one = forcing.count("Harmonic(") == 1 and "base=" not in forcing
+    name = path.replace("forcing.harmonics.0.", "forcing.") if is_only_one else path
+    return label_of(name, str(data[path].attrs.get("units", "")), units)

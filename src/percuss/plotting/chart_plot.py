@@ -15,7 +15,7 @@ from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize,
 from matplotlib.patches import Patch
 
 from percuss.errors import ParameterError
-from percuss.plotting.cells import draw_cells, label_of
+from percuss.plotting.cells import draw_cells, path_label
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -92,7 +92,7 @@ def plot_chart(
             still = np.ma.masked_where(~np.isneginf(values), np.zeros_like(values))
             draw_cells(ax, x, y, still, cmap=ListedColormap([MINUS_INFINITY]))
         for dim, set_label in ((across, ax.set_xlabel), (upwards, ax.set_ylabel)):
-            set_label(label_of(dim, str(data[dim].attrs.get("units", "")), units))
+            set_label(path_label(data, dim, units))
         _add_bar(ax, data, name, scale, shown)
         _add_legend(ax, values)
         fix_ticks(ax)
@@ -141,7 +141,7 @@ def plot_sweep(
         ax.plot(x, np.where(np.isfinite(y), y, np.nan), color=BLUE, **look)
         if np.nanmin(np.where(np.isfinite(y), y, np.nan), initial=0.0) < 0.0:
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
-        ax.set_xlabel(label_of(path, str(data[path].attrs.get("units", "")), units))
+        ax.set_xlabel(path_label(data, path, units))
         ax.set_ylabel(_name_of(data, name))
         fix_ticks(ax)
     return ax

@@ -13,7 +13,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_rgb
 from matplotlib.patches import Patch
 
 from percuss.errors import ParameterError
-from percuss.plotting.cells import EVEN, draw_cells, label_of
+from percuss.plotting.cells import EVEN, draw_cells, label_of, path_label
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -103,7 +103,7 @@ def plot_diagram(
         rows = np.linspace(low, high, ROWS + 1)
         middles = 0.5 * (rows[1:] + rows[:-1])
         draw_cells(ax, columns, middles, _coloured(layers, norm))
-        ax.set_xlabel(label_of(path, str(diagram[path].attrs.get("units", "")), units))
+        ax.set_xlabel(path_label(diagram, path, units))
         ax.set_ylabel(label_of(NAMES[name], str(diagram[name].attrs.get("units", "")), units))
         used = [key for key in COLOURS if key in layers and layers[key].any()]
         _add_bar(ax, norm, COLOURS[used[0]] if len(used) == 1 else BLACK)

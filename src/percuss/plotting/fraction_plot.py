@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from percuss.errors import ParameterError
 from percuss.plotting.basin_plot import CLASS_COLOURS, OTHERS
-from percuss.plotting.cells import edges_of, label_of
+from percuss.plotting.cells import edges_of, path_label
 from percuss.plotting.style import Units, axes_for, fix_ticks, style, units_of
 
 __all__ = ["plot_fractions"]
@@ -62,7 +62,7 @@ def plot_fractions(
                 edgecolor=OTHERS, hatch="////", label="undecided",
             )  # fmt: skip
         ax.set(xlim=(x[0], x[-1]), ylim=(0.0, 1.0))
-        ax.set_xlabel(label_of(path, str(fractions[path].attrs.get("units", "")), units))
+        ax.set_xlabel(path_label(fractions, path, units))
         ax.set_ylabel("part of the starts")
         ax.legend(
             loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
