@@ -25,6 +25,7 @@ NAMES = {
     "sampling": "sampling",
     "memory": "memory",
     "ensembles": "ensembles",
+    "certified": "certified",
     "compilations": "compilations",
     "import": "startup",
     "workbench": "workbench",

@@ -36,13 +36,13 @@ def test_chaos_is_a_rise_at_the_rate_of_its_exponent() -> None:
 
     ax, lines = drawn(proven)
 
-    t, x = lines["displacement"]
+    t, x = lines["motion"]
     np.testing.assert_allclose(x[t < 20], run(t[t < 20])[0], atol=1e-9)
-    times, radii = lines["of impact times"]
+    times, radii = lines["of impacts"]
     np.testing.assert_array_equal(times, proven.impacts.t.mid())
     assert radii[-1] == pytest.approx(math.log10(float(proven.impacts.t[59].arb.rad())), abs=1e-6)
     assert radii[-1] - radii[0] > 6
-    assert np.polyfit(*lines["of impact times"], 1)[0] > 0.03
+    assert np.polyfit(*lines["of impacts"], 1)[0] > 0.03
     assert ax.get_xlabel() == "time $t$ (s)"
 
 
@@ -50,7 +50,7 @@ def test_motion_lies_above_the_radii() -> None:
     ax, lines = drawn(pc.certify(pc.simulate(pc.impact_oscillator(), v0=1, t_end=9.0)))
 
     upper, lower = ax.figure.axes
-    x, radii = lines["displacement"][1], lines["radius of $x$"][1]
+    x, radii = lines["motion"][1], lines["radius of $x$"][1]
     lowest = upper.transData.transform([(0.0, x.min())])[0, 1]
     highest = lower.transData.transform([(0.0, np.nanmax(radii))])[0, 1]
     assert highest < lowest
@@ -79,7 +79,7 @@ def test_rest_for_ever_ends_in_a_contact() -> None:
     _, lines = drawn(pc.certify(run))
 
     assert lines["contact"][0] == pytest.approx(run.contacts.start)
-    assert lines["displacement"][0][-1] > run.contacts.start[0]
+    assert lines["motion"][0][-1] > run.contacts.start[0]
 
 
 def test_entries_into_soft_stops_are_marked() -> None:
@@ -87,7 +87,7 @@ def test_entries_into_soft_stops_are_marked() -> None:
 
     _, lines = drawn(pc.certify(run))
 
-    np.testing.assert_allclose(lines["of crossing times"][0], run.crossings.t, atol=1e-12)
+    np.testing.assert_allclose(lines["of crossings"][0], run.crossings.t, atol=1e-12)
 
 
 def test_a_thousand_impacts_take_no_more_points_than_are_seen() -> None:
@@ -95,7 +95,7 @@ def test_a_thousand_impacts_take_no_more_points_than_are_seen() -> None:
 
     _, lines = drawn(pc.certify(run))
 
-    assert len(lines["displacement"][0]) <= 6001
+    assert len(lines["motion"][0]) <= 6001
 
 
 def test_a_float_run_is_refused() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from percuss.certified.numbers import precision, time_ball
 from percuss.model.exact import Phase
 
-__all__ = ["Ball", "Balls", "ComplexBall"]
+__all__ = ["Ball", "Balls", "ComplexBall", "upwards"]
 
 # Bits to compare and print with: more than any ball here has by default.
 WIDE = 8192
@@ -57,6 +57,32 @@ class Ball:
     def text(self, digits: int = 20) -> str:
         """Return the number in decimals, as many as are certain, and its error."""
         return str(self.arb.str(digits))
+
+    def decimals(self, digits: int) -> tuple[str, str]:
+        """Return a decimal and a radius around it that hold the number, both as text.
+
+        Parameters
+        ----------
+        digits
+            Significant digits of the decimal, >= 1, which may be more than are certain.
+
+        Returns
+        -------
+        tuple of str
+            The midpoint, and an upper bound of how far the number is from this decimal; of any
+            size, also where a float would be 0. Without a number, "nan" and "inf".
+
+        Examples
+        --------
+        >>> from flint import arb
+        >>> Ball(arb(2).sqrt()).decimals(6)
+        ('1.41421', '3.60e-6')
+        """
+        if not self.arb.is_finite():
+            return "nan", "inf"
+        text = str(self.arb.mid().str(digits, radius=False, more=True))
+        with precision(WIDE):
+            return text, upwards((self.arb - arb(text)).abs_upper())
 
     def contains(self, value: Phase) -> bool:
         """Tell whether an exact number, as ``"1/3"`` or ``"20*pi"``, can be the number."""
@@ -172,6 +198,15 @@ class ComplexBall:
     def __repr__(self) -> str:
         """Return the certain digits and the error of both parts."""
         return f"<ComplexBall {self.real.text(12)} + {self.imag.text(12)} i>"
+
+
+def upwards(radius: arb, digits: int = 3) -> str:
+    """Return an exact radius as a decimal that is not less."""
+    if radius.is_zero():
+        return "0"
+    with precision(64):
+        # Rounding to so few digits takes off half a unit of the last one at most.
+        return str((radius * (1 + arb(10) ** (1 - digits))).mid().str(digits, radius=False))
 
 
 def _digits(ball: arb) -> float:

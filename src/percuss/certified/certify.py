@@ -93,8 +93,8 @@ def certify(
         the mean flight time; its velocity of itself or of the fastest impact if that is larger;
         those of an orbit of its period and greatest velocity.
     start
-        The exact start of a run; without it the floats that the run holds, which is not the same
-        for ``v0="0.45"``.
+        Another start than that of the run, which is taken as it was given to `simulate`:
+        ``v0="0.45"`` is 9/20.
     t_end, max_impacts
         Other limits than those of the run; ``max_impacts`` counts entries into soft stops too.
     most_bits
@@ -122,7 +122,7 @@ def certify(
     --------
     >>> import percuss as pc
     >>> run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0="0.45", max_impacts=3)
-    >>> proven = pc.certify(run, digits=12, start=pc.Start(0, "0.45"))
+    >>> proven = pc.certify(run, digits=12)
     >>> print(proven.impacts.t[2].text(12))
     [7.53223107958 +/- 2.16e-12]
     >>> proven.impacts.t[0].contains("pi"), proven.complete
@@ -134,7 +134,7 @@ def certify(
     """
     _check(digits, most_bits, bits)
     if isinstance(what, Trajectory):
-        begin = Start(what.x0, what.v0, what.t0) if start is None else start
+        begin = what.start if start is None else start
         if start is not None or t_end is not None or max_impacts is not None:
             end = what.t_end if t_end is None and max_impacts is None else t_end
             x0, v0, t0 = begin.x0, begin.v0, begin.t0

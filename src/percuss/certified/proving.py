@@ -40,7 +40,7 @@ def certify_run(
 ) -> CertifiedRun:
     """Prove a run; see `percuss.certify`."""
     system = system_of(run.oscillator, run.forcing)
-    begin = Start(run.x0, run.v0, run.t0) if start is None else start
+    begin = run.start if start is None else start
     t_end, number = limits if limits != (None, None) else _limits_of(run)
     finest = Fraction(1, 2 * 10**digits)
     best: tuple[Record, float] | None = None

@@ -90,6 +90,13 @@ class CertifiedRun:
         """Bits that the balls grow by at an impact or crossing, on average."""
         return self.bits_spent / max(1, len(self.impacts) + len(self.crossings))
 
+    @property
+    def known_times(self) -> tuple[float, float]:
+        """First and last float between which the motion is proven; at rest, up to the last event."""
+        last = self.t_end if self.t_end.arb.is_finite() else self._last_event()
+        low, high = _inside(self.start_time, math.inf), _inside(last, -math.inf)
+        return low, max(low, high)
+
     def __repr__(self) -> str:
         """Tell in a line what is proven."""
         parts = [
@@ -181,12 +188,8 @@ class CertifiedRun:
         """
         if n < 2:
             raise ParameterError("n", n, "fewer than the two ends")
-        first, last = self.start_time, self.t_end
-        if not last.arb.is_finite():
-            # At rest for ever: nothing happens after the last event.
-            last = self._last_event()
-        low, high = first.mid() + first.radius(), last.mid() - last.radius()
-        times = np.linspace(low, max(low, high), n)
+        low, high = self.known_times
+        times = np.clip(np.linspace(low, high, n), low, high)
         return self._dataset("t", times, list(times))
 
     def stroboscopic(self) -> Dataset:
@@ -239,6 +242,14 @@ class CertifiedRun:
             "v_radius": (name, v.radius()),
         }
         return xarray.Dataset(data, coords={name: index}, attrs={"outcome": self.outcome.value})
+
+
+def _inside(instant: Ball, towards: float) -> float:
+    """Return a float that is certainly not beyond an instant, seen from `towards`."""
+    middle = instant.mid()
+    if instant.arb == middle:
+        return middle
+    return math.nextafter(middle + math.copysign(instant.radius(), towards), towards)
 
 
 _COMPLETE = (

@@ -124,9 +124,8 @@ def motion_text(run: Trajectory) -> str:
     Returns
     -------
     str
-        A study with every parameter exactly; it ends where the run ended.
+        A study with every number of model and start as it was given; it ends where the run ended.
     """
-    start = Start(run.x0, run.v0, run.t0)
     limit: Table = {"t_end": float(run.t_end)}
     if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
         # Stops that share an edge are entered together, at one time.
@@ -136,7 +135,7 @@ def motion_text(run: Trajectory) -> str:
         {
             "study": {"kind": "motion"},
             **model_tables(run.oscillator, run.forcing),
-            "start": start_table(start),
+            "start": start_table(run.start),
             "run": limit,
         }
     )

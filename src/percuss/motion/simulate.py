@@ -18,7 +18,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.harmonics import Harmonic
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
-from percuss.model.start import end_after_periods, periods_faults, start_faults
+from percuss.model.start import Start, end_after_periods, periods_faults, start_faults
 from percuss.motion.outcome import Outcome
 from percuss.motion.progress import Progress
 from percuss.motion.reach import free_until
@@ -125,7 +125,8 @@ def simulate(
     stopped = march.last_time
     if outcome in (Outcome.reached_t_end, Outcome.at_rest) and end < math.inf:
         stopped = end
-    return Trajectory.of_record(osc, force, march.record(), stopped, outcome)
+    start = Start(x0, v0, t0)
+    return Trajectory.of_record(osc, force, march.record(), stopped, outcome, start)
 
 
 def _kind_faults(osc: object, force: object) -> list[Fault]:

@@ -16,6 +16,7 @@ from percuss.kernels.sample import cycles, evaluate
 from percuss.model.forcing import Forcing
 from percuss.model.law import law, lines
 from percuss.model.oscillator import Oscillator
+from percuss.model.start import Start
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.outcome import Outcome
 from percuss.motion.tables import (
@@ -48,6 +49,8 @@ class Trajectory:
         What moved; the forcing is None for free motion.
     x0, v0, t0
         Position [length], velocity [length/time] and time [time] of the start.
+    start
+        The same as it was given: ``v0="0.45"`` is 9/20 here.
     t_end
         Time up to which the motion is known [time].
     outcome
@@ -67,6 +70,7 @@ class Trajectory:
     crossings: Crossings
     contacts: Contacts
     grazes: Grazes
+    start: Start = field(repr=False)
     _events: Table = field(repr=False)
     _marks: columns.Integers = field(repr=False)
 
@@ -78,21 +82,24 @@ class Trajectory:
         record: tuple[Law, tuple[float, float], Table, columns.Integers, Table],
         t_end: float,
         outcome: Outcome,
+        start: Start | None = None,
     ) -> Trajectory:
-        """Make a trajectory of what the engine wrote down."""
+        """Make a trajectory of what the engine wrote down, from an exact start or its floats."""
         table, (x0, v0), events, marks, grazes = record
+        t0 = float(events[0, columns.EVENT_T])
         return cls(
             oscillator=oscillator,
             forcing=forcing,
             x0=x0,
             v0=v0,
-            t0=float(events[0, columns.EVENT_T]),
+            t0=t0,
             t_end=t_end,
             outcome=outcome,
             impacts=_impacts(oscillator, table, events, marks),
             crossings=_crossings(oscillator, events, marks),
             contacts=_contacts(oscillator, events, marks),
             grazes=_grazes(oscillator, grazes),
+            start=Start(x0, v0, t0) if start is None else start,
             _events=events,
             _marks=marks,
         )

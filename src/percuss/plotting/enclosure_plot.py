@@ -62,7 +62,8 @@ def plot_enclosure(
     -------
     Axes
         The axes of the motion, in their upper part; those of the radii share their time and have
-        their scale on the right. Axes of a new figure have a legend.
+        their scale on the right, and an event is marked at the radius of its time. Axes of a new
+        figure have a legend.
 
     Raises
     ------
@@ -81,7 +82,7 @@ def plot_enclosure(
     x, _ = proven(t)
     with style():
         is_alone, ax = ax is None, new_figure(8.0, 4.8).add_subplot() if ax is None else ax
-        ax.plot(t, x.mid(), color=BLUE, linewidth=1.1, label="displacement")
+        ax.plot(t, x.mid(), color=BLUE, linewidth=1.1, label="motion")
         draw_stops(ax, cast("Any", proven), x.mid(), "y")
         _draw_rest(ax, proven, t)
         lower = ax.twinx()
@@ -129,7 +130,7 @@ def _draw_radii(lower: Axes, proven: CertifiedRun, t: Floats, x: Balls) -> None:
         if len(balls):
             size = max(LEAST_MARK, LARGEST_MARK * min(1.0, APART / len(balls)) ** 0.5)
             lower.plot(balls.mid(), _log10_radii(balls), mark, color=BLACK, markersize=size,
-                       label=f"of {name} times")  # fmt: skip
+                       label=f"of {name}s")  # fmt: skip
 
 
 def _log10_radii(balls: Balls) -> Floats:

@@ -8,6 +8,7 @@ from typing import Any
 __all__ = [
     "Basins",
     "Branch",
+    "Certify",
     "Curve",
     "Diagram",
     "Draw",
@@ -40,6 +41,7 @@ __all__ = [
 _MODULES = {
     "Basins": "kinds.basins",
     "Branch": "kinds.branch",
+    "Certify": "study",
     "Curve": "kinds.curve",
     "Diagram": "kinds.diagram",
     "Draw": "study",

@@ -7,7 +7,7 @@ from percuss.studies.model_building import engineers_model, forcing_of, oscillat
 from percuss.studies.parts import Parts, Table, exact_phase, table_of
 from percuss.studies.schema import AnyDocument
 from percuss.studies.shape import Found, shape_faults, unknown_value
-from percuss.studies.study import Draw, Save, Study
+from percuss.studies.study import Certify, Draw, Save, Study
 
 
 def build(document: Table, found: Found) -> Study | None:
@@ -52,4 +52,5 @@ def build(document: Table, found: Found) -> Study | None:
         save=Save(**table_of(document, "save")),
         draw=Draw(**draw),
         given=given,
+        certify=Certify(**table_of(document, "certify")) if "certify" in document else None,
     )

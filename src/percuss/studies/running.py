@@ -13,10 +13,11 @@ from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles, check_output
 from percuss.io.netcdf import write_netcdf
 from percuss.io.record import Record, make_record
-from percuss.io.table import write_csv
+from percuss.io.table import write_columns, write_csv
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.plotting.style import offscreen_figure, style
+from percuss.studies.proving import STEM, Proof, check_certify, draw_proof, is_drawn, proof_of
 from percuss.studies.question import Means, Progress
 from percuss.studies.study import Study
 
@@ -39,6 +40,9 @@ class StudyResult:
         How long it took [s], the compiling of the engine not counted.
     is_whole
         False where it was stopped before its end.
+    proven
+        What `percuss.certify` returned, of a branch a tuple of those of its special points; None
+        where nothing was to be proven.
     """
 
     answer: Any
@@ -46,6 +50,7 @@ class StudyResult:
     files: tuple[Path, ...]
     seconds: float
     is_whole: bool
+    proven: Any = None
 
 
 def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
@@ -62,15 +67,17 @@ def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
     -------
     tuple of Path
         Those of its kind that the study asks for, such as ``motion.nc``, ``impacts.csv``,
-        ``crossings.csv`` (where there are soft stops), ``motion.png`` and ``motion.svg``.
+        ``crossings.csv`` (where there are soft stops), ``motion.png`` and ``motion.svg``; also
+        ``certified.csv`` and ``certified.png`` where the answer is to be proven.
     """
     question = study.question
     names = [f"{question.stem}.nc"] if study.save.netcdf else []
-    names += [f"{stem}.csv" for stem in question.csv(study)] if study.save.csv else []
+    proven = [STEM] if study.certify is not None else []
+    names += [f"{stem}.csv" for stem in [*question.csv(study), *proven]] if study.save.csv else []
     suffixes = {".png": study.draw.png, ".svg": study.draw.svg}
     names += [
         f"{stem}{suffix}"
-        for stem in question.pictures(study)
+        for stem in [*question.pictures(study), *([STEM] if is_drawn(study) else [])]
         for suffix, is_wanted in suffixes.items()
         if is_wanted
     ]
@@ -119,13 +126,17 @@ def run_study(
         Before the work, if the files exist or the folder cannot be written to; after it, if
         writing fails.
     ParameterError
-        If a store or an engine is given, and it is no study of many motions.
+        If a store or an engine is given, and it is no study of many motions; or if an answer is
+        to be certified that cannot be.
+    MissingExtraError
+        If one is to be certified, and python-flint is not there.
     """
     question = study.question
     for name, value in (("store", store), ("engine", engine if engine != "threads" else None)):
         if value is not None and not question.is_ensemble:
             reason = f"for studies of many motions; this one is of kind {question.kind}"
             raise ParameterError(name, str(value), reason)
+    check_certify(study)
     files = output_files(study, folder)
     check_output(files, force=force)
     # The first run of a process compiles the engine or loads it: no time of this study.
@@ -134,14 +145,27 @@ def run_study(
     means = Means(None if store is None else Path(store), engine, watched.report)
     began = time.perf_counter()
     answer = question.answer(study, means)
+    proof = None
+    if study.certify is not None and not watched.is_stopped:
+        proof = proof_of(study, answer, watched.report)
     seconds = time.perf_counter() - began
     is_whole = not watched.is_stopped and getattr(answer, "attrs", {}).get("complete", 1) == 1
     if store is not None and not is_whole:
         return StudyResult(answer, question.report(answer), (), seconds, is_whole=False)
     record = make_record(answer, study=study.text(), command=command)
+    if study.certify is not None and proof is None:
+        files = tuple(file for file in files if file.stem != STEM)
     with OutputFiles(*files, force=force) as parts:
-        _write(answer, study, record, {file: parts[file] for file in files}, on_write)
-    return StudyResult(answer, question.report(answer), files, seconds, is_whole)
+        _write(answer, study, record, {file: parts[file] for file in files}, on_write, proof)
+    report = question.report(answer) | _proven_rows(study, proof)
+    result = None if proof is None else proof.result
+    return StudyResult(answer, report, files, seconds, is_whole, result)
+
+
+def _proven_rows(study: Study, proof: Proof | None) -> dict[str, str]:
+    if proof is not None:
+        return proof.report
+    return {} if study.certify is None else {"certified": "nothing, the study was interrupted"}
 
 
 class _Watched:
@@ -169,6 +193,7 @@ def _write(
     record: Record,
     parts: Mapping[Path, Path],
     on_write: Callable[[Path], None] | None,
+    proof: Proof | None,
 ) -> None:
     """Write each file under its temporary name."""
     tables, pictures = study.question.csv(study), study.question.pictures(study)
@@ -179,11 +204,16 @@ def _write(
             on_write(file)
         if file.suffix == ".nc":
             write_netcdf(answer, part, record, samples=study.save.samples)
+        elif file.suffix == ".csv" and file.stem == STEM and proof is not None:
+            write_columns(proof.columns, part, record, **units)
         elif file.suffix == ".csv":
             write_csv(answer, part, record, table=tables[file.stem], **units)
         else:
             if file.stem not in figures:
                 figures[file.stem] = offscreen_figure()
                 with style():
-                    pictures[file.stem](answer, study, figures[file.stem])
+                    if file.stem == STEM and proof is not None:
+                        draw_proof(proof, study, figures[file.stem])
+                    else:
+                        pictures[file.stem](answer, study, figures[file.stem])
             write_figure(figures[file.stem], part, file.suffix, record)

@@ -10,6 +10,9 @@ from pydantic_core import PydanticCustomError
 NO_NUMBER = 'not a number; write 2.8, or "2.8" for that decimal, "1/3" for that fraction'
 NO_PHASE = f'{NO_NUMBER}, "pi/2" for that multiple of pi'
 
+# As `percuss.certify` takes them.
+MOST_DIGITS = 1000
+
 
 def _is_number(value: object) -> bool:
     # Whether a text is a number is the model's question; true is an int for Python only.
@@ -123,6 +126,12 @@ class DrawTable(Table):
     svg: bool = True
     length_unit: str = ""
     time_unit: str = ""
+
+
+class CertifyTable(Table):
+    """``[certify]``: to how many digits the answer is proven."""
+
+    digits: Annotated[int, Field(ge=1, le=MOST_DIGITS)] = 12
 
 
 class Document(Table):

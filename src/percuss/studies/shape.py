@@ -18,7 +18,7 @@ _STOPS: dict[str, type[BaseModel]] = {"wall": WallTable, "soft": SoftTable}
 # Tables that studies of some kinds have.
 OF_SOME_KINDS = (
     "start", "run", "over", "orbit", "orbits", "branch", "curve", "response", "sweep", "diagram",
-    "basins", "lyapunov",
+    "basins", "lyapunov", "certify",
 )  # fmt: skip
 
 # What pydantic calls an error, and what we say; {} stands for its context.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from percuss.errors import ParameterError
 from percuss.io.study_text import forcing_table, model_tables, number, stop_table
 from percuss.io.toml import toml_text
 from percuss.model.exact import Exact, Phase
@@ -11,8 +12,9 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Stop
 from percuss.studies.question import Question
+from percuss.studies.schema import MOST_DIGITS
 
-__all__ = ["Draw", "EngineersModel", "Save", "Study", "study_text"]
+__all__ = ["Certify", "Draw", "EngineersModel", "Save", "Study", "study_text"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +61,29 @@ class Draw:
     time_unit: str = ""
     quantity: str | None = None
     manifolds: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Certify:
+    """To how many digits the answer of a study is proven in ball arithmetic.
+
+    Parameters
+    ----------
+    digits
+        As `percuss.certify` takes them: 1 to 1000.
+
+    Raises
+    ------
+    ParameterError
+        If they are fewer or more.
+    """
+
+    digits: int = 12
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.digits <= MOST_DIGITS:
+            reason = f"not a whole number from 1 to {MOST_DIGITS}"
+            raise ParameterError("certify.digits", self.digits, reason)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +151,8 @@ class Study:
     given
         The model in the engineers' units of the study file, if it names a mass; `oscillator` and
         `forcing` are then those of unit mass that follow from it.
+    certify
+        To how many digits the answer is proven, of a motion, an orbit or a branch; None: not.
 
     Examples
     --------
@@ -143,6 +170,7 @@ class Study:
     save: Save = Save()
     draw: Draw = Draw()
     given: EngineersModel | None = None
+    certify: Certify | None = None
 
     @property
     def kind(self) -> str:
@@ -178,6 +206,7 @@ def study_text(study: Study) -> str:
             "study": {"kind": study.kind, "title": study.title},
             **model,
             **study.question.tables(),
+            **({} if study.certify is None else {"certify": {"digits": study.certify.digits}}),
             "save": {"netcdf": save.netcdf, "csv": save.csv, "samples": samples},
             "draw": {
                 "png": draw.png,

@@ -11,7 +11,7 @@ from percuss.studies.axes import Range, axes_table, ranges_of
 from percuss.studies.kinds.orbit import Count, OrbitTable, Sought, find, sought
 from percuss.studies.parts import Parts
 from percuss.studies.question import Kind, Means, Picture
-from percuss.studies.schema import Document, DrawTable, Table
+from percuss.studies.schema import CertifyTable, Document, DrawTable, Table
 
 if TYPE_CHECKING:
     from percuss.orbits import Branch as BranchResult
@@ -49,6 +49,7 @@ class BranchDocument(Document):
     orbit: OrbitTable = OrbitTable()
     over: dict[str, object]
     branch: BranchTable = BranchTable()
+    certify: CertifyTable | None = None
     draw: BranchDrawTable = BranchDrawTable()
 
 

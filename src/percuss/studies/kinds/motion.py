@@ -18,7 +18,15 @@ from percuss.model.stops import SoftStop, Stop
 from percuss.studies.faults import shown
 from percuss.studies.parts import MISSING, Parts, Table, add_faults, drafted, exact_phase, rows_of
 from percuss.studies.question import Kind, Means, Picture
-from percuss.studies.schema import Document, DrawTable, Number, Phase, SampledSaveTable, StartTable
+from percuss.studies.schema import (
+    CertifyTable,
+    Document,
+    DrawTable,
+    Number,
+    Phase,
+    SampledSaveTable,
+    StartTable,
+)
 from percuss.studies.schema import Table as Shape
 from percuss.studies.shape import Found
 
@@ -52,6 +60,7 @@ class MotionDocument(Document):
 
     start: StartTable
     run: RunTable
+    certify: CertifyTable | None = None
     save: SampledSaveTable = SampledSaveTable()
     draw: MotionDrawTable = MotionDrawTable()
 

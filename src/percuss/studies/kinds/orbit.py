@@ -14,7 +14,7 @@ from percuss.model.exact import Exact, as_float
 from percuss.model.faults import number_faults
 from percuss.studies.parts import Parts, add_faults
 from percuss.studies.question import Kind, Means, Picture
-from percuss.studies.schema import Document, Number, SampledSaveTable, Table
+from percuss.studies.schema import CertifyTable, Document, Number, SampledSaveTable, Table
 
 if TYPE_CHECKING:
     from percuss.orbits import PeriodicOrbit
@@ -48,6 +48,7 @@ class OrbitDocument(Document):
     """A study file of one orbit."""
 
     orbit: OrbitTable
+    certify: CertifyTable | None = None
     save: SampledSaveTable = SampledSaveTable()
 
 

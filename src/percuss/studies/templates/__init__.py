@@ -6,7 +6,6 @@ from importlib import resources
 
 from percuss.errors import ParameterError
 
-
 # What a kind of study is called where its templates have other names.
 _SAME = {"motion": "impact"}
 

@@ -1,0 +1,273 @@
+"""What a study's answer is certified to: its lines in the report, its table, its picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ParameterError
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import Wall
+from percuss.studies.question import Progress
+
+if TYPE_CHECKING:
+    # Needs python-flint.
+    from percuss.certified import Ball, CertifiedOrbit, CertifiedPoint, CertifiedRun
+    from percuss.studies.study import Study
+
+__all__ = ["STEM", "Proof", "check_certify", "draw_proof", "is_drawn", "proof_of"]
+
+# Of the files: certified.csv, certified.png.
+STEM = "certified"
+KINDS = ("motion", "orbit", "branch")
+# Digits of a number in the table beyond those asked for, and at least.
+MORE_DIGITS, LEAST_DIGITS = 4, 17
+# Digits of a number in the report, at most.
+MOST_SHOWN = 30
+
+Column = NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """What was proven about the answer of a study.
+
+    Parameters
+    ----------
+    result
+        What `percuss.certify` returned: of a run or an orbit; of a branch, a tuple of those of its
+        special points.
+    report
+        What was proven, in a few lines: words by what they are about.
+    columns
+        The table saved as certified.csv.
+    """
+
+    result: Any
+    report: dict[str, str]
+    columns: dict[str, Column]
+
+
+def check_certify(study: Study) -> None:
+    """Refuse a study whose answer is to be certified and cannot be.
+
+    Raises
+    ------
+    ParameterError
+        If it is of another kind than motion, orbit and branch.
+    MissingExtraError
+        If python-flint is not there.
+    """
+    if study.certify is None:
+        return
+    if study.kind not in KINDS:
+        reason = f"for studies of kind {', '.join(KINDS[:-1])} and {KINDS[-1]}; this one is of kind"
+        raise ParameterError("certify", study.certify.digits, f"{reason} {study.kind}")
+    import percuss.certified  # noqa: F401  says what to install
+
+
+def is_drawn(study: Study) -> bool:
+    """Return whether there is a picture of the enclosure: over the time of a motion."""
+    return study.certify is not None and study.kind == "motion"
+
+
+def proof_of(study: Study, answer: Any, progress: Progress | bool | None) -> Proof:
+    """Certify the answer of a study to the digits that it asks for."""
+    from percuss.certified import certify
+
+    assert study.certify is not None
+    digits = study.certify.digits
+    if study.kind == "motion":
+        run = certify(answer, digits, progress=progress)
+        return Proof(run, _run_rows(run), _run_columns(run, digits))
+    if study.kind == "orbit":
+        orbit = certify(answer, digits)
+        return Proof(orbit, _orbit_rows(orbit), _orbit_columns(orbit, digits))
+    points = []
+    for done, point in enumerate(answer.special_points):
+        if callable(progress) and progress(done, len(answer.special_points)) is False:
+            break
+        points.append(certify(point, digits))
+    left = len(answer.special_points) - len(points)
+    return Proof(tuple(points), _point_rows(points, left), _point_columns(points, digits))
+
+
+def draw_proof(proof: Proof, study: Study, figure: Any) -> None:
+    """Draw the motion with its enclosure on an empty figure."""
+    from percuss.plotting.enclosure_plot import plot_enclosure
+    from percuss.plotting.style import Units, draw_legend
+
+    figure.set_size_inches(8.0, 5.0)
+    units = Units(study.draw.length_unit, study.draw.time_unit)
+    plot_enclosure(proof.result, figure.add_subplot(), units=units)
+    figure.suptitle(study.title, parse_math=False)
+    draw_legend(figure, figure.axes)
+
+
+def _run_rows(run: CertifiedRun) -> dict[str, str]:
+    """Tell up to where a run is proven, why no further, and how well it is known."""
+    last = run.t_end
+    place = (
+        f"up to t = {_shown(last, run.wanted_digits)}" if last.arb.is_finite() else "for all times"
+    )
+    counts = [
+        _counted(len(table), name)
+        for name, table in (
+            ("impact", run.impacts), ("crossing", run.crossings), ("contact", run.contacts)
+        )
+        if len(table)
+    ]  # fmt: skip
+    rows = {
+        "certified": f"{', '.join(counts) or 'no events'} {place}",
+        "proof": run.outcome.value + (f": {run.reason}" if run.reason else ""),
+    }
+    radii = [
+        f"{_largest_radius(columns)} of {name}"
+        for name, columns in (
+            ("times", [*run.impacts.t, *run.crossings.t]),
+            ("velocities", [*run.impacts.v_before, *run.crossings.v]),
+        )
+        if columns
+    ]
+    asked = f"{run.wanted_digits} asked for"
+    known = f"; largest radius {', '.join(radii)}" if radii else ""
+    spent = f"{run.precision} bits, {max(0.0, run.bits_per_impact):.2g} spent an impact"
+    return rows | {"digits": f"{asked}{known} ({spent})"}
+
+
+def _orbit_rows(orbit: CertifiedOrbit) -> dict[str, str]:
+    """Tell what is proven of an orbit, and what is open."""
+    if not orbit.exists:
+        return {"certified": f"nothing: {orbit.reason}"}
+    digits = orbit.wanted_digits
+    physical = {
+        True: "passes through no stop",
+        False: "passes through a stop",
+        None: "whether it passes through a stop is open",
+    }
+    alone = (
+        f"no other within {orbit.unique_within:.1e} of its period and speed"
+        if orbit.isolated
+        else "not proven to be alone"
+    )
+    rows = {
+        "certified": f"an orbit exists, {alone}; {physical[orbit.admissible]}; {orbit.stability}"
+    }
+    if len(orbit.impacts):
+        t, v = orbit.impacts.t[0], orbit.impacts.v_after[0]
+        rows["first, proven"] = f"at t = {_shown(t, digits)}, v_after = {_shown(v, digits)}"
+    rows["trace, proven"] = (
+        f"{_shown(orbit.trace, digits)}, determinant {_shown(orbit.determinant, digits)}"
+    )
+    return rows | ({"open": orbit.reason} if orbit.reason else {})
+
+
+def _point_rows(points: Sequence[CertifiedPoint], left: int) -> dict[str, str]:
+    """Tell of each special point where it is for certain, or why that is open."""
+    lines = []
+    for point in points:
+        name = point.kind.replace("_", " ")
+        if point.exists:
+            lines.append(f"{name} at {_shown(point.value, point.wanted_digits)}: {point.statement}")
+        else:
+            lines.append(f"{name} at {point.point.value:.12g}: not proven; {point.reason}")
+    if left:
+        lines.append(f"interrupted before {_counted(left, 'more special point')}")
+    return {"certified": "\n".join(lines) or "no special points, so nothing to prove"}
+
+
+def _run_columns(run: CertifiedRun, digits: int) -> dict[str, Column]:
+    """Return the events of a run in the order of time."""
+    impacts, crossings, contacts, grazes = run.impacts, run.crossings, run.contacts, run.grazes
+    rows = [
+        ("impact", int(stop), t, before, after)
+        for stop, t, before, after in zip(
+            impacts.stop, impacts.t, impacts.v_before, impacts.v_after, strict=True
+        )
+    ]
+    events: list[tuple[str, int, Ball, Ball | None, Ball | None]] = [*rows]
+    events += [
+        (str(way), int(stop), t, v, v)
+        for way, stop, t, v in zip(
+            crossings.direction, crossings.stop, crossings.t, crossings.v, strict=True
+        )
+    ]
+    for name, stops, column in (
+        ("contact", contacts.stop, contacts.start),
+        ("release", contacts.stop, contacts.release),
+        ("graze", grazes.stop, grazes.t),
+    ):
+        events += [
+            (name, int(stop), t, None, None)
+            for stop, t in zip(stops, column, strict=True)
+            if not t.arb.is_nan()
+        ]
+    # The sort is stable: the last impact of a chatter comes before the contact that it ends in.
+    return _event_columns(sorted(events, key=lambda row: float(row[2])), digits)
+
+
+def _orbit_columns(orbit: CertifiedOrbit, digits: int) -> dict[str, Column]:
+    """Return the impacts of a period, and entries into soft stops."""
+    impacts = orbit.impacts
+    rows = zip(impacts.stop, impacts.t, impacts.v_before, impacts.v_after, strict=True)
+    return _event_columns(
+        [(_name(orbit.oscillator, stop), int(stop), t, b, a) for stop, t, b, a in rows], digits
+    )
+
+
+def _name(oscillator: Oscillator, stop: int) -> str:
+    return "impact" if isinstance(oscillator.stops[stop], Wall) else "in"
+
+
+def _event_columns(
+    rows: Sequence[tuple[str, int, Ball, Ball | None, Ball | None]], digits: int
+) -> dict[str, Column]:
+    columns: dict[str, Column] = {
+        "event": np.array([row[0] for row in rows], dtype=object),
+        "stop": np.array([row[1] for row in rows], dtype=np.int64),
+    }
+    for place, name in enumerate(("t", "v_before", "v_after"), start=2):
+        columns |= _decimals(name, [row[place] for row in rows], digits)  # type: ignore[misc]
+    return columns
+
+
+def _point_columns(points: Sequence[CertifiedPoint], digits: int) -> dict[str, Column]:
+    path = points[0].path if points else "value"
+    values = [point.value if point.exists else None for point in points]
+    texts = {
+        "kind": [point.kind for point in points],
+        "proven": ["yes" if point.exists else "no" for point in points],
+        "statement": [point.statement or point.reason for point in points],
+    }
+    columns = {name: np.array(column, dtype=object) for name, column in texts.items()}
+    return {"kind": columns["kind"], **_decimals(path, values, digits), **columns}
+
+
+def _decimals(name: str, balls: Sequence[Ball | None], digits: int) -> dict[str, Column]:
+    """Return midpoints in decimals and radii around these, empty where there is no number."""
+    n = max(LEAST_DIGITS, digits + MORE_DIGITS)
+    pairs = [("", "") if ball is None else ball.decimals(n) for ball in balls]
+    return {
+        name: np.array([pair[0] for pair in pairs], dtype=object),
+        f"{name}_radius": np.array([pair[1] for pair in pairs], dtype=object),
+    }
+
+
+def _largest_radius(balls: Sequence[Ball]) -> str:
+    """Return the largest radius in words, rounded up; it may be far below the least float."""
+    from percuss.certified.balls import upwards
+
+    return upwards(max(ball.arb.rad() for ball in balls), 2)
+
+
+def _shown(ball: Ball, digits: int) -> str:
+    """Return a ball with about the digits that were asked for, as far as a line has room."""
+    return ball.text(min(digits + 3, MOST_SHOWN))
+
+
+def _counted(n: int, thing: str) -> str:
+    return f"{n:,} {thing}" + ("" if n == 1 else "s")
