@@ -94,8 +94,8 @@ def half_harmonic_impact(t_k: float, v_k: float) -> tuple[float, float]:
     On the eigenset, cos t_k = 0, the velocity changes by pi/2 a half-period:
 
     >>> t, v = half_harmonic_impact(math.pi / 2, 1.0)
-    >>> round(t - math.pi / 2 - math.pi, 12), round(v - 1.0 - math.pi / 2, 12)
-    (0.0, 0.0)
+    >>> abs(t - 1.5 * math.pi) < 1e-12, abs(v - 1.0 - math.pi / 2) < 1e-12
+    (True, True)
     """
     if not v_k > 0.0:
         raise ParameterError("v_k", v_k, "not positive; `simulate` follows a start at rest")

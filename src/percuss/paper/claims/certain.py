@@ -115,7 +115,7 @@ def certain_run(run: Trajectory, start: Start | None = None) -> CertifiedRun | N
     run
         The run.
     start
-        Its exact start; default: the floats that it holds.
+        Its exact start; default: the one that it was given.
     """
     if not has_balls():
         return None
