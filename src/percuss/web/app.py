@@ -31,6 +31,8 @@ from percuss.web.asked import ASKED, asked_study
 from percuss.web.downloads import FORMATS, file_of
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
+from percuss.web.handle import Handle
+from percuss.web.jobs import answer_job
 from percuss.web.presets import FIGURES, presets
 from percuss.web.question import MOST_BYTES, BadQuestion, Question, read_question
 from percuss.web.session import FAILED, Pools, Session
@@ -109,6 +111,7 @@ async def _lifespan(app: Starlette) -> AsyncIterator[None]:
     ):
         app.state.pools = Pools(short, facts, long)
         short.submit(_warm_up)
+        long.submit(_warm_up_diagrams)
         yield
 
 
@@ -117,6 +120,13 @@ def _warm_up() -> None:
     first = presets()[0].tables
     answer_explore(Question(0, "explore", first, {}))
     answer_facts(Question(0, "facts", first, {}))
+
+
+def _warm_up_diagrams() -> None:
+    """Do the same for many motions at once."""
+    asked = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 8, "points": 4}
+    for _ in answer_job(Question(0, "diagram", presets()[0].tables, asked), Handle()):
+        pass
 
 
 class SafeHeaders:
