@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -89,11 +90,8 @@ def run(
         from percuss.studies.reading import load_study
         from percuss.studies.study import Certify
 
-        options = ["--out", str(out)] if out is not None else []
-        options += ["--force"] if force else []
-        options += ["--store", str(store)] if store is not None else []
-        options += ["--engine", engine] if engine != "threads" else []
-        options += ["--certify", str(certify)] if certify is not None else []
+        given = {"out": out, "force": force, "store": store, "engine": engine, "certify": certify}
+        command = _command(study, given)
         asked = load_study(study)
         if certify is not None:
             asked = replace(asked, certify=Certify(certify))
@@ -104,7 +102,7 @@ def run(
             result = run_study(
                 asked,
                 folder,
-                command=shlex.join(["percuss", "run", str(study), *options]),
+                command=command,
                 force=force,
                 store=store,
                 engine=engine,
@@ -116,6 +114,17 @@ def run(
             typer.echo(f"interrupted; the same command goes on with {store}", err=True)
     if not result.is_whole:
         raise typer.Exit(INTERRUPTED)
+
+
+def _command(study: Path, given: Mapping[str, object]) -> str:
+    """Return the command line of a run, as it is kept with its results."""
+    options: list[str] = []
+    for name, value in given.items():
+        if value is True:
+            options.append(f"--{name}")
+        elif value not in (None, False) and (name, value) != ("engine", "threads"):
+            options += [f"--{name}", str(value)]
+    return shlex.join(["percuss", "run", str(study), *options])
 
 
 @app.command()
