@@ -237,13 +237,8 @@ def meet_before(
                 return -way if first < 0.0 else 2.0
         size = abs(state[Y]) + width * (abs(state[V]) + width * (abs(force) + law[0, FORCE_BOUND]))
         state[SIZE] = max(state[SIZE], size)
-        doubt = ROUNDING * size
-        below = CLEAR
-        if low > -math.inf and not ends[0]:
-            below = shape_of(state[Y] - low, -state[V], second, -third, fourth, width, doubt)
-        above = CLEAR
-        if high < math.inf and not ends[1]:
-            above = shape_of(high - state[Y], state[V], -second, third, fourth, width, doubt)
+        bends = (second, third, fourth)
+        below, above = shapes_on(state, (low, high), ends, bends, width, ROUNDING * size)
         if UNKNOWN in (below, above) and width > 8.0 * ULP * part:
             width *= 0.5
             continue
@@ -259,6 +254,31 @@ def meet_before(
         gone += width
         width = min(2.0 * width, part)
     return 0.0
+
+
+@kernel
+def shapes_on(
+    state: Table,
+    reach: tuple[float, float],
+    ends: tuple[bool, bool],
+    bends: tuple[float, float, float],
+    width: float,
+    doubt: float,
+) -> tuple[int, int]:
+    """Return how the clearances below and above run on a stretch back in time of that width.
+
+    ``ends`` tells which of both is at its bound already, ``bends`` are the second and third
+    derivative and a bound of the fourth.
+    """
+    low, high = reach
+    second, third, fourth = bends
+    below = CLEAR
+    if low > -math.inf and not ends[0]:
+        below = shape_of(state[Y] - low, -state[V], second, -third, fourth, width, doubt)
+    above = CLEAR
+    if high < math.inf and not ends[1]:
+        above = shape_of(high - state[Y], state[V], -second, third, fourth, width, doubt)
+    return below, above
 
 
 @kernel

@@ -11,6 +11,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numba
 
 from percuss.kernels.cache import KernelCache
+from percuss.kernels.hot_spots import hastened
 from percuss.kernels.parts import as_part
 
 P = ParamSpec("P")
@@ -100,7 +101,7 @@ def _compiled(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, 
 
 
 def _undisturbed(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Keep the garbage collector off while a function runs: a tenth of the time to compile."""
+    """Compile without the garbage collector, a tenth of the time, and with numba hastened."""
 
     @functools.wraps(function)
     def wrapped(*args: Any, **keywords: Any) -> Any:
@@ -108,7 +109,8 @@ def _undisturbed(function: Callable[..., Any]) -> Callable[..., Any]:
             return function(*args, **keywords)
         gc.disable()
         try:
-            return function(*args, **keywords)
+            with hastened():
+                return function(*args, **keywords)
         finally:
             gc.enable()
 

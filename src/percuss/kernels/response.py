@@ -85,7 +85,8 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
         half_cos, half_sin = cos_sin(law[region, HALF_TURNS], law[region, HALF_TURNS_LOW], s, 0.0)
         square = 2.0 * half_sin * half_sin
         blow = shrink * half_sin * half_cos * law[region, TWICE_PER_RATE]
-        even = shrink * (1.0 - square)
+        # Of the two forms the one whose square is the small one.
+        even = shrink * (1.0 - square if square < 1.0 else 2.0 * half_cos * half_cos - 1.0)
     if law[region, QUICKEST] * s < SERIES_LIMIT:
         force = force_series(damping, law[region, STIFFNESS], s)
     elif damping == 0.0:
