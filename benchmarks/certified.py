@@ -29,6 +29,29 @@ def run(report: Report) -> None:
     osc = pc.impact_oscillator("0.8", side="above")
     chaotic = pc.simulate(osc, pc.cosine("2.8"), v0=-1, max_impacts=200)
     _measure(report, "200 chaotic impacts, omega = 2.8, r = 0.8", chaotic, pc.Start(0, -1), 2.0)
+    _orbits(report)
+
+
+def _orbits(report: Report) -> None:
+    """Time the proof of an orbit, of a family of 78 impacts, and of special points."""
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    wall, force = pc.impact_oscillator(), pc.sine(3)
+    family = pc.find_orbit(wall, force, n_impacts=78, n_periods=60, guess=(0.0, 0.4985))
+    doubling = pc.continue_orbit(orbit, over={"forcing.omega": (2.3, 2.8)}).special_points[0]
+    walls = pc.Wall("0.3", "above", "0.7"), pc.Wall("-0.3", "below", "0.7")
+    mirrored = pc.find_orbit(pc.Oscillator(1, "0.02", walls), pc.cosine("1.5"), 2, 1)
+    breaking = pc.continue_orbit(mirrored, over={"forcing.amplitude": (0.4, 1.1)}).special_points[0]
+    for name, what in (
+        ("an orbit of one impact", orbit),
+        ("a family of 78 impacts in 60 periods", family),
+        ("a period doubling", doubling),
+        ("a symmetry breaking", breaking),
+    ):
+        begin = time.process_time()
+        proven = pc.certify(what)
+        seconds = time.process_time() - begin
+        assert proven.exists, proven
+        report.line(f"{name}, to 12 digits", f"{1e3 * seconds:.0f} ms")
 
 
 def _measure(report: Report, name: str, motion: pc.Trajectory, start: pc.Start, aim: float) -> None:

@@ -222,3 +222,34 @@ def test_steady_motion_without_a_spring_may_be_anywhere() -> None:
     assert proven.multipliers[0].mid() == 1
     assert proven.x0.contains(orbit.x0)
     assert abs(proven.v0.mid() - orbit.v0) < 1e-13
+
+
+@pytest.mark.parametrize("digits", [40, 700])
+def test_many_digits_of_an_orbit_are_proven(digits: int) -> None:
+    """Steps of Newton's method that are smaller than any float end it as well."""
+    proven = pc.certify(pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5")), digits)
+
+    assert proven.exists, proven
+    assert proven.v0.digits() >= digits - 1
+
+
+def test_at_a_period_doubling_no_stability_is_claimed() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    (point,) = pc.continue_orbit(orbit, over={"forcing.omega": (2.5, 2.8)}).special_points
+    exact = pc.certify(point, digits=25).value
+    guess = point.orbit._unknowns[0], point.orbit.v0
+
+    # The amplitude scales the motion, so a range of it does not move the multiplier; that of the
+    # frequency is cut off after so many digits, and the balls have fewer.
+    omega = f"{exact.arb.mid().str(25, radius=False)}"
+    there = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine(omega), guess=guess)
+    coarse, fine = pc.certify(there, bits=70), pc.certify(there, digits=40)
+
+    assert coarse.exists
+    assert coarse.stability == "undecided"
+    assert not coarse.is_stable
+    assert (
+        abs(coarse.multipliers[1].mid() + 1) < 1e-9 or abs(coarse.multipliers[0].mid() + 1) < 1e-9
+    )
+    # With more bits the side on which the cut-off number lies is told.
+    assert fine.stability in ("asymptotic", "unstable")

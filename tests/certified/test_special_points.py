@@ -104,7 +104,7 @@ def test_a_point_of_another_kind_is_left_unproven() -> None:
     proven = pc.certify(other)
 
     assert not proven.exists
-    assert "no proof is known" in proven.reason
+    assert "branches that cross without a symmetry part" in proven.reason
 
 
 def test_a_point_that_is_none_is_not_proven() -> None:

@@ -25,15 +25,44 @@ CERTAIN = Check("certain", 1.0, 1.0, radius=0.0)
 FLOAT = Check("float", 1.0, 1.0)
 WRONG = Check("wrong", 1.0, 2.0, 0.1, 0.05)
 # They need nothing that only doubles tell.
+# Those that fail, or hold with a correction, for certain.
+CERTIFIED_OTHERWISE = {
+    "periodicity-outside-range": "corrected",
+    "periodicity-fig8b-slower": "corrected",
+    "fig11-bilinear": "fails",
+    "fig14": "fails",
+    "fig14-numerics": "fails",
+    "fig15": "fails",
+}
+# Those that a derivation proves, or that are general: what was computed is certain.
+CERTAIN_CASES = {
+    "eq1": "derived",
+    "eq16": "derived",
+    "eq2": "derived",
+    "eq3-4": "numerical",
+    "eq34": "numerical",
+    "eq5": "derived",
+    "eq6": "derived",
+    "eigenset-sum": "derived",
+    "multi-harmonics": "numerical",
+    "periodicity-eigenset-alone": "derived",
+    "periodicity-subsets-too": "derived",
+    "resonance-odd": "derived",
+}
 CERTIFIED = (
     "eq9",
     "eq10",
     "eq17",
     "eq23",
+    "fig10-accuracy",
+    "fig11",
     "fig12",
     "not-sufficient",
     "periodicity-fig6b-times",
+    "periodicity-fig8a-regular",
+    "periodicity-fig8b-irregular",
     "table1",
+    "table1-simulated",
     "table2",
     "table2-simulated",
 )
@@ -97,6 +126,34 @@ def test_verdicts_that_ball_arithmetic_proves(name: str) -> None:
     assert (claim.kind, claim.grade) == ("holds", "certified")
 
 
+@pytest.mark.parametrize("name", CERTIFIED_OTHERWISE)
+def test_verdicts_against_the_paper_that_ball_arithmetic_proves(name: str) -> None:
+    pytest.importorskip("flint")
+    (item,) = (one for one in items() if one.kind == "statement" and one.name == name)
+    claim = examine(statement_with_id(item))
+
+    assert (claim.kind, claim.grade) == (CERTIFIED_OTHERWISE[name], "certified")
+
+
+@pytest.mark.parametrize("name", CERTAIN_CASES)
+def test_cases_of_general_statements_are_certain(name: str) -> None:
+    pytest.importorskip("flint")
+    (item,) = (one for one in items() if one.kind == "statement" and one.name == name)
+    claim = examine(statement_with_id(item))
+
+    every = (*claim.finding.printed, *claim.finding.corrected)
+    assert claim.grade == CERTAIN_CASES[name]
+    assert claim.kind != "fails"
+    assert all(check.is_certain for check in every)
+
+
+def test_a_general_statement_is_certain_by_a_refutation_alone() -> None:
+    assert grade(Finding((CERTAIN,)), general=True) == "numerical"
+    assert grade(Finding((WRONG,)), general=True) == "certified"
+    assert grade(Finding((WRONG,), (CERTAIN,), "so"), general=True) == "numerical"
+    assert grade(Finding((CERTAIN,)), general=True, proven=True) == "derived"
+
+
 def test_a_start_that_leaves_the_eigenset_fails_the_check_that_it_keeps_to_it() -> None:
     pytest.importorskip("flint")
     below = eigenset_kept("below", pc.sine(3), "0.49", lambda: True)
@@ -153,7 +210,9 @@ WITHOUT = """
 import sys
 sys.modules["flint"] = None
 from percuss.paper.run import run_paper
-run_paper(sys.argv[1], only="table1,table2,eq9,eq10,fig12,losses-curve,periodicity-fig6b-times,eq22", lanes=1)
+run_paper(sys.argv[1], only="table1,table2,eq9,eq10,fig12,losses-curve,"
+          "periodicity-fig6b-times,eq22,fig10-accuracy,table1-simulated,"
+          "periodicity-fig8a-regular", lanes=1)
 assert "percuss.certified" not in sys.modules
 """
 

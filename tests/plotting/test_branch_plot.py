@@ -159,3 +159,34 @@ def test_branches_over_different_parameters_or_none_are_refused(branch: Branch) 
         plot_branch([branch, other], new_axes())
     with pytest.raises(pc.ParameterError, match="neither a branch"):
         plot_branch([], new_axes())
+
+
+def test_the_line_breaks_where_the_nearest_turning_point_vanishes() -> None:
+    """Down in frequency the nearest of two swings between impacts flattens and is gone."""
+    orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.6))
+    smooth = pc.continue_orbit(orbit, over={"forcing.omega": (1.6, 2.6)})
+    whole = pc.continue_orbit(orbit, over={"forcing.omega": (1.2, 2.6)})
+    leap = int(np.abs(np.diff(whole.grazing_margin)).argmax())
+    assert np.abs(np.diff(whole.grazing_margin))[leap] > 0.15
+    assert 1.4 < whole.values[leap] < 1.5
+
+    lines = plot_branch(whole, new_axes(), quantity="grazing_margin").lines
+    drawn = [line.get_xdata() for line in lines if len(line.get_xdata()) > 1]
+    assert not any(set(whole.values[leap : leap + 2]) <= set(np.asarray(x).tolist()) for x in drawn)
+
+    # Where none vanishes it is one line, steep as it may be.
+    (line,) = plot_branch(smooth, new_axes(), quantity="grazing_margin").lines
+    assert len(line.get_xdata()) == len(smooth)
+
+
+def test_a_branch_with_sticking_shows_its_fastest_impacts(branch: Branch) -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator(0.3, damping=0.05), pc.cosine(0.8), np.inf)
+    sticks = pc.continue_orbit(orbit, over={"forcing.omega": (0.5, 1.0)})
+    ax = plot_branch(sticks, new_axes())
+
+    assert ax.get_ylabel().startswith("largest impact velocity")
+    (line,) = [line for line in ax.lines if line.get_label() == "stable"]
+    fastest = [float(np.abs(it.impacts.v_before).max()) for it in sticks]
+    np.testing.assert_array_equal(line.get_ydata(), fastest)
+    assert [text.get_text() for text in ax.texts] == ["chatter"]
+    assert plot_branch(branch, new_axes()).get_ylabel().startswith("least impact velocity")

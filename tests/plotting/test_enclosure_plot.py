@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 
 import percuss as pc
 from percuss.errors import ParameterError
@@ -17,7 +18,9 @@ pytest.importorskip("flint")
 Line = tuple[np.ndarray, np.ndarray]
 
 
-def drawn(proven: pc.certified.CertifiedRun) -> tuple[Axes, dict[str, Line]]:
+def drawn(
+    proven: pc.certified.CertifiedRun | pc.certified.CertifiedOrbit,
+) -> tuple[Axes, dict[str, Line]]:
     figure = offscreen_figure()
     ax = plot_enclosure(proven, figure.add_subplot(), units=Units("mm", "s"))
     figure.canvas.draw()
@@ -103,3 +106,67 @@ def test_a_float_run_is_refused() -> None:
 
     with pytest.raises(ParameterError, match=r"percuss.certify\(run\) makes one"):
         plot_enclosure(run)
+
+
+def test_an_orbit_is_drawn_with_its_multipliers_in_the_circle() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    proven = pc.certify(orbit)
+
+    ax, lines = drawn(proven)
+
+    portrait, circle, radii = ax.figure.axes
+    x, v = lines["orbit"]
+    run = orbit.trajectory()
+    t = proven.t0.mid() + np.linspace(0.01, 0.99, 5) * orbit.period
+    for place, speed in zip(*run(t), strict=True):
+        assert np.hypot(x - place, v - speed).min() < 0.03
+    assert portrait.get_title() == "proven: alone, passes through no stop, asymptotic"
+    middles = sorted(patch.center[1] for patch in circle.patches[1:] if isinstance(patch, Circle))
+    assert middles == pytest.approx(sorted(m.imag.mid() for m in proven.multipliers))
+    assert "radius at most" in circle.get_xlabel()
+    assert lines["radius of $x$"][1].max() < -20
+    assert radii.get_xlabel() == "time (s)"
+
+
+def test_a_multiplier_whose_ball_touches_the_circle_is_neither_in_nor_out() -> None:
+    family = pc.find_orbit(
+        pc.impact_oscillator(), pc.sine(3), n_impacts=6, n_periods=6, guess=(0.0, 0.45)
+    )
+    unstable = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.8"))
+    colours = []
+    for orbit in (family, unstable):
+        ax, _ = drawn(pc.certify(orbit))
+        colours.append([patch.get_facecolor()[:3] for patch in ax.figure.axes[1].patches[1:]])
+
+    black, others = colours
+    assert black == [(0.0, 0.0, 0.0)] * 2
+    assert others[0] != others[1]
+    assert (0.0, 0.0, 0.0) not in others
+
+
+def test_special_points_stand_below_their_branch() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.3, 2.8)})
+    points = [pc.certify(point) for point in branch.special_points]
+    figure = offscreen_figure()
+
+    ax = plot_enclosure(points, figure.add_subplot(), branch=branch)
+    figure.canvas.draw()
+
+    lower = figure.axes[1]
+    assert lower.get_xlabel() == branch.path
+    texts = [text.get_text() for text in lower.texts]
+    assert any(text.startswith("[2.653347727855") for text in texts)
+    assert lower.get_xlim() == ax.get_xlim()
+    with pytest.raises(ParameterError, match="branch of the special points is needed"):
+        plot_enclosure(points)
+
+
+def test_an_orbit_that_is_not_proven_is_refused() -> None:
+    family = pc.find_orbit(
+        pc.impact_oscillator(), pc.sine(3), n_impacts=6, n_periods=6, guess=(0.0, 0.45)
+    )
+    open_ = pc.certify(family, over={"forcing.amplitude": (1, "1.001")}, most_bits=64)
+
+    with pytest.raises(ParameterError, match="not proven"):
+        plot_enclosure(open_)

@@ -92,6 +92,18 @@ def test_multipliers_of_an_orbit_are_its_own(orbit: pc.PeriodicOrbit) -> None:
     assert drawn["in or on the circle"][0] == pytest.approx(orbit.multipliers.real[1:])
 
 
+def test_the_legend_of_multipliers_lies_beside_the_circle(orbit: pc.PeriodicOrbit) -> None:
+    ax = plot_multipliers(orbit, new_axes())
+    legend = ax.get_legend()
+    assert legend is not None
+    ax.figure.canvas.draw()
+
+    box = legend.get_window_extent()
+    _, top = ax.transData.transform((0.0, 1.0))
+
+    assert box.y0 > top
+
+
 def test_multipliers_far_outside_stand_at_the_edge() -> None:
     saddle = pc.find_orbit(pc.Oscillator(-1.0, 0.1), pc.cosine(1.0), n_impacts=0)
     ax = plot_multipliers(saddle, new_axes())

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 from flint import acb, arb
 from numpy.typing import NDArray
 
+from percuss.certified import pickling as _pickling  # noqa: F401
 from percuss.certified.numbers import precision, time_ball
 from percuss.model.exact import Phase
 
@@ -48,7 +50,8 @@ class Ball:
         if not self.arb.is_finite():
             return math.nan if self.arb.is_nan() else math.inf
         with precision(WIDE):
-            return float((self.arb - arb(self.mid())).abs_upper()) * (1.0 + 2.0**-50) + 5e-324
+            far = (self.arb - arb(self.mid())).abs_upper()
+            return 0.0 if far.is_zero() else float(far) * (1.0 + 2.0**-50) + 5e-324
 
     def digits(self) -> float:
         """Return how many decimal digits the ball has: -log10(radius / midpoint)."""
@@ -150,8 +153,16 @@ class Balls:
         """Return the number of balls."""
         return len(self.arbs)
 
-    def __getitem__(self, index: int) -> Ball:
-        """Return one ball."""
+    @overload
+    def __getitem__(self, index: int) -> Ball: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Balls: ...
+
+    def __getitem__(self, index: int | slice) -> Ball | Balls:
+        """Return one ball, or a part of the column."""
+        if isinstance(index, slice):
+            return Balls(self.arbs[index])
         return Ball(self.arbs[index])
 
     def __iter__(self) -> Iterator[Ball]:

@@ -8,6 +8,7 @@ from typing import cast, overload
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.orbits import certify_orbit
 from percuss.certified.proving import certify_run
+from percuss.certified.ranges import Over
 from percuss.certified.results import CertifiedRun
 from percuss.certified.special import CertifiedPoint, certify_point
 from percuss.errors import ParameterError
@@ -35,6 +36,7 @@ def certify(
     max_impacts: int | None = None,
     most_bits: int = MOST_BITS,
     bits: int | None = None,
+    over: Over | None = None,
     progress: bool | Callable[[float, float], bool] | None = None,
 ) -> CertifiedRun: ...
 
@@ -46,6 +48,7 @@ def certify(
     *,
     most_bits: int = MOST_BITS,
     bits: int | None = None,
+    over: Over | None = None,
 ) -> CertifiedOrbit: ...
 
 
@@ -68,6 +71,7 @@ def certify(
     max_impacts: int | None = None,
     most_bits: int = MOST_BITS,
     bits: int | None = None,
+    over: Over | None = None,
     progress: bool | Callable[[float, float], bool] | None = None,
 ) -> CertifiedRun | CertifiedOrbit | CertifiedPoint:
     """Prove a result in ball arithmetic: every number comes with a radius that is certain.
@@ -81,8 +85,8 @@ def certify(
       have a velocity; the balls hold the exact motion.
     - An orbit is proven to exist, to be alone or one of a family, to pass through no stop or
       through one, and to be asymptotically stable, elliptic or unstable.
-    - Of a special point of a branch, a fold, period doubling, strong resonance or graze, the
-      parameter is enclosed.
+    - Of a special point of a branch, a fold, period doubling, symmetry breaking, strong resonance,
+      graze or corner, the parameter is enclosed.
 
     Parameters
     ----------
@@ -101,6 +105,10 @@ def certify(
         Precision at which to give up.
     bits
         Work at just this precision, whatever digits come of it.
+    over
+        A number of the force, by its path, that stands for all values in a `Ball` or between two
+        exact numbers: the constant or an amplitude. The proof of a run or an orbit holds for each
+        of them; a narrow ball is how a number that is no fraction, as cos(pi/5), is meant exactly.
     progress
         For a run, as of `simulate`: True shows a line, a function ``(done, total) -> bool`` is
         called after each event and stops the proof by returning False. It starts anew at each
@@ -132,20 +140,25 @@ def certify(
     >>> pc.certify(orbit).stability
     'asymptotic'
     """
+    digits, most_bits, bits = (plain(value) for value in (digits, most_bits, bits))  # type: ignore[assignment]
     _check(digits, most_bits, bits)
     if isinstance(what, Trajectory):
+        if start is not None and not isinstance(start, Start):
+            raise ParameterError("start", start, "not a Start; give pc.Start(x0, v0, t0)")
         begin = what.start if start is None else start
         if start is not None or t_end is not None or max_impacts is not None:
             end = what.t_end if t_end is None and max_impacts is None else t_end
             x0, v0, t0 = begin.x0, begin.v0, begin.t0
             raise_first(start_faults(what.oscillator, x0, v0, t0, end, max_impacts))
-        limits = cast("Phase | None", plain(t_end)), max_impacts
-        return certify_run(what, digits, begin, limits, most_bits, bits, progress)
+        limits = cast("Phase | None", plain(t_end)), cast("int | None", plain(max_impacts))
+        return certify_run(what, digits, begin, limits, most_bits, bits, progress, over)
     if (start, t_end, max_impacts) != (None, None, None):
         raise ParameterError("start", start, "start, t_end and max_impacts are of runs only")
     if isinstance(what, PeriodicOrbit):
-        return certify_orbit(what, digits, most_bits, bits)
+        return certify_orbit(what, digits, most_bits, bits, over)
     if isinstance(what, SpecialPoint):
+        if over is not None:
+            raise ParameterError("over", dict(over), "a special point has a parameter of its own")
         return certify_point(what, digits, most_bits, bits)
     raise ParameterError("what", what, "neither a run, nor an orbit, nor a special point")
 

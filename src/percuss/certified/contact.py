@@ -15,10 +15,8 @@ from percuss.certified.system import System
 from percuss.certified.undecided import Undecided
 from percuss.model.exact import Phase
 
-__all__ = ["Hold", "Hops", "Released", "chatter_end", "first_push", "release"]
+__all__ = ["Hold", "Hops", "Released", "chatter_end", "release"]
 
-# The force's derivatives that are looked at before it counts as undecided.
-LAST_ORDER = 12
 MOST_STEPS = 60
 
 
@@ -45,28 +43,6 @@ class Released(NamedTuple):
 
     t: arb | None
     for_ever: bool
-
-
-def first_push(law: Law, region: int, x: arb, turns: list[tuple[arb, arb]]) -> tuple[int, int]:
-    """Return the order and the sign of the first derivative of x that moves a mass at rest.
-
-    Returns (0, 0) where the force is zero for ever.
-    """
-    push = Push(law, region, turns, x, 0)
-    if not push.drive and constant_of(push.rest).is_zero():
-        return 0, 0
-    for order, value in enumerate(push.taylor(LAST_ORDER)):
-        number = constant_of(value)
-        if number > 0 or number < 0:
-            return order + 2, 1 if number > 0 else -1
-        if not number.is_zero():
-            reason = "the force on a mass at rest on a stop may be zero or not"
-            raise Undecided("force", reason)
-    if all(
-        constant_of(at).is_zero() and constant_of(slope).is_zero() for _, at, slope in push.drive
-    ):
-        return 0, 0
-    raise Undecided("force", f"{LAST_ORDER} derivatives of the force are zero where it rests")
 
 
 def chatter_end(
@@ -166,11 +142,17 @@ def _push_of(system: System, hold: Hold, since: arb) -> Push:
 def _release(system: System, hold: Hold, end: arb, coarse: int) -> Released:
     sign = 1 if system.regions[hold.region].lower == hold.bound else -1
     with precision(coarse):
-        push = _push_of(system, hold, hold.since)
+        since = hold.since
+        push = _push_of(system, hold, since)
+        if hold.time is None and -sign * push.derivatives(arb(0), 1)[0][0] > 0:
+            # It holds all the while that the contact may begin: any instant of that will do.
+            since = since.mid()
+            push = _push_of(system, hold, since)
         level = Level(hold.bound, -sign, arb(0))
-        if not push.drive or _holds_for_ever(push, sign):
+        moving = any(system.numbers[tone.amplitude] for tone in system.tones)
+        if (system.moved is None and not moving) or _holds_for_ever(push, sign):
             return Released(None, for_ever=True)
-        longest = upper(end - hold.since) if end.is_finite() else float("inf")
+        longest = upper(end - since) if end.is_finite() else float("inf")
         whole = _period(system)
         started = level if hold.order else None
         width = 1.0 / _pace(push)

@@ -5,7 +5,8 @@ harmonics of odd multiples n >= 3 of sqrt(K). After pi/sqrt(K) what the forcing 
 turned its sign, and so has the rest: x - G/K has. The flight is back at its bound with its
 velocity reversed, whatever its instant and velocity were, and an elastic impact or a crossing
 leaves that speed. So all neighbours are periodic as well: the derivative is the identity
-(Dyskin et al. 2012, section 4, for one harmonic).
+(Dyskin et al. 2012, section 4, for one harmonic). On one wall flights may also be shorter and
+the motion still be one of a family: `reflections` has that closed form.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ from percuss.certified.admissible import admissible_of
 from percuss.certified.chain import Link, chain_of
 from percuss.certified.multipliers import Monodromy
 from percuss.certified.numbers import ball
-from percuss.certified.orbit_result import Proof
+from percuss.certified.proof import Proof
+from percuss.certified.reflections import Rounds
 from percuss.certified.shooting import Shooting, States
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided
@@ -68,6 +70,8 @@ def family_orbit(system: System, orbit: PeriodicOrbit) -> Proof:
         If the closed form above does not hold.
     """
     chain = chain_of(system, orbit)
+    if _on_one_wall(system, chain) and not _fits(system, chain, orbit):
+        return _round_orbit(system, orbit, chain)
     for link, following in zip(chain, [*chain[1:], chain[0]], strict=True):
         elastic = (
             not following.wall
@@ -83,13 +87,54 @@ def family_orbit(system: System, orbit: PeriodicOrbit) -> Proof:
         raise Undecided("precision", "the flights do not add up to whole periods exactly")
     equations, states, before = _laid_out(system, chain, orbit)
     admissible, reason = admissible_of(equations, states)
+    return _parabolic(chain, states, before, equations.period, admissible, reason)
+
+
+def _on_one_wall(system: System, chain: list[Link]) -> bool:
+    """Tell whether there is one elastic wall alone, from which flights may return reversed."""
+    return (
+        len(system.bounds) == 1
+        and all(link.wall for link in chain)
+        and system.numbers["oscillator.stops.0.restitution"] == 1
+        and returns_reversed(system, 0, 0)
+    )
+
+
+def _round_orbit(system: System, orbit: PeriodicOrbit, chain: list[Link]) -> Proof:
+    """Return the proof for an orbit with flights of less than half a natural period."""
+    n = len(chain)
+    t, v = arb(float(orbit._unknowns[0])), ball(as_fraction(float(orbit._unknowns[1 + n])))
+    rounds = Rounds(system, t, v)
+    states: States = []
+    before = [arb(0)] * n
+    for i in range(n):
+        states.append((rounds.t, rounds.v))
+        before[(i + 1) % n] = rounds.fly()
+    if not rounds.is_closed:
+        raise Undecided("precision", "no closed form is known for orbits that are not alone")
+    frequency = None if orbit.forcing is None else orbit.forcing.frequency
+    k = system.stiffness(system.regions[0])
+    if frequency is None or (rounds.turns * frequency) ** 2 != 4 * orbit.n_periods**2 * k:
+        raise Undecided("precision", "the flights do not add up to whole periods exactly")
+    return _parabolic(chain, states, before, rounds.turns * rounds.half, True, "")
+
+
+def _parabolic(
+    chain: list[Link],
+    states: States,
+    before: list[arb],
+    period: arb,
+    admissible: bool | None,
+    reason: str,
+) -> Proof:
+    """Return the proof of an orbit all of whose neighbours are periodic as well."""
     one, zero = arb(1), arb(0)
     identity = (one, zero), (zero, one)
     return Proof(
         chain=chain,
         states=states,
         before=before,
-        period=equations.period,
+        period=period,
         monodromy=Monodromy(
             identity,
             arb(2),

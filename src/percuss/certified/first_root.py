@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
-from flint import arb
+from flint import arb, ctx
 
 from percuss.certified.flight import Curve
 from percuss.certified.law import Number, constant_of
@@ -27,8 +27,14 @@ ORDER, START_ORDER = 5, 7
 FACTORIALS = [math.factorial(i) for i in range(START_ORDER + 2)]
 # Stretches of one flight.
 MOST_STRETCHES = 200_000
-# How far stretches reach into the next, as a part of the time: more than the rounding of a sum.
+# How far stretches reach into the next, as a part of the time: more than the rounding of a sum;
+# in balls as a part of their length, which is this much longer than the rounding at least.
 OVERLAP = 2.0**-50
+COARSEST = 2.0**8 / OVERLAP
+
+
+# A float or, in a search with balls, an exact arb.
+Time: TypeAlias = Any
 
 
 class Level(NamedTuple):
@@ -41,15 +47,15 @@ class Level(NamedTuple):
 
 @dataclass(frozen=True)
 class Bracket:
-    """Where the first root is: between two times, at a level, and the only one there.
+    """Where the first root is: between two exact times, at a level, and the only one there.
 
     ``near`` tells that the stretch begins at the start of a curve on its level.
     """
 
     level: Level
-    low: float
-    high: float
-    guess: float
+    low: Time
+    high: Time
+    guess: Time
     near: bool
 
 
@@ -89,27 +95,30 @@ class Search:
         self.levels = levels
         self.started, self.order = started, order
         self.width, self.least = width, least
+        self.sharp = sharp
         self.kind: type[FloatStretch | BallStretch] = BallStretch if sharp else FloatStretch
 
     def first(self, end: float) -> Bracket | None:
         """Return where the first root up to ``end`` is, None if there is none."""
-        left = 0.0
+        left: Time = 0.0
         if self.started is not None:
             found, left = self._from_start(self.started)
             if found is not None:
                 return found
+        if self.sharp:
+            left = arb(left)
         for _ in range(MOST_STRETCHES):
             if not left < end:
                 return None
             raw, size = self.curve.derivatives(arb(left), ORDER)
-            h = min(2.0 * self.width, self.curve.longest, end - left)
+            h = min(2.0 * self.width, self.curve.longest, float(end - left))
             h, found = self._stretch(left, raw, size, h)
             if found is not None:
                 return found
             self.width = h
-            left += h
-        reason = f"no event within {MOST_STRETCHES} stretches, up to {left:.6g} later"
-        raise Undecided("no_event", reason)
+            left = (left + h).mid() if self.sharp else left + h
+        reason = f"no event within {MOST_STRETCHES} stretches, up to {float(left):.6g} later"
+        raise Undecided("no_event", reason, Touch(left, left, self.levels[0].bound, math.inf))
 
     def _from_start(self, level: Level) -> tuple[Bracket | None, float]:
         """Search the first stretch of a curve that starts on its level."""
@@ -136,15 +145,16 @@ class Search:
                 raise Undecided("graze", "the start leaves its stop too slowly to be told")
 
     def _stretch(
-        self, left: float, raw: list[Number], size: float, h: float
+        self, left: Time, raw: list[Number], size: float, h: float
     ) -> tuple[float, Bracket | None]:
         """Return the longest halving of h that is decided, and the root in it."""
         taylor = [value / FACTORIALS[k] if k > 1 else value for k, value in enumerate(raw)]
         stretches = [(level, self.kind.of(_about(level, taylor))) for level in self.levels]
         while True:
             # Beyond the rounding of left + h, where the next stretch begins.
-            over = h + OVERLAP * (left + h)
-            rest = self.curve.bound(ORDER + 1, left, over, size) / FACTORIALS[ORDER + 1]
+            extra = OVERLAP * (h if self.sharp else left + h)
+            over = h + extra
+            rest = self.curve.bound(ORDER + 1, float(left), over, size) / FACTORIALS[ORDER + 1]
             pending = None
             for level, stretch in stretches:
                 if stretch.is_clear(rest, over, ORDER + 1):
@@ -155,20 +165,29 @@ class Search:
                 if not through:
                     break
                 # However this is rounded, it lies before left + over.
-                end = left + (h + 0.5 * OVERLAP * (left + h))
-                pending = Bracket(level, left, end, left + stretch.root(h), near=False)
+                end, guess = left + (h + 0.5 * extra), left + stretch.root(h)
+                if self.sharp:
+                    end, guess = end.mid(), guess.mid()
+                pending = Bracket(level, left, end, guess, near=False)
             else:
                 return h, pending
             h *= 0.5
-            if h < self.least or left + h == left:
+            if h < self.least or left + h == left or self._is_rounding(h, left):
                 raise _graze(level, left, 2.0 * over, taylor, rest)
 
+    def _is_rounding(self, h: float, left: Time) -> bool:
+        """Tell whether a stretch is too short for the working precision."""
+        return self.sharp and not arb(h) > COARSEST * left * arb(2) ** -ctx.prec
 
-def _graze(level: Level, left: float, h: float, taylor: list[Number], rest: float) -> Undecided:
+
+def _graze(level: Level, left: Time, h: float, taylor: list[Number], rest: float) -> Undecided:
     """Return the question whether a curve touches a level between left and left + h."""
     sizes = [upper(constant_of(c)) for c in _about(level, taylor)]
     near = 1.01 * (sum(size * h**k for k, size in enumerate(sizes)) + rest * h ** len(sizes))
-    reason = f"a turning point {left:.12g} after it is within {near:.3g} of a stop"
+    if not math.isfinite(near):
+        reason = f"no event up to {float(left):.6g} later, where the motion is beyond all floats"
+        return Undecided("no_event", reason, Touch(left, left, level.bound, math.inf))
+    reason = f"a turning point {float(left):.12g} after it is within {near:.3g} of a stop"
     return Undecided("graze", reason, Touch(left, left + h, level.bound, near))
 
 

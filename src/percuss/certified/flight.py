@@ -13,14 +13,15 @@ from typing import NamedTuple, Protocol
 from flint import arb
 
 from percuss.certified.law import Law, LinearRegion, Number, constant_of
-from percuss.certified.numbers import upper
+from percuss.certified.numbers import power, upper
 
 __all__ = ["Curve", "Flight", "Propagator", "Push", "Wave", "propagator"]
 
 # More than the rounding of the few dozen float operations of a bound.
 SLACK = 1.0 + 1e-12
-# No stretch is longer; longer ones of unstable motions have useless bounds.
-LONGEST, MOST_GROWTH = 1e6, 0.5
+# No stretch is longer, so that floats hold its powers; those of unstable motions have useless
+# bounds beyond a part of their own time.
+LONGEST, MOST_GROWTH = 1e38, 0.5
 
 
 class Wave(NamedTuple):
@@ -110,9 +111,9 @@ def _waves_at(waves: Sequence[Wave], s: arb, out: list[Number]) -> None:
 def _waves_bound(waves: Sequence[Wave], n: int, end: float) -> float:
     total = 0.0
     for _, _, _, size, pace, secular in waves:
-        here = size * pace**n
+        here = size * power(pace, n)
         if secular:
-            here = here * end + n * size * pace ** (n - 1)
+            here = here * end + n * size * power(pace, n - 1)
         total += here
     return total
 
@@ -225,7 +226,7 @@ class Flight:
         besides; it is taken where y and the waves nearly cancel.
         """
         if self.region.near:
-            force = sum(size * pace ** (n - 1) for size, pace in self.strengths)
+            force = sum(size * power(pace, n - 1) for size, pace in self.strengths)
             rate = self.region.growth + 1e-5 * self.region.pace
             return SLACK * (size + h * force) * math.exp(rate * h)
         grown = size if self.region.growth == 0.0 else size * math.exp(self.region.growth * h)
@@ -257,6 +258,31 @@ class Flight:
         for _ in range(n):
             own.append(-(self.region.stiffness * own[-2]) - 2 * self.region.damping * own[-1])
         return self._size(own, n)
+
+    def series_bound(self, n: int, h: float) -> arb:
+        """Return a bound of the n-th derivative on [0, h], of any size: no float holds it for all n.
+
+        As `bound`, from the start.
+        """
+        region = self.region
+        if region.near:
+            found = [arb(k).fac() * constant_of(c) for k, c in enumerate(self.taylor(n))]
+            forces = (arb(size) * arb(pace) ** (n - 1) for size, pace in self.strengths)
+            more = sum(forces, arb(0)) * h
+        else:
+            own = [self.y0, self.z0]
+            for _ in range(n - 1):
+                own.append(-(region.stiffness * own[-2]) - 2 * region.damping * own[-1])
+            found = [constant_of(value) for value in own]
+            more = arb(0)
+        here, following = found[n - 1].abs_upper(), found[n].abs_upper()
+        size = ((region.pace * here) ** 2 + following**2).sqrt() + more
+        total = size * arb((region.growth + 1e-5 * region.pace) * h * SLACK).exp()
+        if not region.near:
+            for _, _, _, wide, pace, secular in self.waves:
+                wave = arb(wide) * arb(pace) ** n
+                total += wave * h + n * arb(wide) * arb(pace) ** (n - 1) if secular else wave
+        return SLACK * total.abs_upper()
 
     def reach(self) -> tuple[float, float] | None:
         """Return bounds of x for ever, None where there are none."""

@@ -26,7 +26,7 @@ from percuss.certified.flight import Flight
 from percuss.certified.krawczyk import Solved, krawczyk
 from percuss.certified.law import Law, constant_of, law_of
 from percuss.certified.orbits import monodromy_over, shooting_of
-from percuss.certified.shooting import Shooting, matrix_of, residual_of
+from percuss.certified.shooting import Shooting, greatest, matrix_of, residual_of
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
 from percuss.orbits.families.special_points import SpecialPoint
@@ -134,9 +134,7 @@ class Curve:
             except ZeroDivisionError:
                 break
             w = [(value - step[k, 0]).mid() for k, value in enumerate(w)]
-            if max(float(abs(entry).upper()) for entry in step.entries()) < 2.0 ** (
-                -0.6 * ctx.prec
-            ):
+            if greatest(step) < arb(2) ** -int(0.6 * ctx.prec):
                 return w
         raise Undecided("precision", "Newton's method finds no orbit along the fold")
 

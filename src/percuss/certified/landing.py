@@ -11,10 +11,10 @@ from flint import arb, arb_poly, ctx
 from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import Flight
 from percuss.certified.law import constant_of
-from percuss.certified.numbers import precision, span
+from percuss.certified.numbers import precision, span, upper
 from percuss.certified.undecided import Undecided
 
-__all__ = ["Landing", "Roots", "roots_near", "solve"]
+__all__ = ["NARROW", "Landing", "Roots", "fourth_around", "pace_of", "roots_near", "solve"]
 
 # Newton's steps; each doubles the digits.
 MOST_STEPS = 40
@@ -64,14 +64,8 @@ def solve(
     summed
         Whether short hops may be summed by their series.
     """
-    pace = max(
-        [
-            whole.region.pace,
-            float(constant_of(whole.region.damping)),
-            *(w.pace for w in whole.waves),
-        ]
-    )
-    if summed and bracket.near and bracket.high * pace < SHORT:
+    pace = pace_of(whole)
+    if summed and bracket.near and min(bracket.high, 2.0 * bracket.guess) * pace < SHORT:
         with contextlib.suppress(TooManyTerms):
             return roots_near(point, whole, bracket, bits)
     level = bracket.level
@@ -84,6 +78,12 @@ def solve(
         if not (first.s > bracket.low and first.s < bracket.high):
             raise Undecided("precision", "the root is at the end of its bracket")
     return Roots(first, second)
+
+
+def pace_of(flight: Flight) -> float:
+    """Return the inverse of the time in which a flight can change."""
+    damping = upper(constant_of(flight.region.damping))
+    return max([flight.region.pace, damping, *(wave.pace for wave in flight.waves)])
 
 
 def newton(flight: Flight, level: Level, guess: float, bracket: Bracket) -> arb:
@@ -113,8 +113,7 @@ def _landing(flight: Flight, level: Level, s: arb, pace: float) -> Landing:
     for _ in range(ROUNDS):
         if not trial * pace < NARROW:
             break
-        # Backwards as well, where a dashpot makes the motion grow: by 1 % at most over so little.
-        fourth = 1.05 * flight.bound(4, float(s) + float(trial), 0.0, size)
+        fourth = fourth_around(flight, s, trial, size)
         bend = span(a.abs_upper() + trial * (j.abs_upper() + trial * fourth))
         slope = v + bend * trial
         if slope.contains(0):
@@ -128,6 +127,12 @@ def _landing(flight: Flight, level: Level, s: arb, pace: float) -> Landing:
     raise Undecided("graze", "an impact may be without velocity, within the radius")
 
 
+def fourth_around(flight: Flight, s: arb, trial: arb, size: float) -> float:
+    """Return a bound of the fourth derivative within a trial, which is narrow, around s."""
+    # Backwards as well, where a dashpot makes the motion grow: by 1 % at most over so little.
+    return 1.05 * flight.bound(4, float(s), 1.001 * float(trial), size)
+
+
 def roots_near(point: Flight, whole: Flight, bracket: Bracket, bits: int) -> Roots:
     """Return the landings of hops far shorter than all times of the motion.
 
@@ -135,8 +140,8 @@ def roots_near(point: Flight, whole: Flight, bracket: Bracket, bits: int) -> Roo
     where the m-th derivative is the first, keeps all bits however low the hop.
     """
     sign, m = bracket.level.sign, point.order
-    # Beyond the bracket's end, as the trials of the interval steps reach.
-    longest = 2.0 * bracket.high
+    # Beyond the root or the bracket's end, as the trials of the interval steps reach.
+    longest = min(2.0 * bracket.high, 4.0 * bracket.guess)
     first = _Series(point, sign, m, longest, ctx.prec)
     s = first.newton(bracket.guess)
     landing = first.landing(s)
@@ -148,6 +153,11 @@ def roots_near(point: Flight, whole: Flight, bracket: Bracket, bits: int) -> Roo
     return Roots(landing, second)
 
 
+def _log2(value: arb) -> float:
+    """Return about the logarithm of a positive number, minus infinity of zero."""
+    return -math.inf if value.is_zero() else float(value.log()) / math.log(2)
+
+
 class _Series:
     """The Taylor series of a flight at its start, and that of its distance divided by s^m."""
 
@@ -156,13 +166,12 @@ class _Series:
         first = constant_of(flight.taylor(max(m, 2))[m])
         if first.contains(0):
             raise Undecided("graze", "whether a hop leaves its stop is open")
-        scale = float((abs(first).lower()).log()) / math.log(2)
+        scale = _log2(abs(first).lower())
         n = 8
         while True:
-            size = flight.size_at_start(n)
-            bound = flight.bound(n + 1, 0.0, longest, size)
+            bound = flight.series_bound(n + 1, longest)
             # In logarithms: the terms may be beyond the floats.
-            small = math.log2(bound) + (n + 1 - m) * math.log2(longest) if bound > 0 else -math.inf
+            small = _log2(bound) + (n + 1 - m) * math.log2(longest)
             small -= math.lgamma(n + 2) / math.log(2)
             if small < scale - bits - 10 or n > MOST_TERMS:
                 break
@@ -171,7 +180,7 @@ class _Series:
             raise TooManyTerms
         found = [constant_of(c) for c in flight.taylor(n)]
         found[0] = arb(0)
-        self.n, self.m, self.bound = n, m, arb(bound)
+        self.n, self.m, self.bound = n, m, bound
         self.whole = arb_poly([sign * c for c in found])
         self.divided = arb_poly([sign * c for c in found[m:]])
         self.sign, self.longest = sign, longest

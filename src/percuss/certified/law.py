@@ -14,7 +14,16 @@ from percuss.certified.system import Region, System, Tone
 from percuss.certified.undecided import Undecided
 from percuss.model.exact import Phase, angle
 
-__all__ = ["Gain", "Law", "LinearRegion", "Number", "coarse_bits", "constant_of", "law_of"]
+__all__ = [
+    "Gain",
+    "Law",
+    "LinearRegion",
+    "Number",
+    "coarse_bits",
+    "constant_of",
+    "law_of",
+    "lost_bits",
+]
 
 # A number, or, cast to this type, an arb_series of two terms: it holds a number and its
 # derivative by a parameter, and has the same operations.
@@ -146,17 +155,10 @@ class Law:
         return omega, amplitude * cosine, -(amplitude * sine)
 
     def _region(self, region: Region) -> LinearRegion:
-        stiffness, damping = self.number("oscillator.stiffness"), self.number("oscillator.damping")
-        constant = self.number("forcing.constant")
-        for i in region.active:
-            path = f"oscillator.stops.{i}"
-            spring = self.number(f"{path}.stiffness")
-            stiffness = stiffness + spring
-            constant = constant + spring * self.number(f"{path}.at")
-            damping = damping + self.number(f"{path}.damping")
+        stiffness, damping, constant = self._sums(region)
         regime, rate = self._regime(region, stiffness, damping)
         pace = upper(constant_of(stiffness)) ** 0.5 * 1.000001
-        negative = bool(constant_of(stiffness) < 0)
+        growth = (pace * pace - float(constant_of(stiffness).lower())) / (2.0 * pace) * 1.0001
         gains = tuple(
             self._gain(tone, omega, region, stiffness, damping)
             for tone, omega in zip(self.system.tones, self.omegas, strict=True)
@@ -170,10 +172,28 @@ class Law:
             spring=self._moved("stiffness", region) or self.system.stiffness(region) != 0,
             dashpot=self._moved("damping", region) or self.system.damping(region) != 0,
             pace=pace,
-            growth=pace if negative else 0.0,
+            # So little is allowed for in `Flight.bound` anyway.
+            growth=growth if growth > 5e-6 * pace else 0.0,
             gains=gains,
             lost=self._lost(gains, constant, stiffness),
         )
+
+    def _sums(self, region: Region) -> tuple[Number, Number, Number]:
+        """Return stiffness, damping and constant force, of rationals as long as none is moved."""
+        numbers, parts = self.system.numbers, [f"oscillator.stops.{i}" for i in region.active]
+        paths = ["oscillator.stiffness", "oscillator.damping", "forcing.constant"]
+        if not any((self._path or "").startswith(path) for path in (*paths, *parts)):
+            springs = sum(numbers[f"{p}.stiffness"] * numbers[f"{p}.at"] for p in parts)
+            constant = numbers["forcing.constant"] + springs
+            k, a = self.system.stiffness(region), self.system.damping(region)
+            return ball(k), ball(a), ball(constant)
+        stiffness, damping, push = (self.number(path) for path in paths)
+        for path in parts:
+            spring = self.number(f"{path}.stiffness")
+            stiffness = stiffness + spring
+            push = push + spring * self.number(f"{path}.at")
+            damping = damping + self.number(f"{path}.damping")
+        return stiffness, damping, push
 
     def _lost(self, gains: tuple[Gain, ...], constant: Number, stiffness: Number) -> int:
         sizes = [1.0]
@@ -193,19 +213,16 @@ class Law:
         return self._path in parts
 
     def _regime(self, region: Region, stiffness: Number, damping: Number) -> tuple[str, Number]:
-        a, k = self.system.damping(region), self.system.stiffness(region)
+        if not (self._moved("stiffness", region) or self._moved("damping", region)):
+            a, k = self.system.damping(region), self.system.stiffness(region)
+            if k == a * a:
+                return ("critical" if a else "free"), ball(Fraction(0))
+            return ("oscillating" if k > a * a else "overdamped"), ball(abs(k - a * a)).sqrt()
         discriminant = stiffness - damping * damping
-        if self._moved("stiffness", region) or self._moved("damping", region):
-            sign = constant_of(discriminant)
-            if not (sign > 0 or sign < 0):
-                raise Undecided("precision", "the parameter may be that of critical damping")
-            oscillating = bool(sign > 0)
-        elif k == a * a:
-            return ("critical" if a else "free"), ball(Fraction(0))
-        else:
-            oscillating = k > a * a
-            if a == 0 and not self._moved("stiffness", region):
-                return ("oscillating" if oscillating else "overdamped"), ball(abs(k)).sqrt()
+        sign = constant_of(discriminant)
+        if not (sign > 0 or sign < 0):
+            raise Undecided("precision", "the parameter may be that of critical damping")
+        oscillating = bool(sign > 0)
         size = discriminant if oscillating else -discriminant
         return ("oscillating" if oscillating else "overdamped"), size.sqrt()
 
@@ -219,12 +236,13 @@ class Law:
         )
         k, a = self.system.stiffness(region), self.system.damping(region)
         if not moved:
+            # In rationals: however close to resonance, nothing cancels.
             w = self.system.frequency(tone)
-            if a == 0 and k == w * w:
-                return None
             if a == 0:
-                return 1 / ball(k - w * w), ball(Fraction(0))
-        apart, drag = stiffness - omega * omega, 2 * damping * omega
+                return None if k == w * w else (1 / ball(k - w * w), ball(Fraction(0)))
+            apart, drag = ball(k - w * w), ball(2 * a * w)
+        else:
+            apart, drag = stiffness - omega * omega, 2 * damping * omega
         size = apart * apart + drag * drag
         if constant_of(size).contains(0):
             raise Undecided("precision", "a harmonic cannot be told from the natural frequency")
@@ -251,8 +269,13 @@ def coarse_bits(system: System) -> int:
 
     No more than the working precision.
     """
+    return min(ctx.prec, COARSE + lost_bits(system))
+
+
+def lost_bits(system: System) -> int:
+    """Return the bits that are lost where large parts of the motion cancel; 0 for a few."""
     lost = max(region.lost for region in law_of(system).regions)
-    return min(ctx.prec, COARSE + (lost if lost > NEAR else 0))
+    return lost if lost > NEAR else 0
 
 
 def law_of(system: System) -> Law:

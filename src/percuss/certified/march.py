@@ -6,8 +6,9 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
+from percuss.certified.at_rest import first_push_at, rests_for_ever
 from percuss.certified.cloud import Cloud
-from percuss.certified.contact import Hold, Hops, chatter_end, first_push, release
+from percuss.certified.contact import Hold, Hops, chatter_end, release
 from percuss.certified.law import law_of
 from percuss.certified.numbers import ball, time_ball
 from percuss.certified.record import (
@@ -22,6 +23,7 @@ from percuss.certified.record import (
 from percuss.certified.step import Arrival, Departure, first_arrival
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided
+from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_fraction
 from percuss.model.start import Start
 from percuss.motion.progress import Progress
@@ -76,9 +78,9 @@ class _Walk:
         self.law = law_of(system)
         self.now: Departure | Hold | None = None
         self.fastest = 0.0
-        self.width = 1.0 / max(
-            [region.pace for region in self.law.regions] + self.law.paces + [1e-6]
-        )
+        fastest = max([region.pace for region in self.law.regions] + self.law.paces)
+        # With neither springs nor harmonics there is no time to compare with.
+        self.width = 1.0 / fastest if fastest > 1e-38 else 1.0
         self.record = Record(ctx.prec, self.width)
 
     def go_on(self) -> bool:
@@ -112,7 +114,7 @@ class _Walk:
             self.record.until = began + arb(touch.low)
             t = began + arb(touch.low).union(arb(touch.high))
             row = GrazeRow(t, self._stop_at(touch.bound), arb(0, touch.clearance))
-            if isinstance(here, Departure):
+            if isinstance(here, Departure) and question.kind == "graze":
                 self.record.grazes.append(row)
 
     # Starts.
@@ -121,12 +123,15 @@ class _Walk:
         """Find out how the motion sets off."""
         x, v = as_fraction(start.x0), as_fraction(start.v0)
         self.record.until = time_ball(start.t0)
-        x = self._snapped(x)
+        x = self._snapped(x, isinstance(start.x0, float))
+        self._check_inside(start, x)
         bound = next((i for i, b in enumerate(self.system.bounds) if b.at == x), None)
         region = self._region_at(x)
         order, way = 1, (v > 0) - (v < 0)
-        if v == 0:
-            order, way = first_push(self.law, region, ball(x), self.law.turns_at(start.t0))
+        if v == 0 and rests_for_ever(self.law, region, x):
+            order = 0
+        elif v == 0 and bound is not None:
+            order, way = first_push_at(self.law, region, x, time_ball(start.t0), start.t0)
         if bound is not None and self.system.bounds[bound].wall is None and way > 0:
             region = self._above(bound)
         into = bound is not None and self._is_into(region, bound, way)
@@ -159,12 +164,25 @@ class _Walk:
         cloud = Cloud.of(time_ball(t0).mid(), ball(v))
         self._depart(Departure(region, x, cloud, bound, order, t0), time_ball(t0))
 
-    def _snapped(self, x: Fraction) -> Fraction:
-        """Return the place of a stop that becomes the same float: there the run started."""
+    def _snapped(self, x: Fraction, rounded: bool) -> Fraction:
+        """Return the place of a stop that becomes the same float: there the run started.
+
+        Only where one of the two was given as a float; else both are meant as they are.
+        """
         for bound in self.system.bounds:
-            if float(bound.at) == float(x):
+            stops = (bound.wall,) if bound.wall is not None else bound.edges
+            floats = (isinstance(self.system.oscillator.stops[i].at, float) for i in stops)
+            if float(bound.at) == float(x) and (rounded or any(floats)):
                 return bound.at
         return x
+
+    def _check_inside(self, start: Start, x: Fraction) -> None:
+        for end, sign in ((self.system.regions[0].lower, -1), (self.system.regions[-1].upper, 1)):
+            if end is not None and sign * (x - self.system.bounds[end].at) > 0:
+                at = self.system.bounds[end].at
+                side = "below" if sign < 0 else "above"
+                reason = f"{side} the wall at x = {at}, by {float(abs(x - at)):.3g}"
+                raise ParameterError("x0", start.x0, reason)
 
     def _region_at(self, x: Fraction) -> int:
         for number, region in enumerate(self.system.regions):
@@ -228,9 +246,12 @@ class _Walk:
         end = self.limits.end
         if t < end:
             return False
-        ending = Ending.reached_t_end if t > end else Ending.impact_at_t_end
-        self._finish(ending)
-        if ending is Ending.impact_at_t_end:
+        if t > end:
+            self._finish(Ending.reached_t_end)
+        else:
+            self._finish(
+                Ending.impact_at_t_end, t.lower().max(self.record.pieces[-1].start.lower())
+            )
             self.record.reason = "an event lies within its radius of t_end; it is not listed"
         return True
 
@@ -274,7 +295,7 @@ class _Walk:
         self.record.n_entries += 1
         region, at = self.now.region, self.system.bounds[bound].at
         if exact == 0:
-            self._land(region, bound, t)
+            self._land(region, bound, t, self.now.time if flight is None else None)
             return
         sign = -self._inward(region, bound)
         if flight is None:
@@ -303,14 +324,15 @@ class _Walk:
         self.record.pieces[-1] = Piece(t, hops)
         self._hold(region, bound, hops.end)
 
-    def _land(self, region: int, bound: int, t: arb) -> None:
+    def _land(self, region: int, bound: int, t: arb, time: Phase | None = None) -> None:
         """Go on from a wall without velocity."""
         x = self.system.bounds[bound].at
-        order, way = first_push(self.law, region, ball(x), self.law.turns(t))
+        order, way = first_push_at(self.law, region, x, t, time)
         if self._held(region, bound, way):
-            self._hold(region, bound, t, max(0, order - 2))
+            self._hold(region, bound, t, max(0, order - 2), time)
         else:
-            self._depart(Departure(region, x, Cloud.of(t, arb(0)), bound, max(order, 2)), t)
+            cloud = Cloud.of(t if time is None else t.mid(), arb(0))
+            self._depart(Departure(region, x, cloud, bound, order, time), t)
 
     # Contacts.
 

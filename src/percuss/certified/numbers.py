@@ -14,6 +14,7 @@ __all__ = [
     "between",
     "cos_sin",
     "lower",
+    "power",
     "precision",
     "rational",
     "span",
@@ -97,6 +98,14 @@ def upper(value: arb) -> float:
 def lower(value: arb) -> float:
     """Return a float that is no more than any magnitude in a ball, and not negative."""
     return max(0.0, float(value.abs_lower()) * DOWN - TINY)
+
+
+def power(base: float, n: int) -> float:
+    """Return a power of a float, infinity where it is beyond all floats."""
+    try:
+        return base**n
+    except OverflowError:
+        return float("inf")
 
 
 def between(low: arb, high: arb) -> arb:

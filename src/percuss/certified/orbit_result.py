@@ -7,68 +7,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from flint import acb, arb
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from percuss.certified.balls import Ball, Balls, ComplexBall
-from percuss.certified.chain import Link
-from percuss.certified.multipliers import Monodromy
 from percuss.certified.numbers import ball, precision
+from percuss.certified.orbit_motion import Motion, motion_on
+from percuss.certified.proof import Proof
+from percuss.certified.ranges import range_of
 from percuss.certified.system import System
 from percuss.certified.tables import CertifiedImpacts, cycles_of
+from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["CertifiedOrbit", "Proof", "orbit_of_proof", "unproven"]
-
-
-@dataclass(frozen=True)
-class Proof:
-    """What is proven of an orbit, at the working precision.
-
-    Attributes
-    ----------
-    chain, states, before
-        The events, instants and velocities after them, and velocities before.
-    period
-        How long it lasts.
-    monodromy
-        Its derivative.
-    admissible
-        Whether it passes through no stop; None where that is open.
-    isolated
-        Whether it is alone.
-    unique_within
-        Part of period and speed within which it is proven to be the only one.
-    reason
-        What is open.
-    start
-        (x, v, t) of an orbit without events.
-    """
-
-    chain: list[Link]
-    states: list[tuple[arb, arb]]
-    before: list[arb]
-    period: arb
-    monodromy: Monodromy
-    admissible: bool | None
-    isolated: bool
-    unique_within: float
-    reason: str
-    start: tuple[arb, arb, arb] | None = None
-    sticking: bool = False
-
-    def digits(self) -> float:
-        """Return the fewest decimal digits of the events, as parts of the period and the speed."""
-        with precision(64):
-            fastest = max((abs(v) for _, v in self.states), key=float, default=arb(1))
-            errors = [t.rad() / self.period for t, _ in self.states]
-            errors += [v.rad() / fastest for _, v in self.states]
-            if self.start is not None:
-                x, v, _ = self.start
-                errors += [x.rad() / abs(x).max(abs(v)), v.rad() / abs(v).max(abs(x))]
-            worst = max((float(error.abs_upper()) for error in errors), default=0.0)
-        return math.inf if worst == 0.0 else -math.log10(worst)
+__all__ = ["CertifiedOrbit", "orbit_of_proof", "unproven"]
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -107,6 +60,9 @@ class CertifiedOrbit:
         What is open, and why.
     wanted_digits, precision
         The digits that were asked for, and the bits that were worked with.
+    over
+        The number of the force, by its path, for all of whose values in a ball the proof holds;
+        None where all numbers are exact.
     """
 
     oscillator: Oscillator
@@ -129,7 +85,49 @@ class CertifiedOrbit:
     reason: str
     wanted_digits: int
     precision: int
+    over: tuple[str, Ball] | None
     _proof: Proof | None = field(repr=False)
+    _motion: Motion | None = field(repr=False)
+
+    def __call__(self, t: ArrayLike | Phase) -> tuple[Balls, Balls]:
+        """Return (x, v) on the orbit at times t.
+
+        Parameters
+        ----------
+        t
+            Times: floats, which are taken exactly, of any shape; or one exact number such as
+            ``"1/3"`` or ``"20*pi"``. At an impact the velocities of both sides are in the ball.
+
+        Returns
+        -------
+        tuple of Balls
+            x [length] and v [length/time], of t's shape.
+
+        Raises
+        ------
+        ParameterError
+            If the orbit is not proven or sticks; certify its `trajectory` then.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+        >>> x, v = pc.certify(orbit)([0.5, 0.5 + 2.0 * orbit.period])
+        >>> bool(abs(x.mid()[0] - x.mid()[1]) < 1e-14), bool(x.radius().max() < 1e-12)
+        (True, True)
+        """
+        times, shape = times_of(t)
+        with precision(self.precision):
+            states = [motion_on(self._motion, time) for time in times]
+        return (
+            Balls.of((x for x, _ in states), shape),
+            Balls.of((v for _, v in states), shape),
+        )
+
+    @property
+    def is_drawable(self) -> bool:
+        """Whether its motion is enclosed: proven, and without contacts."""
+        return self._motion is not None
 
     @property
     def is_stable(self) -> bool:
@@ -165,6 +163,14 @@ class CertifiedOrbit:
         )
 
 
+def times_of(t: ArrayLike | Phase) -> tuple[list[Phase], tuple[int, ...]]:
+    """Return times, one after the other, and the shape they were given in."""
+    if isinstance(t, np.ndarray) or (not isinstance(t, str) and hasattr(t, "__len__")):
+        array = np.asarray(t, dtype=np.float64)
+        return [float(value) for value in array.reshape(-1)], array.shape
+    return [t], ()  # type: ignore[list-item]
+
+
 def orbit_of_proof(
     system: System, orbit: PeriodicOrbit, proof: Proof, digits: int, bits: int
 ) -> CertifiedOrbit:
@@ -198,7 +204,11 @@ def orbit_of_proof(
         reason=proof.reason,
         wanted_digits=digits,
         precision=bits,
+        over=range_of(system),
         _proof=proof,
+        _motion=None
+        if proof.sticking
+        else Motion(system, proof.chain, proof.states, proof.period, orbit),
     )
 
 
@@ -231,7 +241,9 @@ def unproven(
         reason=reason,
         wanted_digits=digits,
         precision=bits,
+        over=range_of(system),
         _proof=None,
+        _motion=None,
     )
 
 

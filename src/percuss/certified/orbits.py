@@ -7,6 +7,7 @@ import math
 from flint import arb, ctx
 
 from percuss.certified.admissible import admissible_of
+from percuss.certified.branch import equations_at, system_at
 from percuss.certified.chain import chain_of
 from percuss.certified.cloud import Matrix, times
 from percuss.certified.families import family_orbit
@@ -14,7 +15,9 @@ from percuss.certified.krawczyk import Solved, krawczyk, unique_in
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.multipliers import Monodromy, monodromy_of
 from percuss.certified.numbers import precision
-from percuss.certified.orbit_result import CertifiedOrbit, Proof, orbit_of_proof, unproven
+from percuss.certified.orbit_result import CertifiedOrbit, orbit_of_proof, unproven
+from percuss.certified.proof import Proof
+from percuss.certified.ranges import Over, system_for
 from percuss.certified.shooting import Shooting, States, matrix_of, residual_of
 from percuss.certified.steady import steady_proof
 from percuss.certified.sticking import sticking_proof
@@ -30,17 +33,25 @@ WIDTHS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10)
 
 
 def certify_orbit(
-    orbit: PeriodicOrbit, digits: int, most_bits: int, bits: int | None
+    orbit: PeriodicOrbit,
+    digits: int,
+    most_bits: int,
+    bits: int | None,
+    over: Over | None = None,
 ) -> CertifiedOrbit:
     """Prove an orbit; see `percuss.certify`."""
-    system = system_of(orbit.oscillator, orbit.forcing)
+    system = system_for(system_of(orbit.oscillator, orbit.forcing), over)
     work = bits or math.ceil(digits / math.log10(2)) + FIRST_MARGIN
+    before = -math.inf
     while True:
         try:
             with precision(work):
                 proof = _proof(system, orbit, digits)
-            if bits is not None or proof.digits() >= digits or work >= most_bits:
+            # Of all values of a range bits give no more digits.
+            no_more = system.moved is not None and proof.digits() < before + 1.0
+            if bits is not None or proof.digits() >= digits or work >= most_bits or no_more:
                 return orbit_of_proof(system, orbit, proof, digits, work)
+            before = proof.digits()
             reason = f"{proof.digits():.1f} digits"
         except Undecided as question:
             reason = question.reason
@@ -55,6 +66,9 @@ def _proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
     if len(orbit._chain) == 0:
         return steady_proof(system, orbit)
     if not orbit.isolated or not orbit.n_periods:
+        if system.moved is not None:
+            reason = "the closed form of a family is of exact numbers, and one is a ball here"
+            raise Undecided("precision", reason)
         return family_orbit(system, orbit)
     return _isolated(system, orbit)
 
@@ -81,7 +95,7 @@ def shooting_of(system: System, orbit: PeriodicOrbit) -> tuple[Shooting, States]
 
 def _isolated(system: System, orbit: PeriodicOrbit) -> Proof:
     equations, guess = shooting_of(system, orbit)
-    solution = equations.newton(guess)
+    solution = _middle(equations, orbit).newton(guess)
     point = [value for state in solution for value in state]
     coarse = coarse_bits(system)
 
@@ -114,6 +128,15 @@ def _isolated(system: System, orbit: PeriodicOrbit) -> Proof:
         unique_within=unique,
         reason=reason,
     )
+
+
+def _middle(equations: Shooting, orbit: PeriodicOrbit) -> Shooting:
+    """Return the equations for the middle of a range, these themselves where there is none."""
+    system = equations.system
+    if system.moved is None:
+        return equations
+    path, low, high = system.moved
+    return equations_at(system_at(system, path, (low + high) / 2), equations.chain, orbit.n_periods)
 
 
 def _pairs(z: list[arb]) -> States:

@@ -9,8 +9,10 @@ from itertools import count
 
 from flint import arb
 
+from percuss.certified.law import lost_bits
 from percuss.certified.march import MOST_EVENTS, Limits, march
 from percuss.certified.numbers import precision
+from percuss.certified.ranges import Over, system_for
 from percuss.certified.record import Ending, Record
 from percuss.certified.results import CertifiedRun, run_of_record
 from percuss.certified.system import system_of
@@ -37,14 +39,17 @@ def certify_run(
     most_bits: int,
     bits: int | None,
     progress: bool | Callable[[float, float], bool] | None = None,
+    over: Over | None = None,
 ) -> CertifiedRun:
     """Prove a run; see `percuss.certify`."""
-    system = system_of(run.oscillator, run.forcing)
+    system = system_for(system_of(run.oscillator, run.forcing), over)
     begin = run.start if start is None else start
     t_end, number = limits if limits != (None, None) else _limits_of(run)
     finest = Fraction(1, 2 * 10**digits)
     best: tuple[Record, float] | None = None
-    work = bits or math.ceil(digits / math.log10(2)) + FIRST_MARGIN
+    with precision(FIRST_MARGIN):
+        lost = lost_bits(system)
+    work = bits or min(most_bits, math.ceil(digits / math.log10(2)) + FIRST_MARGIN + lost)
     for attempt in count():
         watch = _watch(progress, begin, t_end, number)
         with precision(work):
@@ -55,10 +60,14 @@ def certify_run(
         if best is None or enough or not record.until < best[0].until:
             best = record, spent
         if bits is not None or enough or work >= most_bits or record.ending in HOPELESS:
+            if missing > 0 and bits is None and not best[0].reason:
+                short_by = math.ceil(min(missing * math.log10(2), digits))
+                best[0].reason = f"{short_by} fewer digits than asked for, with {work} bits"
             return run_of_record(system, begin, *best, digits)
         # What misses is known after one attempt; if more does not help, much more may.
         short = attempt == 0 and record.ending not in OPEN
-        work = min(most_bits, work + math.ceil(missing) + MARGIN if short else 2 * work)
+        more = math.ceil(min(missing, work)) + MARGIN if short else work
+        work = min(most_bits, work + more)
     raise AssertionError
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
@@ -96,3 +97,15 @@ class Record:
     ending: Ending = Ending.reached_t_end
     reason: str = ""
     n_entries: int = 0
+    _earliest: list[float] = field(default_factory=list, repr=False)
+
+    def earliest(self) -> list[float]:
+        """Return, for each piece, a float before which neither it nor a later one begins."""
+        if len(self._earliest) != len(self.pieces):
+            found, least = [], math.inf
+            for piece in reversed(self.pieces):
+                low = math.nextafter(float(piece.start.lower()), -math.inf)
+                least = min(least, low)
+                found.append(least)
+            self._earliest = found[::-1]
+        return self._earliest

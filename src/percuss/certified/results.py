@@ -11,9 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.certified.balls import Ball, Balls
+from percuss.certified.cloud import Pair
+from percuss.certified.energetics import energy_of, forces_of
 from percuss.certified.numbers import precision, time_ball
+from percuss.certified.ranges import range_of
 from percuss.certified.record import Ending, Record
-from percuss.certified.state import state_at
+from percuss.certified.state import is_proven, state_at
 from percuss.certified.system import System
 from percuss.certified.tables import (
     CertifiedContacts,
@@ -25,8 +28,9 @@ from percuss.certified.tables import (
     grazes_of,
     impacts_of,
 )
+from percuss.certified.times import exact_times
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, pi_times
+from percuss.model.exact import Phase, as_float, pi_times
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
@@ -92,10 +96,19 @@ class CertifiedRun:
 
     @property
     def known_times(self) -> tuple[float, float]:
-        """First and last float between which the motion is proven; at rest, up to the last event."""
+        """First and last float between which the motion is proven; at rest, up to the last event.
+
+        Raises
+        ------
+        ParameterError
+            If the proof ends before the next float.
+        """
         last = self.t_end if self.t_end.arb.is_finite() else self._last_event()
         low, high = _inside(self.start_time, math.inf), _inside(last, -math.inf)
-        return low, max(low, high)
+        if low > high:
+            reason = f"the proof ends before the first float after its start; {self.outcome.value}"
+            raise ParameterError("t_end", self.t_end.mid(), reason)
+        return low, high
 
     def __repr__(self) -> str:
         """Tell in a line what is proven."""
@@ -119,6 +132,11 @@ class CertifiedRun:
         """The instant of the start."""
         return Ball(self._record.pieces[0].start if self._record.pieces else self.t_end.arb)
 
+    @property
+    def over(self) -> tuple[str, Ball] | None:
+        """The number of the force for all of whose values in a ball the proof holds, or None."""
+        return range_of(self._system)
+
     def __call__(
         self, t: ArrayLike | Phase, limit: Literal["after", "before"] = "after"
     ) -> tuple[Balls, Balls]:
@@ -127,8 +145,8 @@ class CertifiedRun:
         Parameters
         ----------
         t
-            Times up to `t_end`: floats, which are taken exactly, of any shape; or one exact
-            number such as ``"1/3"`` or ``"20*pi"``.
+            Times up to `t_end`, of any shape, each taken exactly: a float is that double,
+            ``"1/3"`` and ``"20*pi"`` are these numbers.
         limit
             Which velocity to give where a time is that of an impact. As the instant of an impact
             is a ball, the velocities of both sides are in the ball there whatever this is.
@@ -153,16 +171,9 @@ class CertifiedRun:
         """
         if limit not in ("after", "before"):
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
-        exact = (not isinstance(t, str) and hasattr(t, "__len__")) or isinstance(t, np.ndarray)
-        times: list[Phase]
-        shape: tuple[int, ...]
-        if exact:
-            array = np.asarray(t, dtype=np.float64)
-            times, shape = [float(value) for value in array.reshape(-1)], array.shape
-        else:
-            times, shape = [t], ()  # type: ignore[list-item]
+        times, shape = exact_times(t)
         with precision(self.precision):
-            states = [state_at(self._system, self._record, time) for time in times]
+            states = [self._state(time) for time in times]
         return (
             Balls.of((x for x, _ in states), shape),
             Balls.of((v for _, v in states), shape),
@@ -186,8 +197,8 @@ class CertifiedRun:
         ParameterError
             If n is below 2.
         """
-        if n < 2:
-            raise ParameterError("n", n, "fewer than the two ends")
+        if isinstance(n, bool) or not hasattr(n, "__index__") or n < 2:
+            raise ParameterError("n", n, "not a whole number of at least 2, the two ends")
         low, high = self.known_times
         times = np.clip(np.linspace(low, high, n), low, high)
         return self._dataset("t", times, list(times))
@@ -222,8 +233,90 @@ class CertifiedRun:
         count = int(length * float(frequency) / (2.0 * math.pi) + 1e-9) + 1
         times = [pi_times(2 * k / frequency) + self.start.t0 for k in range(count)]
         with precision(self.precision):
-            times = [t for t in times if not time_ball(t) > last.arb]
+            times = [
+                t
+                for t in times
+                if is_proven(self._record, time_ball(t)) and not time_ball(t) > last.arb
+            ]
         return self._dataset("period", np.arange(len(times)), times)
+
+    def forces(self, t: ArrayLike | Phase) -> Dataset:
+        """Return what acts on the mass at times t, per unit mass, with radii.
+
+        Parameters
+        ----------
+        t
+            Times up to `t_end`, one or a row of them, each taken exactly [time].
+
+        Returns
+        -------
+        xarray.Dataset
+            `spring`, `damping`, `forcing` over t and `stops` over (stop, t), and
+            ``spring_radius`` and so on [length/time^2]. A soft stop's force where its edge lies
+            within the radius is of both sides; a wall's is its reaction in contact.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside of what is proven.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.bilinear_oscillator(stiffness_below=9.0), v0=1.0, t_end=4.0)
+        >>> float(pc.certify(run).forces([0.5]).stops_radius.max())
+        0.0
+        """
+        import xarray
+
+        times, _ = exact_times(np.ravel(np.asarray(t, dtype=object)))
+        with precision(self.precision):
+            rows = [
+                forces_of(self._system, self._record, time, self._state(time)) for time in times
+            ]
+        columns = [Balls.of(row[i] for row in rows) for i in range(3 + len(self.oscillator.stops))]
+        data: dict[str, object] = {}
+        for ending, part in (("", Balls.mid), ("_radius", Balls.radius)):
+            values = [part(column) for column in columns]
+            for name, value in zip(("spring", "damping", "forcing"), values, strict=False):
+                data[name + ending] = ("t", value)
+            stops = np.reshape(values[3:], (len(self.oscillator.stops), len(times)))
+            data["stops" + ending] = (("stop", "t"), stops)
+        coords = {"t": [as_float(time) for time in times]}
+        return xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
+
+    def energy(self, t: ArrayLike | Phase) -> Balls:
+        """Return the mechanical energy per unit mass at times t.
+
+        Parameters
+        ----------
+        t
+            Times up to `t_end`, of any shape, each taken exactly [time].
+
+        Returns
+        -------
+        Balls
+            v^2 / 2 + k x^2 / 2 and the springs of the soft stops [length^2/time^2], of t's shape.
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside of what is proven.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(), v0=2.0, t_end=9.0)
+        >>> pc.certify(run).energy([4.0, 8.0]).mid()
+        array([2., 2.])
+        """
+        times, shape = exact_times(t)
+        with precision(self.precision):
+            energies = [energy_of(self._system, self._state(time)) for time in times]
+        return Balls.of(energies, shape)
+
+    def _state(self, time: Phase) -> Pair:
+        return state_at(self._system, self._record, time)
 
     def _last_event(self) -> Ball:
         """Return the start of the last flight or contact."""
@@ -233,7 +326,7 @@ class CertifiedRun:
         import xarray
 
         with precision(self.precision):
-            states = [state_at(self._system, self._record, time) for time in times]
+            states = [self._state(time) for time in times]
         x, v = (Balls.of(state[k] for state in states) for k in (0, 1))
         data = {
             "x": (name, x.mid()),

@@ -95,7 +95,8 @@ class Shooting:
         """
         now = [(t.mid(), v.mid()) for t, v in states]
         n = len(now)
-        before = float("inf")
+        # No floats: at some thousand bits the steps are smaller than the least of them.
+        enough, before = arb(2) ** -int(0.6 * ctx.prec), arb.pos_inf()
         for _ in range(MOST_STEPS):
             found = self.images(now, ctx.prec)
             residual = residual_of(now, [point for point, _ in found])
@@ -108,13 +109,21 @@ class Shooting:
                 ((now[i][0] - step[2 * i, 0]).mid(), (now[i][1] - step[2 * i + 1, 0]).mid())
                 for i in range(n)
             ]
-            size = max(float(abs(value).upper()) for value in step.entries())
-            if size < 2.0 ** (-0.6 * ctx.prec):
+            size = greatest(step)
+            if size < enough:
                 return now
-            if size > 1e3 * before:
+            if size > 1000 * before:
                 break
-            before = min(before, size)
+            before = before.min(size)
         raise Undecided("precision", "Newton's method finds no orbit here")
+
+
+def greatest(step: arb_mat) -> arb:
+    """Return a bound of the entries of a matrix."""
+    found = arb(0)
+    for value in step.entries():
+        found = found.max(value.abs_upper())
+    return found
 
 
 def residual_of(states: States, images: States) -> arb_mat:

@@ -1,24 +1,40 @@
-"""Special points of branches proven: the parameter of a fold, a period doubling or a graze."""
+"""Special points of branches proven: each kind by its proof, or with a reason why there is none."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import cast
 
 from flint import arb
 
 from percuss.certified.balls import Ball
 from percuss.certified.crossing import crossing_of
 from percuss.certified.fold import fold_of
-from percuss.certified.numbers import precision
+from percuss.certified.mirrored import symmetry_breaking_of
+from percuss.certified.numbers import ball, precision
+from percuss.certified.orbits import certify_orbit
 from percuss.certified.touch import touch_of
 from percuss.certified.undecided import Undecided
-from percuss.model.paths import long_form
+from percuss.model.exact import Exact, as_float, as_fraction
+from percuss.model.paths import get_parameter, long_form
 from percuss.orbits.families.special_points import SpecialPoint
 
 __all__ = ["CertifiedPoint", "certify_point"]
 
 FIRST_MARGIN = 80
+# Questions that no bits answer.
+HOPELESS = ("kind", "symmetry")
+WITHOUT_PROOF = {
+    "branch_point": (
+        "branches that cross without a symmetry part under an arbitrarily small change of any "
+        "number, so that no ball, which holds such changes, can prove that they cross"
+    ),
+    "chatter": (
+        "infinitely many impacts accumulate beside it, and the equations of an orbit are of "
+        "finitely many"
+    ),
+}
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -69,7 +85,7 @@ def certify_point(
             with precision(work):
                 value, statement = _proof(point, path, digits)
         except Undecided as question:
-            if bits is not None or 2 * work > most_bits:
+            if bits is not None or 2 * work > most_bits or question.kind in HOPELESS:
                 nothing = Ball(arb.nan())
                 return CertifiedPoint(
                     point.kind, path, False, nothing, "", question.reason, digits, work, point
@@ -80,6 +96,9 @@ def certify_point(
 
 
 def _proof(point: SpecialPoint, path: str, digits: int) -> tuple[Ball, str]:
+    if math.isinf(point.orbit.n_impacts):
+        reason = "the orbit sticks: it has infinitely many impacts, its equations finitely many"
+        raise Undecided("kind", reason)
     if point.kind == "fold":
         return Ball(fold_of(point, path, digits)), (
             "on a smooth curve of orbits, along which the parameter is extremal in the ball, a "
@@ -90,8 +109,40 @@ def _proof(point: SpecialPoint, path: str, digits: int) -> tuple[Ball, str]:
             "on a smooth branch of orbits over the ball, the trace goes through the value of a "
             f"{point.kind.replace('_', ' ')} there"
         )
+    if point.kind == "symmetry_breaking":
+        return Ball(symmetry_breaking_of(point, path, digits)), (
+            "on a smooth branch of symmetric orbits over the ball, a multiplier of the map over "
+            "half of them goes through -1 there, and orbits without the symmetry branch off"
+        )
     if point.kind == "grazing":
         return Ball(touch_of(point, path, digits)), (
             "on a smooth branch of orbits over the ball, a turning point passes the stop there"
         )
-    raise Undecided("precision", f"no proof is known here for a {point.kind.replace('_', ' ')}")
+    if point.kind == "corner":
+        return _corner(point, path, digits)
+    reason = WITHOUT_PROOF.get(point.kind, f"no proof is known for a {point.kind}")
+    raise Undecided("kind", reason)
+
+
+def _corner(point: SpecialPoint, path: str, digits: int) -> tuple[Ball, str]:
+    """Return the place of the stop that another is moved to, exactly, and what is proven beside."""
+    orbit = point.orbit
+    met = [orbit.oscillator.stops[i].at for i in set(orbit.sequence)]
+    places = {as_fraction(at) for at in met if as_float(at) == point.value}
+    moved = as_fraction(_place(point, path))
+    others = places - {moved} or places
+    if len(others) != 1:
+        raise Undecided("kind", "which stops come to lie at one place is not told exactly")
+    beside = certify_orbit(orbit, digits, 2**10, None)
+    if not beside.exists:
+        raise Undecided("kind", f"the orbit beside the corner is not proven; {beside.reason}")
+    return Ball(ball(others.pop())), (
+        "two stops that the orbit meets lie at one place there, exactly; what is proven of the "
+        f"orbits is the one at {float(moved):.17g}, beside it"
+    )
+
+
+def _place(point: SpecialPoint, path: str) -> Exact:
+    """Return the position of the stop that the parameter moves, as the orbit beside has it."""
+    value = get_parameter(point.orbit.oscillator, point.orbit.forcing, None, path)
+    return cast("Exact", value)

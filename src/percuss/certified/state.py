@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 
-from flint import arb
+from flint import arb, ctx
 
 from percuss.certified.cloud import Pair, applied
 from percuss.certified.contact import Hold, Hops
 from percuss.certified.flight import propagator
 from percuss.certified.law import law_of
-from percuss.certified.numbers import between, time_ball
-from percuss.certified.record import Record
+from percuss.certified.numbers import between, precision, time_ball
+from percuss.certified.record import Ending, Record
 from percuss.certified.step import Departure, flight_of
 from percuss.certified.system import System
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase
 
-__all__ = ["state_at"]
+__all__ = ["is_proven", "state_at"]
+
+FLOAT_BITS = 64
+# Up to the very end that was asked for; the others end at an event or before a question.
+TO_THE_END = (Ending.reached_t_end, Ending.at_rest)
+
+
+def is_proven(record: Record, t: arb) -> bool:
+    """Tell whether an instant, not before the start, lies within what is proven for certain."""
+    if record.ending in TO_THE_END:
+        return not t > record.until
+    # What follows an event may have an event of its own within the radius.
+    return bool(t <= record.until)
 
 
 def state_at(system: System, record: Record, time: Phase) -> Pair:
@@ -30,14 +43,16 @@ def state_at(system: System, record: Record, time: Phase) -> Pair:
     """
     t = time_ball(time)
     pieces = record.pieces
-    if not pieces or t < pieces[0].start or t > record.until:
+    with precision(max(FLOAT_BITS, ctx.prec)):
+        # A float is exact here, however few bits were worked with.
+        known = is_proven(record, time_ball(time))
+    if not pieces or t < pieces[0].start or not known:
         first = pieces[0].start if pieces else record.until
         reason = f"outside of what is proven, {float(first):.12g} to {float(record.until):.12g}"
         raise ParameterError("t", time, reason)
-    # Instants of pieces rise, but where a hop and the end of its chatter share one.
-    last = bisect_right([float(piece.start) for piece in pieces], float(t))
     found: Pair | None = None
-    for i in range(min(last, len(pieces) - 1), -1, -1):
+    latest = math.nextafter(float(t.upper()), math.inf)
+    for i in range(bisect_right(record.earliest(), latest) - 1, -1, -1):
         if t < pieces[i].start:
             continue
         following = pieces[i + 1].start if i + 1 < len(pieces) else None
@@ -56,9 +71,11 @@ def _on_piece(system: System, what: Departure | Hold | Hops, t: arb) -> Pair:
         return law_of(system).places[what.bound], arb(0)
     began = what.cloud.middle[0] if what.time is None else time_ball(what.time)
     s = t - began
+    # By the mean value theorem, with the derivatives of all flights, each from its own start.
+    all_ = s if what.time is not None else t - what.cloud.box()[0]
     whole, point = flight_of(system, what, whole=True), flight_of(system, what, whole=False)
     (x, v), _ = point.derivatives(s, 1)
-    a11, a12, a21, a22 = propagator(whole.region, s)
+    a11, a12, a21, a22 = propagator(whole.region, all_)
     v0, a0 = whole.v0, whole.a0
     by_t = -(a11 * v0 + a12 * a0), -(a21 * v0 + a22 * a0)
     dt, dv = applied(what.cloud.axes, what.cloud.spread)

@@ -18,8 +18,8 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
+from percuss.certified.at_rest import first_push
 from percuss.certified.balls import Ball
-from percuss.certified.contact import first_push
 from percuss.certified.first_root import Search
 from percuss.certified.flight import Flight
 from percuss.certified.law import Law, coarse_bits, law_of

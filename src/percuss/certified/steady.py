@@ -13,7 +13,7 @@ from percuss.certified.flight import Flight, propagator
 from percuss.certified.law import Law, coarse_bits, constant_of, law_of
 from percuss.certified.multipliers import completed
 from percuss.certified.numbers import ball, precision
-from percuss.certified.orbit_result import Proof
+from percuss.certified.proof import Proof
 from percuss.certified.step import LEAST, levels_of
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided

@@ -127,7 +127,7 @@ def first_arrival(system: System, start: Departure, end: arb, width: float) -> A
     try:
         return _arrival(system, start, end, width, coarse)
     except Undecided as open_question:
-        if coarse == bits or open_question.kind != "graze":
+        if coarse == bits or open_question.kind not in ("graze", "precision"):
             raise
     return _arrival(system, start, end, width, bits)
 

@@ -17,7 +17,7 @@ from percuss.certified.contact import Hold
 from percuss.certified.march import Limits, march
 from percuss.certified.multipliers import Monodromy
 from percuss.certified.numbers import ball
-from percuss.certified.orbit_result import Proof
+from percuss.certified.proof import Proof
 from percuss.certified.record import Ending, Record
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided

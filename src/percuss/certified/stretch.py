@@ -82,7 +82,7 @@ class FloatStretch(NamedTuple):
                 high = s
             step = s - value / slope if slope < 0.0 else math.inf
             following = step if low < step < high else 0.5 * (low + high)
-            if abs(following - s) <= 1e-15 * h:
+            if abs(following - s) <= 1e-15 * following:
                 return following
             s = following
         return s

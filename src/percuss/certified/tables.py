@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from flint import arb
@@ -14,6 +15,11 @@ from percuss.certified.balls import Balls
 from percuss.certified.numbers import ball
 from percuss.certified.record import Record
 from percuss.certified.system import System
+from percuss.motion.tables import COLUMNS
+
+if TYPE_CHECKING:
+    # A second of import, and only the datasets need it.
+    from xarray import Dataset
 
 __all__ = [
     "CertifiedContacts",
@@ -63,6 +69,18 @@ class CertifiedImpacts:
             for after, before in zip(self.v_after.arbs, self.v_before.arbs, strict=True)
         )
 
+    def to_dataset(self) -> Dataset:
+        """Return the columns over `impact`, with a ``_radius`` beside each column of balls.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
+        >>> pc.certify(run).impacts.to_dataset().v_after.values
+        array([0.5 , 0.25])
+        """
+        return _dataset(self, "impact")
+
     def __len__(self) -> int:
         """Return the number of impacts."""
         return len(self.t)
@@ -90,6 +108,10 @@ class CertifiedCrossings:
     v: Balls
     stop: Numbers
     direction: NDArray[np.str_]
+
+    def to_dataset(self) -> Dataset:
+        """Return the columns over `crossing`, with a ``_radius`` beside each column of balls."""
+        return _dataset(self, "crossing")
 
     def __len__(self) -> int:
         """Return the number of crossings."""
@@ -121,6 +143,10 @@ class CertifiedContacts:
     stop: Numbers
     n_impacts: Numbers
 
+    def to_dataset(self) -> Dataset:
+        """Return the columns over `contact`, with a ``_radius`` beside each column of balls."""
+        return _dataset(self, "contact")
+
     def __len__(self) -> int:
         """Return the number of contacts."""
         return len(self.start)
@@ -147,6 +173,10 @@ class CertifiedGrazes:
     t: Balls
     stop: Numbers
     clearance: Balls
+
+    def to_dataset(self) -> Dataset:
+        """Return the columns over `graze`, with a ``_radius`` beside each column of balls."""
+        return _dataset(self, "graze")
 
     def __len__(self) -> int:
         """Return 0 or 1."""
@@ -209,6 +239,24 @@ def grazes_of(record: Record) -> CertifiedGrazes:
 
 def _numbers(values: Iterable[int]) -> Numbers:
     return np.array(list(values), dtype=np.int64)
+
+
+def _dataset(table: object, dimension: str) -> Dataset:
+    import xarray
+
+    data: dict[str, object] = {}
+    for name, meaning in COLUMNS[dimension].items():
+        # What floats tell by an error bound is the radius here.
+        if name == "error_bound":
+            continue
+        column = getattr(table, name)
+        if not isinstance(column, Balls):
+            data[name] = dimension, column, {"long_name": meaning}
+            continue
+        data[name] = dimension, column.mid(), {"long_name": meaning}
+        about = {"long_name": f"radius of the {meaning}"}
+        data[f"{name}_radius"] = dimension, column.radius(), about
+    return xarray.Dataset(data)
 
 
 def _told(name: str, t: Balls) -> str:

@@ -23,6 +23,7 @@ from percuss.certified.branch import (
 )
 from percuss.certified.chain import Link, chain_of, region_of_row
 from percuss.certified.flight import Flight
+from percuss.certified.landing import NARROW, fourth_around, pace_of
 from percuss.certified.law import law_of
 from percuss.certified.numbers import span
 from percuss.certified.shooting import States
@@ -74,9 +75,9 @@ class Branch:
         (x, v, a, j), size = flight.derivatives(s, 3)
         trial = 2 * v.abs_upper() / a.abs_lower()
         for _ in range(4):
-            jerk = j.abs_upper() + trial * 1.05 * flight.bound(
-                4, float(s) + float(trial), 0.0, size
-            )
+            if not trial * pace_of(flight) < NARROW:
+                break
+            jerk = j.abs_upper() + trial * fourth_around(flight, s, trial, size)
             step = -(v / (a + span(trial * jerk)))
             if step.abs_upper() <= trial:
                 sign = 1 if system.regions[self.region].lower == self.bound else -1

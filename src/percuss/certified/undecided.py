@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 __all__ = ["Touch", "Undecided"]
 
 
 class Touch(NamedTuple):
-    """Where a touch is that is open: between two times of a flight, at a bound, how near."""
+    """Where a touch is that is open: between two times of a flight, at a bound, how near.
 
-    low: float
-    high: float
+    The times are floats or exact arbs.
+    """
+
+    low: Any
+    high: Any
     bound: int
     clearance: float
 

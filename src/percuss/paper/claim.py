@@ -104,7 +104,7 @@ def examine(statement: Statement) -> Claim:
     'holds'
     """
     finding = statement.find()
-    rests_on = grade(finding, proven=statement.proven)
+    rests_on = grade(finding, proven=statement.proven, general=statement.general)
     return Claim(
         id=statement.id,
         reference=statement.reference,

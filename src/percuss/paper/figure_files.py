@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from percuss.ensembles.netcdf_bytes import write_whole
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles
 from percuss.io.record import Record
@@ -121,7 +122,7 @@ def _write_netcdf(figure: Figure, data: Dataset, caption: str, path: Path, recor
         "date": record.date,
         **{f"{name}_version": version for name, version in record.versions},
     }
-    data.assign_attrs(attributes).to_netcdf(path, engine="h5netcdf")
+    write_whole(data.assign_attrs(attributes), path)
 
 
 def _write_csv(data: Dataset, path: Path, record: Record) -> None:

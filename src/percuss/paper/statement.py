@@ -110,6 +110,9 @@ class Statement:
         File of docs/theory with the derivation; empty where there is none.
     proven
         Whether the derivation proves the verdict for all cases, not only for those computed.
+    general
+        Whether it speaks of more than the cases that are computed, and no derivation proves it:
+        then these may be certain and the statement is not, unless one of them refutes it.
     """
 
     id: str
@@ -121,6 +124,7 @@ class Statement:
     formula: str = ""
     theory: str = ""
     proven: bool = False
+    general: bool = False
 
 
 def judge(finding: Finding) -> str:
@@ -157,14 +161,14 @@ def judge(finding: Finding) -> str:
     return "fails"
 
 
-def grade(finding: Finding, *, proven: bool = False) -> Grade:
+def grade(finding: Finding, *, proven: bool = False, general: bool = False) -> Grade:
     """Return what the verdict rests on.
 
     Parameters
     ----------
     finding
         The evidence.
-    proven
+    proven, general
         Of the statement.
 
     Returns
@@ -172,7 +176,7 @@ def grade(finding: Finding, *, proven: bool = False) -> Grade:
     str
         "derived" if it is proven; "certified" where every comparison that the verdict needs is
         certain in ball arithmetic; "numerical" otherwise. Of a form that fails one certain
-        disagreement is enough.
+        disagreement is enough; a general form that holds is not certain by its cases.
 
     Examples
     --------
@@ -186,6 +190,8 @@ def grade(finding: Finding, *, proven: bool = False) -> Grade:
         return "numerical"
     if proven:
         return "derived"
+    if general and judge(finding) != "fails":
+        return "numerical"
     if _all_pass(finding.printed):
         needed = _all_certain(finding.printed)
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
@@ -11,7 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from percuss.errors import ParameterError
+from percuss.model.law import law
 from percuss.orbits.families.branch import Branch
+from percuss.orbits.orbit.passages import turns_of
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -32,8 +36,11 @@ Quantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
 
 # Of several branches, in turn.
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE)
-# A stretch that is not drawn: its ends meet different numbers of stops.
+# A stretch that is not drawn: its ends meet different numbers of stops, or their nearest turning
+# points are not the same one.
 GAP = -1
+# Slopes so many times those beside them are looked at for a turning point that vanishes.
+LEAP = 3.0
 # How the kinds of orbits are drawn, in the order of the legend.
 STABLE, UNSTABLE, FORMAL_STABLE, FORMAL_UNSTABLE = range(4)
 LOOKS: dict[int, dict[str, Any]] = {
@@ -110,9 +117,10 @@ def plot_branch(
     with style():
         ax = axes_for(ax)
         for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
-            _draw(ax, each, values, COLOURS[k % len(COLOURS)], breaks=name != "multiplier")
+            breaks = _breaks(each, name)
+            _draw(ax, each, values, COLOURS[k % len(COLOURS)], breaks)
         ax.set_xlabel(branches[0].path)
-        ax.set_ylabel(_label(name, units))
+        ax.set_ylabel(_label(name, units, branches))
         together = np.concatenate(columns)
         if name != "multiplier" and (together < 0.0).any() and (together > 0.0).any():
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
@@ -133,11 +141,41 @@ def _branches(given: Branch | Sequence[Branch]) -> list[Branch]:
     return found
 
 
-def _draw(ax: Axes, branch: Branch, values: Floats, colour: str, *, breaks: bool) -> None:
+def _breaks(branch: Branch, name: Quantity) -> npt.NDArray[np.bool_]:
+    """Tell between which neighbouring rows a quantity does not go on as it was."""
+    if name == "multiplier":
+        return np.zeros(len(branch) - 1, dtype=np.bool_)
+    met = (~np.isnan(branch.impact_velocity)).sum(axis=1)
+    breaks = np.diff(met) != 0
+    if name == "grazing_margin":
+        for row in np.flatnonzero(_leaps(branch)).tolist():
+            # A turning point that is the nearest vanishes with another one beside it.
+            breaks[row] |= _turns(branch[row]) != _turns(branch[row + 1])
+    return np.asarray(breaks)
+
+
+def _leaps(branch: Branch) -> npt.NDArray[np.bool_]:
+    """Tell between which rows the distance to grazing changes much faster than beside them."""
+    margin = np.where(np.isfinite(branch.grazing_margin), branch.grazing_margin, np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slopes = np.abs(np.diff(margin) / np.diff(branch.arclength))
+    slopes = np.nan_to_num(slopes, nan=0.0, posinf=0.0)
+    beside = np.concatenate([[0.0], slopes, [0.0]])
+    return np.asarray(slopes > LEAP * np.maximum(beside[:-2], beside[2:]))
+
+
+def _turns(orbit: PeriodicOrbit) -> int:
+    """Return how many turning points the flights of an orbit have."""
+    table = law(orbit.oscillator, orbit.forcing)
+    end = orbit.t0 + orbit.period
+    return len(turns_of(table, orbit._events, orbit._marks, orbit.x0, end).t)
+
+
+def _draw(
+    ax: Axes, branch: Branch, values: Floats, colour: str, breaks: npt.NDArray[np.bool_]
+) -> None:
     kinds = _kinds(branch)
-    if breaks:
-        met = (~np.isnan(branch.impact_velocity)).sum(axis=1)
-        kinds[np.diff(met) != 0] = GAP
+    kinds[breaks] = GAP
     known = set(ax.get_legend_handles_labels()[1])
     for first, last in _stretches(kinds):
         if kinds[first] == GAP:
@@ -179,9 +217,12 @@ def _values(branch: Branch, name: Quantity) -> Floats:
     raise ParameterError("quantity", name, reason)
 
 
-def _label(name: Quantity, units: Units) -> str:
+def _label(name: Quantity, units: Units, branches: list[Branch]) -> str:
     if name == "impact_velocity":
-        return f"least impact velocity ({units.velocity})"
+        # With sticking there is no least one, and a branch holds the largest.
+        sticks = {math.isinf(each[0].n_impacts) for each in branches}
+        which = "" if len(sticks) > 1 else "largest " if True in sticks else "least "
+        return f"{which}impact velocity ({units.velocity})"
     if name == "grazing_margin":
         return f"distance to grazing ({units.displacement})"
     return "modulus of the larger multiplier"

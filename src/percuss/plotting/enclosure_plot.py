@@ -1,7 +1,8 @@
-"""A certified motion over time, and below it how wide its proven enclosure is."""
+"""What was certified, and how wide the proven enclosure is: motions, orbits, special points."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -10,6 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from percuss.errors import ParameterError
+from percuss.orbits.families.branch import Branch
+from percuss.plotting.enclosed_orbit import draw_certified_orbit, log10_radii
+from percuss.plotting.enclosed_points import draw_certified_points
 from percuss.plotting.stops import CONTACT_STYLE, GRAZE_STYLE, draw_stops, stop_places
 from percuss.plotting.style import (
     BLACK,
@@ -26,7 +30,7 @@ from percuss.plotting.style import (
 
 if TYPE_CHECKING:
     # Needs python-flint; a picture of what was proven is asked for where that is there.
-    from percuss.certified import Balls, CertifiedRun
+    from percuss.certified import Balls, CertifiedOrbit, CertifiedPoint, CertifiedRun
 
 __all__ = ["plot_enclosure"]
 
@@ -38,45 +42,66 @@ MOST_POINTS, MOST_BETWEEN = 6000, 48
 LARGEST_MARK, LEAST_MARK, APART = 3.5, 1.0, 50
 # Parts of the height: of the radii below, and free between them and the motion.
 RADII, FREE = 0.36, 0.06
-LOG10_2 = float(np.log10(2.0))
 
 
 def plot_enclosure(
-    proven: CertifiedRun, ax: Axes | None = None, *, units: Units | None = None
+    proven: CertifiedRun | CertifiedOrbit | CertifiedPoint | Sequence[CertifiedPoint],
+    ax: Axes | None = None,
+    *,
+    branch: Branch | None = None,
+    units: Units | None = None,
 ) -> Axes:
-    """Draw a certified motion over time, and below it the logarithm of its proven radius.
+    """Draw what was certified, and the logarithm of its proven radius.
 
-    The radii are those of the balls, far below what a float can tell: a straight rise is an error
-    that grows exponentially, as in chaos.
+    The radii are those of the balls, far below what a float can tell. In a motion over time a
+    straight rise is an error that grows exponentially, as in chaos. An orbit is drawn as a phase
+    portrait, with its multipliers in the plane: those that are certain to lie inside of the unit
+    circle are blue, those outside of it red, and those whose ball touches it black.
 
     Parameters
     ----------
     proven
-        What `percuss.certify` has returned for a run.
+        What `percuss.certify` has returned for a run, an orbit, a special point, or a list of
+        those for the special points of one branch.
     ax
-        Axes to draw on; default: those of a new figure.
+        Axes to draw on; default: those of a new figure. For an orbit and for special points they
+        are made smaller, for others beside or below them.
+    branch
+        The branch of special points.
     units
         Units on the axes; default: dimensionless.
 
     Returns
     -------
     Axes
-        The axes of the motion, in their upper part; those of the radii share their time and have
-        their scale on the right, and an event is marked at the radius of its time. Axes of a new
-        figure have a legend.
+        The axes of the motion, the portrait or the branch. Those of a motion are the upper part,
+        and those of its radii share their time and have their scale on the right; an event is
+        marked at the radius of its time. Axes of a new figure have a legend.
 
     Raises
     ------
     ParameterError
-        If it is no certified run.
+        If it is nothing certified, an orbit that is not proven, or the branch is missing or over
+        another parameter.
     MissingExtraError
         If python-flint is not there.
     """
-    from percuss.certified import CertifiedRun
+    from percuss.certified import CertifiedOrbit, CertifiedPoint, CertifiedRun
 
+    if isinstance(proven, CertifiedOrbit):
+        return draw_certified_orbit(proven, ax, units_of(units))
+    if isinstance(proven, CertifiedPoint):
+        return draw_certified_points([proven], branch, ax, units_of(units))
+    if isinstance(proven, list | tuple) and all(isinstance(p, CertifiedPoint) for p in proven):
+        return draw_certified_points(proven, branch, ax, units_of(units))
     if not isinstance(proven, CertifiedRun):
-        reason = "not a certified run; percuss.certify(run) makes one"
+        reason = "not a certified run, orbit or special point; percuss.certify(run) makes one"
         raise ParameterError("proven", proven, reason)
+    return _draw_run(proven, ax, units)
+
+
+def _draw_run(proven: CertifiedRun, ax: Axes | None, units: Units | None) -> Axes:
+    """Draw a motion over time, and below it its radii."""
     units = units_of(units)
     t = _times(proven)
     x, _ = proven(t)
@@ -124,24 +149,13 @@ def _times(proven: CertifiedRun) -> Floats:
 
 
 def _draw_radii(lower: Axes, proven: CertifiedRun, t: Floats, x: Balls) -> None:
-    lower.plot(t, _log10_radii(x), color=GREEN, linewidth=1.0, label="radius of $x$")
+    lower.plot(t, log10_radii(x), color=GREEN, linewidth=1.0, label="radius of $x$")
     events = (("o", "impact", proven.impacts.t), ("x", "crossing", proven.crossings.t))
     for mark, name, balls in events:
         if len(balls):
             size = max(LEAST_MARK, LARGEST_MARK * min(1.0, APART / len(balls)) ** 0.5)
-            lower.plot(balls.mid(), _log10_radii(balls), mark, color=BLACK, markersize=size,
+            lower.plot(balls.mid(), log10_radii(balls), mark, color=BLACK, markersize=size,
                        label=f"of {name}s")  # fmt: skip
-
-
-def _log10_radii(balls: Balls) -> Floats:
-    """Return log10 of the radii, also of those far below the least float; NaN where it is 0."""
-    found = np.full(len(balls), np.nan)
-    for i, ball in enumerate(balls.arbs):
-        radius = ball.rad()
-        if ball.is_finite() and not radius.is_zero():
-            mantissa, exponent = radius.man_exp()
-            found[i] = float(np.log10(float(int(mantissa)))) + int(exponent) * LOG10_2
-    return found
 
 
 def _draw_rest(ax: Axes, proven: CertifiedRun, t: Floats) -> None:

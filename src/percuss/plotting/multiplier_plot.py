@@ -79,7 +79,7 @@ def _draw_orbit(ax: Axes, values: npt.NDArray[np.complex128], edge: float) -> No
             x, y, beyond = _placed(values[chosen], edge)
             ax.plot(x, y, "o", color=colour, markersize=6.0, label=label, zorder=3.0)
             _point_out(ax, values[chosen][beyond], x[beyond], y[beyond], colour)
-    ax.legend(loc="upper right")
+    _explain(ax)
 
 
 def _draw_branch(ax: Axes, branch: Branch, edge: float) -> None:
@@ -108,7 +108,12 @@ def _draw_branch(ax: Axes, branch: Branch, edge: float) -> None:
     figure = ax.figure
     if lines is not None:
         figure.colorbar(lines, ax=ax, label=branch.path)
-    ax.legend(loc="upper right")
+    _explain(ax)
+
+
+def _explain(ax: Axes) -> None:
+    """Put the legend above the axes: inside it would lie on the circle."""
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
 
 
 def _followed(values: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex128]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -22,15 +22,21 @@ if TYPE_CHECKING:
     from percuss.certified import Ball, CertifiedRun
 
 __all__ = [
+    "certain_condition",
     "certain_run",
     "eigenset_kept",
     "has_balls",
     "impacts_at",
     "in_ball",
     "limit_velocity",
+    "subset_constant",
+    "subset_kept",
 ]
 
 Floats = NDArray[np.float64]
+
+# Of a constant that no fraction is: far more digits than are asked of any result.
+CONSTANT_BITS = 512
 
 
 def has_balls() -> bool:
@@ -107,7 +113,9 @@ def limit_velocity(force: Forcing, low: Exact, high: Exact) -> Ball | None:
     return critical_velocity(WALL, force, low, high)
 
 
-def certain_run(run: Trajectory, start: Start | None = None) -> CertifiedRun | None:
+def certain_run(
+    run: Trajectory, start: Start | None = None, over: Mapping[str, Ball] | None = None
+) -> CertifiedRun | None:
     """Return a run that is proven up to its end, or None.
 
     Parameters
@@ -116,13 +124,63 @@ def certain_run(run: Trajectory, start: Start | None = None) -> CertifiedRun | N
         The run.
     start
         Its exact start; default: the one that it was given.
+    over
+        A number of its force as a ball; default: that of the model, which may be a double.
     """
     if not has_balls():
         return None
     from percuss.certified import certify
 
-    proven = certify(run, start=start)
+    proven = certify(run, start=start, over=over)
     return proven if proven.complete and len(proven.impacts) == len(run.impacts) else None
+
+
+def subset_kept(what: str, m: int, v0: float, numerical: Callable[[], Check]) -> Check:
+    """Return the check that all impacts of a start are those of Y_m, under its force exactly.
+
+    Parameters
+    ----------
+    what
+        What is compared: the distance of the impact times from those of Y_m.
+    m, v0
+        Which Y_m, and the start on the wall at t = 0.
+    numerical
+        Gives the check where no proof is to be had, or they are not those of Y_m.
+    """
+    if has_balls():
+        from percuss.certified import keeps_subset
+
+        if keeps_subset(m, v0).holds is True:
+            return Check(what, 0.0, 0.0, ROUNDING, 0.0)
+    return numerical()
+
+
+@cache
+def subset_constant(m: int) -> Mapping[str, Ball] | None:
+    """Return the constant cos(pi/(m+1)) of the force of Y_m as a ball, None without the extra.
+
+    The model's is a double; in a ball this narrow the constant is meant exactly.
+    """
+    if not has_balls():
+        return None
+    from flint import arb
+
+    from percuss.certified import Ball
+    from percuss.certified.numbers import precision
+
+    with precision(CONSTANT_BITS):
+        return {"forcing.constant": Ball((arb.pi() / (m + 1)).cos())}
+
+
+def certain_condition(what: str, holds: bool, is_certain: bool) -> Check:
+    """Return the check of a condition that is proven to hold or not to, or only found to.
+
+    Examples
+    --------
+    >>> certain_condition("two is even", True, True).is_certain
+    True
+    """
+    return Check(what, float(holds), 1.0, radius=0.0 if is_certain else None)
 
 
 def impacts_at(
@@ -131,6 +189,7 @@ def impacts_at(
     expected: Floats,
     tolerance: float = ROUNDING,
     start: Start | None = None,
+    over: Mapping[str, Ball] | None = None,
 ) -> Check:
     """Return the check that the impacts of a run are at the first of the expected times.
 
@@ -144,7 +203,7 @@ def impacts_at(
         (n,) array, true to rounding, at least as many as there are impacts [time].
     tolerance
         Largest distance that counts as agreement [time].
-    start
+    start, over
         As for `certain_run`.
 
     Returns
@@ -159,7 +218,7 @@ def impacts_at(
     >>> impacts_at("times", run, np.pi * np.arange(1, 4)).passed
     True
     """
-    proven = certain_run(run, start)
+    proven = certain_run(run, start, over)
     if proven is None or not 0 < len(run.impacts) <= len(expected):
         return near(what, furthest(run, expected), tolerance=tolerance)
     first = expected[: len(run.impacts)]

@@ -15,7 +15,13 @@ from percuss.motion.growth import fit_power_law, peaks
 from percuss.motion.half_harmonic import half_harmonic_growth, half_harmonic_invariant
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import certain_run
+from percuss.paper.claims.certain import certain_run, in_ball
+from percuss.paper.claims.certain_envelopes import (
+    Column,
+    factor_of_root,
+    proven_peaks,
+    proven_speeds,
+)
 from percuss.paper.models.motions import STIFFNESS_BELOW, impact_speeds, simulate_all
 from percuss.paper.statement import Check, Finding, Statement
 
@@ -62,6 +68,13 @@ def envelope_factor(t: Floats, height: Floats) -> tuple[float, float]:
     factor = float((root * top).sum() / (root**2).sum())
     rest = top - factor * root
     return factor, float(np.sqrt((rest**2).sum() / (len(rest) - 1) / (root**2).sum()))
+
+
+def root_factor(what: str, factor: float, proven: Column | None, printed: float) -> Check:
+    """Return the check of a factor of sqrt(t), from balls where the run is proven."""
+    if proven is None:
+        return Check(what, factor, printed, PRINTED_ERROR)
+    return in_ball(what, factor_of_root(*proven), printed, PRINTED_ERROR)
 
 
 def _resonance() -> Finding:
@@ -135,12 +148,20 @@ def _figure_11(name: str) -> Finding:
         for model, run in simulate_all(sine(1), 0, T_FIGURE).items()
     }
     factor, error = factors[name]
-    t, height = upper_peaks(simulate_all(sine(1), 0, T_FIGURE)[name])
+    run = simulate_all(sine(1), 0, T_FIGURE)[name]
+    t, height = upper_peaks(run)
     law = fit_power_law(t[2:], height[2:])
     late = envelope_factor(t[t > 200.0], height[t > 200.0])[0]
     said = ", ".join(f"{model} {value:.4f}" for model, (value, _) in factors.items())
     return Finding(
-        (Check("factor of sqrt t, upper peaks of x, 0 < t < 400", factor, PRINTED, PRINTED_ERROR),),
+        (
+            root_factor(
+                "factor of sqrt t, upper peaks of x, 0 < t < 400",
+                factor,
+                proven_peaks(run),
+                PRINTED,
+            ),
+        ),
         remark=(
             f"Standard error of the factor {error:.1e}; with a free exponent {law.exponent:.3f} +- "
             f"{law.exponent_error:.3f}. Factors of the three models: {said}. The soft one, 2e4 as the "
@@ -180,7 +201,14 @@ def _figure_10() -> Finding:
     smooth = np.abs(late[-2:] * np.exp(1j * phase[-2:]) + 0.25j * math.pi)
     above = float((late[-2:] - smooth).max())
     return Finding(
-        (Check("factor of sqrt t through the larger velocities", factor, PRINTED, PRINTED_ERROR),),
+        (
+            root_factor(
+                "factor of sqrt t through the larger velocities",
+                factor,
+                proven_speeds(runs["limit"]),
+                PRINTED,
+            ),
+        ),
         (
             Check(
                 "larger velocity less the mean, late", above, 0.25 * math.pi * math.sin(psi), 1e-3
@@ -213,15 +241,26 @@ def _figure_12() -> Finding:
 
 def _accuracy() -> Finding:
     runs = simulate_all(sine(1), 0, T_FIGURE)
-    moved = simulate(impact_oscillator(), sine(1), v0=1e-9, t_end=T_FIGURE)
+    moved = simulate(impact_oscillator(), sine(1), v0="1e-9", t_end=T_FIGURE)
     times, speeds = impact_speeds(runs["limit"])
-    others = impact_speeds(moved)
-    apart = float(np.abs(times - others[0]).max() / 1e-9)
+    apart = float(np.abs(times - impact_speeds(moved)[0]).max() / 1e-9)
     gap = float(np.abs(impact_speeds(runs["stiff"])[1][-1] / speeds[-1] - 1.0))
+    radii: tuple[float | None, float | None] = None, None
+    columns = [proven_speeds(run) for run in (runs["limit"], moved, runs["stiff"])]
+    limit, other, stiff = columns
+    if limit is not None and other is not None and stiff is not None:
+        moves = [abs(a - b) * 10**9 for a, b in zip(limit[0], other[0], strict=True)]
+        most = max(moves, key=float)
+        less = abs(stiff[1][-1] / limit[1][-1] - 1)
+        apart, gap = float(most.mid()), float(less.mid())
+        widest = max(float(move.rad()) for move in moves)
+        radii = 2.0 * widest + 1e-12, float(less.rad()) + 1e-15
     return Finding(
         (
-            Check("growth of a disturbance of V0 up to t = 400", apart, 0.0, 100.0),
-            Check("relative difference of the last velocity, w-/w+ = 2e4", gap, 0.0, 0.02),
+            Check("growth of a disturbance of V0 up to t = 400", apart, 0.0, 100.0, radii[0]),
+            Check(
+                "relative difference of the last velocity, w-/w+ = 2e4", gap, 0.0, 0.02, radii[1]
+            ),
         ),
         remark=f"A disturbance of V0 = 0 by 1e-9 changes impact times {apart:.2g} times as much.",
     )

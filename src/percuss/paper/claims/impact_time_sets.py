@@ -16,7 +16,14 @@ from percuss.motion.growth import growth
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.evidence import WALL, apart, condition, near
+from percuss.paper.claims.certain import (
+    certain_condition,
+    certain_run,
+    has_balls,
+    impacts_at,
+    subset_constant,
+)
+from percuss.paper.claims.evidence import ROUNDING, WALL, apart, condition, near
 from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["STATEMENTS"]
@@ -117,28 +124,65 @@ def _changes(force: Forcing, one: str, other: str, t_end: float) -> float:
     return apart(*times) if len(times[0]) == len(times[1]) else math.inf
 
 
+def _on_eigenset(n: int, one: str, other: str, t_end: float) -> Check:
+    """Compare the impact times of two velocities under sin(n t): where both keep to the eigenset."""
+    what = f"eigenset: sin {n}t, V0 = {one} and {other}"
+    if has_balls():
+        from percuss.certified import keeps_eigenset
+
+        if all(keeps_eigenset(WALL, sine(n), v0).holds is True for v0 in (one, other)):
+            return Check(what, 0.0, 0.0, ROUNDING, 0.0)
+    return near(what, _changes(sine(n), one, other, t_end))
+
+
+def _on_subset(m: int, one: str, other: str, t_end: float) -> Check:
+    """Compare the impact times of two velocities under the force of Y_m."""
+    what, force = f"subset Y_{m}, V0 = {one} and {other}", subset_forcing(m)
+    runs = [simulate(WALL, force, v0=v0, t_end=t_end) for v0 in (one, other)]
+    slow, fast = (certain_run(run, over=subset_constant(m)) for run in runs)
+    if slow is None or fast is None or len(runs[0].impacts) != len(runs[1].impacts):
+        return near(what, _changes(force, one, other, t_end))
+    first, second = slow.impacts.t, fast.impacts.t
+    gaps = apart(first.mid(), second.mid())
+    radius = float((first.radius() + second.radius()).max()) + 2.0 * np.spacing(t_end)
+    return Check(what, gaps, 0.0, ROUNDING, radius)
+
+
 def _shared() -> tuple[Check, ...]:
     t_end = 40.5 * math.pi
     return (
-        near("eigenset: sin 2t, V0 = 0.2 and 0.7", _changes(sine(2), "0.2", "0.7", t_end)),
-        near("eigenset: sin 3t, V0 = 0.6 and 0.7", _changes(sine(3), "0.6", "0.7", t_end)),
-        near("subset Y_2, V0 = 0.2 and 0.7", _changes(subset_forcing(2), "0.2", "0.7", t_end)),
-        near("subset Y_3, V0 = 0.2 and 0.7", _changes(subset_forcing(3), "0.2", "0.7", t_end)),
+        _on_eigenset(2, "0.2", "0.7", t_end),
+        _on_eigenset(3, "0.6", "0.7", t_end),
+        _on_subset(2, "0.2", "0.7", t_end),
+        _on_subset(3, "0.2", "0.7", t_end),
     )
+
+
+def _moved(force: Forcing, v0: float) -> tuple[float, bool]:
+    """Return by how much impacts move with the initial velocity, and whether that is certain."""
+    small = 1e-6
+    runs = [simulate(WALL, force, v0=v, max_impacts=3) for v in (v0, v0 + small)]
+    one, other = (certain_run(run) for run in runs)
+    if one is None or other is None:
+        return apart(runs[0].impacts.t, runs[1].impacts.t) / small, False
+    first, second = one.impacts.t, other.impacts.t
+    gaps = np.abs(first.mid() - second.mid()) - first.radius() - second.radius() - 1e-14
+    # At least; the velocities are these doubles.
+    return float(gaps.max()) / (1.001 * small), True
 
 
 def _subsets_too() -> Finding:
     """Compare impact times from two velocities, on the eigenset, on subsets, and elsewhere."""
-    small = 1e-6
-    moved = []
-    for force, v0 in ((sine(3), 0.45), (sine(3), 0.2), (sine(1), 1.0), (sine("2.5"), 1.0)):
-        first = [simulate(WALL, force, v0=v, max_impacts=3).impacts.t for v in (v0, v0 + small)]
-        moved.append(apart(*first) / small)
+    starts = ((sine(3), 0.45), (sine(3), 0.2), (sine(1), 1.0), (sine("2.5"), 1.0))
+    moved = [_moved(force, v0) for force, v0 in starts]
+    least = min(by for by, _ in moved)
     return Finding(
         (
             *_shared(),
-            condition(
-                "elsewhere times move by more than 0.01 dV, in four motions", min(moved) > 0.01
+            certain_condition(
+                "elsewhere times move by more than 0.01 dV, in four motions",
+                least > 0.01,
+                least > 0.01 and all(is_certain for _, is_certain in moved),
             ),
         ),
         remark=(
@@ -157,12 +201,19 @@ def _eigenset_alone() -> Finding:
     expected = motion.impact_times(30)
     gap = float(np.diff(expected).max()) / math.pi
     run = simulate(WALL, motion.forcing, v0="0.5", t_end=float(expected[-1]) + 0.5)
-    period = (m + 1) * math.pi
+    times = impacts_at(
+        "impact times of Y_3, simulated minus (10)", run, expected, over=subset_constant(m)
+    )
+    # A ratio of fractions.
+    frequency = motion.forcing.frequency or Fraction(1)
+    ratio = 2 / (frequency * (m + 1))
+    shared = third.is_certain and third.passed and times.is_certain and times.passed
     return Finding(
         (
-            condition(
+            certain_condition(
                 "the times of a motion with gaps of 3 pi, periodic with the force, change with V0",
                 gap > 2.5 and third.measured > 1e-6,
+                shared,
             ),
         ),
         corrected=(
@@ -170,10 +221,8 @@ def _eigenset_alone() -> Finding:
             steady,
             second,
             third,
-            near("impact times of Y_3, simulated minus (10)", apart(run.impacts.t, expected)),
-            near(
-                "period of its force over 4 pi", (motion.forcing.period or math.nan) / period, 1.0
-            ),
+            times,
+            Check("period of its force over 4 pi", float(ratio), 1.0, 0.0, 0.0),
         ),
         correction="the eigenset and its subsets",
     )
@@ -249,6 +298,8 @@ STATEMENTS = (
         method="impact times from two velocities on each kind of set",
         certainty="proof in a line; simulation, 1e-10",
         find=_subsets_too,
+        theory="paper-family.md",
+        proven=True,
     ),
     Statement(
         id="periodicity-eigenset-alone",
@@ -258,6 +309,8 @@ STATEMENTS = (
         method="a counterexample: the subset Y_3 under its force",
         certainty="simulation, 1e-10",
         find=_eigenset_alone,
+        theory="paper-family.md",
+        proven=True,
     ),
     Statement(
         id="periodicity-cos-and-sin",

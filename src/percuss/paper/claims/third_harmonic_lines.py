@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from functools import cache
 
@@ -12,9 +13,11 @@ from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import line_spectrum, spectrum
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.evidence import WALL, condition, near
+from percuss.paper.claims.certain import certain_condition
+from percuss.paper.claims.certain_lines import are_sorted, jump_bound, power_law, proven_lines
+from percuss.paper.claims.evidence import WALL, near
 from percuss.paper.claims.third_harmonic_family import STIFFNESSES, T_END, bilinear_run, stepped
-from percuss.paper.statement import Finding, Statement
+from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["STATEMENTS", "lines", "share_between_lines"]
 
@@ -24,6 +27,8 @@ ABOVE, BELOW = "0.51", "0.45"
 PERIOD = 4.0 * math.pi
 # The figure's frequencies reach to 36; the law of the peaks is seen over a wider range.
 HIGHEST, FAR = 36.0, 1152.0
+N_LINES = int(2.0 * FAR) + 1
+EDGES = np.asarray(4.5 * 2.0 ** np.arange(9), dtype=np.float64)
 # Lines weaker than this part of the strongest are rounding.
 NOTHING = 1e-12
 # Whole periods of 4 pi in the figure's 30 pi.
@@ -45,7 +50,7 @@ def lines(v0: str) -> tuple[Floats, Floats]:
     >>> omega[:3], round(float(amplitude[6]), 12)  # sin(3t)/8
     (array([0. , 0.5, 1. ]), 0.125)
     """
-    found = line_spectrum(_run(v0), PERIOD, int(2.0 * FAR) + 1)
+    found = line_spectrum(_run(v0), PERIOD, N_LINES)
     return found.omega.values, found.amplitude.values
 
 
@@ -65,7 +70,7 @@ def peak_law(v0: str) -> float:
     -2.0
     """
     omega, amplitude = lines(v0)
-    edges = 4.5 * 2.0 ** np.arange(9)
+    edges = EDGES
     highest = [
         int(np.flatnonzero(inside)[amplitude[inside].argmax()])
         for inside in ((omega >= low) & (omega < 2.0 * low) for low in edges[:-1])
@@ -87,18 +92,42 @@ def power_above(v0: str, omega0: float) -> float:
     return float(square[omega[1:] > omega0].sum() / square.sum())
 
 
+def _present_in_balls(v0: str) -> Floats | None:
+    """Return the same frequencies where the balls tell which lines are there, else None."""
+    proven = proven_lines(v0, N_LINES)
+    if proven is None:
+        return None
+    strongest = max(proven, key=float)
+    few = proven[: int(2.0 * HIGHEST) + 1]
+    there = [bool(line > NOTHING * strongest) for line in few]
+    missing = [bool(line < NOTHING * strongest) for line in few]
+    if not all(a != b for a, b in zip(there, missing, strict=True)):
+        return None
+    return 0.5 * np.flatnonzero(there).astype(np.float64)
+
+
 def _regular() -> Finding:
     """List the lines at V0 = 0.51."""
     omega, amplitude = lines(ABOVE)
     expected = np.concatenate([[0.0, 1.0, 2.0, 3.0], np.arange(4.0, HIGHEST + 1.0, 2.0)])
-    found = _present(ABOVE)
+    certain = _present_in_balls(ABOVE)
+    found = _present(ABOVE) if certain is None else certain
     same = len(found) == len(expected) and bool((found == expected).all())
+    proven = proven_lines(ABOVE, N_LINES)
+    falls = None if proven is None else are_sorted(proven[4::4])
     falling = amplitude[(omega % 2.0 == 0.0) & (omega >= 2.0)]
+    by_floats = bool((np.diff(falling) < 0).all())
     return Finding(
         (
-            condition("lines at 0, 1, 3 and the even frequencies, and at no other", same),
-            condition(
-                "each even line is lower than the one before", bool((np.diff(falling) < 0).all())
+            certain_condition(
+                "lines at 0, 1, 3 and the even frequencies, and at no other",
+                same,
+                certain is not None,
+            ),
+            certain_condition(
+                "each even line is lower than the one before",
+                by_floats if falls is None else falls,
+                falls is not None,
             ),
         ),
         remark=(
@@ -114,15 +143,28 @@ def _irregular() -> Finding:
     found, before = _present(BELOW), _present(ABOVE)
     heights = amplitude[np.isin(omega, found)]
     rises = int((np.diff(heights) > 0.0).sum())
+    certain = _present_in_balls(BELOW), _present_in_balls(ABOVE)
+    is_certain = certain[0] is not None and certain[1] is not None
+    proven = proven_lines(BELOW, N_LINES)
+    is_counted = False
+    if certain[0] is not None and certain[1] is not None and proven is not None:
+        found, before = certain[0], certain[1]
+        there = [proven[int(2.0 * w)] for w in found]
+        # At least so many, for certain.
+        rises = sum(bool(b > a) for a, b in itertools.pairwise(there))
+        is_counted = 3 * rises > len(found)
     shares = [power_above(v0, 4.0) for v0 in (BELOW, ABOVE)]
     between = {name: share_between_lines(bilinear_run(k)) for name, k in STIFFNESSES.items()}
     steps = share_between_lines(stepped(4e8, 0.0).x)
     return Finding(
         (
-            condition("more lines up to 36 than at V0 = 0.51", len(found) > len(before)),
-            condition(
+            certain_condition(
+                "more lines up to 36 than at V0 = 0.51", len(found) > len(before), is_certain
+            ),
+            certain_condition(
                 "a third of the lines or more are higher than the one before",
                 3 * rises > len(found),
+                is_counted,
             ),
         ),
         remark=(
@@ -136,20 +178,38 @@ def _irregular() -> Finding:
     )
 
 
+def _law(v0: str) -> tuple[float, float | None]:
+    """Return the exponent of the peaks, and its radius where it is proven."""
+    proven = proven_lines(v0, N_LINES)
+    slope = None if proven is None else power_law(proven, EDGES)
+    if slope is None:
+        return peak_law(v0), None
+    return float(slope.mid()), float(slope.rad()) + 1e-15
+
+
 def _slower() -> Finding:
     """Compare the laws by which the peaks fall."""
-    above, below = peak_law(ABOVE), peak_law(BELOW)
-    bounds = _bound(BELOW), _bound(ABOVE)
+    above, below = _law(ABOVE), _law(BELOW)
+    is_certain = above[1] is not None and below[1] is not None
+    sizes = jump_bound(BELOW), jump_bound(ABOVE)
+    what = "ratio of the bounds of w^2 times a line"
+    if sizes[0] is None or sizes[1] is None:
+        ratio = near(what, _bound(BELOW) / _bound(ABOVE), 1.0, 0.01)
+    else:
+        by = sizes[0] / sizes[1]
+        ratio = Check(what, float(by.mid()), 1.0, 0.01, float(by.rad()) + 1e-15)
     return Finding(
         (
-            condition(
-                "the exponent of the peaks at V0 = 0.45 is greater by 0.2", below > above + 0.2
+            certain_condition(
+                "the exponent of the peaks at V0 = 0.45 is greater by 0.2",
+                below[0] > above[0] + 0.2,
+                is_certain,
             ),
         ),
         corrected=(
-            near("exponent of the highest peaks at V0 = 0.51", above, -2.0, 0.03),
-            near("exponent of the highest peaks at V0 = 0.45", below, -2.0, 0.1),
-            near("ratio of the bounds of w^2 times a line", bounds[0] / bounds[1], 1.0, 0.01),
+            Check("exponent of the highest peaks at V0 = 0.51", above[0], -2.0, 0.03, above[1]),
+            Check("exponent of the highest peaks at V0 = 0.45", below[0], -2.0, 0.1, below[1]),
+            ratio,
         ),
         correction=(
             "the peaks fall by the same power, w^-2, and below nearly the same bound; at V0 = 0.45 "

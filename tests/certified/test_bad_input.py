@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.certified.motions import ELASTIC, chaotic
+
+import percuss as pc
+from percuss.errors import ParameterError
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("digits", 0), ("digits", 2.5), ("bits", 4), ("most_bits", True)]
+)
+def test_bad_numbers_are_refused(name: str, value: object) -> None:
+    with pytest.raises(ParameterError, match=name):
+        pc.certify(chaotic(2), **{name: value})  # type: ignore[call-overload]
+
+
+def test_what_is_no_result_is_refused() -> None:
+    with pytest.raises(ParameterError, match="neither a run, nor an orbit"):
+        pc.certify(ELASTIC)  # type: ignore[call-overload]
+
+
+def test_a_start_inside_the_wall_is_refused() -> None:
+    with pytest.raises(ParameterError, match="below the wall"):
+        pc.certify(pc.simulate(ELASTIC, v0=1, t_end=3.0), start=pc.Start(-1, 0))
+
+
+def test_whole_numbers_of_numpy_are_whole_numbers() -> None:
+    proven = pc.certify(chaotic(3), digits=np.int64(20), max_impacts=np.int64(2))  # type: ignore[call-overload]
+
+    assert len(proven.impacts) == 2
+    assert proven.impacts.t.digits().min() >= 20
+
+
+def test_a_start_that_is_none_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"not a Start; give pc.Start\(x0, v0, t0\)"):
+        pc.certify(chaotic(2), start=(0, -1, 0))  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize("n", [1, 2.5, True, "3"])
+def test_samples_of_no_number_are_refused(n: object) -> None:
+    with pytest.raises(ParameterError, match="not a whole number of at least 2"):
+        pc.certify(chaotic(2)).sample(n)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("t", [None, "soon", math.nan, [1.0, math.inf], 1j])
+def test_times_that_are_no_numbers_are_refused_by_name(t: object) -> None:
+    with pytest.raises(ParameterError, match=r"^t = "):
+        pc.certify(chaotic(2))(t)  # type: ignore[arg-type]
