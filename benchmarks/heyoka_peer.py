@@ -119,6 +119,101 @@ class Impacts:
         return None if outcome == hy.taylor_outcome.time_limit else float(self.ta.time)
 
 
+class BatchBounce:
+    """The callback of impacts of motions in a batch: takes v to -r v, and keeps the event."""
+
+    def __init__(self, lanes: int) -> None:
+        self.t: list[list[float]] = [[] for _ in range(lanes)]
+        self.v: list[list[float]] = [[] for _ in range(lanes)]
+        self.limit, self.restitution = 1, 1.0
+
+    def watch(self, ta: Any) -> None:
+        # Views: to ask the integrator for them anew takes as long as all the rest.
+        self.time, self.state, self.pars = ta.time, ta.state, ta.pars
+
+    def __call__(self, _: Any, __: int, i: int) -> bool:
+        t, v = self.time[i], self.state[1, i]
+        times = self.t[i]
+        times.append(t)
+        self.v[i].append(v)
+        after = -self.restitution * v
+        self.state[0, i] = 0.0
+        self.state[1, i] = after
+        if after < SLOWEST and math.cos(self.pars[0, i] * t + self.pars[1, i]) <= 0.0:
+            return False
+        return len(times) < self.limit
+
+    def __deepcopy__(self, _: object) -> BatchBounce:
+        return self
+
+
+class BatchImpacts:
+    """x'' + x = cos(omega t) on x > 0, with impacts at 0: many motions, a few at a time.
+
+    A motion that has come to its end makes room for the next.
+    """
+
+    # The fastest of 1, 4, 8, 16 and 32 on a machine whose vectors hold eight.
+    LANES = 16
+
+    def __init__(self) -> None:
+        x, v = hy.make_vars("x", "v")
+        n = self.LANES
+        self.bounce = BatchBounce(n)
+        event = hy.t_event_batch(x, callback=self.bounce, direction=hy.event_direction.negative)
+        system = [(x, v), (v, hy.cos(hy.par[0] * hy.time + hy.par[1]) - x)]
+        self.ta = hy.taylor_adaptive_batch(
+            system, np.zeros((2, n)), t_events=[event], pars=np.zeros((2, n))
+        )
+        self.bounce.watch(self.ta)
+
+    def run(
+        self,
+        motions: list[tuple[float, float, float]],
+        restitution: float,
+        limit: int = 10**9,
+        t_end: float = 1e9,
+    ) -> list[tuple[list[float], list[float]]]:
+        """Return times of impacts and velocities before them of each motion (omega, x0, v0)."""
+        ta, bounce = self.ta, self.bounce
+        bounce.limit, bounce.restitution = limit, restitution
+        found: list[tuple[list[float], list[float]]] = [([], [])] * len(motions)
+        waiting = iter(range(len(motions)))
+        # Who is in each lane; a lane without anyone stays where it is.
+        who = [self._load(i, next(waiting, None), motions) for i in range(self.LANES)]
+        while any(one is not None for one in who):
+            times = [float(t) for t in ta.time]
+            ends = [t if one is None else t_end for one, t in zip(who, times, strict=True)]
+            ta.propagate_until(ends)
+            for i, one in enumerate(who):
+                if one is None:
+                    continue
+                t = float(ta.time[i])
+                if len(bounce.t[i]) >= limit or t >= t_end:
+                    found[one] = bounce.t[i], bounce.v[i]
+                    who[i] = self._load(i, next(waiting, None), motions)
+                elif bounce.t[i] and t == bounce.t[i][-1] and ta.state[1, i] < SLOWEST:
+                    self._put(i, _next_push(float(ta.pars[0, i]), 0.0, t), (0.0, 0.0))
+        return found
+
+    def _load(
+        self, i: int, one: int | None, motions: list[tuple[float, float, float]]
+    ) -> int | None:
+        if one is not None:
+            omega, x, v = motions[one]
+            self.bounce.t[i], self.bounce.v[i] = [], []
+            self.ta.pars[:, i] = omega, 0.0
+            self._put(i, 0.0, (x, v))
+        return one
+
+    def _put(self, i: int, t: float, state: tuple[float, float]) -> None:
+        times = np.array(self.ta.time)
+        times[i] = t
+        self.ta.set_time(times)
+        self.ta.state[:, i] = state
+        self.ta.reset_cooldowns(i)
+
+
 def _next_push(omega: float, phase: float, t: float) -> float:
     """Return when cos(omega t + phase) next turns positive."""
     turns = math.ceil((omega * t + phase) / (2 * math.pi) - 0.75)

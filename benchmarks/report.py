@@ -19,7 +19,8 @@ Written by `python benchmarks/run.py --write docs/benchmarks.md` on {date}.
 {cpu}, {cores} cores of which one is used; {system}; Python {python}; {versions}.
 
 Times are medians of seven runs (of three at least where seven would take over 20 s), without the
-first; contenders of one table take turns. Every answer is asserted, a time never is: a target
+first; contenders of one table take turns, and a ratio is the quotient of the medians that stand
+above it, before they were rounded. Every answer is asserted, a time never is: a target
 that is missed stands in the last column. `benchmarks/` says what exactly each line measures.
 """
 
@@ -61,7 +62,8 @@ class Report:
 
     def below(self, quantity: str, value: float, limit: float, unit: str) -> None:
         """Add a line whose value should not exceed a limit."""
-        self.line(quantity, f"{value:.3g} {unit}", f"<= {limit:g} {unit}", met=value <= limit)
+        shown = f"{value:,.0f}" if value >= 1000.0 else f"{value:.3g}"
+        self.line(quantity, f"{shown} {unit}", f"<= {limit:g} {unit}", met=value <= limit)
 
     def ratio(self, quantity: str, value: float, least: float | None = None) -> None:
         """Add a line that says how many times as long a peer takes."""

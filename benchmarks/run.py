@@ -24,6 +24,7 @@ NAMES = {
     "adversarial": "grazes",
     "sampling": "sampling",
     "memory": "memory",
+    "measures": "measures",
     "ensembles": "ensembles",
     "certified": "certified",
     "compilations": "compilations",

@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 import percuss as pc
-from benchmarks import references
+from benchmarks import references, second_core
 from benchmarks.report import Report, installed
 from benchmarks.timing import race
 from percuss.ensembles.lanes import Lanes, Plan, follow_lanes
@@ -33,7 +34,8 @@ def run(report: Report) -> None:
         "x'' + x = cos(omega t), wall at 0, r = 0.8, v0 = 1; 600 impacts at each of 500 "
         "frequencies in one call of the batch kernel, of which the last 100 are kept. The laws "
         "are made beforehand, which takes longer; a line of its own. heyoka does every tenth "
-        "frequency; where impacts accumulate it is set to rest below 1e-9 by its callback.",
+        "frequency, one by one and in its batch mode, 16 at a time with a callback for each; where "
+        "impacts accumulate it is set to rest below 1e-9 by its callback.",
     )
     lanes = _lanes()
     assert (lanes.n_impacts == N).all()
@@ -53,9 +55,15 @@ def run(report: Report) -> None:
         "simulate": _runs,
     }
     if installed("heyoka"):
-        from benchmarks.heyoka_peer import Impacts
+        from benchmarks.heyoka_peer import BatchImpacts, Impacts
 
-        peer = Impacts()
+        peer, batch = Impacts(), BatchImpacts()
+        motions = [(omega, 0.0, 1.0) for omega in FREQUENCIES[::HEYOKA_STEP]]
+        for (omega, _, _), (times, _) in zip(motions, batch.run(motions, 0.8, N), strict=True):
+            own = pc.simulate(OSCILLATOR, pc.cosine(omega), v0=1.0, max_impacts=8).impacts
+            # Later, chaos makes more of the rounding.
+            np.testing.assert_allclose(times[:8], own.t, rtol=0, atol=1e-10)
+            assert len(times) == N
 
         def heyoka() -> int:
             return sum(
@@ -64,6 +72,7 @@ def run(report: Report) -> None:
             )
 
         contenders["heyoka"] = heyoka
+        contenders["batch"] = lambda: batch.run(motions, 0.8, N)
     taken = race(contenders)
     each = taken["percuss"] / int(lanes.n_impacts.sum())
     report.below("percuss, whole sweep", taken["percuss"], 0.05, "s")
@@ -74,14 +83,21 @@ def run(report: Report) -> None:
         slow = taken["heyoka"] / heyoka()
         report.line("heyoka, ns per impact", f"{slow * 1e9:.0f} ns")
         report.ratio("heyoka : percuss", slow / each, 30)
+        slow = taken["batch"] / (N * len(FREQUENCIES[::HEYOKA_STEP]))
+        report.line("heyoka in batches, ns per impact", f"{slow * 1e9:.0f} ns")
+        report.ratio("heyoka in batches : percuss", slow / each, 15)
+    second_core.run(report, second_core.Crowd(LAWS, *_crowd()))
 
 
 def _lanes() -> Lanes:
+    return follow_lanes(LAWS, *_crowd())
+
+
+def _crowd() -> tuple[NDArray[np.int64], NDArray[np.float64], Plan]:
     n = len(FREQUENCIES)
     still = np.zeros(n)
     plan = Plan(still, still + 1.0, still + math.inf, IMPACT_POINTS, SHOWN, max_impacts=N)
-    starts = np.tile([0.0, 1.0, 0.0], (n, 1))
-    return follow_lanes(LAWS, np.arange(n), starts, plan)
+    return np.arange(n), np.tile([0.0, 1.0, 0.0], (n, 1)), plan
 
 
 def _laws() -> int:

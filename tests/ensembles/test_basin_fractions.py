@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.ensembles.attractors import Attractor
+from percuss.ensembles.matching import NO_MOTION, Followed, _before, _joined
 
 GAP = "oscillator.stops.0.at"
 OSC = pc.impact_oscillator(restitution=0.7, wall=1.0, side="above", damping=0.05)
@@ -16,6 +18,10 @@ BOX = {"x0": (-4.0, 0.6), "v0": (-4.0, 4.0)}
 def fractions(values: object, **keywords: object):  # type: ignore[no-untyped-def]
     given = {"n_starts": 200, **BOX} | keywords
     return pc.basin_fractions(OSC, FORCE, over={GAP: values}, **given)  # type: ignore[arg-type]
+
+
+def over_both(over: dict[str, list[float]], n_starts: int):  # type: ignore[no-untyped-def]
+    return pc.basin_fractions(OSC, FORCE, over=over, n_starts=n_starts, x0=BOX["x0"], v0=BOX["v0"])
 
 
 def test_attractors_begin_and_end_where_the_orbits_do() -> None:
@@ -84,6 +90,65 @@ def test_a_store_goes_on_and_ends_the_same(tmp_path: Path) -> None:
     assert pc.load_store(path).fraction.equals(whole.fraction)
 
 
+def test_over_two_parameters_attractors_exist_where_their_orbits_do() -> None:
+    """The motion without impacts is there where its amplitude, in closed form, is below the gap."""
+    gaps, omegas = [0.5, 0.9, 1.3, 1.7], [1.4, 1.5, 1.6]
+
+    found = over_both({GAP: gaps, "forcing.omega": omegas}, n_starts=600)
+
+    amplitude = np.array([abs(1.0 / complex(1.0 - w * w, 0.1 * w)) for w in omegas])
+    free = [i for i in range(len(found.attractor)) if "(0, 1)" in found.name.values[i]]
+    assert len(free) == 1
+    expected = np.array(gaps)[:, np.newaxis] > amplitude
+    np.testing.assert_array_equal(found.exists.values[free[0]], expected)
+    assert set(found.name.values[free[0]][expected]) == {"(0, 1)"}
+    np.testing.assert_allclose(found.fraction.sum("attractor") + found.undecided, 1.0)
+    assert found.fraction.dims == ("attractor", GAP, "forcing.harmonics.0.omega")
+
+
+def test_a_second_parameter_of_one_value_changes_nothing() -> None:
+    gaps = [0.7, 1.2, 1.7]
+    one = fractions(gaps, n_starts=50)
+
+    over = {"forcing.omega": [1.5], GAP: gaps}
+    two = over_both(over, n_starts=50)
+
+    for name in ("fraction", "exists", "name", "exponent", "residual", "undecided"):
+        values = two[name].isel({"forcing.harmonics.0.omega": 0})
+        np.testing.assert_array_equal(values.values, one[name].values)
+
+
+def test_what_appears_at_two_places_and_meets_is_one_attractor_unless_both_are_at_one_place() -> (
+    None
+):
+    nothing = Attractor("rest")
+
+    def there(*numbers: int) -> Followed:
+        return Followed(dict.fromkeys(numbers, nothing), dict.fromkeys(numbers, (0.5, 0.1)), 0.0, 1)
+
+    apart = [there(0), there(2), there(1), there(0)]
+    joined = _joined(apart, [(0, 1)])
+    beside = _joined([*apart, there(0, 1)], [(0, 1)])
+
+    # What is left is numbered without gaps.
+    assert [list(one.attractors) for one in joined] == [[0], [1], [0], [0]]
+    assert [list(one.fractions) for one in beside] == [[0], [2], [1], [0], [0, 1]]
+
+
+def test_the_points_before_are_those_along_each_axis_that_have_a_motion() -> None:
+    found = [Followed({}, {}, float(k), 1) for k in range(6)]
+    found[4] = NO_MOTION
+
+    def before(shape: tuple[int, ...], k: int) -> list[float]:
+        return [one.undecided for one in _before(found, shape, k)]
+
+    assert before((6,), 0) == []
+    assert before((6,), 5) == [3.0]
+    assert before((2, 3), 3) == [0.0]
+    assert before((2, 3), 5) == [3.0, 2.0]
+    assert before((3, 2), 4) == [2.0]
+
+
 def test_a_value_without_a_motion_is_passed_over() -> None:
     found = pc.basin_fractions(
         OSC, FORCE, over={"oscillator.stops.0.restitution": [0.7, 1.4, 0.7]}, n_starts=50,
@@ -102,8 +167,9 @@ def test_a_value_without_a_motion_is_passed_over() -> None:
         ({"x0": 1.0}, r"not a range \(low, high\)"),
         ({"n_starts": 0}, "at least 1"),
         ({"periods": 3}, "at least 40"),
-        ({"over": {"start.x0": [1.0]}}, "one axis"),
+        ({"over": {"start.x0": [1.0]}}, "one axis or two"),
         ({"over": {"forcing.omga": [1.0]}}, "did you mean"),
+        ({"over": [1.0]}, "not {path: values}"),
     ],
 )
 def test_what_is_wrong_with_a_call_is_said(keywords: dict[str, object], message: str) -> None:

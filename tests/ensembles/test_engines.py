@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import os
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -48,12 +51,111 @@ def test_a_cluster_gives_the_same_bits_though_a_worker_dies() -> None:
     assert by_address.identical(chart())
 
 
-def test_a_cluster_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def whose(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+    """Return the process that has been asked, after a while."""
+    time.sleep(0.01)
+    return float(os.getpid())
+
+
+def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_told(
+    tmp_path: Path,
+) -> None:
+    distributed = pytest.importorskip("distributed")
+    over = {"forcing.omega": np.linspace(2.0, 3.0, 1600)}
+    store = tmp_path / "a.zarr"
+    grown: list[float] = []
+
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, dashboard_address=":0", processes=True
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+
+        def let_join(done: float, total: float) -> bool:  # noqa: ARG001
+            if not grown:
+                cluster.scale(2)
+                grown.append(done)
+            return True
+
+        found = pc.sweep(whose, OSC, FORCE, over=over, engine=client, progress=let_join)
+
+        def lose(done: float, total: float) -> bool:  # noqa: ARG001
+            client.close()
+            return True
+
+        with pytest.raises(EngineError, match="the Dask cluster has failed"):
+            pc.sweep(whose, OSC, FORCE, over=over, engine=client, store=store, progress=lose)
+
+    assert len(np.unique(found.whose)) == 2
+    assert 1 <= pc.status_of_store(store)["done"] < 100
+
+
+def test_what_cannot_be_sent_to_a_worker_is_told() -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("percuss.ensembles.engines.CONNECT", 0.2)
+    lock = threading.Lock()
+
+    class Client:
+        """As far as it is asked before anything is sent."""
+
+        submit = scheduler_info = loop = None
+
+    with pytest.raises(pc.ParameterError, match="cannot be sent to a worker"):
+        pc.sweep(
+            lambda osc, force: float(lock.locked()),  # noqa: ARG005
+            OSC,
+            FORCE,
+            over={"forcing.omega": [2.0]},
+            engine=Client(),
+        )
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1", "foo://127.0.0.1:9", "tls://127.0.0.1:9"])
+def test_an_address_that_is_none_is_told(address: str) -> None:
+    pytest.importorskip("distributed")
+
+    with pytest.raises(EngineError, match=f"no Dask scheduler answers at {address}: "):
+        chart(engine=address)
+
+
+@pytest.mark.parametrize("n", [0, -1, 1.5, True])
+def test_a_number_of_workers_that_is_none_is_told(n: object, tmp_path: Path) -> None:
+    over = {"forcing.omega": [2.0]}
+
+    with pytest.raises(pc.ParameterError, match="n_workers"):
+        pc.sweep("period", OSC, FORCE, over=over, n_workers=n, store=tmp_path / "a.zarr")  # type: ignore[arg-type]
+    assert not (tmp_path / "a.zarr").exists()
+
+
+def test_a_cluster_that_does_not_answer_is_told(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("percuss.ensembles.cluster.CONNECT", 0.2)
 
     with pytest.raises(EngineError, match="no Dask scheduler answers"):
-        chart(engine="tcp://127.0.0.1:9")
+        chart(str(tmp_path / "a.zarr"), engine="tcp://127.0.0.1:9")
+    # Nothing was begun.
+    assert not (tmp_path / "a.zarr").exists()
+
+
+def test_a_cluster_without_workers_is_told_and_waited_for(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    distributed = pytest.importorskip("distributed")
+    over = {"forcing.omega": [2.4, 2.5]}
+    with (
+        distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        joins = threading.Timer(1.0, lambda: cluster.scale(1))
+        joins.start()
+        found = pc.sweep("period", OSC, FORCE, over=over, transient=5, periods=5, engine=client)
+        joins.join()
+
+        assert found.attrs["complete"] == 1
+        told = f"no workers yet at {cluster.scheduler_address}; waiting\n"
+        assert told in capsys.readouterr().err
 
 
 def test_an_engine_that_is_none_is_told() -> None:

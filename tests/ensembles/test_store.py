@@ -15,7 +15,7 @@ from tests.ensembles.studies import chart, exponents, failing
 import percuss as pc
 from percuss.ensembles import store as store_module
 from percuss.ensembles.job import Block
-from percuss.ensembles.store import REASON_BYTES, _as_bytes
+from percuss.ensembles.store_contents import REASON_BYTES, reasons_as_bytes
 
 ROOT = Path(__file__).parents[2]
 KILLS = 3
@@ -134,13 +134,15 @@ def test_what_is_no_store_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "notes" / "text").read_text(encoding="utf-8") == "mine"
 
 
-def test_a_damaged_store_is_told_in_a_sentence(tmp_path: Path) -> None:
+def test_a_lost_description_is_told_and_mended_by_the_same_call(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
     chart(str(path), progress=lambda now, total: False)  # noqa: ARG005
-    (path / "done" / "zarr.json").write_text("{", encoding="utf-8")
+    (path / "period" / "zarr.json").write_text("{", encoding="utf-8")
 
-    with pytest.raises(pc.OutputError, match="damaged"):
-        chart(str(path))
+    with pytest.raises(pc.OutputError, match=r"period/zarr\.json is cut off.*mends that"):
+        pc.status_of_store(path)
+    assert chart(str(path)).identical(chart())
+    assert pc.status_of_store(path)["points_done"] == 300
 
 
 def test_a_full_disk_is_told_and_what_was_finished_is_kept(
@@ -179,4 +181,4 @@ def test_reasons_come_back_from_a_store(tmp_path: Path) -> None:
 def test_reasons_that_do_not_fit_are_cut() -> None:
     long = {i: f"{i} " + "x" * 10_000 for i in range(1000)}
 
-    assert len(_as_bytes(long)) == REASON_BYTES
+    assert len(reasons_as_bytes(long)) == REASON_BYTES

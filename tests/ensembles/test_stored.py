@@ -127,13 +127,16 @@ def test_a_chunk_that_was_cut_off_is_done_again_and_nothing_else(tmp_path: Path)
     assert count.done == [184.0, 200.0]
 
 
-def test_a_store_that_lost_a_part_is_told(tmp_path: Path) -> None:
+def test_a_store_that_lost_a_part_is_told_and_mended_by_the_same_call(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
+    whole = small(tmp_path / "b.zarr")
     small(path, progress=stop_after(2))
     (path / "period" / "zarr.json").unlink()
 
-    with pytest.raises(pc.OutputError, match="damaged store"):
-        small(path)
+    for look in (pc.status_of_store, pc.load_store):
+        with pytest.raises(pc.OutputError, match=r"lost its period/zarr\.json; the command that"):
+            look(path)
+    assert small(path).identical(whole)
 
 
 @pytest.mark.parametrize("what", ["cut", "other format", "not ours"])

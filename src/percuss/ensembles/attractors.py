@@ -37,6 +37,9 @@ SETTLING, AGAIN = 500, 20
 # A motion that turns out to be the slow beginning of something else costs a while: so many
 # periodic ones are tried, and so many chaotic ones.
 MOST_FAILURES, MOST_TRANSIENTS = 1000, 100
+# Starts that are compared with an orbit at a time: of a million, each array on the way would take
+# as much memory as a third of the answer.
+AT_ONCE = 65_536
 # Where every start has an orbit of its own, as without a spring or without damping, these many are
 # told apart.
 MOST_ORBITS = 1000
@@ -136,9 +139,11 @@ def _periodic(system: System, arrays: Arrays, rows: Numbers) -> Members:
 def _are_near(strobes: Floats, rows: Numbers, orbit: Floats) -> NDArray[np.bool_]:
     size = float(np.abs(orbit).max(initial=0.0)) or 1.0
     near = np.zeros(len(rows), dtype=np.bool_)
-    own = strobes[rows]
-    for point in orbit:
-        near |= np.abs(own - point).max(axis=1) <= NEAR * size
+    for first in range(0, len(rows), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        own = strobes[rows[part]]
+        for point in orbit:
+            near[part] |= np.abs(own - point).max(axis=1) <= NEAR * size
     return near
 
 

@@ -1,4 +1,4 @@
-"""Basin fractions over a parameter, each attractor followed from one value to the next."""
+"""Basin fractions over one parameter or two, each attractor followed from value to value."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.basins import UNITS, columns_of
-from percuss.ensembles.datasets import attributes_of, coordinates_of
+from percuss.ensembles.basins import UNITS, columns_of, no_starts, warn_without_starts
+from percuss.ensembles.datasets import attributes_of, coordinates_of, motion_of
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.fates import STAGE, Fates, Rules
-from percuss.ensembles.grid import Grid, LanesOf, check_whole, make_grid, walls_of
-from percuss.ensembles.job import Dimension
+from percuss.ensembles.grid import Grid, LanesOf, make_grid, walls_of, whole
+from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.matching import Followed, follow_attractors
-from percuss.ensembles.running import Answer, Report, keep, run_job
+from percuss.ensembles.running import Report, keep, run_job
 from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float
@@ -36,8 +36,8 @@ __all__ = ["basin_fractions"]
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
-# Values that a range (low, high) of the parameter stands for.
-VALUES = 51
+# Values that a range (low, high) of the parameter stands for, and of each where there are two.
+VALUES, OF_TWO = 51, 21
 
 
 def basin_fractions(
@@ -57,7 +57,7 @@ def basin_fractions(
     n_workers: int | None = None,
     progress: Report = None,
 ) -> Dataset:
-    """Return which part of random starts goes to which attractor, over a parameter.
+    """Return which part of random starts goes to which attractor, over one parameter or two.
 
     The same starts are taken at each value of the parameter. An attractor is carried on from one
     value to the next: its points at the one are followed at the other, and where they go is the
@@ -65,12 +65,16 @@ def basin_fractions(
     the nearer is carried on and the other has ended. So an attractor is found, too, whose basin
     holds none of the starts: its fraction is 0 until it ends.
 
+    Over two parameters it is carried on along both. What has appeared at two places and meets is
+    one attractor, unless both are somewhere at the same values.
+
     Parameters
     ----------
     osc, force
         What moves; the forcing has a period.
     over
-        One path, and a range (low, high), which is taken in 51 values, or the values themselves.
+        One path or two, and for each a range (low, high), which is taken in 51 values, or in 21
+        where there are two, or the values themselves.
     x0, v0
         Ranges (low, high) in which the starts are drawn, all places equally likely [length],
         [length/time].
@@ -88,11 +92,17 @@ def basin_fractions(
     Returns
     -------
     xarray.Dataset
-        Over the attractors and the path: `fraction`, and `fraction_error`, its standard error;
+        Over the attractors and the paths: `fraction`, and `fraction_error`, its standard error;
         `exists`; `kind`, `name`, `n_periods`, `n_impacts`, `x`, `v_strobe`, `exponent`,
         `exponent_error` and `residual` as in `basins`, NaN and empty where it does not exist.
-        Over the path: `undecided`, the part of the starts that was not decided, and `n_starts`,
-        those outside the walls. Attractors are numbered as they appear.
+        Over the paths: `undecided`, the part of the starts that was not decided, and `n_starts`,
+        those outside the walls. Attractors are numbered as they appear. The attribute `failed`
+        counts the starts inside walls, at all values.
+
+    Warns
+    -----
+    UserWarning
+        If no start is outside the walls at any value.
 
     Raises
     ------
@@ -112,13 +122,15 @@ def basin_fractions(
     """
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
-    check_whole("periods", periods, STAGE)
-    check_whole("n_starts", n_starts, 1)
-    check_whole("seed", seed, 0)
+    periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
+    seed = whole("seed", seed, 0)
     grid = make_grid(osc, force, Start(0.0, 0.0, t0), over, VALUES)
-    if len(grid.axes) != 1 or grid.axes[0].of_start:
+    if len(grid.axes) == 2:
+        grid = make_grid(osc, force, Start(0.0, 0.0, t0), over, OF_TWO)
+    if len(grid.axes) not in (1, 2) or any(axis.of_start for axis in grid.axes):
         given = [axis.path for axis in grid.axes]
-        raise ParameterError("over", given, "fractions have one axis, a parameter of the motion")
+        reason = "fractions have one axis or two, parameters of the motion"
+        raise ParameterError("over", given, reason)
     box = (_range("x0", x0), _range("v0", v0))
     rules = Rules(as_float(t0), False, periods, float(escape))
     told = identity_of(grid) | {
@@ -127,6 +139,7 @@ def basin_fractions(
     drawn = Scattered(grid, box, n_starts, seed)
     job = Fates(drawn, rules, tuple(told.items()))
     answer = run_job(job, store, engine, n_workers, progress)
+    warn_without_starts(drawn, answer)
     followed = follow_attractors(grid, rules, answer.arrays, n_starts)
     return keep(_dataset(grid, answer, followed), store)
 
@@ -143,7 +156,7 @@ def _range(name: str, ends: object) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class Scattered:
-    """The same random starts at each value of a parameter; the starts are the faster axis."""
+    """The same random starts at each point of a grid; the starts are the fastest axis."""
 
     grid: Grid
     box: tuple[tuple[float, float], tuple[float, float]]
@@ -152,12 +165,12 @@ class Scattered:
 
     @property
     def size(self) -> int:
-        """Number of starts, counted at each value."""
+        """Number of starts, counted at each point."""
         return self.grid.size * self.n_starts
 
     @property
     def dimensions(self) -> tuple[Dimension, ...]:
-        """The parameter, and the number of the start."""
+        """The parameters, and the number of the start."""
         numbers = tuple(float(i) for i in range(self.n_starts))
         return (*self.grid.dimensions, Dimension("start", numbers))
 
@@ -197,10 +210,10 @@ def law_at(grid: Grid, k: int) -> tuple[Floats, float]:
 def _dataset(grid: Grid, answer: Answer, followed: Sequence[Followed]) -> Dataset:
     import xarray
 
-    path = grid.axes[0].path
+    paths = tuple(axis.path for axis in grid.axes)
     n = 1 + max((number for one in followed for number in one.attractors), default=-1)
     shape = (n, len(followed))
-    dims = ("attractor", path)
+    dims = ("attractor", *paths)
     texts = {name: np.full(shape, "", dtype=object) for name in ("kind", "name")}
     numbers = {name: np.full(shape, np.nan) for name in columns_of(None)}
     fraction, error = np.zeros(shape), np.zeros(shape)
@@ -212,16 +225,24 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[Followed]) -> Datase
             fraction[number, k], error[number, k] = one.fractions[number]
             for name, value in columns_of(attractor).items():
                 numbers[name][number, k] = value
-    data: dict[str, Any] = {
-        "fraction": (dims, fraction),
-        "fraction_error": (dims, error),
-        "exists": (dims, exists),
-        **{name: (dims, values) for name, values in texts.items()},
+    columns: dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]] = {
+        "fraction": (dims, fraction, {}),
+        "fraction_error": (dims, error, {}),
+        "exists": (dims, exists, {}),
+        **{name: (dims, values, {}) for name, values in texts.items()},
         **{
             name: (dims, values, {"units": UNITS.get(name, "1")})
             for name, values in numbers.items()
         },
-        "undecided": (path, np.array([one.undecided for one in followed])),
-        "n_starts": (path, np.array([one.n_starts for one in followed], dtype=np.int64)),
+        "undecided": (paths, np.array([one.undecided for one in followed]), {}),
+        "n_starts": (paths, np.array([one.n_starts for one in followed], dtype=np.int64), {}),
     }
-    return xarray.Dataset(data, coords=coordinates_of(grid), attrs=attributes_of(grid, answer))
+    data = {
+        name: (names, values.reshape(*values.shape[:-1], *grid.shape), about)
+        for name, (names, values, about) in columns.items()
+    }
+    return xarray.Dataset(
+        data,
+        coords=coordinates_of(grid.dimensions),
+        attrs=attributes_of(motion_of(grid), answer) | {"failed": no_starts(answer)},
+    )

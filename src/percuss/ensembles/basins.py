@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.attractors import Attractor, label_starts
-from percuss.ensembles.datasets import attributes_of
+from percuss.ensembles.datasets import attributes_of, motion_of
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.fates import NO_START, STAGE, Fates, Rules
-from percuss.ensembles.grid import Grid, LanesOf, check_whole, make_grid
-from percuss.ensembles.job import Dimension
+from percuss.ensembles.failures import warn_of_failures
+from percuss.ensembles.fates import CHUNK, NO_START, STAGE, Fates, Rules, Starts
+from percuss.ensembles.grid import Grid, LanesOf, make_grid, whole
+from percuss.ensembles.job import Answer, Dimension, spans_of
 from percuss.ensembles.refining import System, impacts_at
-from percuss.ensembles.running import Answer, Report, keep, run_job
+from percuss.ensembles.running import Report, keep, run_job
 from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.kernels.law import PERIOD
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["basins", "columns_of", "fractions_of"]
+__all__ = ["basins", "columns_of", "fractions_of", "no_starts", "warn_without_starts"]
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -102,6 +103,14 @@ def basins(
         Over `attractor` and `point`, the attractor in the plane of the starts: `attractor_x0` and
         `attractor_v0` at whole periods, or `attractor_cycle` and `attractor_v` at impacts.
 
+        The attribute `failed` counts the starts that are none, `n_starts` the others, and
+        `undecided` is the part of these that was not decided.
+
+    Warns
+    -----
+    UserWarning
+        If no start is one, with the commonest reason and its count.
+
     Raises
     ------
     ParameterError
@@ -117,7 +126,7 @@ def basins(
     """
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
-    check_whole("periods", periods, STAGE)
+    periods = whole("periods", periods, STAGE)
     if not 0.0 < escape < math.inf:
         raise ParameterError("escape", escape, "not a finite distance above 0")
     grid, at_wall = _grid(osc, force, (x0, v0), (cycle, v), stop, t0)
@@ -126,8 +135,22 @@ def basins(
     told = identity_of(grid) | {"kind": "basins", "stop": at_wall}
     starts = grid if at_wall is None else AtWall(grid, at_wall)
     answer = run_job(Fates(starts, rules, tuple(told.items())), store, engine, n_workers, progress)
+    warn_without_starts(starts, answer)
     found = label_starts(System.of(osc, force, begin), answer.arrays)
     return keep(_dataset(starts, System.of(osc, force, begin), answer, *found), store)
+
+
+def no_starts(answer: Answer) -> int:
+    """Return how many starts are none: inside a wall, or where a parameter cannot have its value."""
+    return int((answer.arrays["kind"] == NO_START).sum())
+
+
+def warn_without_starts(starts: Starts, answer: Answer) -> None:
+    """Warn, in the name of the call that calls this, if no start is one."""
+    if starts.size and no_starts(answer) == starts.size:
+        spans = spans_of(starts.size, CHUNK)
+        reasons = [text for span in spans for text in starts.lanes(*span)[1].values()]
+        warn_of_failures("no motion starts anywhere", reasons, stacklevel=4)
 
 
 def _grid(
@@ -260,7 +283,9 @@ def _dataset(
         data[f"attractor_{short}"] = (
             ("attractor", "point"), points[:, :, i], {"units": axis.units}
         )  # fmt: skip
-    attrs = attributes_of(grid, answer) | {"undecided": undecided, "n_starts": n}
+    attrs = attributes_of(motion_of(grid), answer) | {
+        "failed": no_starts(answer), "undecided": undecided, "n_starts": n,
+    }  # fmt: skip
     return xarray.Dataset(data, coords=coords, attrs=attrs)
 
 

@@ -9,14 +9,25 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.datasets import attributes_of, coordinates_of
-from percuss.ensembles.diagram_jobs import FAULTY, NOT_DONE, SECTIONS, Afresh, Followed
-from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, check_whole, make_grid
+from percuss.ensembles.checks import check_means
+from percuss.ensembles.datasets import attributes_of, coordinates_of, motion_of
+from percuss.ensembles.diagram_jobs import (
+    FAULTY,
+    NOT_DONE,
+    SECTIONS,
+    Afresh,
+    Followed,
+    failed_values,
+)
+from percuss.ensembles.engines import Engine, make_ready
+from percuss.ensembles.failures import warn_of_failures
+from percuss.ensembles.grid import Grid, make_grid, whole
+from percuss.ensembles.job import Answer, chunks_of
 from percuss.ensembles.lanes import MOST_IMPACTS, Plan, reason_of
 from percuss.ensembles.measures import Window
-from percuss.ensembles.running import Answer, Report, keep, run_job, unanswered
-from percuss.ensembles.store import Store, has_store
+from percuss.ensembles.running import Report, keep, run_job, unanswered
+from percuss.ensembles.sizes import too_large
+from percuss.ensembles.store import Store, has_store, make_folder
 from percuss.errors import OutputError, ParameterError
 from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
@@ -63,12 +74,13 @@ def bifurcation_diagram(
         What moves; the forcing has a period.
     over
         One path, and a range (low, high) that is taken in 401 values, or the values themselves,
-        in the order in which they are followed forward.
+        in the order in which they are followed forward. A path of the start takes ``follow=()``.
     section
         "stroboscopic": (x, v) once a forcing period; "impacts": (cycle, v_after) at impacts and
         at entries into soft stops.
     starts
-        Starts, each a `Start` or x0, v0. The first is where the followed branches begin.
+        Starts, each a `Start` or x0, v0. The first is where the followed branches begin; at
+        values where it lies beyond a wall they have nothing until they have begun.
     follow
         Any of "forward" and "backward".
     transient
@@ -82,9 +94,16 @@ def bifurcation_diagram(
     -------
     xarray.Dataset
         Over (branch, path, sample): `x` [length] and `v` [length/time], or `cycle`, `v_after`
-        and `stop`; NaN where there are fewer impacts. Over (branch, path): `period`, after how
-        many forcing periods the motion repeats itself (0: none up to half of those followed), and
-        `reason`, why there is nothing.
+        and `bound`, the stop; NaN where there are fewer impacts. Stops are counted upwards along
+        x, from 0 where the lowest is a wall below, else from 1. Over (branch, path): `period`,
+        after how many forcing periods the motion repeats itself (0: none up to half of those
+        followed, -1: there is no motion), and `reason`, why there is none. The attribute `failed`
+        counts those without.
+
+    Warns
+    -----
+    UserWarning
+        If a branch has nothing at any value, with the commonest reason and its count.
 
     Raises
     ------
@@ -103,6 +122,8 @@ def bifurcation_diagram(
     >>> found.period.sel(branch="forward").values
     array([1, 2])
     """
+    check_means(store, engine, n_workers, progress)
+    _check_lists(starts, follow)
     grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
     _check(grids, force, section, follow, points)
     window = Window(transient, points - 1)
@@ -111,7 +132,13 @@ def bifurcation_diagram(
     followed = Followed(grids[0], tuple(follow), section, window)
     afresh = Afresh(tuple(grids), section, window)
     parts = [(job, name) for job, name in ((followed, "followed"), (afresh, "afresh")) if job.size]
+    for job, _ in parts:
+        # Whether it is too large, before any of it is written.
+        chunks_of(job)
     if store is not None:
+        is_new = not any(has_store(Path(store) / name) for _, name in parts)
+        make_ready(parts[0][0], engine, is_new=is_new)
+        make_folder(Path(store))
         # Both at once: how much there is to do is known from the beginning.
         for job, name in parts:
             Store(Path(store) / name, job)
@@ -124,7 +151,33 @@ def bifurcation_diagram(
         else:
             answers.append(run_job(job, folder, engine, n_workers, progress))
     names = [*follow, *(f"start {i}" for i in range(len(grids)))]
-    return keep(_dataset(grids[0], names, section, answers), store)
+    # Followed branches begin at the first start.
+    of_branches = [*(grids[0] for _ in follow), *grids]
+    found = _dataset(of_branches, names, section, answers)
+    _tell(found)
+    return keep(found, store)
+
+
+def _tell(found: Dataset) -> None:
+    """Warn of branches that have nothing anywhere."""
+    reasons = found["reason"].values
+    empty = (reasons != "").all(axis=1)
+    if empty.any() and found.attrs["complete"]:
+        those = " and ".join(str(name) for name in found["branch"].values[empty])
+        what = f"{those}: no points at any of {reasons.shape[1]:,} values"
+        warn_of_failures(what, reasons[empty].ravel().tolist(), stacklevel=4)
+
+
+def _check_lists(starts: object, follow: object) -> None:
+    """See to it that what should be lists are lists."""
+    is_list = hasattr(starts, "__iter__") and not isinstance(starts, str)
+    if not is_list or not all(isinstance(it, Start) or hasattr(it, "__iter__") for it in starts):  # type: ignore[attr-defined]  # just seen
+        raise ParameterError("starts", starts, "not a list of starts, such as [(0.0, 1.0)]")
+    if isinstance(follow, str) or not hasattr(follow, "__iter__"):
+        raise ParameterError("follow", follow, 'not a list, such as ["forward"]')
+    names = list(follow)
+    if len(set(names)) < len(names):
+        raise ParameterError("follow", names, "the same twice")
 
 
 def _check(
@@ -132,22 +185,31 @@ def _check(
 ) -> None:
     if not grids:
         raise ParameterError("starts", (), "none at all; give (x0, v0)")
-    if len(grids[0].axes) != 1 or grids[0].axes[0].of_start:
-        given = [axis.path for axis in grids[0].axes]
-        raise ParameterError("over", given, "a diagram has one axis, a parameter of the motion")
+    given = [axis.path for axis in grids[0].axes]
+    if len(given) != 1:
+        raise ParameterError("over", given, "a diagram has one axis, a parameter")
+    if grids[0].axes[0].of_start and follow:
+        reason = (
+            "a diagram has one axis, of the motion; followed branches have no start, give follow=()"
+        )
+        raise ParameterError("over", given, reason)
     if section not in SECTIONS:
         raise ParameterError("section", section, f"neither {' nor '.join(SECTIONS)}")
     for name in follow:
         if name not in ("forward", "backward"):
             raise ParameterError("follow", name, "neither forward nor backward")
-    check_whole("points", points, 2)
+    whole("points", points, 2)
+    problem = too_large([len(grids) + len(follow), grids[0].size], 3 * points)
+    if problem is not None:
+        raise ParameterError("points", points, f"{points:,} at each of {problem}")
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "a diagram needs a periodic forcing")
 
 
-def _dataset(grid: Grid, names: list[str], section: str, answers: list[Answer]) -> Dataset:
+def _dataset(grids: list[Grid], names: list[str], section: str, answers: list[Answer]) -> Dataset:
     import xarray
 
+    grid = grids[0]
     n = grid.size
     parts = {
         name: np.concatenate(
@@ -172,24 +234,25 @@ def _dataset(grid: Grid, names: list[str], section: str, answers: list[Answer]) 
             "bound": (sampled, parts["points"][..., 2], {"units": "1"}),
         }
     data["period"] = (("branch", path), parts["period"], {"units": "1"})
-    data["reason"] = (("branch", path), _reasons(grid, parts["status"]))
+    data["reason"] = (("branch", path), _reasons(grids, parts["status"]))
     complete = all(answer.complete for answer in answers)
     total = sum(answer.n_impacts for answer in answers)
     return xarray.Dataset(
         data,
-        coords=coordinates_of(grid) | {"branch": names},
-        attrs=attributes_of(grid, Answer({}, {}, total, complete)) | {"section": section},
+        coords=coordinates_of(grid.dimensions) | {"branch": names},
+        attrs=attributes_of(motion_of(grid), Answer({}, {}, total, complete))
+        | {"section": section, "failed": failed_values(parts)},
     )
 
 
-def _reasons(grid: Grid, status: NDArray[np.generic]) -> NDArray[np.object_]:
+def _reasons(grids: list[Grid], status: NDArray[np.generic]) -> NDArray[np.object_]:
     found = np.full(status.shape, "", dtype=object)
     still = np.zeros(1)
     for branch, k in zip(*np.nonzero(status != 0), strict=True):
         code = int(status[branch, k])
         reason = reason_of(code, Plan(still, still, still, max_impacts=MOST_IMPACTS))
         if code == FAULTY:
-            _, faults = grid.lanes(int(k), int(k) + 1)
+            _, faults = grids[branch].lanes(int(k), int(k) + 1)
             reason = faults.get(0, "the branch does not begin outside the walls")
         elif code == NOT_DONE:
             reason = "not done yet"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,11 +13,22 @@ from percuss.ensembles.job import Block, Column, Dimension
 from percuss.ensembles.lanes import MOST_IMPACTS, Plan, follow_lanes, reason_of
 from percuss.ensembles.measures import SAME, Window, period_of
 from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK, identity_of
+from percuss.errors import ParameterError
 from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
+from percuss.model.exact import as_float
 from percuss.model.start import Start
+from percuss.model.stops import Wall
 
-__all__ = ["FAULTY", "NOT_DONE", "SECTIONS", "Afresh", "Followed", "impact_periods"]
+__all__ = [
+    "FAULTY",
+    "NOT_DONE",
+    "SECTIONS",
+    "Afresh",
+    "Followed",
+    "failed_values",
+    "impact_periods",
+]
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +37,8 @@ SECTIONS = {"stroboscopic": survey.STROBES, "impacts": survey.IMPACT_POINTS}
 FAULTY = -2
 # What a column of whole numbers holds where nothing has been written.
 NOT_DONE = -1
+# The period of what has no motion.
+NO_PERIOD = -1
 
 
 def _plan(group: LanesOf, section: str, window: Window) -> Plan:
@@ -142,7 +156,8 @@ class Followed:
         groups, faults = self.grid.lanes(k, k + 1)
         if begin is not None and faults:
             # The grid's own start may be inside a wall that has moved; the branch is not.
-            grid = replace(self.grid, start=Start(float(begin[0]), float(begin[1])))
+            x0 = _between_walls(self.grid, k, float(begin[0]))
+            grid = replace(self.grid, start=Start(x0, float(begin[1])))
             groups, faults = grid.lanes(k, k + 1)
         if faults:
             block.arrays["status"][row, k] = FAULTY
@@ -161,6 +176,18 @@ class Followed:
         return ends[0] if np.isfinite(ends).all() else begin
 
 
+def _between_walls(grid: Grid, k: int, x: float) -> float:
+    """Return the place, or the wall that has moved past it."""
+    try:
+        osc, _, _ = grid.point(k)
+    except ParameterError:
+        return x
+    for stop in osc.stops:
+        if isinstance(stop, Wall):
+            x = (max if stop.side == "below" else min)(x, as_float(stop.at))
+    return x
+
+
 def _columns(window: Window) -> dict[str, Column]:
     return {
         "points": Column((window.periods + 1, survey.POINT_COLUMNS), dims=("sample", "entry")),
@@ -173,6 +200,11 @@ def _empty(job: Afresh | Followed, n: int) -> Block:
     block = Block({name: column.empty(n) for name, column in _columns(job.window).items()})
     block.arrays["status"][:] = FAULTY
     return block
+
+
+def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
+    """Return at how many values of all branches there is nothing though they have been done."""
+    return int(((arrays["period"] == NO_PERIOD) & (arrays["status"] != NOT_DONE)).sum())
 
 
 def _identity(job: Afresh | Followed) -> dict[str, object]:
@@ -194,7 +226,7 @@ def _fill(
     points = lanes.points.copy()
     points[bad] = np.nan
     block.arrays["points"][rows] = points
-    block.arrays["period"][rows] = np.where(bad, -1, _period(lanes.tallies, points, section))
+    block.arrays["period"][rows] = np.where(bad, NO_PERIOD, _period(lanes.tallies, points, section))
     block.arrays["status"][rows] = lanes.status
     block.n_impacts += int(lanes.n_impacts.sum())
     for i in np.flatnonzero(bad):

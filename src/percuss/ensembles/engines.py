@@ -5,15 +5,21 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
+import signal
 from collections.abc import Iterator, Sequence
 from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, TypeAlias
 
+from percuss.ensembles.cluster import EngineError, chunks_by_address, chunks_by_client, reach
+from percuss.ensembles.grid import whole
 from percuss.ensembles.job import Block, Job
-from percuss.errors import MissingExtraError, ParameterError, PercussError
+from percuss.ensembles.main_script import check_main
+from percuss.ensembles.threads import Threads
+from percuss.ensembles.watch import tell_of_stopping
+from percuss.errors import ParameterError
 
-__all__ = ["Engine", "EngineError", "done_chunks"]
+__all__ = ["Engine", "EngineError", "check_engine", "done_chunks", "make_ready"]
 
 # "threads", "processes", the address of a Dask scheduler, or a `distributed.Client`.
 Engine: TypeAlias = Any
@@ -21,14 +27,6 @@ Span: TypeAlias = tuple[int, int]
 
 # Chunks in hand for each worker: the next ones, so that none waits.
 AHEAD = 2
-# Seconds to reach a cluster.
-CONNECT = 10.0
-# A worker that dies takes its chunk along so many times before the chunk is given up.
-RETRIES = 10
-
-
-class EngineError(PercussError):
-    """The engine cannot be reached, or has lost its workers."""
 
 
 def done_chunks(
@@ -57,20 +55,55 @@ def done_chunks(
     Raises
     ------
     ParameterError
-        If there is no such engine.
+        If there is no such engine, or it cannot have so many workers.
     EngineError
         If a cluster cannot be reached or loses its workers.
     """
+    check_engine(engine, n_workers)
     if engine == "threads":
         return _of_pool(_threads(n_workers), job, spans, n_workers)
     if engine == "processes":
         return _of_pool(_processes(n_workers, job), None, spans, n_workers)
-    if isinstance(engine, str) and "://" in engine:
-        return _of_address(job, spans, engine)
-    if hasattr(engine, "submit") and hasattr(engine, "scheduler_info"):
-        return _of_client(job, spans, engine)
-    reason = 'neither "threads" nor "processes", nor a Dask client or its address ("tcp://...")'
-    raise ParameterError("engine", engine, reason)
+    if isinstance(engine, str):
+        return chunks_by_address(job, spans, engine)
+    return chunks_by_client(job, spans, engine)
+
+
+def check_engine(engine: Engine, n_workers: int | None) -> None:
+    """Raise a `ParameterError` unless there can be such an engine, with so many workers."""
+    if n_workers is not None:
+        whole("n_workers", n_workers, 1)
+    is_named = isinstance(engine, str) and (engine in ("threads", "processes") or "://" in engine)
+    is_client = hasattr(engine, "submit") and hasattr(engine, "scheduler_info")
+    if not (is_named or is_client):
+        reason = 'neither "threads" nor "processes", nor a Dask client or its address ("tcp://...")'
+        raise ParameterError("engine", engine, reason)
+
+
+def make_ready(job: Job, engine: Engine, *, is_new: bool) -> None:
+    """See to it that the engine can begin, before anything is written.
+
+    Parameters
+    ----------
+    job
+        The work.
+    engine
+        As `done_chunks` takes it.
+    is_new
+        Whether nothing has been done yet: what is finished needs no cluster.
+
+    Raises
+    ------
+    ParameterError
+        If other processes cannot begin from the caller's script, or do not find its functions.
+    EngineError
+        If no cluster answers.
+    """
+    if engine == "processes":
+        _check_that_it_travels(job)
+        check_main(job)
+    elif is_new and isinstance(engine, str) and "://" in engine:
+        reach(engine)
 
 
 def cores() -> int:
@@ -81,7 +114,7 @@ def cores() -> int:
 
 
 def _threads(n_workers: int | None) -> futures.Executor:
-    return futures.ThreadPoolExecutor(n_workers or cores(), thread_name_prefix="percuss")
+    return Threads(n_workers or cores())
 
 
 def _processes(n_workers: int | None, job: Job) -> futures.Executor:
@@ -115,6 +148,8 @@ _JOB: list[Job] = []
 
 def _remember(job: Job) -> None:
     _JOB[:] = [job]
+    # Ctrl-C reaches all processes of a terminal; what is done about it is the caller's.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _compute(job: Job | None, span: Span) -> Block:
@@ -124,85 +159,61 @@ def _compute(job: Job | None, span: Span) -> Block:
 def _of_pool(
     pool: futures.Executor, job: Job | None, spans: Sequence[Span], n_workers: int | None
 ) -> Iterator[tuple[int, Block]]:
+    n = n_workers or cores()
     waiting = iter(range(len(spans)))
     running: dict[futures.Future[Block], int] = {}
+    n_done = n_interrupts = 0
     try:
         while True:
             # Few at a time: what is done waits in memory until it is taken.
-            while len(running) < AHEAD * (n_workers or cores()):
+            while n_interrupts == 0 and len(running) < AHEAD * n:
                 i = next(waiting, None)
                 if i is None:
                     break
                 running[pool.submit(_compute, job, spans[i])] = i
             if not running:
-                return
-            done, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
+                break
+            try:
+                done, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
+            except KeyboardInterrupt:
+                n_interrupts += 1
+                if n_interrupts > 1:
+                    raise
+                tell_of_stopping()
+                running = {future: i for future, i in running.items() if not future.cancel()}
+                continue
             for future in sorted(done, key=running.__getitem__):
-                yield running.pop(future), future.result()
+                block = future.result()
+                n_done += 1
+                yield running.pop(future), block
+        if n_interrupts > 0:
+            raise KeyboardInterrupt
     except BrokenProcessPool as error:
-        raise EngineError(f"a worker process has died: {error}") from error
+        if n_interrupts > 0:
+            raise KeyboardInterrupt from error
+        raise EngineError(_of_a_death(running, spans, n, n_done)) from error
     finally:
         for future in running:
             future.cancel()
-        pool.shutdown(wait=True, cancel_futures=True)
+        if n_interrupts > 1:
+            _drop(pool)
+        pool.shutdown(wait=n_interrupts < 2, cancel_futures=True)
 
 
-def _of_address(job: Job, spans: Sequence[Span], address: str) -> Iterator[tuple[int, Block]]:
-    distributed = _distributed()
-    try:
-        client = distributed.Client(address, timeout=CONNECT)
-    except (OSError, ValueError) as error:
-        raise EngineError(
-            f"no Dask scheduler answers at {address} within {CONNECT:g} s: {error}"
-        ) from error
-    try:
-        yield from _of_client(job, spans, client)
-    finally:
-        client.close()
+def _drop(pool: futures.Executor) -> None:
+    """End the processes of a pool where they are; threads are left to themselves."""
+    for process in list((getattr(pool, "_processes", None) or {}).values()):
+        process.kill()
 
 
-def _of_client(job: Job, spans: Sequence[Span], client: Any) -> Iterator[tuple[int, Block]]:
-    distributed = _distributed()
-    waiting = iter(range(len(spans)))
-    running: dict[Any, int] = {}
-
-    def submit() -> Any:
-        i = next(waiting, None)
-        if i is None:
-            return None
-        future = client.submit(_compute, job, spans[i], pure=False, retries=RETRIES)
-        running[future] = i
-        return future
-
-    try:
-        first = [submit() for _ in range(min(len(spans), AHEAD * _n_threads(client)))]
-        done = distributed.as_completed([future for future in first if future is not None])
-        for future in done:
-            yield running.pop(future), _result_of(future, distributed)
-            following = submit()
-            if following is not None:
-                done.add(following)
-    finally:
-        for future in running:
-            future.cancel()
-
-
-def _result_of(future: Any, distributed: Any) -> Block:
-    try:
-        block: Block = future.result()
-    except distributed.KilledWorker as error:
-        raise EngineError(f"a chunk was lost with {RETRIES} workers, one after another") from error
-    return block
-
-
-def _n_threads(client: Any) -> int:
-    workers = client.scheduler_info(n_workers=-1)["workers"]
-    return max(1, sum(int(worker["nthreads"]) for worker in workers.values()))
-
-
-def _distributed() -> Any:
-    try:
-        import distributed
-    except ImportError:
-        raise MissingExtraError("a Dask engine needs distributed", "cluster") from None
-    return distributed
+def _of_a_death(
+    running: dict[futures.Future[Block], int], spans: Sequence[Span], n: int, n_done: int
+) -> str:
+    """Say what was at work when a worker died: of what was handed out, the first n."""
+    left = [i for future, i in running.items() if not future.done() or future.exception()]
+    points = [f"{spans[i][0]:,} to {spans[i][1] - 1:,}" for i in sorted(left)[:n]]
+    reason = (
+        "a worker process has died, by a crash, a signal or for want of memory, while these points "
+        f"were at work: {', '.join(points)}"
+    )
+    return reason if n_done else f"{reason}; none was done before, and it may have said why above"

@@ -21,7 +21,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
 
-__all__ = ["POINTS", "Axis", "Grid", "LanesOf", "check_whole", "make_grid", "values_of", "walls_of"]
+__all__ = ["POINTS", "Axis", "Grid", "LanesOf", "make_grid", "values_of", "walls_of", "whole"]
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -262,18 +262,23 @@ def make_grid(
     """
     if not isinstance(over, Mapping):
         raise ParameterError("over", over, "not {path: values} or {path: (low, high)}")
+    if not isinstance(osc, Oscillator):
+        raise ParameterError("osc", osc, "no oscillator, such as pc.impact_oscillator() returns")
+    if force is not None and not isinstance(force, Forcing):
+        raise ParameterError("force", force, "no forcing, such as pc.cosine(2.5), nor None")
     begin = start if isinstance(start, Start) else _start_of(start)
     axes: list[Axis] = []
     for path, values in over.items():
         name = long_form(path, osc, force, begin)
         if any(axis.path == name for axis in axes):
-            raise ParameterError("over", path, f"named twice, also as {name}")
+            before = next(it for it in over if long_form(it, osc, force, begin) == name)
+            raise ParameterError("over", (before, path), "the same parameter, named twice")
         axes.append(Axis(name, values_of(path, values, points)))
     return Grid(osc, force, begin, tuple(axes))
 
 
-def check_whole(name: str, value: object, least: int) -> None:
-    """Raise a `ParameterError` unless a value is a whole number and large enough.
+def whole(name: str, value: object, least: int) -> int:
+    """Return a whole number, NumPy's too, as Python's own.
 
     Parameters
     ----------
@@ -283,12 +288,22 @@ def check_whole(name: str, value: object, least: int) -> None:
         The value.
     least
         The least that is allowed.
+
+    Raises
+    ------
+    ParameterError
+        If it is none, or smaller.
     """
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
         raise ParameterError(name, value, f"not a whole number of at least {least}")
+    if value < least:
+        raise ParameterError(name, int(value), f"not a whole number of at least {least}")
+    return int(value)
 
 
 def _start_of(start: Sequence[Phase] | None) -> Start:
+    if start is not None and (isinstance(start, str) or not hasattr(start, "__iter__")):
+        raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0)")
     numbers: tuple[object, ...] = (0.0, 0.0) if start is None else tuple(start)
     if not 2 <= len(numbers) <= 3:
         raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0)")

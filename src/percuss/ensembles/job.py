@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -9,7 +10,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Block", "Column", "Dimension", "Job", "chunks_of"]
+from percuss.ensembles.sizes import too_large
+from percuss.errors import ParameterError
+
+__all__ = ["Answer", "Block", "Column", "Dimension", "Job", "chunks_of", "spans_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,13 +29,16 @@ class Column:
     dims
         Names of the dimensions of the tail.
     units
-        Its dimensions in length and time.
+        Its dimensions in length and time; "" where they are not known.
+    meaning
+        What it is, in a line; "" where its name says so.
     """
 
     tail: tuple[int, ...] = ()
     dtype: str = "f8"
     dims: tuple[str, ...] = ()
     units: str = "1"
+    meaning: str = ""
 
     def empty(self, n: int) -> NDArray[np.generic]:
         """Return room for n points: NaN, or -1."""
@@ -77,6 +84,28 @@ class Block:
     n_impacts: int = 0
 
 
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What came of a job.
+
+    Attributes
+    ----------
+    arrays
+        By column, (size, *tail) each; NaN and -1 where it has not been done.
+    reasons
+        Why points have no answer, by point, in order.
+    n_impacts
+        How many impacts it took.
+    complete
+        False where it was stopped before its end.
+    """
+
+    arrays: dict[str, NDArray[np.generic]]
+    reasons: dict[int, str]
+    n_impacts: int
+    complete: bool
+
+
 class Job(Protocol):
     """What engines do: pickled once, asked for its chunks in any order."""
 
@@ -110,5 +139,22 @@ class Job(Protocol):
 
 
 def chunks_of(job: Job) -> list[tuple[int, int]]:
-    """Return first and last point of each chunk, the last not included."""
-    return [(first, min(first + job.chunk, job.size)) for first in range(0, job.size, job.chunk)]
+    """Return first and last point of each chunk, the last not included.
+
+    Raises
+    ------
+    ParameterError
+        If the answer does not fit into this machine's memory.
+    """
+    each = sum(math.prod(column.tail) for column in job.columns.values())
+    problem = too_large([job.size], each)
+    if problem is not None:
+        axes = job.dimensions
+        shape = " x ".join(f"{len(axis.values):,}" for axis in axes)
+        raise ParameterError(", ".join(axis.name for axis in axes), shape, problem)
+    return spans_of(job.size, job.chunk)
+
+
+def spans_of(size: int, chunk: int) -> list[tuple[int, int]]:
+    """Return first and last of each chunk of so many points, the last not included."""
+    return [(first, min(first + chunk, size)) for first in range(0, size, chunk)]

@@ -22,6 +22,8 @@ Numbers = NDArray[np.int64]
 # Searches of a lane before it is looked at one by one, and how often it is then.
 PATIENCE = 20_000
 MOST_LOOKS = 50
+# Lanes whose points are put in order at a time.
+AT_ONCE = 256
 # Impacts of a lane: a motion of a few hundred periods has hundreds. Elastic hops on a wall, or a
 # fast motion against two walls, can be any number.
 MOST_IMPACTS = 1_000_000
@@ -174,8 +176,11 @@ def _put_in_order(points: Floats, tallies: Floats) -> None:
     """Turn rings of points that have gone round so that the oldest comes first."""
     m = points.shape[1]
     written = tallies[:, survey.POINTS].astype(np.int64)
-    for i in np.flatnonzero(written > m):
-        points[i] = np.roll(points[i], -(written[i] % m), axis=0)
+    turned = np.flatnonzero((written > m) & (written % m > 0))
+    # A part at a time: with all points kept their copy would be large.
+    for rows in np.split(turned, range(AT_ONCE, len(turned), AT_ONCE)):
+        order = (written[rows, np.newaxis] + np.arange(m)) % m
+        points[rows] = points[rows[:, np.newaxis], order]
 
 
 def reason_of(status: int, plan: Plan) -> str | None:

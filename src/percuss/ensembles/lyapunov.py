@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.grid import check_whole, make_grid
+from percuss.ensembles.grid import make_grid, whole
 from percuss.ensembles.lanes import Lanes, Plan, follow_lanes, reason_of
 from percuss.ensembles.measures import period_of
 from percuss.ensembles.tangents import BLOCKS, drift_of, exponents_of, tangent_plan
@@ -104,8 +104,7 @@ def lyapunov_exponents(
     >>> found.exponents.round(5)
     array([-0.08879, -0.08879])
     """
-    check_whole("transient", transient, 0)
-    check_whole("periods", periods, BLOCKS)
+    transient, periods = whole("transient", transient, 0), whole("periods", periods, BLOCKS)
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "exponents are taken over forcing periods")
     grid = make_grid(osc, force, start, {})

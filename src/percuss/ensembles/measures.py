@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.grid import LanesOf, check_whole
+from percuss.ensembles.grid import LanesOf, whole
 from percuss.ensembles.lanes import Lanes, Plan, follow_lanes, reason_of
 from percuss.ensembles.tangents import exponents_of, tangent_plan
 from percuss.kernels import record as columns
@@ -45,8 +45,8 @@ class Window:
     periods: int = 64
 
     def __post_init__(self) -> None:
-        check_whole("transient", self.transient, 0)
-        check_whole("periods", self.periods, 1)
+        object.__setattr__(self, "transient", whole("transient", self.transient, 0))
+        object.__setattr__(self, "periods", whole("periods", self.periods, 1))
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,45 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from percuss.ensembles.engines import Engine, done_chunks
-from percuss.ensembles.job import Block, Job, chunks_of
-from percuss.ensembles.store import RESULT, Store, keep_result
-from percuss.ensembles.watch import Report, Watch
+from percuss.ensembles.checks import check_means
+from percuss.ensembles.engines import Engine, done_chunks, make_ready
+from percuss.ensembles.job import Answer, Block, Job, chunks_of
+from percuss.ensembles.store import RESULT, Store, has_store, keep_result
+from percuss.ensembles.watch import Report, Watch, tell_of_stopping
+from percuss.errors import OutputError
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["Answer", "Report", "keep", "run_job", "unanswered"]
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """What came of a job.
-
-    Attributes
-    ----------
-    arrays
-        By column, (size, *tail) each; NaN and -1 where it has not been done.
-    reasons
-        Why points have no answer, by point, in order.
-    n_impacts
-        How many impacts it took.
-    complete
-        False where it was stopped before its end.
-    """
-
-    arrays: dict[str, NDArray[np.generic]]
-    reasons: dict[int, str]
-    n_impacts: int
-    complete: bool
+__all__ = ["Report", "keep", "run_job", "unanswered"]
 
 
 def run_job(
@@ -73,30 +49,42 @@ def run_job(
     Answer
         The same bits whatever the engine, the workers and the interruptions.
     """
+    # Before there is a store.
+    check_means(store, engine, n_workers, progress)
     spans = chunks_of(job)
+    make_ready(job, engine, is_new=store is not None and not has_store(Path(store)))
     keeper = _Memory(job, spans) if store is None else Store(store, job)
     todo = keeper.todo()
     watch = Watch(progress, job.size, _size(spans, todo))
-    is_interrupted = False
+    is_interrupted = is_stopped = False
     coming = done_chunks(job, [spans[i] for i in todo], engine, n_workers) if todo else iter(())
     try:
         for place, block in coming:
             keeper.write(todo[place], block)
             first, last = spans[todo[place]]
             if not watch.go_on(last - first, block.n_impacts):
+                is_stopped = True
                 break
     except KeyboardInterrupt:
         is_interrupted = True
+        if getattr(coming, "gi_frame", None) is not None:
+            # It came between two chunks: those at work have still to end.
+            tell_of_stopping()
     finally:
         close = getattr(coming, "close", None)
         if close is not None:
             close()
         watch.close()
-    # What was being written when it was interrupted may be done or not.
-    left = keeper.todo()
     if is_interrupted:
-        watch.tell_of_interruption(job.size - _size(spans, left), store)
-    return Answer(*keeper.read(), complete=not left)
+        # What was being written then may be done or not.
+        watch.tell_of_interruption(job.size - _size(spans, keeper.todo()), store)
+    answer = keeper.read()
+    if store is not None and not (answer.complete or is_interrupted or is_stopped):
+        reason = (
+            "has lost chunks that were written: someone has removed them; the same call goes on"
+        )
+        raise OutputError(store, reason)
+    return answer
 
 
 def _size(spans: list[tuple[int, int]], numbers: list[int]) -> int:
@@ -137,5 +125,6 @@ class _Memory:
         self._n_impacts += block.n_impacts
         del self._left[number]
 
-    def read(self) -> tuple[dict[str, NDArray[np.generic]], dict[int, str], int]:
-        return self._arrays, dict(sorted(self._reasons.items())), self._n_impacts
+    def read(self) -> Answer:
+        reasons = dict(sorted(self._reasons.items()))
+        return Answer(self._arrays, reasons, self._n_impacts, complete=not self._left)

@@ -4,7 +4,8 @@ A store is a Zarr group: an array for each column of the answer, in which each c
 a chunk, and ``done``, with a chunk of its own for each of them. A chunk's data are written first
 and its mark in ``done`` after them, each by writing a file and renaming it: whatever is killed at
 whatever moment leaves chunks that are marked and whole, and others that are done again. The mark
-is one more than the number of impacts that the chunk took; its file tells when it was finished.
+is two numbers: one more than the impacts that the chunk took, and when it was finished, which a
+copy of the file does not tell any more. Every file of a chunk ends with a checksum.
 """
 
 from __future__ import annotations
@@ -20,23 +21,40 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss.ensembles.code import code_hash
-from percuss.ensembles.job import Block, Column, Job, chunks_of
-from percuss.errors import OutputError
+from percuss.ensembles.job import Answer, Block, Job, chunks_of
+from percuss.ensembles.netcdf_bytes import write_whole
+from percuss.ensembles.store_chunks import (
+    MARK,
+    cut_files,
+    key_of,
+    lay_down,
+    mark_of,
+    marks_in,
+    sound_chunks,
+)
+from percuss.ensembles.store_contents import REASON_BYTES, contents, reasons_as_bytes
+from percuss.errors import OutputError, PercussError
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["RESULT", "Store", "has_store", "keep_result", "opened_group", "own_attributes", "told"]
+__all__ = [
+    "RESULT",
+    "Store",
+    "has_store",
+    "keep_result",
+    "make_folder",
+    "opened_group",
+    "own_attributes",
+    "told",
+]
 
-FORMAT = 2
+FORMAT = 3
 # The finished result, for whoever only wants to look at it.
 RESULT = "result.nc"
-# Room for the reasons of a chunk: what does not fit is cut off.
-REASON_BYTES = 1 << 18
 
 
 class Store:
@@ -61,15 +79,15 @@ class Store:
         self._chunk = min(job.chunk, job.size)
         self._columns = job.columns
         with told(self.path):
-            group = _open(self.path, job) if has_store(self.path) else _make(self.path, job)
-            # Each look into the group reads a file.
-            self._arrays = {name: group[name] for name in (*self._columns, "reasons", "done")}
-            self._drop_damaged()
+            is_there = has_store(self.path)
+            self._arrays = _open(self.path, job) if is_there else _make(self.path, job)
+            if is_there:
+                self._drop_damaged()
 
     def todo(self) -> list[int]:
         """Return the numbers of the chunks without a mark."""
         with told(self.path):
-            return [int(i) for i in np.flatnonzero(self._arrays["done"][:] == 0)]
+            return np.flatnonzero(marks_in(self.path, len(self.spans))[:, 0] == 0).tolist()
 
     def write(self, number: int, block: Block) -> None:
         """Write a chunk, and its mark after it."""
@@ -80,80 +98,22 @@ class Store:
                 if last - first < self._chunk:
                     # The last chunk is stored as long as the others.
                     values = np.concatenate([values, column.empty(self._chunk - last + first)])
-                self._put(name, self._key(number, column), values)
+                lay_down(self.path / name / "c" / key_of(number, column.tail), values)
             if block.reasons:
-                self._arrays["reasons"][number] = _as_bytes(block.reasons)
-            self._put("done", str(number), np.array([1 + block.n_impacts], dtype="i8"))
+                self._arrays["reasons"][number] = reasons_as_bytes(block.reasons)
+            lay_down(self.path / "done" / "c" / str(number), mark_of(block.n_impacts))
 
-    @staticmethod
-    def _key(number: int, column: Column) -> str:
-        """Return the name of a chunk of a column among its files."""
-        return "/".join([str(number), *("0" * len(column.tail))])
-
-    def _put(self, name: str, key: str, values: NDArray[np.generic]) -> None:
-        """Write a chunk as Zarr lays it down: its bytes, little end first, under its key.
-
-        By Zarr itself a chunk takes 2 ms, most of them on the way to another thread and back.
-        """
-        target = self.path / name / "c" / key
-        part = target.with_name(f"{target.name}.{os.getpid()}.part")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            part.write_bytes(values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes())
-            part.replace(target)
-        finally:
-            part.unlink(missing_ok=True)
-
-    def read(self) -> tuple[dict[str, NDArray[np.generic]], dict[int, str], int]:
-        """Return all columns, the reasons by point, and the number of impacts it took."""
+    def read(self) -> Answer:
+        """Return what has been done."""
         with told(self.path):
-            arrays = {name: np.array(self._arrays[name][:]) for name in self._columns}
-            done = np.asarray(self._arrays["done"][:])
-            for undone in np.flatnonzero(done == 0):
-                # What was killed while it was written is not done.
-                part = slice(*self.spans[int(undone)])
-                for name, column in self._columns.items():
-                    arrays[name][part] = column.empty(part.stop - part.start)
-            reasons: dict[int, str] = {}
-            # Of most chunks there is no file.
-            for number, (first, _) in enumerate(self.spans):
-                if not (self.path / "reasons" / "c" / str(number)).exists():
-                    continue
-                found = self._arrays["reasons"][number]
-                if found[0]:
-                    texts = json.loads(bytes(found).rstrip(b"\0"))
-                    reasons |= {first + i: text for text, those in texts for i in those}
-        return arrays, dict(sorted(reasons.items())), int(done.sum() - np.count_nonzero(done))
+            return contents(self.path, self._arrays, self._columns, self.spans)
 
     def _drop_damaged(self) -> None:
         """Take the marks off chunks whose data are gone or cut off, so that they are done again."""
-        done = np.asarray(self._arrays["done"][:])
-        try:
-            whole = not any(self._is_missing(int(i)) for i in np.flatnonzero(done))
-            for name in self._columns if whole and done.any() else ():
-                self._arrays[name][:]
-        except (ValueError, RuntimeError, OSError):
-            whole = False
-        if not whole:
-            for number in np.flatnonzero(done):
-                if not self._is_whole(int(number)):
-                    self._arrays["done"][int(number)] = 0
-
-    def _is_missing(self, number: int) -> bool:
-        """Tell whether a chunk has no file for one of its columns."""
-        return any(
-            not (self.path / name / "c" / self._key(number, column)).exists()
-            for name, column in self._columns.items()
-        )
-
-    def _is_whole(self, number: int) -> bool:
-        first, last = self.spans[number]
-        try:
-            for name in self._columns:
-                self._arrays[name][first:last]
-        except (ValueError, RuntimeError, OSError):
-            return False
-        return not self._is_missing(number)
+        marks = marks_in(self.path, len(self.spans))
+        sound = sound_chunks(self.path, self._columns, self._chunk, marks, thoroughly=True)
+        for number in np.flatnonzero((marks[:, 0] > 0) & ~sound).tolist():
+            (self.path / "done" / "c" / str(number)).unlink()
 
 
 @contextlib.contextmanager
@@ -161,17 +121,56 @@ def told(path: Path) -> Iterator[None]:
     """Say in a sentence what is wrong with a store."""
     try:
         yield
-    except OutputError:
+    except PercussError:
         raise
     except OSError as error:
-        raise OutputError(path, f"{error.strerror or error}; what was finished is kept") from error
-    except (ValueError, KeyError, TypeError, RuntimeError) as error:
+        kept = "; what was finished is kept" if _has_chunks(path) else ""
+        raise OutputError(path, f"{error.strerror or error}{kept}") from error
+    except json.JSONDecodeError as error:
+        raise OutputError(path, _cut_off(path)) from error
+    except KeyError as error:
+        reason = f"a damaged store, which has lost its {error}; choose another name"
+        raise OutputError(path, reason) from error
+    except (ValueError, TypeError, RuntimeError) as error:
         raise OutputError(path, f"a damaged store ({error}); choose another name") from error
+
+
+def _cut_off(path: Path) -> str:
+    """Say which description of a damaged store is cut off, and what to do."""
+    cut = cut_files(path)
+    if "zarr.json" in cut or not cut:
+        return (
+            "a damaged store: its zarr.json, which says what study it is, is cut off or changed; "
+            "put a copy of that file back, or choose another name"
+        )
+    return f"a damaged store: {cut[0]} is cut off or changed; the command that began it mends that"
+
+
+def _has_chunks(path: Path) -> bool:
+    try:
+        return (path / "done" / "c").exists()
+    except OSError:
+        # The path itself may be what is wrong.
+        return False
 
 
 def has_store(path: Path) -> bool:
     """Tell whether a folder holds a store."""
     return (path / "zarr.json").exists()
+
+
+def make_folder(path: Path) -> None:
+    """Make the folder of a store; what it lies in is there, or the path has a slip in it.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made.
+    """
+    with told(path):
+        if not path.parent.exists():
+            raise OutputError(path, f"there is no folder {path.parent}; make it first")
+        path.mkdir(exist_ok=True)
 
 
 def opened_group(path: Path, mode: str) -> Any:
@@ -191,6 +190,8 @@ def own_attributes(path: Path, group: Any) -> dict[str, Any]:
         If it is no store of percuss, or of another version.
     """
     own = group.attrs.get("percuss")
+    if not dict(group.attrs) and not _has_chunks(path):
+        raise OutputError(path, "was begun, and holds nothing yet; the same command goes on")
     if not isinstance(own, dict):
         raise OutputError(path, "a Zarr group, but no store of percuss; choose another name")
     if own.get("format") != FORMAT:
@@ -221,7 +222,7 @@ def keep_result(path: str | Path, dataset: Dataset) -> None:
     part = target.with_suffix(f".{os.getpid()}.part")
     with told(Path(path)):
         try:
-            dataset.to_netcdf(part, engine="h5netcdf")
+            write_whole(dataset, part)
             part.replace(target)
         finally:
             part.unlink(missing_ok=True)
@@ -233,28 +234,10 @@ def _identity(job: Job) -> dict[str, Any]:
     return identity
 
 
-def _make(path: Path, job: Job) -> Any:
+def _make(path: Path, job: Job) -> dict[str, Any]:
     if path.exists() and (not path.is_dir() or any(path.iterdir())):
         raise OutputError(path, "exists and is no store of percuss; choose another name")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    # A group without its attributes is one that was killed while it was made: made anew.
-    group = opened_group(path, "w")
-    n = len(chunks_of(job))
-    for name, column in job.columns.items():
-        group.create_array(
-            name,
-            shape=(job.size, *column.tail),
-            chunks=(min(job.chunk, job.size), *column.tail),
-            dtype=column.dtype,
-            fill_value=np.nan if column.dtype == "f8" else -1,
-            dimension_names=("point", *column.dims) if column.dims or not column.tail else None,
-            compressors=None,
-        )
-    group.create_array(
-        "reasons", shape=(n, REASON_BYTES), chunks=(1, REASON_BYTES), dtype="u1", fill_value=0
-    )
-    group.create_array("done", shape=(n,), chunks=(1,), dtype="i8", fill_value=0, compressors=None)
-    group.attrs["percuss"] = {
+    about = {
         "format": FORMAT,
         "version": metadata.version("percuss"),
         "code": code_hash(),
@@ -264,15 +247,23 @@ def _make(path: Path, job: Job) -> Any:
         "motions_of_a_point": min(math.prod(column.tail) for column in job.columns.values()),
         "dimensions": [[it.name, list(it.values), it.units] for it in job.dimensions],
         "columns": {
-            name: {"dims": list(column.dims), "units": column.units}
+            name: {"dims": list(column.dims), "units": column.units, "meaning": column.meaning}
             for name, column in job.columns.items()
         },
         "study": _identity(job),
     }
-    return group
+    make_folder(path)
+    import zarr
+
+    # Its attributes with it: whoever is killed while the arrays are made leaves what says which
+    # study it is, and they are made by the next one.
+    group = zarr.create_group(
+        str(path), overwrite=True, zarr_format=3, attributes={"percuss": about}
+    )
+    return {name: _array(group, name, job) for name in _names(job)}
 
 
-def _open(path: Path, job: Job) -> Any:
+def _open(path: Path, job: Job) -> dict[str, Any]:
     group = opened_group(path, "r+")
     if not dict(group.attrs) and not any(True for _ in path.glob("done/c/*")):
         # It was killed while it was made, before it held anything.
@@ -294,20 +285,43 @@ def _open(path: Path, job: Job) -> Any:
             "finish it with that or choose another name"
         )
         raise OutputError(path, reason)
-    return group
+    return {name: _opened_array(path, group, name, job) for name in _names(job)}
 
 
-def _as_bytes(reasons: dict[int, str]) -> NDArray[np.uint8]:
-    """Return reasons as JSON, each text once, cut where they do not fit."""
-    by_text: dict[str, list[int]] = {}
-    for i, text in sorted(reasons.items()):
-        by_text.setdefault(text, []).append(i)
-    for longest in (None, 2000, 300, 40, 0):
-        short: dict[str, list[int]] = {}
-        for text, those in by_text.items():
-            cut = text if longest is None else text[-longest:] if longest else ""
-            short.setdefault(cut, []).extend(those)
-        found = json.dumps(list(short.items())).encode()
-        if len(found) <= REASON_BYTES:
-            break
-    return np.frombuffer(found.ljust(REASON_BYTES, b"\0"), dtype=np.uint8)
+def _names(job: Job) -> tuple[str, ...]:
+    return (*job.columns, "reasons", "done")
+
+
+def _opened_array(path: Path, group: Any, name: str, job: Job) -> Any:
+    """Return an array, described anew where a crash of the machine has left no description."""
+    try:
+        return group[name]
+    except (ValueError, KeyError, TypeError):
+        (path / name / "zarr.json").unlink(missing_ok=True)
+        return _array(group, name, job)
+
+
+def _array(group: Any, name: str, job: Job) -> Any:
+    """Describe an array in a group; chunks that are there stay."""
+    from zarr.codecs import Crc32cCodec, ZstdCodec
+
+    n, sums = len(chunks_of(job)), [Crc32cCodec()]
+    if name == "done":
+        return group.create_array(
+            name, shape=(MARK * n,), chunks=(MARK,), dtype="i8", fill_value=0, compressors=sums
+        )
+    if name == "reasons":
+        return group.create_array(
+            name, shape=(n, REASON_BYTES), chunks=(1, REASON_BYTES), dtype="u1", fill_value=0,
+            compressors=[ZstdCodec(), *sums],
+        )  # fmt: skip
+    column = job.columns[name]
+    return group.create_array(
+        name,
+        shape=(job.size, *column.tail),
+        chunks=(min(job.chunk, job.size), *column.tail),
+        dtype=column.dtype,
+        fill_value=np.nan if column.dtype == "f8" else -1,
+        dimension_names=("point", *column.dims) if column.dims or not column.tail else None,
+        compressors=sums,
+    )

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.ensembles.basins import no_starts
+from percuss.ensembles.checks import folder_of
+from percuss.ensembles.datasets import attributes_of, coordinates_of, dataset_of
+from percuss.ensembles.diagram_jobs import failed_values
+from percuss.ensembles.job import Answer, Column, Dimension, spans_of
 from percuss.ensembles.store import RESULT, has_store, opened_group, own_attributes, told
+from percuss.ensembles.store_chunks import marks_in, sound_chunks
+from percuss.ensembles.store_contents import contents
 from percuss.errors import OutputError
 
 if TYPE_CHECKING:
@@ -26,6 +35,8 @@ PAUSE, USUAL = 60.0, 20.0
 PARTS = ("followed", "afresh")
 # The last so many chunks tell the rate.
 RECENT = 200
+# What a column holds, by what Zarr calls it.
+_KINDS = {"float64": "f8", "int64": "i8"}
 
 
 def status_of_store(path: str | Path) -> dict[str, Any]:
@@ -61,7 +72,7 @@ def status_of_store(path: str | Path) -> dict[str, Any]:
     >>> status["points_done"], status["points"], status["seconds_left"]
     (2, 2, 0.0)
     """
-    parts = [_status_of_part(part) for part in _parts(Path(path))]
+    parts = [_status_of_part(part) for part in _parts(folder_of(path))]
     total: dict[str, Any] = {"study": parts[0]["study"], "version": parts[0]["version"]}
     for name in ("points", "points_done", "chunks", "done", "n_impacts"):
         total[name] = sum(part[name] for part in parts)
@@ -92,7 +103,8 @@ def stores_in(path: str | Path) -> list[Path]:
     folder = Path(path)
     if _parts_of_one(folder):
         return [folder]
-    found = [inner for inner in sorted(folder.glob("*")) if _parts_of_one(inner)]
+    inside = (inner for inner in sorted(folder.glob("*")) if not _is_array(inner))
+    found = [inner for inner in inside if _parts_of_one(inner)]
     if not found:
         raise OutputError(path, "no store there")
     return found
@@ -109,9 +121,10 @@ def load_store(path: str | Path) -> Dataset:
     Returns
     -------
     xarray.Dataset
-        Of a study that was brought to its end what its call returned. Of another one the columns
-        as they are stored, over the axes of the study, NaN and -1 where it is not done, with the
-        attribute ``complete`` at 0; basins are then not yet numbered.
+        What its call returned, and of a sweep that was stopped what it would return then. Of
+        another study that was not brought to its end the columns as they are stored, over the
+        axes of the study, NaN and -1 where it is not done, with the attribute ``complete`` at 0;
+        basins are then not yet numbered.
 
     Raises
     ------
@@ -120,12 +133,16 @@ def load_store(path: str | Path) -> Dataset:
     """
     import xarray
 
-    where = Path(path)
+    where = folder_of(path)
     parts = _parts(where)
     with told(where):
         if all(_is_complete(part) for part in parts) and (where / RESULT).exists():
-            with xarray.open_dataset(where / RESULT, engine="h5netcdf") as found:
-                return found.load()
+            try:
+                with xarray.open_dataset(where / RESULT, engine="h5netcdf") as found:
+                    return found.load()
+            except (OSError, ValueError, RuntimeError, KeyError) as error:
+                reason = f"its {RESULT} is damaged; remove that file, and the same call writes it"
+                raise OutputError(path, reason) from error
         loaded = [_load_part(part) for part in parts]
         if len(loaded) == 1:
             return loaded[0]
@@ -148,21 +165,65 @@ def _parts_of_one(path: Path) -> list[Path]:
     return [path / name for name in PARTS if has_store(path / name)]
 
 
+def _is_array(path: Path) -> bool:
+    """Tell whether a folder is an array, which belongs to a store that has lost the rest."""
+    try:
+        described = json.loads((path / "zarr.json").read_bytes())
+        return bool(described["node_type"] == "array")
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
 def _is_complete(path: Path) -> bool:
-    return bool((opened_group(path, "r")["done"][:] != 0).all())
+    own = own_attributes(path, opened_group(path, "r"))
+    marks = marks_in(path, len(spans_of(own["size"], own["chunk"])))
+    sound = sound_chunks(path, _columns(path, own), _chunk(own), marks, thoroughly=False)
+    return bool(sound.all())
+
+
+def _chunk(own: Mapping[str, Any]) -> int:
+    """Return the points of a chunk as it is written."""
+    return min(int(own["chunk"]), int(own["size"]))
+
+
+def _columns(path: Path, own: Mapping[str, Any]) -> dict[str, Column]:
+    """Return the columns of a store as their descriptions have them."""
+    found: dict[str, Column] = {}
+    for name, about in own["columns"].items():
+        file = path / name / "zarr.json"
+        if not file.exists():
+            # It was killed before it was made, or somebody has taken it away.
+            reason = "was begun, and holds nothing yet; the same command goes on"
+            if (path / "done" / "c").exists():
+                reason = f"has lost its {name}/zarr.json; the command that began it mends that"
+            raise OutputError(path, reason)
+        described = json.loads(file.read_bytes())
+        found[name] = Column(
+            tuple(described["shape"][1:]),
+            _KINDS[described["data_type"]],
+            tuple(about["dims"]),
+            about["units"],
+            about.get("meaning", ""),
+        )
+    return found
 
 
 def _status_of_part(path: Path) -> dict[str, Any]:
     with told(path):
         group = opened_group(path, "r")
         own = own_attributes(path, group)
-        marks = np.asarray(group["done"][:])
-    done = np.flatnonzero(marks)
+        marks = marks_in(path, len(spans_of(own["size"], own["chunk"])))
+        sound = marks[:, 0] > 0
+        if sound.any():
+            # By their lengths: to look at every byte would take long.
+            columns = _columns(path, own)
+            sound = sound_chunks(path, columns, _chunk(own), marks, thoroughly=False)
+    done = np.flatnonzero(sound)
     each = own["motions_of_a_point"]
     sizes = np.full(len(marks), own["chunk"] * each)
     sizes[-1] = (own["size"] - own["chunk"] * (len(marks) - 1)) * each
-    times = _times(path, done)
-    points, impacts = _rates(times, sizes[done], marks[done] - 1)
+    times = marks[done, 1] / 1e6
+    points, impacts = _rates(times, sizes[done], marks[done, 0] - 1)
     return {
         "study": own["study"],
         "version": own["version"],
@@ -170,17 +231,12 @@ def _status_of_part(path: Path) -> dict[str, Any]:
         "points_done": int(sizes[done].sum()),
         "chunks": len(marks),
         "done": len(done),
-        "n_impacts": int((marks[done] - 1).sum()),
+        "n_impacts": int((marks[done, 0] - 1).sum()),
         "points_per_second": points,
         "impacts_per_second": impacts,
         "pause": _pause(np.diff(np.sort(times)[-RECENT:])) if len(times) > 1 else None,
         "seconds_since": max(0.0, time.time() - times.max()) if len(times) else None,
     }
-
-
-def _times(path: Path, done: NDArray[np.int64]) -> Floats:
-    """Return when each chunk was finished: when its mark was written."""
-    return np.array([(path / "done" / "c" / str(i)).stat().st_mtime for i in done])
 
 
 def _rates(
@@ -205,27 +261,50 @@ def _pause(steps: Floats) -> float:
 
 
 def _load_part(path: Path) -> Dataset:
-    import xarray
-
     group = opened_group(path, "r")
     own = own_attributes(path, group)
-    names = [name for name, _, _ in own["dimensions"]]
-    shape = [len(values) for _, values, _ in own["dimensions"]]
-    marks = np.asarray(group["done"][:])
-    undone = np.repeat(marks == 0, own["chunk"])[: own["size"]]
+    dimensions = [
+        Dimension(name, tuple(values), units) for name, values, units in own["dimensions"]
+    ]
+    columns = _columns(path, own)
+    spans = spans_of(own["size"], own["chunk"])
+    answer = contents(path, group, columns, spans)
+    study = own["study"]
+    if study["kind"] == "sweep":
+        motion = {name: study[name] for name in ("oscillator", "forcing", "start")}
+        about = attributes_of(motion, answer, own["version"])
+        return dataset_of(dimensions, columns, answer, about)
+    return _columns_of(dimensions, columns, answer, own)
+
+
+def _columns_of(
+    dimensions: Sequence[Dimension],
+    columns: Mapping[str, Column],
+    answer: Answer,
+    own: Mapping[str, Any],
+) -> Dataset:
+    """Return the columns as they are stored, over the axes of the study."""
+    import xarray
+
+    names, shape = [it.name for it in dimensions], [len(it.values) for it in dimensions]
     data: dict[str, Any] = {}
-    for name, about in own["columns"].items():
-        values = np.array(group[name][:])
-        # What was killed while it was written is not done.
-        values[undone] = np.nan if values.dtype.kind == "f" else -1
-        dims = about["dims"] or [f"{name}_{i}" for i in range(values.ndim - 1)]
-        units = {"units": about["units"]}
+    for name, column in columns.items():
+        values = answer.arrays[name]
+        dims = column.dims or [f"{name}_{i}" for i in range(values.ndim - 1)]
+        units = {"units": column.units}
         data[name] = ((*names, *dims), values.reshape(*shape, *values.shape[1:]), units)
-    coords = {name: (name, values, {"units": units}) for name, values, units in own["dimensions"]}
     attrs = {
         **{key: str(value) for key, value in own["study"].items() if key != "over"},
         "percuss": own["version"],
-        "n_impacts": int(marks.sum() - np.count_nonzero(marks)),
-        "complete": int((marks != 0).all()),
+        "n_impacts": answer.n_impacts,
+        "complete": int(answer.complete),
+        "failed": _failed(answer),
     }
-    return xarray.Dataset(data, coords=coords, attrs=attrs)
+    return xarray.Dataset(data, coords=coordinates_of(dimensions), attrs=attrs)
+
+
+def _failed(answer: Answer) -> int:
+    """Return how many motions of a diagram, or starts of basins, have no answer."""
+    if "kind" in answer.arrays:
+        return no_starts(answer)
+    return failed_values(answer.arrays) if "status" in answer.arrays else len(answer.reasons)

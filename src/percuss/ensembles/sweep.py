@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import inspect
+import math
 import traceback
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,14 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.ensembles.datasets import dataset_of
+from percuss.ensembles.datasets import attributes_of, dataset_of, motion_of
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, check_whole, make_grid
+from percuss.ensembles.failures import warn_of_failures
+from percuss.ensembles.fingerprint import fingerprint
+from percuss.ensembles.grid import Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension
 from percuss.ensembles.lanes import MOST_IMPACTS
 from percuss.ensembles.measures import MEASURES, Window, measure_lanes
-from percuss.ensembles.running import Report, keep, run_job
+from percuss.ensembles.running import Report, run_job
+from percuss.ensembles.sizes import too_large
 from percuss.errors import ParameterError
+from percuss.kernels import survey
 from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -34,8 +37,9 @@ if TYPE_CHECKING:
 __all__ = ["sweep"]
 
 # Impacts of a compiled chunk, at about one a period: a tenth of a second or several, against which
-# what it costs to hand out and to keep a chunk is little, and no memory to speak of.
-IMPACTS_OF_A_CHUNK = 1_000_000
+# what it costs to hand out and to keep a chunk is little, and no memory to speak of. To make a new
+# law takes as long as so many impacts.
+IMPACTS_OF_A_CHUNK, OF_A_LAW = 2_000_000, 1000
 LARGEST_CHUNK = 8192
 # A study that would have more chunks than this, each with files of its own, has larger ones.
 MOST_CHUNKS, LARGEST_OF_ALL = 20_000, 32_768
@@ -73,7 +77,8 @@ def sweep(
         What moves, where ``over`` does not say otherwise.
     over
         The axes of the grid, by the dotted path of a parameter, of the start's too: a range
-        (low, high), which is taken in 101 values, or the values themselves.
+        (low, high), which is taken in 101 values, or the values themselves. Without any, {},
+        there is one point.
     start
         Where the motions start: a `Start`, or x0 [length], v0 [length/time] and where wanted
         t0 [time]; default: at rest at 0.
@@ -102,7 +107,7 @@ def sweep(
     Warns
     -----
     UserWarning
-        If a function of yours has no answer for any point, with the first reason.
+        If a measure has no answer for any point, with the commonest reason and its count.
 
     Raises
     ------
@@ -124,16 +129,19 @@ def sweep(
     grid = make_grid(osc, force, start, over)
     work = _work(measure, grid, Window(transient, periods), max_impacts)
     answer = run_job(work, store, engine, n_workers, progress)
-    if isinstance(work, Called) and len(answer.reasons) == work.size:
-        # Of a traceback the last line says what was wrong.
-        why = next(iter(answer.reasons.values())).strip().splitlines()[-1]
-        warnings.warn(
-            f"{work.names[0]} has no answer for any of {work.size:,} points; the first: {why}",
-            stacklevel=2,
+    nowhere = [name for name in work.names if np.isnan(answer.arrays[name]).all()]
+    if nowhere and answer.complete:
+        verb = "has" if len(nowhere) == 1 else "have"
+        counted = "1 point" if work.size == 1 else f"{work.size:,} points"
+        # A function of the user's may have none without saying why.
+        silent = ["it returned NaN"] * (work.size - len(answer.reasons))
+        warn_of_failures(
+            f"{' and '.join(nowhere)} {verb} no answer for any of {counted}",
+            [*answer.reasons.values(), *silent],
         )
-    units = {name: MEASURES[name].units for name in work.names if name in MEASURES}
-    meanings = {name: MEASURES[name].meaning for name in work.names if name in MEASURES}
-    return keep(dataset_of(grid, answer, units, meanings), store)
+    # It needs no result of its own in its store: all of it is in the columns there.
+    about = attributes_of(motion_of(grid), answer)
+    return dataset_of(work.dimensions, work.columns, answer, about)
 
 
 def _work(
@@ -142,30 +150,39 @@ def _work(
     window: Window,
     max_impacts: int,
 ) -> Measured | Called:
-    check_whole("max_impacts", max_impacts, 1)
+    max_impacts = whole("max_impacts", max_impacts, 1)
     if callable(measure):
         return Called(grid, measure, window)
-    names = (measure,) if isinstance(measure, str) else tuple(measure)
-    for name in names:
-        if name not in MEASURES:
+    if isinstance(measure, str) or not hasattr(measure, "__iter__"):
+        given: tuple[object, ...] = (measure,)
+    else:
+        given = tuple(measure)
+    names: list[str] = []
+    for name in given:
+        if callable(name):
+            own = getattr(name, "__name__", repr(name))
+            raise ParameterError("measure", own, "one function at a time; a list holds names")
+        if not isinstance(name, str) or name not in MEASURES:
             raise ParameterError("measure", name, f"none of {', '.join(MEASURES)}, and no function")
+        names.append(name)
     if not names:
         raise ParameterError("measure", (), f"none at all; there are {', '.join(MEASURES)}")
     if grid.force is None or grid.force.period is None:
         reason = "a built-in measure counts in forcing periods; give a forcing that has one"
         raise ParameterError("forcing.period", None, reason)
-    return Measured(grid, names, window, max_impacts)
+    if any(MEASURES[name].strobed for name in names):
+        # Of one motion at least they are in memory at once.
+        problem = too_large([1], survey.POINT_COLUMNS * (window.periods + 1))
+        if problem is not None:
+            reason = f"a period is told from a strobe in each; {problem}"
+            raise ParameterError("periods", window.periods, reason)
+    return Measured(grid, tuple(names), window, max_impacts)
 
 
 def identity_of(grid: Grid) -> dict[str, object]:
     """Return the grid as JSON can hold it: what was given, exactly."""
     axes = {axis.path: [repr(value) for value in axis.given] for axis in grid.axes}
-    return {
-        "oscillator": repr(grid.osc),
-        "forcing": repr(grid.force),
-        "start": repr(grid.start),
-        "over": axes,
-    }
+    return {**motion_of(grid), "over": axes}
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,14 +202,19 @@ class Measured:
     @property
     def chunk(self) -> int:
         """Points of a chunk."""
-        each = self.window.transient + self.window.periods
+        followed = self.window.transient + self.window.periods
+        laws = math.prod(len(axis.given) for axis in self.grid.axes if not axis.of_start)
+        each = followed + OF_A_LAW * laws // self.size
         usual = min(LARGEST_CHUNK, max(1, IMPACTS_OF_A_CHUNK // each))
         return min(max(usual, self.size // MOST_CHUNKS), max(usual, LARGEST_OF_ALL))
 
     @property
     def columns(self) -> dict[str, Column]:
         """One number for each measure."""
-        return {name: Column(units=MEASURES[name].units) for name in self.names}
+        return {
+            name: Column(units=MEASURES[name].units, meaning=MEASURES[name].meaning)
+            for name in self.names
+        }
 
     @property
     def dimensions(self) -> tuple[Dimension, ...]:
@@ -249,7 +271,7 @@ class Called:
     @property
     def columns(self) -> dict[str, Column]:
         """One number."""
-        return {self.names[0]: Column()}
+        return {self.names[0]: Column(units="")}
 
     @property
     def dimensions(self) -> tuple[Dimension, ...]:
@@ -257,17 +279,13 @@ class Called:
         return self.grid.dimensions
 
     def identity(self) -> dict[str, object]:
-        """Return what makes it this study; of the function its name and text."""
-        try:
-            text = inspect.getsource(self.measure)
-        except (OSError, TypeError):
-            text = ""
+        """Return what makes it this study; of the function its code and what it stands on."""
         return identity_of(self.grid) | {
             "kind": "sweep",
             "measure": [getattr(self.measure, "__qualname__", repr(type(self.measure)))],
-            "text": hashlib.sha256(text.encode()).hexdigest()[:20],
             "transient": self.window.transient,
             "periods": self.window.periods,
+            **fingerprint(self.measure),
         }
 
     def compute(self, first: int, last: int) -> Block:
@@ -276,7 +294,7 @@ class Called:
         block = Block({self.names[0]: values})
         for i in range(first, last):
             try:
-                values[i - first] = _number(self._call(*self.grid.point(i)))
+                values[i - first] = _number(self.names[0], self._call(*self.grid.point(i)))
             except ParameterError as error:
                 block.reasons[i - first] = str(error)
             except Exception:  # noqa: BLE001  whatever a user's function raises
@@ -298,16 +316,16 @@ class Called:
         return self.measure(simulate(osc, force, start.x0, start.v0, start.t0, t_end=t_end))
 
 
-def _number(value: Any) -> float:
+def _number(name: str, value: Any) -> float:
     """Return what a measure has returned as a number."""
     try:
         if not isinstance(value, str | bytes):
             return float(value)
     except (TypeError, ValueError):
         pass
-    text = repr(value)
+    text = " ".join(repr(value).split())
     text = text if len(text) <= LONGEST_TEXT else f"{text[:LONGEST_TEXT]}..."
-    raise ParameterError("measure", type(value).__name__, f"returned {text}, which is no number")
+    raise ParameterError("measure", name, f"returned {text}, which is no number")
 
 
 def _positional(function: Callable[..., float]) -> int:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
-__all__ = ["Report", "Watch"]
+__all__ = ["Report", "Watch", "tell_of_stopping"]
 
 Report: TypeAlias = bool | Callable[[float, float], bool] | None
 
@@ -109,6 +109,12 @@ class Watch:
         if self._open and self._renews:
             sys.stderr.write("\n")
             sys.stderr.flush()
+
+
+def tell_of_stopping() -> None:
+    """Say at once that Ctrl-C was heard: chunks that are at work may take a while."""
+    sys.stderr.write("\nstopping after the chunks at work; Ctrl-C again drops them\n")
+    sys.stderr.flush()
 
 
 def _goes_back() -> bool:

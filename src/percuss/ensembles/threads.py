@@ -1,0 +1,62 @@
+"""Threads whose work can be left where it is."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from concurrent import futures
+from typing import Any
+
+__all__ = ["Threads"]
+
+
+class Threads(futures.Executor):
+    """A pool of threads; those of `concurrent.futures` keep a program from ending.
+
+    Parameters
+    ----------
+    n
+        How many.
+    """
+
+    def __init__(self, n: int) -> None:
+        self._work: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._most = n
+        self._threads: list[threading.Thread] = []
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> futures.Future[Any]:
+        """Have a function called by the next thread that is free."""
+        future: futures.Future[Any] = futures.Future()
+        self._work.put((future, fn, args, kwargs))
+        if len(self._threads) < self._most:
+            name = f"percuss-{len(self._threads)}"
+            self._threads.append(threading.Thread(target=self._run, name=name, daemon=True))
+            self._threads[-1].start()
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the threads when they are done with what has been submitted."""
+        while cancel_futures:
+            try:
+                self._work.get_nowait()[0].cancel()
+            except queue.Empty:
+                break
+        for _ in self._threads:
+            self._work.put(None)
+        for thread in self._threads if wait else ():
+            thread.join()
+
+    def _run(self) -> None:
+        while (item := self._work.get()) is not None:
+            future, fn, args, kwargs = item
+            if future.set_running_or_notify_cancel():
+                try:
+                    result = fn(*args, **kwargs)
+                except BaseException as error:  # noqa: BLE001  whoever waits is told
+                    future.set_exception(error)
+                else:
+                    future.set_result(result)
+                    del result
+            # What it holds is not kept until the next one comes.
+            del item, future, fn, args, kwargs

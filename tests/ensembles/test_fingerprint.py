@@ -1,0 +1,232 @@
+"""What counts when a store is asked whether a function is the one it was begun with."""
+
+from __future__ import annotations
+
+import functools
+import json
+import subprocess
+import sys
+import threading
+from collections import namedtuple
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.ensembles.fingerprint import fingerprint
+
+OSC, FORCE = pc.impact_oscillator("0.8"), pc.cosine(2.5)
+OVER = {"forcing.omega": [2.4, 2.5]}
+SCALE: Any = 1.0
+LOCK: Any = threading.Lock()
+
+
+class Colour(Enum):
+    red = 1
+    green = 2
+
+
+Pair = namedtuple("Pair", "a b")
+
+
+@dataclass(frozen=True, slots=True)
+class Scaled:
+    k: Any
+
+    def __call__(self, osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG002
+        return float(self.k)
+
+
+class Counter:
+    def __init__(self, k: Any) -> None:
+        self.k = k
+
+    @functools.cached_property
+    def twice(self) -> Any:
+        return self.k * 2
+
+    def take(self, osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG002
+        return float(self.k)
+
+
+def closed(k: Any) -> Callable[..., float]:
+    def measure(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+        return float(k)
+
+    return measure
+
+
+def nested(k: Any) -> Callable[..., float]:
+    def inner() -> float:
+        return float(k)
+
+    def measure(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+        return inner()
+
+    return measure
+
+
+def with_default(k: Any) -> Callable[..., float]:
+    def measure(osc: pc.Oscillator, force: pc.Forcing, *, k: Any = k) -> float:  # noqa: ARG001
+        return float(k)
+
+    return measure
+
+
+def three(k: Any, osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+    return float(k)
+
+
+def helper() -> float:
+    return float(SCALE)
+
+
+def by_helper(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+    return helper()
+
+
+def recursive(osc: pc.Oscillator, force: pc.Forcing, n: int = 3) -> float:
+    return 0.0 if n == 0 else recursive(osc, force, n - 1)
+
+
+def locked(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+    with LOCK:
+        return 0.0
+
+
+def with_numpy(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+    return float(np.sin(1.0)) + float(np.random.default_rng(1).normal())
+
+
+MAKERS: dict[str, Callable[[Any], Callable[..., float]]] = {
+    "closure": closed,
+    "closure of a closure": nested,
+    "default": with_default,
+    "partial": lambda k: functools.partial(three, k),
+    "partial by name": lambda k: functools.partial(with_default(0), k=k),
+    "state of an object": Scaled,
+    "state of a method's object": lambda k: Counter(k).take,
+    "numba": lambda k: numba.njit(closed(k)),
+    "lru_cache": lambda k: functools.lru_cache(closed(k)),
+}
+
+
+@pytest.mark.parametrize("how", MAKERS)
+def test_what_a_function_stands_on_counts(how: str) -> None:
+    make = MAKERS[how]
+
+    assert fingerprint(make(3.0)) == fingerprint(make(3.0))
+    assert fingerprint(make(3.0)) != fingerprint(make(5.0))
+    assert fingerprint(make(3.0)) != fingerprint(make(3))
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("a", b"a"),
+        ((1, 2), [1, 2]),
+        ({1, 2}, {1, 3}),
+        ({"a": 1}, {"a": 2}),
+        (np.arange(3), np.arange(3.0)),
+        (np.arange(4), np.arange(4).reshape(2, 2)),
+        (np.float32(1.0), np.float64(1.0)),
+        (Fraction(1, 3), Fraction(1, 2)),
+        (Scaled(1), Scaled(2)),
+        (Counter(1), Counter(2)),
+        (Pair(1, 2), Pair(1, 3)),
+        (Colour.red, Colour.green),
+        (OSC, pc.impact_oscillator("0.9")),
+        (0.0, -0.0),
+        (np.sin, np.cos),
+        (Scaled, Counter),
+        ({"a": [1, {"b": (2, 3)}]}, {"a": [1, {"b": (2, 4)}]}),
+        (range(3), range(4)),
+        (np.random.default_rng(1), np.random.default_rng(2)),
+    ],
+)
+def test_values_of_many_kinds_are_told_apart(one: Any, other: Any) -> None:
+    assert fingerprint(closed(one)) == fingerprint(closed(one))
+    assert fingerprint(closed(one)) != fingerprint(closed(other))
+
+
+def test_a_variable_of_the_module_counts_through_a_helper(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = fingerprint(by_helper)
+    monkeypatch.setitem(globals(), "SCALE", 2.0)
+
+    assert fingerprint(by_helper) != before
+
+
+def test_functions_on_one_line_and_without_text_are_told_apart() -> None:
+    one, other = lambda osc, force: 1.0, lambda osc, force: 2.0  # noqa: ARG005
+    # As in a session, where there is no file to read the text from.
+    first, second = (eval(compile(f"lambda o, f: {k}.0", "<session>", "eval")) for k in (1, 2))
+
+    assert fingerprint(one) != fingerprint(other)
+    assert fingerprint(first) != fingerprint(second)
+
+
+def test_what_names_itself_is_told() -> None:
+    assert fingerprint(recursive) == fingerprint(recursive)
+    loop: list[Any] = []
+    loop.append(loop)
+    assert fingerprint(closed(loop)) == fingerprint(closed(loop))
+
+
+def test_it_is_the_same_in_another_process() -> None:
+    """With another seed of hashes, which orders sets anew."""
+    program = (
+        "import json; from tests.ensembles import test_fingerprint as t\n"
+        "print(json.dumps([t.fingerprint(f) for f in t.samples()]))"
+    )
+    found = [
+        subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True, text=True, check=True, cwd=Path(__file__).parents[2],
+            env={"PYTHONHASHSEED": seed},
+        ).stdout
+        for seed in ("1", "2")
+    ]  # fmt: skip
+
+    assert found[0] == found[1]
+    assert len(json.loads(found[0])) == len(samples())
+
+
+def samples() -> list[Callable[..., float]]:
+    words = {"one", "two", "three", "four", "five"}
+    values = (words, {"k": words}, OSC, Scaled(words), Colour.red, Pair(1, words), np.arange(3))
+    made = [closed(value) for value in values]
+    return [*made, by_helper, recursive, with_numpy, Counter(1).take, Scaled(Counter)]
+
+
+@pytest.mark.parametrize(
+    "measure",
+    [locked, closed(threading.Lock()), closed(str(x) for x in range(2))],
+    ids=["global", "lock", "generator"],
+)
+def test_what_cannot_be_told_is_refused_with_a_store_alone(
+    measure: Callable[..., float], tmp_path: Path
+) -> None:
+    if measure is locked:
+        assert pc.sweep(measure, OSC, FORCE, over=OVER).attrs["complete"] == 1
+        with pytest.raises(pc.ParameterError, match=r"stands on 'LOCK', a lock.*leave out store="):
+            pc.sweep(measure, OSC, FORCE, over=OVER, store=tmp_path / "a.zarr")
+    else:
+        with pytest.raises(pc.ParameterError, match="stands on 'k', a"):
+            pc.sweep(measure, OSC, FORCE, over=OVER, store=tmp_path / "a.zarr")
+    assert not (tmp_path / "a.zarr").exists()
+
+
+def test_a_store_does_not_answer_for_another_function(tmp_path: Path) -> None:
+    path = tmp_path / "a.zarr"
+    found = pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path)
+
+    with pytest.raises(pc.OutputError, match=r"another study, which differs in measure\.k"):
+        pc.sweep(closed(5.0), OSC, FORCE, over=OVER, store=path)
+    assert pc.sweep(closed(3.0), OSC, FORCE, over=OVER, store=path).identical(found)

@@ -1,0 +1,156 @@
+"""Other processes: what they need of the script that asks for them, and what befalls them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import percuss as pc
+
+ROOT = Path(__file__).parents[2]
+OSC, FORCE = pc.impact_oscillator("0.8"), pc.cosine(2.5)
+
+HEAD = """import percuss as pc
+def run(measure):
+    found = pc.sweep(measure, pc.impact_oscillator("0.8"), pc.cosine(2.5),
+                     over={"forcing.omega": [2.4, 2.5]}, engine="processes", n_workers=1,
+                     store="a.zarr")
+    print("found", found[found.attrs and list(found)[0]].values)
+"""
+MEASURE = """def mine(osc, force, k=1):
+    return float(osc.stiffness)
+"""
+GUARD = 'if __name__ == "__main__":\n'
+
+
+def inner(text: str) -> str:
+    return "".join(f"    {line}\n" for line in text.splitlines())
+
+
+SCRIPTS = {
+    "no guard": (
+        HEAD + MEASURE + "run(mine)\n",
+        "begins other processes, which import script.py and would come to its line 9 again",
+    ),
+    "no guard, built in": (HEAD + "run('period')\n", "come to its line 7 again; put what"),
+    "under the guard": (
+        HEAD + GUARD + inner(MEASURE + "run(mine)"),
+        "measure = 'mine': defined under `if __name__ == \"__main__\":`, where other processes",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", SCRIPTS)
+def test_what_a_script_lacks_is_one_sentence_before_anything_begins(
+    what: str, tmp_path: Path
+) -> None:
+    text, message = SCRIPTS[what]
+    (tmp_path / "script.py").write_text(text, encoding="utf-8")
+
+    done = run([sys.executable, "script.py"], tmp_path)
+
+    assert done.returncode == 1
+    assert message in done.stderr.splitlines()[-1]
+    assert done.stderr.count("Traceback") == 1
+    assert not (tmp_path / "a.zarr").exists()
+
+
+def test_a_text_that_is_given_to_python_cannot_be_imported(tmp_path: Path) -> None:
+    done = run([sys.executable, "-"], tmp_path, HEAD + MEASURE + "run(mine)\n")
+    # As a session or a notebook has it.
+    command = run([sys.executable, "-c", HEAD + MEASURE + "run(mine)\n"], tmp_path)
+    built_in = run([sys.executable, "-c", HEAD + "run('period')\n"], tmp_path)
+
+    last = done.stderr.splitlines()[-1]
+    # What python calls it differs between its versions.
+    assert "<stdin> is no file; save it as one" in last or "defined where no other process" in last
+    assert "measure = 'mine': defined where no other process can" in command.stderr.splitlines()[-1]
+    assert "found [" in built_in.stdout, built_in.stderr
+
+
+@pytest.mark.parametrize("measure", ["mine", "functools.partial(mine, k=2)"])
+def test_a_script_with_a_guard_runs(measure: str, tmp_path: Path) -> None:
+    text = HEAD + MEASURE + f"import functools\n{GUARD}    run({measure})\n"
+    (tmp_path / "script.py").write_text(text, encoding="utf-8")
+
+    done = run([sys.executable, "script.py"], tmp_path)
+
+    assert "found [1. 1.]" in done.stdout, done.stderr
+
+
+def run(command: list[str], folder: Path, text: str = "") -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command, input=text, capture_output=True, text=True, cwd=folder, check=False, timeout=120
+    )
+
+
+def deadly(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+    """Kill its process, from some frequency on."""
+    if float(force.frequency or 0) > 2.35:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 1.0
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+def test_a_worker_that_dies_is_told_with_its_points(tmp_path: Path) -> None:
+    over = {"forcing.omega": [2.0 + i / 100 for i in range(64)]}
+
+    with pytest.raises(pc.PercussError, match=r"has died.* these points were at work: 32 to"):
+        pc.sweep(deadly, OSC, FORCE, over=over, engine="processes", n_workers=1,
+                 store=tmp_path / "a.zarr")  # fmt: skip
+
+    assert pc.status_of_store(tmp_path / "a.zarr")["points_done"] == 32
+
+
+SLOW = """import os, signal, sys, time
+import percuss as pc
+def slow(osc, force):
+    print("began", file=sys.stderr, flush=True)
+    time.sleep(float(sys.argv[1]))
+    return 1.0
+if __name__ == "__main__":
+    found = pc.sweep(slow, pc.impact_oscillator("0.8"), pc.cosine(2.5),
+                     over={"forcing.omega": [2 + i / 100 for i in range(64)]},
+                     engine=sys.argv[2], n_workers=1)
+    print(int(found.slow.notnull().sum()), found.attrs["complete"], flush=True)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+@pytest.mark.parametrize("engine", ["threads", "processes"])
+@pytest.mark.parametrize("times", [1, 2])
+def test_ctrl_c_is_heard_at_once_and_a_second_one_drops_what_is_at_work(
+    engine: str, times: int, tmp_path: Path
+) -> None:
+    (tmp_path / "script.py").write_text(SLOW, encoding="utf-8")
+    # A chunk is 16 points: 1.6 s, or a quarter of an hour.
+    command = [sys.executable, "script.py", "0.1" if times == 1 else "60", engine]
+    process = subprocess.Popen(command, cwd=tmp_path, text=True, start_new_session=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)  # fmt: skip
+    assert process.stderr is not None
+    try:
+        wait_for(process, "began")
+        os.killpg(process.pid, signal.SIGINT)
+        wait_for(process, "stopping after the chunks at work; Ctrl-C again drops them")
+        if times == 2:
+            os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
+
+    # What was at work is kept, and with processes what was on the way to one; no more is begun.
+    assert out in (["0 0\n"] if times == 2 else ["16 0\n", "32 0\n"]), err
+    assert f"interrupted; {out.split()[0]} of 64 points are done" in err
+
+
+def wait_for(process: subprocess.Popen[str], words: str) -> None:
+    assert process.stderr is not None
+    for line in process.stderr:
+        if words in line:
+            return
+    pytest.fail(f"it ended without {words!r}")
