@@ -88,6 +88,20 @@ def test_each_preset_opens(page: Page) -> None:
         assert "impact" in fact(page, 0) or "crossing" in fact(page, 0), name
 
 
+def test_each_model_is_chosen_and_moves(page: Page) -> None:
+    model = page.get_by_label("Model", exact=True)
+    for kind in ("bilinear", "backlash", "ball", "impact"):
+        before = drawn(page)
+        model.select_option(kind)
+        wait_for_drawing(page, before)
+
+        expect(page.locator(".explore .fault").first).to_be_empty()
+        expect(model).to_have_value(kind)
+        assert sum(pixels(page)) > 0, kind
+    page.get_by_role("button", name="add a soft stop").click()
+    expect(model).to_have_value("own")
+
+
 RESTITUTION = "oscillator.stops.0.restitution"
 
 

@@ -18,7 +18,8 @@ import websockets
 from tests.web.frames import read_frame
 from tests.web.loops import run
 
-from percuss.web.app import SafeHeaders, scripts_of
+from percuss.web.app import SafeHeaders
+from percuss.web.front import claims_of, scripts_of
 from percuss.web.serve import _listening
 
 
@@ -121,6 +122,16 @@ def test_pages_of_others_get_no_socket(address: str) -> None:
 def test_whoever_hears_the_address_may_come_at_once() -> None:
     with _listening("127.0.0.1", 0) as listening:
         socket.create_connection(listening.getsockname(), timeout=5).close()
+
+
+def test_statements_of_a_report_are_told_or_none(tmp_path: Path) -> None:
+    assert claims_of(tmp_path) == []
+    row = {"id": "eq1", "reference": "(1)", "claim": "x", "verdict": "holds", "grade": "certified"}
+    (tmp_path / "claims.json").write_text(json.dumps([{**row, "evidence": {}}]), encoding="utf-8")
+    assert claims_of(tmp_path) == [row]
+    for broken in ("[", "3", '[{"id": 1}]', "null"):
+        (tmp_path / "claims.json").write_text(broken, encoding="utf-8")
+        assert claims_of(tmp_path) == []
 
 
 def test_only_the_scripts_that_stand_in_the_report_run_in_it(tmp_path: Path) -> None:

@@ -82,6 +82,20 @@ def test_cancel_ends_a_job_without_a_last_frame(study: dict[str, Any]) -> None:
     assert not any(header.get("done") for header in headers)
 
 
+def test_a_proof_and_saddles_do_not_end_a_job_nor_it_them(study: dict[str, Any]) -> None:
+    job = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "points": 8, "values": 64}
+    headers = ids_answered(
+        [
+            message(1, "diagram", study, **job),
+            message(2, "saddles", study),
+            message(3, "certify", study, digits=12),
+            message(0, "cancel", {}, lane="saddles"),
+        ]
+    )
+
+    assert {header["id"] for header in headers if header.get("done")} == {1, 3}
+
+
 def test_a_job_ends_with_its_client(study: dict[str, Any]) -> None:
     job = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "points": 240, "values": 8192}
 
@@ -153,10 +167,15 @@ tables = st.fixed_dictionaries(
 
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 @given(
-    kind=st.sampled_from(["explore", "facts", "diagram", "basins", "cancel"]) | values,
+    kind=st.sampled_from(
+        ["explore", "facts", "diagram", "basins", "response", "saddles", "certify", "cancel"]
+    )
+    | values,
     study=tables | values,
     options=st.dictionaries(
-        st.sampled_from(["points", "window", "path", "low", "high", "values", "starts"]),
+        st.sampled_from(
+            ["points", "window", "path", "low", "high", "values", "starts", "digits", "lane"]
+        ),
         values,
         max_size=4,
     ),

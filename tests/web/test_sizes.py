@@ -6,8 +6,8 @@ import re
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page
-from tests.web.hands import WAIT, slider_of
+from playwright.sync_api import Browser, Page, expect
+from tests.web.hands import WAIT, compute, fill, set_box, slider_of, view_of
 
 
 @pytest.mark.parametrize(("width", "height"), [(375, 720), (768, 1024), (1366, 768), (3840, 2160)])
@@ -68,3 +68,65 @@ def test_plots_stay_in_sight_of_the_sliders_on_a_phone(page: Page) -> None:
 
     assert plot_box["y"] >= 0
     assert plot_box["y"] + plot_box["height"] <= slider_box["y"] < 720
+    # So does the verdict, in a line above them.
+    line = page.locator(".explore .summary")
+    line_box = line.bounding_box()
+    assert line_box is not None
+    assert 0 <= line_box["y"] <= plot_box["y"] - line_box["height"] + 1
+    expect(line).to_contain_text("(2, 4), stable")
+
+
+def test_the_help_opens_at_its_title_on_a_phone(page: Page) -> None:
+    page.set_viewport_size({"width": 375, "height": 720})
+    page.get_by_role("button", name="Help").click()
+    assert page.locator("dialog").evaluate("it => it.scrollTop") == 0
+    expect(page.locator("dialog h2")).to_be_in_viewport()
+    expect(page.locator("dialog")).to_contain_text("Eigenset")
+
+
+def test_what_comes_and_goes_does_not_move_the_page(page: Page) -> None:
+    view = view_of(page, "Diagram")
+    fill(view, "values", "64")
+    compute(view)
+    plot = view.locator(".plot")
+    before = plot.bounding_box()
+    page.locator("[data-view=explore]").click()
+    set_box(page, "oscillator.damping", "0.06")
+    cards = page.locator(".facts").bounding_box()
+    page.evaluate("document.querySelector('.banner').hidden = false")
+    assert page.locator(".facts").bounding_box() == cards
+    expect(page.locator(".banner")).to_contain_text("percuss serve")
+    view_of(page, "Diagram")
+    expect(view.locator(".stale-note")).to_be_visible()
+    assert plot.bounding_box() == before
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_first_click_on_the_colours_changes_them(
+    browser: Browser, address: str, scheme: Any
+) -> None:
+    opened = browser.new_page(color_scheme=scheme)
+    opened.goto(f"http://{address}/")
+    root = opened.locator("#percuss")
+    expect(root).to_have_attribute("data-theme", scheme)
+    opened.get_by_role("button", name="Light or dark").click()
+    expect(root).not_to_have_attribute("data-theme", scheme)
+    opened.close()
+
+
+# How high the letters of an axis are, as the plot draws them.
+LETTERS = """() => {
+  const plot = document.querySelector('.explore .plot .uplot canvas');
+  return Number.parseFloat(plot.getContext('2d').font.match(/([\\d.]+)px/)[1]);
+}"""
+
+
+def test_letters_of_a_plot_grow_with_the_window(page: Page) -> None:
+    small = page.evaluate(LETTERS)
+    page.set_viewport_size({"width": 3840, "height": 2160})
+    page.wait_for_timeout(500)
+    assert page.evaluate(LETTERS) >= 1.5 * small
+    page.set_viewport_size({"width": 1366, "height": 850})
+    page.wait_for_timeout(500)
+
+    assert page.evaluate(LETTERS) == small

@@ -16,8 +16,9 @@ from tests.web.loops import run
 
 import percuss as pc
 from percuss.errors import ParameterError
+from percuss.web.modules import modules_in_order
 from percuss.web.presets import presets
-from percuss.web.widget import explore, modules_in_order
+from percuss.web.widget import explore
 
 CELL = """
 import asyncio, json
@@ -26,12 +27,12 @@ widget = pc.explore(pc.impact_oscillator("0.8"), pc.cosine("2.8"), v0="0.5")
 sent = []
 widget.send = lambda content, buffers=None: sent.append((content, buffers))
 question = {"id": 4, "kind": "explore", "study": widget.study}
-widget._take(widget, {"kind": "ask", "view": "a", "text": json.dumps(question)}, [])
+widget.cells.take(widget, {"kind": "ask", "view": "a", "text": json.dumps(question)}, [])
 for _ in range(600):
     await asyncio.sleep(0.1)
     if sent:
         break
-widget._take(widget, {"kind": "file", "id": "a", "extension": "py", "question": {**question, "kind": "motion"}}, [])
+widget.cells.take(widget, {"kind": "file", "id": "a", "extension": "py", "question": {**question, "kind": "motion"}}, [])
 data = sent[0][1][0]
 header = json.loads(data[4 : 4 + int.from_bytes(data[:4], "little")])
 print(header["id"], header["n_impacts"], sent[1][0]["name"])
@@ -171,13 +172,13 @@ def test_views_of_a_widget_are_answered_each_and_end_with_it() -> None:
 
     async def talk() -> None:
         for view in ("a", "b"):
-            widget._take(widget, {"kind": "ask", "view": view, "text": question}, [])
+            widget.cells.take(widget, {"kind": "ask", "view": view, "text": question}, [])
         while len(sent) < 2:
             await asyncio.sleep(0.01)
-        widget._take(widget, {"kind": "close", "view": "a"}, [])
-        assert set(widget._sessions) == {"b"}
+        widget.cells.take(widget, {"kind": "close", "view": "a"}, [])
+        assert set(widget.cells.sessions) == {"b"}
         widget.close()
-        assert widget._sessions == {}
+        assert widget.cells.sessions == {}
 
     run(talk())
     assert {content["view"] for content in sent} == {"a", "b"}
@@ -189,7 +190,7 @@ def test_a_file_that_cannot_be_made_says_why() -> None:
     widget.send = lambda content, buffers=None: sent.append(content)  # noqa: ARG005
     for question in (None, {"kind": "no such"}, {"kind": "motion", "study": {}}):
         message = {"kind": "file", "id": "a", "extension": "py", "question": question}
-        widget._take(widget, message, [])
+        widget.cells.take(widget, message, [])
 
     assert len(sent) == 3
     assert all(len(content["fault"]) > 10 for content in sent)

@@ -6,7 +6,6 @@ import asyncio
 import base64
 import hashlib
 import logging
-import re
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
@@ -18,7 +17,7 @@ from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
@@ -26,15 +25,16 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from percuss.errors import PercussError
-from percuss.version import __version__
-from percuss.web.asked import ASKED, asked_study
-from percuss.web.downloads import FORMATS, file_of
+from percuss.web.asked import ASKED
+from percuss.web.downloads import FORMATS, QUICK, file_of
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
+from percuss.web.front import facts_of_page
 from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job
-from percuss.web.presets import FIGURES, presets
+from percuss.web.presets import presets
 from percuss.web.question import MOST_BYTES, BadQuestion, Question, read_question
+from percuss.web.report_job import ReportJob
 from percuss.web.session import FAILED, Pools, Session
 
 __all__ = ["create_app"]
@@ -75,30 +75,31 @@ def create_app(*, report: Path | None = None, hosts: tuple[str, ...] = ("*",)) -
     routes: list[BaseRoute] = [
         Route("/", _index),
         Route("/api/presets", _presets),
+        Route("/api/report", _report_job, methods=["GET", "POST"]),
         Route("/api/file/{extension}", _file, methods=["POST"]),
         WebSocketRoute("/api/socket", _socket),
         Mount("/static", StaticFiles(packages=[("percuss.web", "static")])),
     ]
-    if report is not None:
-        routes.append(Mount("/report", StaticFiles(directory=report, html=True)))
+    job = ReportJob(report)
+    files = StaticFiles(directory=job.folder, html=True, check_dir=False)
+
+    async def report_files(scope: Scope, receive: Receive, send: Send) -> None:
+        answer = files if job.is_there else JSONResponse({"fault": "no report"}, status_code=404)
+        await answer(scope, receive, send)
+
+    routes.append(Mount("/report", report_files))
     app = Starlette(
         routes=routes,
         middleware=[
             Middleware(TrustedHostMiddleware, allowed_hosts=list(hosts)),
-            Middleware(SafeHeaders, scripts=() if report is None else scripts_of(report)),
+            Middleware(SafeHeaders, scripts=job.scripts),
         ],
         exception_handlers={HTTPException: _refused},
         lifespan=_lifespan,
     )
-    app.state.report = report
+    app.state.report = job
     app.state.n_clients = 0
     return app
-
-
-def scripts_of(report: Path) -> list[str]:
-    """Return the scripts that stand in a report."""
-    file = report / "index.html"
-    return re.findall("<script>(.*?)</script>", file.read_text("utf-8"), re.DOTALL)
 
 
 @asynccontextmanager
@@ -112,7 +113,10 @@ async def _lifespan(app: Starlette) -> AsyncIterator[None]:
         app.state.pools = Pools(short, facts, long)
         short.submit(_warm_up)
         long.submit(_warm_up_diagrams)
-        yield
+        try:
+            yield
+        finally:
+            app.state.report.close()
 
 
 def _warm_up() -> None:
@@ -142,9 +146,14 @@ class SafeHeaders:
 
     def __init__(self, app: ASGIApp, scripts: Sequence[str] = ()) -> None:
         self.app = app
-        hashes = [base64.b64encode(hashlib.sha256(it.encode()).digest()) for it in scripts]
+        self.scripts = scripts
+
+    @property
+    def report_policy(self) -> str:
+        """The policy for the report; it may have been written just now."""
+        hashes = [base64.b64encode(hashlib.sha256(it.encode()).digest()) for it in self.scripts]
         named = " ".join(f"'sha256-{it.decode()}'" for it in hashes)
-        self.report_policy = REPORT_POLICY.format(scripts=named or "'none'")
+        return REPORT_POLICY.format(scripts=named or "'none'")
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer, with the headers."""
@@ -175,15 +184,18 @@ async def _index(_request: Request) -> Response:
 
 
 async def _presets(request: Request) -> Response:
-    rows = [
-        {"name": it.name, "title": it.title, "caption": it.caption, "study": it.tables}
-        for it in presets()
-    ]
-    has_report = request.app.state.report is not None
-    figures = FIGURES if has_report else {}
-    return JSONResponse(
-        {"version": __version__, "presets": rows, "report": has_report, "figures": figures}
-    )
+    job: ReportJob = request.app.state.report
+    return JSONResponse(facts_of_page(job.folder if job.is_there else None))
+
+
+async def _report_job(request: Request) -> Response:
+    """Tell how far the report is; begin to compute it where a page of this server asks for it."""
+    job: ReportJob = request.app.state.report
+    if request.method == "POST":
+        if not _from_here(request):
+            raise HTTPException(403, "a page of another server asks")
+        job.start()
+    return JSONResponse(job.state())
 
 
 async def _file(request: Request) -> Response:
@@ -198,9 +210,10 @@ async def _file(request: Request) -> Response:
     body = await request.body()
     try:
         question = read_question(body, ("motion", *ASKED))
-        pool = request.app.state.pools.facts
+        pools = request.app.state.pools
+        pool = pools.facts if extension in QUICK else pools.long
         loop = asyncio.get_running_loop()
-        made = await loop.run_in_executor(pool, lambda: file_of(asked_study(question), extension))
+        made = await loop.run_in_executor(pool, file_of, question, extension)
     except (BadQuestion, PercussError) as error:
         raise HTTPException(422, str(error)) from error
     except Exception as error:
@@ -232,10 +245,10 @@ async def _socket(socket: WebSocket) -> None:
         app.state.n_clients -= 1
 
 
-def _from_here(socket: WebSocket) -> bool:
+def _from_here(asked: HTTPConnection) -> bool:
     """Tell whether a page of this server asks: others may open sockets to it, too."""
-    origin = socket.headers.get("origin")
-    return origin is None or urlsplit(origin).netloc == socket.headers.get("host")
+    origin = asked.headers.get("origin")
+    return origin is None or urlsplit(origin).netloc == asked.headers.get("host")
 
 
 def _sender(socket: WebSocket) -> Callable[[bytes], Awaitable[None]]:

@@ -3,19 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from percuss.errors import StudyError
 from percuss.io.study_text import number
 from percuss.studies.building import build
 from percuss.studies.shape import Found
-from percuss.studies.study import Study
-from percuss.web.question import Question, motion_of, path_of, range_of, study_of
+from percuss.studies.study import Certify, Draw, Study
+from percuss.web.question import (
+    BadQuestion,
+    Question,
+    digits_of,
+    motion_of,
+    path_of,
+    range_of,
+    study_of,
+)
 
-__all__ = ["ASKED", "SETTLING", "asked_study"]
+__all__ = [
+    "ASKED",
+    "MOST_IMPACTS",
+    "MOST_PERIODS",
+    "MOST_STARTS",
+    "SETTLING",
+    "asked_study",
+    "check_size",
+]
 
 # Forcing periods in which the points of a diagram settle.
 SETTLING = 200
+# What the page computes itself: values and points of a diagram, starts along a side of basins,
+# the longest orbits of a chart.
+MOST_VALUES, MOST_POINTS = 8192, 2_000_000
+MOST_STARTS = 1024
+MOST_IMPACTS, MOST_PERIODS = 6, 6
 MODEL = ("oscillator", "forcing")
 
 
@@ -47,14 +69,36 @@ def asked_study(question: Question) -> Study:
     """
     motion = study_of(question.tables)
     if question.kind == "motion":
-        return motion
+        digits = digits_of(question)
+        return motion if digits is None else replace(motion, certify=Certify(digits))
     model = {name: question.tables[name] for name in MODEL if name in question.tables}
     found = Found("study", {})
     document = {"study": {"kind": question.kind}, **model, **ASKED[question.kind](question, motion)}
     study = build(document, found)
     if found.faults or study is None:
         raise StudyError(found.faults)
-    return study
+    wants = question.kind == "basins" and question.options.get("manifolds") is True
+    return replace(study, draw=Draw(manifolds=True)) if wants else study
+
+
+def check_size(question: Question) -> None:
+    """Refuse what is too large for the page to compute.
+
+    Raises
+    ------
+    BadQuestion
+        If it is; its study may still go to `percuss run`.
+    """
+    if question.kind == "diagram":
+        values = int(question.number("values", 2048, 2, MOST_VALUES))
+        points = int(question.number("points", 128, 2, 1024))
+        if values * points > MOST_POINTS:
+            raise BadQuestion(f"{values * points} points; {MOST_POINTS} are the most")
+    elif question.kind == "basins":
+        question.number("starts", 384, 16, MOST_STARTS)
+    elif question.kind == "response":
+        question.number("max_impacts", 3, 1, MOST_IMPACTS)
+        question.number("max_periods", 2, 1, MOST_PERIODS)
 
 
 def _diagram(question: Question, motion: Study) -> Mapping[str, Any]:
@@ -73,8 +117,11 @@ def _diagram(question: Question, motion: Study) -> Mapping[str, Any]:
 
 
 def _response(question: Question, motion: Study) -> Mapping[str, Any]:
+    path = path_of(question, motion)
+    if path.startswith("start."):
+        raise BadQuestion("periodic orbits do not depend on a start; choose another parameter")
     return {
-        "over": {path_of(question, motion): list(range_of(question, "low", "high"))},
+        "over": {path: list(range_of(question, "low", "high"))},
         "response": {
             name: int(question.number(name, default, 1, 100))
             for name, default in (("max_impacts", 3), ("max_periods", 2))

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from percuss.io.study_text import forcing_table, number, oscillator_table
+from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.studies.study import Study
 from percuss.web.question import motion_of
+from percuss.web.saddles import MOST_ROUNDS
 
 __all__ = ["python_text"]
 
@@ -75,7 +77,10 @@ def python_text(study: Study) -> str:
         given |= {} if value is None else {name: number(value)}
     given |= {} if limits.max_impacts is None else {"max_impacts": limits.max_impacts}
     lines.append(f"run = pc.simulate(osc, force, {_arguments(given)})")
-    return "\n".join([*lines, "print(run)", 'plotting.plot_motion(run).savefig("motion.png")', ""])
+    lines += ["print(run)", 'plotting.plot_motion(run).savefig("motion.png")']
+    if study.certify is not None:
+        lines.append(f"print(pc.certify(run, digits={study.certify.digits}))")
+    return "\n".join([*lines, ""])
 
 
 def _long(study: Study) -> list[str]:
@@ -86,6 +91,8 @@ def _long(study: Study) -> list[str]:
     if "over" in tables:
         own = {"over": tables["over"]} | own
     rows = [f"    {name}={_value(value)}," for name, value in own.items() if value is not None]
+    curves = _saddles(study) if study.draw.manifolds else []
+    drawn = "found, manifolds=curves" if curves else "found"
     return [
         f"found = pc.{call}(",
         "    osc,",
@@ -94,7 +101,22 @@ def _long(study: Study) -> list[str]:
         "    progress=True,",
         ")",
         "print(found)",
-        f'plotting.{draw}(found).figure.savefig("{study.kind}.png")',
+        *curves,
+        f'plotting.{draw}({drawn}).figure.savefig("{study.kind}.png")',
+    ]
+
+
+def _saddles(study: Study) -> list[str]:
+    """Return what makes the stable manifolds of saddles, which are drawn into basins."""
+    period = None if study.forcing is None else study.forcing.period
+    begin = getattr(study.question, "t0", 0.0)
+    cycle = (as_float(begin) / period) % 1.0 if period else 0.0
+    return [
+        "curves = [",
+        f'    pc.manifolds(orbit, cycle={cycle!r}, kinds=("stable",))',
+        f"    for orbit in pc.find_orbits(osc, force, {MOST_ROUNDS}, {MOST_ROUNDS})",
+        "    if 0 < min(abs(orbit.multipliers)) < 1 < max(abs(orbit.multipliers))",
+        "]",
     ]
 
 

@@ -1,21 +1,42 @@
-"""Files of a motion: pictures, tables, the study and the script."""
+"""Files of what a view shows: pictures, tables, the study and the script."""
 
 from __future__ import annotations
 
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from percuss.studies.study import Draw, Save, Study
+from percuss.studies.kinds.motion import Motion
+from percuss.studies.study import Study
+from percuss.web.asked import asked_study, check_size
 from percuss.web.code_text import python_text
-from percuss.web.question import BadQuestion, motion_of
+from percuss.web.kept import answer_of
+from percuss.web.proof import proof_in_time
+from percuss.web.question import BadQuestion, Question
+from percuss.web.wording import name_axes
 
-__all__ = ["FORMATS", "File", "file_of"]
+__all__ = ["FORMATS", "QUICK", "File", "file_of"]
 
-# Of what the page follows anyway: a download waits, but not for ever.
+# What comes out, and as which type.
+FORMATS = {
+    "png": "image/png",
+    "svg": "image/svg+xml",
+    "csv": "text/csv; charset=utf-8",
+    "nc": "application/x-netcdf",
+    "toml": "application/toml",
+    "py": "text/x-python; charset=utf-8",
+}
+# Those of which nothing has to be computed.
+QUICK = ("toml", "py")
+# Of a motion: it is followed no further.
 MOST_IMPACTS = 200_000
+# A table with more rows is for other programs.
+MOST_ROWS = 1_100_000
+# matplotlib draws in one thread at a time.
+_drawing = threading.Lock()
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,69 +58,114 @@ class File:
     data: bytes
 
 
-def file_of(study: Study, extension: str) -> File:
-    """Return a file of a motion.
+def file_of(question: Question, extension: str) -> File:
+    """Return a file of what a view shows.
 
     Parameters
     ----------
-    study
-        The motion.
+    question
+        Of a motion or one of the kinds in `percuss.web.asked.ASKED`; for CSV its option ``table``
+        names the table, by default the first.
     extension
-        One of `FORMATS`; of anything but a motion one of `OF_ALL`.
+        One of `FORMATS`.
 
     Returns
     -------
     File
-        The file.
+        The file, as `percuss run` writes it.
 
     Raises
     ------
     BadQuestion
-        If there is no such format, or the motion has no impacts to list.
+        If there is no such format or table, or it takes too long.
+    PercussError
+        If there is no answer.
     """
-    formats = tuple(FORMATS) if study.kind == "motion" else OF_ALL
-    if extension not in formats:
-        raise BadQuestion(f"{extension!r:.20} is none of {', '.join(formats)}")
-    name, media_type, make = FORMATS[extension]
-    return File(name.replace("motion", study.kind), media_type, make(study))
-
-
-# What takes long to answer is computed where it is asked: of it there are the study and the code.
-OF_ALL = ("toml", "py")
-# matplotlib draws in one thread at a time.
-_drawing = threading.Lock()
-
-
-def _written(name: str) -> Callable[[Study], bytes]:
-    """Return what makes one of the files that `percuss run` writes."""
-
-    def make(study: Study) -> bytes:
-        from percuss.studies.running import run_study
-
-        suffix = Path(name).suffix
-        motion = motion_of(study)
-        limit = min(motion.limits.max_impacts or MOST_IMPACTS, MOST_IMPACTS)
-        only = replace(
-            study,
-            question=replace(motion, limits=replace(motion.limits, max_impacts=limit)),
-            save=Save(netcdf=suffix == ".nc", csv=suffix == ".csv"),
-            draw=Draw(png=suffix == ".png", svg=suffix == ".svg"),
+    if extension not in FORMATS:
+        raise BadQuestion(f"{extension!r:.20} is none of {', '.join(FORMATS)}")
+    study = asked_study(question)
+    if extension in QUICK:
+        text, stem = (
+            (study.text(), "study") if extension == "toml" else (python_text(study), study.kind)
         )
-        with _drawing, tempfile.TemporaryDirectory(prefix="percuss-") as folder:
-            written = run_study(only, folder).files
-            for file in written:
-                if file.name == name:
-                    return file.read_bytes()
-        raise BadQuestion(f"this motion has no {name}")
+        return File(f"{stem}.{extension}", FORMATS[extension], text.encode())
+    check_size(question)
+    stem = study.question.stem
+    if extension == "nc":
+        write = _netcdf(study)
+    elif extension == "csv":
+        stem = _table(study, question)
+        write = _csv(study, stem)
+    else:
+        ((stem, _),) = study.question.pictures(study).items()
+        write = _picture(study, extension)
+    with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
+        path = Path(folder) / f"{stem}.{extension}"
+        write(path)
+        return File(path.name, FORMATS[extension], path.read_bytes())
 
-    return make
+
+def _answer(study: Study) -> Any:
+    """Return the answer of a study; a motion is followed for so many impacts at most."""
+    motion = study.question
+    if isinstance(motion, Motion):
+        limit = min(motion.limits.max_impacts or MOST_IMPACTS, MOST_IMPACTS)
+        limits = replace(motion.limits, max_impacts=limit)
+        return answer_of(replace(study, question=replace(motion, limits=limits)))
+    return answer_of(study)
 
 
-FORMATS: dict[str, tuple[str, str, Callable[[Study], bytes]]] = {
-    "png": ("motion.png", "image/png", _written("motion.png")),
-    "svg": ("motion.svg", "image/svg+xml", _written("motion.svg")),
-    "csv": ("impacts.csv", "text/csv; charset=utf-8", _written("impacts.csv")),
-    "nc": ("motion.nc", "application/x-netcdf", _written("motion.nc")),
-    "toml": ("study.toml", "application/toml", lambda study: study.text().encode()),
-    "py": ("motion.py", "text/x-python; charset=utf-8", lambda study: python_text(study).encode()),
-}
+def _netcdf(study: Study) -> Callable[[Path], None]:
+    from percuss.io.netcdf import write_netcdf
+    from percuss.io.record import make_record
+
+    answer = _answer(study)
+    record = make_record(answer, study=study.text())
+    return lambda path: write_netcdf(answer, path, record, samples=study.save.samples)
+
+
+def _table(study: Study, question: Question) -> str:
+    """Return the stem of the table that is asked for."""
+    stems = [*study.question.csv(study), *(["certified"] if study.certify else [])]
+    stem = question.options.get("table", stems[0])
+    if stem not in stems:
+        raise BadQuestion(f"there is no table {stem!r:.20}, only {', '.join(stems)}")
+    return str(stem)
+
+
+def _csv(study: Study, stem: str) -> Callable[[Path], None]:
+    from percuss.io.record import make_record
+    from percuss.io.results import kind_of
+    from percuss.io.table import write_columns
+
+    answer = _answer(study)
+    record = make_record(answer, study=study.text())
+    columns: Mapping[str, Any]
+    if stem == "certified":
+        columns = proof_in_time(study, answer).columns
+    else:
+        table = study.question.csv(study)[stem]
+        columns = kind_of(answer).columns[table](answer)
+    n_rows = max((len(column) for column in columns.values()), default=0)
+    if n_rows > MOST_ROWS:
+        raise BadQuestion(f"a table of {n_rows:,} rows; NetCDF holds them in less")
+    return lambda path: write_columns(columns, path, record)
+
+
+def _picture(study: Study, extension: str) -> Callable[[Path], None]:
+    from percuss.io.figures import write_figure
+    from percuss.io.record import make_record
+    from percuss.plotting.style import offscreen_figure, style
+
+    answer = _answer(study)
+    record = make_record(answer, study=study.text())
+    ((_, draw),) = study.question.pictures(study).items()
+
+    def write(path: Path) -> None:
+        with _drawing, style():
+            figure = offscreen_figure()
+            draw(answer, study, figure)
+            name_axes(figure, study)
+            write_figure(figure, path, f".{extension}", record)
+
+    return write

@@ -77,8 +77,8 @@ def answer_explore(question: Question) -> bytes:
     Returns
     -------
     bytes
-        A frame: t, x of the curve in the window; portrait_t, portrait_x, portrait_v of its end; cycle, speed
-        and stop of the impacts; omega, amplitude of the spectrum.
+        A frame: t, x of the curve in the window; portrait_t, portrait_x, portrait_v of its end; cycle, speed,
+        stop and event_t of the impacts; omega, amplitude of the spectrum.
 
     Raises
     ------
@@ -206,6 +206,7 @@ def _section(run: Trajectory) -> dict[str, Floats]:
             "cycle": impacts.cycle[last],
             "speed": speed,
             "stop": impacts.stop[last].astype(float),
+            "event_t": impacts.t[last],
         }
     entered = np.flatnonzero(run.crossings.direction == "in")[-SHOWN_IMPACTS:]
     t = run.crossings.t[entered]
@@ -215,6 +216,7 @@ def _section(run: Trajectory) -> dict[str, Floats]:
         "cycle": cycle,
         "speed": np.abs(run.crossings.v[entered]),
         "stop": run.crossings.stop[entered].astype(float),
+        "event_t": t,
     }
 
 

@@ -18,6 +18,7 @@ from percuss.orbits import PeriodicOrbit, find_orbit
 from percuss.studies.study import Study
 from percuss.web.frame import frame
 from percuss.web.question import Question, motion_of, study_of
+from percuss.web.settling import change_of, exponent_of
 
 __all__ = ["answer_facts", "nearest_orbit"]
 
@@ -28,6 +29,8 @@ LONGEST, TRIES = 12, 3
 MOST_IMPACTS = 20_000
 # How far the speed of an orbit may be from that of the motion, as a part of it.
 NEAR = 0.25
+# A clearance within so many times the residual of an orbit is 0.
+MARGIN_ERRORS = 100.0
 # Motions whose periods are very long or very full are followed for so long [s].
 PATIENCE = 1.0
 
@@ -44,7 +47,8 @@ def answer_facts(question: Question) -> bytes:
     -------
     bytes
         A frame: `orbit`, its counts, multipliers and clearance, None where none was found; x, v of
-        one round of it.
+        one round of it; `exponent`, as `percuss.web.settling.exponent_of` returns it; `change`, how
+        far the motion is from where it was a round of the orbit before.
 
     Raises
     ------
@@ -52,25 +56,36 @@ def answer_facts(question: Question) -> bytes:
         If there is no such motion.
     """
     study = study_of(question.tables)
-    orbit = nearest_orbit(study)
-    header = {"id": question.id, "kind": "facts", "orbit": None if orbit is None else _told(orbit)}
+    header: dict[str, object] = {"id": question.id, "kind": "facts"}
+    if study.forcing is None or study.forcing.period is None:
+        return frame({**header, "orbit": None, "exponent": None, "change": None})
+    run = _settled(study)
+    orbit = _nearest(study, run)
+    header |= {
+        "orbit": None if orbit is None else _told(orbit),
+        "exponent": exponent_of(study, run),
+        "change": None if orbit is None else change_of(study, run, orbit.n_periods),
+    }
     if orbit is None:
         return frame(header)
-    run = orbit.trajectory()
-    x, v = run(np.linspace(run.t0, run.t_end, 400))
+    once = orbit.trajectory()
+    x, v = once(np.linspace(once.t0, once.t_end, 400))
     return frame(header, {"orbit_x": x, "orbit_v": v})
 
 
 def _told(orbit: PeriodicOrbit) -> dict[str, object]:
+    # A clearance below the error of the orbit is none.
+    grazes = abs(orbit.grazing_margin) <= MARGIN_ERRORS * max(orbit.residual, np.spacing(1.0))
     return {
         "n_impacts": orbit.n_impacts,
         "sticks": math.isinf(orbit.n_impacts),
         "n_periods": orbit.n_periods,
         "period": orbit.period,
         "stability": orbit.stability,
-        "admissible": orbit.admissible,
+        "admissible": orbit.admissible or grazes,
+        "grazes": grazes,
         "multipliers": [[value.real, value.imag] for value in orbit.multipliers.tolist()],
-        "grazing_margin": orbit.grazing_margin,
+        "grazing_margin": 0.0 if grazes else orbit.grazing_margin,
         "min_impact_speed": orbit.min_impact_speed,
         "x0": orbit.x0,
         "v0": orbit.v0,
@@ -96,10 +111,15 @@ def nearest_orbit(study: Study) -> PeriodicOrbit | None:
     force = study.forcing
     if force is None or force.period is None:
         return None
-    run = _settled(study)
-    if run.outcome is Outcome.interrupted:
+    return _nearest(study, _settled(study))
+
+
+def _nearest(study: Study, run: Trajectory) -> PeriodicOrbit | None:
+    force = study.forcing
+    if force is None or force.period is None or run.outcome is Outcome.interrupted:
         # A search follows such periods again and again: there is no time for it.
         return None
+    formal = None
     for found in _returns(run, force.period):
         try:
             orbit = find_orbit(
@@ -111,9 +131,13 @@ def nearest_orbit(study: Study) -> PeriodicOrbit | None:
             )
         except PercussError:
             continue
-        if _is_near(orbit, found.speed):
+        if not _is_near(orbit, found.speed):
+            continue
+        if orbit.admissible:
             return orbit
-    return None
+        # No motion follows it; one that may be followed comes first.
+        formal = formal or orbit
+    return formal
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.web.asked import SETTLING
+from percuss.studies.axes import Span, axis_values
+from percuss.studies.kinds.diagram import Diagram
+from percuss.studies.question import Means
+from percuss.studies.study import Study
+from percuss.web.asked import asked_study, check_size
 from percuss.web.charts import answer_response
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
-from percuss.web.question import (
-    BadQuestion,
-    Question,
-    motion_of,
-    path_of,
-    range_of,
-    study_of,
-)
+from percuss.web.kept import KEPT
+from percuss.web.question import Question, range_of
+from percuss.web.wording import plain
 
 if TYPE_CHECKING:
     # A second of import.
@@ -31,10 +31,8 @@ Floats = NDArray[np.float64]
 
 # Each level has so many times the values of the one before.
 FINER = 4
-# Of a diagram: the first level, and the limits of a question.
-FIRST_VALUES, MOST_VALUES, MOST_POINTS = 64, 8192, 2_000_000
-# Of basins: starts along an axis of the first level, and the most.
-FIRST_STARTS, MOST_STARTS = 48, 1024
+# Of a diagram: the values of the first level. Of basins: the starts along a side.
+FIRST_VALUES, FIRST_STARTS = 64, 48
 
 
 def answer_job(question: Question, handle: Handle) -> Iterator[bytes]:
@@ -62,83 +60,98 @@ def answer_job(question: Question, handle: Handle) -> Iterator[bytes]:
 
 def _diagram(question: Question, handle: Handle) -> Iterator[bytes]:
     """Yield the points of the attractors over a parameter: x and v once a forcing period."""
-    from percuss.ensembles.diagram import bifurcation_diagram
-
-    study = study_of(question.tables)
-    path = path_of(question, study)
+    check_size(question)
+    asked = _asked_diagram(question)
+    own = asked.question
+    assert isinstance(own, Diagram)
+    ((path, axis),) = own.over.items()
+    values = axis_values(axis)
     low, high = range_of(question, "low", "high")
-    values = int(question.number("values", 2048, 2, MOST_VALUES))
-    points = int(question.number("points", 128, 2, 1024))
-    if values * points > MOST_POINTS:
-        raise BadQuestion(f"{values * points} points; {MOST_POINTS} are the most")
-    levels = levels_of(np.linspace(low, high, values), FIRST_VALUES)
-    done = 0
-    for level in levels:
-        begin, done = done / values, done + len(level)
-        found = bifurcation_diagram(
-            study.oscillator,
-            study.forcing,
-            over={path: level},
-            starts=[motion_of(study).start],
-            follow=[],
-            transient=SETTLING,
-            points=points,
-            progress=handle.part(begin, done / values),
-        )
+    header = {"path": path, "n_points": own.points, "low": low, "high": high}
+    done, parts, failed, reason = 0, [], 0, ""
+    for level in levels_of(np.arange(len(values)), FIRST_VALUES):
+        begin, done = done / len(values), done + len(level)
+        share = done / len(values)
+        some = replace(own, over={path: tuple(values[i] for i in level)})
+        found = some.answer(asked, Means(progress=handle.part(begin, share)))
         if handle.is_stopped:
             return
-        rows = {name: found[name].values[0] for name in ("x", "v")}
-        header = {"path": path, "n_points": points, "low": low, "high": high}
+        parts.append(found)
+        reasons = [str(text) for text in found["reason"].values.ravel() if text]
+        failed, reason = failed + len(reasons), reason or next(iter(reasons), "")
+        told = {"failed": failed, "reason": plain(reason)}
         arrays = {
-            "value": level,
+            "value": found[path].values,
             "period": found["period"].values[0],
-            **{name: row.ravel() for name, row in rows.items()},
+            **{name: found[name].values[0].ravel() for name in ("x", "v")},
         }
-        yield frame(_header(question, done=done == values, share=done / values) | header, arrays)
+        if done == len(values):
+            KEPT.put(asked, _joined(parts, path))
+        yield frame(
+            _header(question, done=done == len(values), share=share) | header | told, arrays
+        )
+
+
+def _asked_diagram(question: Question) -> Study:
+    """Return the study of a diagram; of its values the ends are checked now, the others later."""
+    count = int(question.number("values", 2048, 2, 1e9))
+    ends = asked_study(replace(question, options={**question.options, "values": 2}))
+    own = ends.question
+    assert isinstance(own, Diagram)
+    ((path, axis),) = own.over.items()
+    assert isinstance(axis, Span)
+    return replace(ends, question=replace(own, over={path: replace(axis, count=count)}))
+
+
+def _joined(parts: list[Dataset], path: str) -> Dataset:
+    """Return the levels of a diagram as one."""
+    import xarray
+
+    whole = xarray.concat(parts, dim=path).sortby(path)
+    for name in ("n_impacts", "failed"):
+        whole.attrs[name] = sum(part.attrs[name] for part in parts)
+    return whole
 
 
 def _basins(question: Question, handle: Handle) -> Iterator[bytes]:
     """Yield which attractor each start goes to."""
-    from percuss.ensembles.basins import basins
-
-    study = study_of(question.tables)
+    check_size(question)
     x_low, x_high = range_of(question, "x_low", "x_high")
     v_low, v_high = range_of(question, "v_low", "v_high")
-    finest = int(question.number("starts", 384, 16, MOST_STARTS))
+    edges = {"x_low": x_low, "x_high": x_high, "v_low": v_low, "v_high": v_high}
+    finest = int(question.number("starts", 384, 16, 1e9))
     sizes = [finest]
     while sizes[0] > FIRST_STARTS:
         sizes.insert(0, max(FIRST_STARTS, sizes[0] // 2))
     whole, done = sum(size * size for size in sizes), 0
     for size in sizes:
         begin, done = done / whole, done + size * size
-        found = basins(
-            study.oscillator,
-            study.forcing,
-            x0=centres(x_low, x_high, size),
-            v0=centres(v_low, v_high, size),
-            t0=motion_of(study).start.t0,
-            progress=handle.part(begin, done / whole),
-        )
+        asked = asked_study(replace(question, options={**question.options, "starts": size}))
+        found = asked.question.answer(asked, Means(progress=handle.part(begin, done / whole)))
         if handle.is_stopped:
             return
-        attractors = [
-            {
-                "kind": str(found.kind.values[k]),
-                "name": str(found.name.values[k]),
-                "n_periods": int(found.n_periods.values[k]),
-                "n_impacts": float(found.n_impacts.values[k]),
-                "fraction": float(found.fraction.values[k]),
-                "error": float(found.fraction_error.values[k]),
-            }
-            for k in range(found.sizes["attractor"])
-        ]
-        header = {"size": size, "attractors": attractors}
-        edges = {"x_low": x_low, "x_high": x_high, "v_low": v_low, "v_high": v_high}
-        last = size == finest
+        if size == finest:
+            KEPT.put(asked, found)
         yield frame(
-            _header(question, done=last, share=done / whole) | header | edges,
+            _header(question, done=size == finest, share=done / whole)
+            | {"size": size, "attractors": _attractors(found)}
+            | edges,
             {"basin": found.basin.values.ravel(), **_points(found)},
         )
+
+
+def _attractors(found: Dataset) -> list[dict[str, object]]:
+    return [
+        {
+            "kind": str(found.kind.values[k]),
+            "name": str(found.name.values[k]),
+            "n_periods": int(found.n_periods.values[k]),
+            "n_impacts": float(found.n_impacts.values[k]),
+            "fraction": float(found.fraction.values[k]),
+            "error": float(found.fraction_error.values[k]),
+        }
+        for k in range(found.sizes["attractor"])
+    ]
 
 
 def _points(found: Dataset) -> dict[str, Floats]:
@@ -162,7 +175,7 @@ def _header(question: Question, *, done: bool, share: float) -> dict[str, object
     return {"id": question.id, "kind": question.kind, "done": done, "share": share}
 
 
-def levels_of(values: Floats, first: int) -> list[Floats]:
+def levels_of(values: NDArray[np.generic], first: int) -> list[NDArray[np.generic]]:
     """Return values in levels, each of which fills the gaps of those before.
 
     Examples
@@ -182,8 +195,3 @@ def levels_of(values: Floats, first: int) -> list[Floats]:
         if level.any():
             levels.append(values[level])
     return levels
-
-
-def centres(low: float, high: float, size: int) -> Floats:
-    """Return the centres of so many equal cells between two ends."""
-    return low + (high - low) * (np.arange(size) + 0.5) / size

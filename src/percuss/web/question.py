@@ -16,8 +16,10 @@ from percuss.studies.study import Study
 
 __all__ = [
     "MOST_BYTES",
+    "MOST_DIGITS",
     "BadQuestion",
     "Question",
+    "digits_of",
     "motion_of",
     "path_of",
     "range_of",
@@ -29,6 +31,21 @@ __all__ = [
 MOST_BYTES = 65_536
 MOST_STOPS, MOST_HARMONICS = 16, 64
 MOST_PERIODS = 20_000
+# Digits that the page certifies a motion to.
+MOST_DIGITS = 100
+# What the fields of options are called on the page.
+FIELDS = {
+    "low": "from",
+    "high": "to",
+    "x_low": "x from",
+    "x_high": "x to",
+    "v_low": "v from",
+    "v_high": "v to",
+    "points": "points at each",
+    "starts": "starts along a side",
+    "max_impacts": "impacts up to",
+    "max_periods": "periods up to",
+}
 # The tables of a study that the page knows.
 TABLES = ("oscillator", "forcing", "start", "run")
 
@@ -67,10 +84,11 @@ class Question:
             If it is none.
         """
         value = self.options.get(name, default)
+        called = FIELDS.get(name, name)
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise BadQuestion(f"{name} is not a number")
+            raise BadQuestion(f"{called} is not a number")
         if not low <= value <= high:
-            raise BadQuestion(f"{name} = {value:g} is not between {low:g} and {high:g}")
+            raise BadQuestion(f"{called} = {value:g} is not between {low:g} and {high:g}")
         return float(value)
 
     def choice(self, name: str, choices: tuple[str, ...]) -> str:
@@ -186,17 +204,25 @@ def _parsed(tables: Mapping[str, Any]) -> Study:
     return study
 
 
+def digits_of(question: Question) -> int | None:
+    """Return to how many digits a motion is to be certified, None if it is not."""
+    if question.options.get("digits") is None:
+        return None
+    return int(question.number("digits", 12, 1, MOST_DIGITS))
+
+
 def path_of(question: Question, study: Study) -> str:
-    """Return the path of a parameter of the motion, in its long form."""
+    """Return the path of a parameter of the motion or of its start, in its long form."""
     path = question.options.get("path")
     if not isinstance(path, str):
         raise BadQuestion("the path is not a text")
-    return long_form(path, study.oscillator, study.forcing)
+    return long_form(path, study.oscillator, study.forcing, motion_of(study).start)
 
 
 def range_of(question: Question, low: str, high: str) -> tuple[float, float]:
     """Return a range, given by two options."""
     ends = (question.number(low, 0.0, -1e6, 1e6), question.number(high, 1.0, -1e6, 1e6))
     if ends[0] >= ends[1]:
-        raise BadQuestion(f"{low} = {ends[0]:g} is not below {high} = {ends[1]:g}")
+        below, above = FIELDS[low], FIELDS[high]
+        raise BadQuestion(f"{below} = {ends[0]:g} is not below {above} = {ends[1]:g}")
     return ends

@@ -13,13 +13,18 @@ from percuss.web.facts import answer_facts
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
 from percuss.web.jobs import JOBS, answer_job
+from percuss.web.proof import answer_certify
 from percuss.web.question import BadQuestion, Question, read_question
+from percuss.web.saddles import answer_saddles
+from percuss.web.wording import plain
 
 __all__ = ["FAILED", "Pools", "Session"]
 
 Send = Callable[[bytes], Awaitable[None]]
 # Seconds between two reports of progress.
 TELLING = 0.3
+# What a newer question of its kind ends.
+LONG = (*JOBS, "saddles", "certify")
 FAILED = "percuss could not compute this; the terminal of the server says more"
 
 
@@ -54,20 +59,23 @@ class Session:
             "thumb": Lane(send, pools.short, _once(answer_explore), self._failed),
             "facts": Lane(send, pools.facts, _once(answer_facts), self._failed),
             "job": Lane(send, pools.long, answer_job, self._failed),
+            "saddles": Lane(send, pools.long, answer_saddles, self._failed),
+            "certify": Lane(send, pools.long, answer_certify, self._failed),
         }
         self._send = send
 
     async def receive(self, text: str | bytes) -> None:
         """Take a message; what it asks is answered when its lane is free."""
         try:
-            question = read_question(text, ("explore", "thumb", "facts", "cancel", *JOBS))
+            question = read_question(text, ("explore", "thumb", "facts", "cancel", *LONG))
+            lane = question.choice("lane", ("job", "saddles", "certify"))
         except BadQuestion as error:
             await self._send(
                 frame({"kind": "fault", "faults": [{"path": "", "reason": str(error)}]})
             )
             return
         if question.kind == "cancel":
-            self._lanes["job"].cancel()
+            self._lanes[lane].cancel()
         else:
             self._lanes[question.kind if question.kind in self._lanes else "job"].ask(question)
 
@@ -82,10 +90,10 @@ class Session:
         if isinstance(error, StudyError):
             return frame({**header, "faults": [_fault(fault) for fault in error.faults]})
         if isinstance(error, ParameterError):
-            row = {"path": error.name, "reason": f"{error.value!r:.60}: {error.reason}"}
+            row = {"path": error.name, "reason": f"{error.value!r:.60}: {plain(error.reason)}"}
             return frame({**header, "faults": [row]})
         if isinstance(error, BadQuestion | PercussError):
-            return frame({**header, "faults": [{"path": "", "reason": str(error)}]})
+            return frame({**header, "faults": [{"path": "", "reason": plain(str(error))}]})
         if self._report is not None:
             self._report(error)
         return frame({**header, "faults": [{"path": "", "reason": FAILED}]})
@@ -93,7 +101,7 @@ class Session:
 
 def _fault(fault: object) -> dict[str, str]:
     path = getattr(fault, "path", "")
-    reason = getattr(fault, "reason", str(fault))
+    reason = plain(getattr(fault, "reason", str(fault)))
     value = getattr(fault, "value", "")
     return {"path": path, "reason": f"{value}: {reason}" if value else reason}
 
@@ -132,7 +140,7 @@ class Lane:
     def ask(self, question: Question) -> None:
         """Put a question in the place of the one that waits."""
         self.waiting = question
-        if question.kind in JOBS:
+        if question.kind in LONG:
             # The answer to the one before is wanted no more.
             self.handle.is_stopped = True
         if self.task is None or self.task.done():

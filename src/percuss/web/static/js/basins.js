@@ -1,43 +1,51 @@
 // Which attractor each start goes to.
 
+import { basinLayers, legendOf, nameOf, pictureOf } from "./basin_picture.js";
 import { element, say, shown } from "./dom.js";
-import { asCanvas } from "./draw.js";
-import { numberField } from "./fields.js";
+import { checkField, checkRange, numberField } from "./fields.js";
 import { Job } from "./job.js";
-import { limitsOf, sameMotion } from "./models.js";
+import { changedSince, startsAt } from "./made_of.js";
+import { limitsOf } from "./models.js";
 import { Plot } from "./plots.js";
-import { settingsOf } from "./state.js";
+import { Saddles } from "./saddles.js";
+import { isStudy, settingsOf } from "./state.js";
 
-// Colours that differ in lightness too; after them undecided and impossible starts.
-const COLOURS = [[27, 94, 140], [230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0], [240, 228, 66], [120, 120, 160]];
-const UNDECIDED = [150, 150, 150];
-const NO_START = [90, 90, 90];
-const DEFAULTS = { x_low: -2, x_high: 2, v_low: -2, v_high: 2, starts: 256 };
+const DEFAULTS = { x_low: -2, x_high: 2, v_low: -2, v_high: 2, starts: 256, manifolds: true, isComputed: false };
 const LABELS = { x_low: "x from", x_high: "x to", v_low: "v from", v_high: "v to", starts: "starts along a side" };
+const HINT = "Each start (x, v) has the colour of the attractor that it goes to; squares are the attractors, seen once a forcing period. Crosses are saddles, and black lines their stable manifolds: motions that start on them go to the saddle, those on either side of them part. Click a start to follow it in Explore.";
 
 export class Basins {
   constructor(app) {
     this.app = app;
-    this.job = new Job(app, () => this.#ask(), (header, arrays, isFirst) => this.#show(header, arrays, isFirst));
+    this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
+    this.job = new Job(app, () => this.#ask(), (header, arrays, isFirst) => this.#take(header, arrays, isFirst), this.form);
+    this.saddles = new Saddles(app, () => this.#draw());
     this.plot = new Plot({
       title: "Basins", x: "displacement x at the start", y: "velocity v at the start", kind: "points",
       read: (x, y) => this.#read(x, y),
       onClick: (x, y) => this.#open(x, y),
-      onZoom: (zoom) => (this.zoomed.hidden = zoom === null),
+      onZoom: (zoom) => {
+        this.zoomed.hidden = zoom === null;
+        app.keepZoom("basins", zoom);
+      },
     });
     this.zoomed = element("button", { type: "button", hidden: true, onclick: () => this.#refine() }, "Compute what is shown");
     this.job.root.append(this.zoomed);
     this.legend = element("ul", { class: "legend" });
-    this.stale = element("p", { class: "stale-note", hidden: true }, "The motion has been changed since; compute again for what is set now.");
-    this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
+    this.stale = element("p", { class: "stale-note", role: "status", hidden: true });
     this.root = element(
       "section",
       { class: "wide", "aria-label": "Basins" },
-      this.form, this.job.root, this.stale, this.plot.root, this.legend,
-      element("p", { class: "hint" }, "Each start (x, v) has the colour of the attractor that it goes to; squares are the attractors, seen once a forcing period. Click a start to follow it in Explore."),
+      this.form, this.job.root, this.stale, this.plot.root, this.legend, element("p", { class: "hint" }, HINT),
     );
     this.restore(app.store.value);
-    app.store.watch((state) => (this.stale.hidden = this.study === undefined || sameMotion(this.study, state.study)));
+    app.store.watch(() => this.#changed());
+  }
+
+  /** Say whether the motion is another one by now; the section of the basins is at the start's time. */
+  #changed() {
+    this.stale.textContent = this.study === undefined ? "" : changedSince(this.study, this.app.store.value.study, { parts: ["t0"] });
+    this.stale.hidden = this.stale.textContent === "";
   }
 
   recolour() {
@@ -49,24 +57,53 @@ export class Basins {
   }
 
   /** Take the settings of a link. */
-  restore({ basins }) {
+  restore({ basins, zooms, study }) {
     this.isChosen = basins !== undefined;
     this.settings = settingsOf(DEFAULTS, basins);
+    this.due = this.settings.isComputed ? { zoom: zooms?.basins ?? null, study: isStudy(basins.study) ? basins.study : study } : null;
     this.#fields();
   }
 
   /** Another motion: nothing is known of it. */
   begin(state) {
     this.job.clear();
-    this.header = this.study = undefined;
+    this.saddles.clear();
+    this.header = this.study = this.asked = undefined;
     this.stale.hidden = true;
     this.legend.replaceChildren();
     this.restore(state);
   }
 
-  /** Unless the user has chosen a part of the plane: that where the motion is. */
+  /** A link shows the picture that it was made of; else the part of the plane where the motion is. */
   shown() {
-    if (this.isChosen || this.header) return;
+    if (this.due !== null && this.app.isOpen) {
+      const { zoom, study } = this.due;
+      this.due = null;
+      if (this.header && JSON.stringify(this.asked) === JSON.stringify(this.#questionOf(study))) return;
+      this.firstZoom = zoom;
+      this.#run(study);
+    } else if (!this.isChosen && !this.header) this.#choose();
+  }
+
+  /** Return what the picture shows, or is to show, as the server knows it: files are of that. */
+  question() {
+    if (!this.header || !this.asked) return this.#questionOf(this.app.store.value.study);
+    return { ...this.asked, manifolds: this.settings.manifolds };
+  }
+
+  #questionOf(study) {
+    const { isComputed: _, ...settings } = this.settings;
+    return { kind: "basins", study, ...settings };
+  }
+
+  /** Compute with another study than the one that is set. */
+  #run(study) {
+    this.base = study;
+    this.job.run();
+    this.base = null;
+  }
+
+  #choose() {
     const { curve, study } = this.app.views.explore;
     if (!curve || study !== this.app.store.value.study) return;
     const [x_low, x_high] = around(curve.portrait_x, limitsOf(study));
@@ -75,21 +112,38 @@ export class Basins {
     this.#fields();
   }
 
-  /** Return what is asked, as the server knows it. */
-  question() {
-    return { kind: "basins", study: this.app.store.value.study, ...this.settings };
-  }
-
   #fields() {
     const set = (name) => (value) => {
       this.settings[name] = value;
+      this.settings.isComputed = false;
       this.isChosen = true;
-      this.app.store.set({ basins: { ...this.settings } }, "basins");
+      const { x_low, x_high, v_low, v_high } = this.settings;
+      if (name.startsWith("x")) checkRange(this.fields.x_high, x_low, x_high);
+      if (name.startsWith("v")) checkRange(this.fields.v_high, v_low, v_high);
+      this.#keep();
       this.#wait();
     };
     const field = (name) => numberField(LABELS[name], this.settings[name], set(name), name === "starts" ? { min: 16, max: 1024, step: 1 } : {});
-    this.form.replaceChildren(...Object.keys(DEFAULTS).map(field));
+    this.fields = Object.fromEntries(Object.keys(LABELS).map((name) => [name, field(name)]));
+    this.form.replaceChildren(
+      ...Object.values(this.fields),
+      checkField("saddles and manifolds", this.settings.manifolds, (isOn) => this.#switch(isOn)),
+    );
     this.#wait();
+  }
+
+  /** Draw the manifolds, or do not. */
+  #switch(isOn) {
+    this.settings.manifolds = isOn;
+    this.#keep();
+    if (isOn && this.header?.done) this.saddles.ask(this.study);
+    else if (!isOn) this.saddles.clear();
+    this.#draw();
+  }
+
+  #keep() {
+    const made = this.settings.isComputed && this.study ? { study: this.study } : {};
+    this.app.store.set({ basins: { ...this.settings, ...made } }, "basins");
   }
 
   #wait() {
@@ -98,66 +152,60 @@ export class Basins {
   }
 
   #ask() {
-    const question = this.question();
-    this.study = question.study;
-    this.stale.hidden = true;
-    // What is computed is kept in the link.
-    if (!this.isChosen) this.app.store.set({ basins: { ...this.settings } }, "basins");
+    this.due = null;
+    this.coming = this.#questionOf(this.base ?? this.app.store.value.study);
+    return this.coming;
+  }
+
+  /** The first of another picture has come: from now on it is the one that is shown. */
+  #begin() {
+    this.asked = this.coming;
+    this.study = this.asked.study;
+    this.saddles.clear();
+    // What is computed is kept in the link, unless something else is set by now.
+    if (Object.keys(LABELS).every((name) => this.asked[name] === this.settings[name])) this.settings.isComputed = true;
     this.isChosen = true;
-    return question;
+    const at = startsAt(this.study);
+    this.plot.label(`displacement x ${at}`, `velocity v ${at}`);
+    this.#keep();
+    this.#changed();
   }
 
   #refine() {
     const { x, y } = this.plot.limits;
     const ends = { x_low: x[0], x_high: x[1], v_low: y[0], v_high: y[1] };
     for (const [name, value] of Object.entries(ends)) this.settings[name] = Number(value.toPrecision(6));
-    this.app.store.set({ basins: { ...this.settings } }, "basins");
     this.#fields();
-    this.job.run();
+    this.#run(this.study);
   }
 
-  #show(header, arrays, isFirst) {
+  #take(header, arrays, isFirst) {
     if (isFirst) {
-      this.plot.zoom = null;
-      this.zoomed.hidden = true;
+      this.#begin();
+      this.plot.take(this.firstZoom ?? null);
+      this.zoomed.hidden = this.plot.zoom === null;
+      if (this.plot.zoom === null) this.app.keepZoom("basins", null);
+      this.firstZoom = null;
     }
     this.header = header;
-    this.basin = arrays.basin;
-    const { size } = header;
-    const image = new ImageData(size, size);
-    const pixels = new Uint32Array(image.data.buffer);
-    const colours = new Map();
-    for (let i = 0; i < size; i += 1) {
-      for (let j = 0; j < size; j += 1) {
-        const label = arrays.basin[i * size + j];
-        if (!colours.has(label)) colours.set(label, packed(colourOf(label)));
-        pixels[(size - 1 - j) * size + i] = colours.get(label);
-      }
-    }
-    const box = { x: [header.x_low, header.x_high], y: [header.v_low, header.v_high] };
-    const marks = header.attractors.flatMap((it, k) => {
-      const place = { x: arrays[`x${k}`], y: arrays[`v${k}`], kind: "points" };
-      const isOrbit = it.kind === "periodic" || it.kind === "rest";
-      return isOrbit
-        ? [{ ...place, colour: "#ffffff", size: 12 }, { ...place, colour: "#000000", size: 9 }, { ...place, colour: `rgb(${colourOf(k).join()})`, size: 5 }]
-        : [{ ...place, colour: "#ffffff", size: 2 }];
-    });
-    this.plot.show([{ kind: "image", image: asCanvas(image), box, x: box.x, y: box.y }, ...marks], [], box);
-    this.#legend(header, arrays.basin);
+    this.arrays = arrays;
+    this.image = pictureOf(header, arrays.basin);
+    this.#draw();
+    if (header.done && this.settings.manifolds) this.saddles.ask(this.study);
   }
 
-  #legend(header, basin) {
-    const rows = header.attractors.map((it, k) => row(colourOf(k), nameOf(it), `${percent(it.fraction)} ± ${percent(it.error)}`));
-    if (basin.includes(-1)) rows.push(row(UNDECIDED, "not decided in the time given", ""));
-    if (basin.includes(-2)) rows.push(row(NO_START, "no start: inside a wall", ""));
-    this.legend.replaceChildren(...rows);
+  #draw() {
+    if (!this.header) return;
+    const box = { x: [this.header.x_low, this.header.x_high], y: [this.header.v_low, this.header.v_high] };
+    this.plot.show(basinLayers(this.header, this.arrays, this.image, box, this.saddles.found), [], box);
+    this.legend.replaceChildren(...legendOf(this.header, this.arrays.basin), ...this.saddles.legend());
   }
 
   #at(x, y) {
     const { size, x_low: left, x_high: right, v_low: low, v_high: high } = this.header;
     const i = Math.floor(((x - left) / (right - left)) * size);
     const j = Math.floor(((y - low) / (high - low)) * size);
-    return i >= 0 && i < size && j >= 0 && j < size ? this.basin[i * size + j] : null;
+    return i >= 0 && i < size && j >= 0 && j < size ? this.arrays.basin[i * size + j] : null;
   }
 
   #read(x, y) {
@@ -193,24 +241,4 @@ function around(values, [least, most]) {
   const unit = 10 ** Math.floor(Math.log10(width) - 0.5);
   const rounded = (value, round) => Number((round(value / unit) * unit).toPrecision(6));
   return [Math.max(least, rounded(low - 0.4 * width, Math.floor)), Math.min(most, rounded(high + 0.4 * width, Math.ceil))];
-}
-
-function colourOf(label) {
-  if (label === -1) return UNDECIDED;
-  if (label < 0) return NO_START;
-  return COLOURS[label % COLOURS.length];
-}
-
-const packed = ([r, g, b]) => ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
-
-function nameOf({ kind, name, n_impacts: impacts, n_periods: periods }) {
-  return kind === "periodic" ? `periodic ${name || `(${impacts ?? "∞"}, ${periods})`}` : kind;
-}
-
-const percent = (share) => `${shown(100 * share, 3)} %`;
-
-function row(colour, name, note) {
-  const swatch = element("span", { class: "swatch" });
-  swatch.style.backgroundColor = `rgb(${colour.join()})`;
-  return element("li", {}, swatch, element("span", {}, name), element("span", { class: "note" }, note));
 }

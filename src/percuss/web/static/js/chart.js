@@ -26,7 +26,7 @@ export function familiesOf(header, arrays, of) {
       layers.push({ x: it.value, y: kept((k) => it.stable[k] > 0), colour, width: 2.5 });
     }
     for (const [kind, value, row] of it.family.special) {
-      if (it.real[row] > 0 && Number.isFinite(it.y[row])) marks.push({ kind: SPECIAL[kind] ?? kind, x: value, y: it.y[row] });
+      if (it.real[row] > 0 && Number.isFinite(it.y[row])) marks.push({ kind: SPECIAL[kind] ?? kind, x: value, y: it.y[row], at: { it, k: row } });
     }
   }
   layers.push({ kind: "points", x: marks.map((mark) => mark.x), y: marks.map((mark) => mark.y), colour: "--ink", size: 7 });
@@ -52,10 +52,16 @@ export function nearestOrbit(rows, { x, y }, limits) {
   return best;
 }
 
+/** Return the bifurcation or graze whose square is under a place; null if none is. */
+export function nearestMark(marks, { x, y }, limits) {
+  const apart = (mark) => Math.hypot((mark.x - x) / (limits.x[1] - limits.x[0]), (mark.y - y) / (limits.y[1] - limits.y[0]));
+  const best = marks.reduce((least, mark) => (least === null || apart(mark) < apart(least) ? mark : least), null);
+  return best !== null && apart(best) < 0.015 ? best : null;
+}
+
 /** Say which orbit it is. */
-export function orbitText({ it, k }, marks, limits) {
-  const near = marks.find((mark) => Math.hypot((mark.x - it.value[k]) / (limits.x[1] - limits.x[0]), (mark.y - it.y[k]) / (limits.y[1] - limits.y[0])) < 0.015);
-  return `${kindOf(it, k)} ${it.stable[k] > 0 ? "stable" : "not stable"}${near ? `, ${near.kind}` : ""}`;
+export function orbitText({ it, k }) {
+  return `${kindOf(it, k)} ${it.stable[k] > 0 ? "stable" : "not stable"}`;
 }
 
 function kindOf({ impacts, periods }, k) {

@@ -1,7 +1,7 @@
 // The panel of parameters: a slider and a box for each.
 
 import { button, element } from "./dom.js";
-import { MODELS, modelOf, newHarmonic, newStop, parametersOf, withModel } from "./models.js";
+import { MODELS, modelOf, newHarmonic, newStop, parametersOf, withModel, withoutHarmonic } from "./models.js";
 import { Row } from "./row.js";
 import { get, put } from "./state.js";
 
@@ -53,6 +53,11 @@ export class Panel {
     this.ranges = ranges;
   }
 
+  /** The server has taken a study: its values may widen the sliders. */
+  accept(study) {
+    for (const row of this.rows.values()) row.accept(get(study, row.path));
+  }
+
   /** Show what is wrong beside the fields; return what belongs to none. */
   showFaults(faults) {
     for (const row of this.rows.values()) row.fault("");
@@ -74,7 +79,7 @@ export class Panel {
     this.select = element(
       "select",
       { "aria-label": "Model", onchange: (event) => change(withModel(study(), event.target.value)) },
-      ...Object.entries(MODELS).map(([value, { label }]) => element("option", { value, selected: value === kind }, label)),
+      ...Object.entries(MODELS).map(([value, { label }]) => element("option", { value, selected: value === kind, disabled: value === "own" && kind !== "own" }, label)),
     );
     const parts = [element("label", { class: "model" }, element("span", {}, "Model"), this.select), element("p", { class: "hint" }, "x″ + 2a x′ + k x = f(t) + stops, unit mass")];
     for (const group of groups) parts.push(this.#group(group, study, change));
@@ -86,19 +91,22 @@ export class Panel {
     if (group.stop !== undefined) {
       const path = `oscillator.stops.${group.stop}.side`;
       const side = get(study(), path);
-      const other = side === "below" ? "above" : "below";
       body.append(
         element(
           "div",
           { class: "tools" },
-          button(`${side} the motion`, () => change(put(study(), path, other)), { title: `it is ${side} the motion; put it ${other}` }),
+          element(
+            "select",
+            { "aria-label": `side of ${group.title}`, onchange: (event) => change(put(study(), path, event.target.value)) },
+            ...["below", "above"].map((name) => element("option", { value: name, selected: name === side }, `${name} the motion`)),
+          ),
           button("remove", () => change(without(study(), "oscillator.stops", group.stop))),
         ),
       );
     }
     if (group.harmonic !== undefined) {
       body.append(
-        element("div", { class: "tools" }, button("remove", () => change(without(study(), "forcing.harmonics", group.harmonic)))),
+        element("div", { class: "tools" }, button("remove", () => change(withoutHarmonic(study(), group.harmonic)))),
       );
     }
     for (const spec of group.rows) {

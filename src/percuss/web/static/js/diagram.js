@@ -1,12 +1,13 @@
 // A bifurcation diagram or a response chart over one parameter.
 
-import { familiesOf, nearestOrbit, orbitText } from "./chart.js";
+import { familiesOf, nearestMark, nearestOrbit, orbitText } from "./chart.js";
 import { element, say, shown } from "./dom.js";
-import { choiceField, numberField } from "./fields.js";
+import { checkRange, choiceField, numberField } from "./fields.js";
 import { Job } from "./job.js";
-import { numberOf, pathsOf, sameMotion, startAt } from "./models.js";
+import { changedSince, sampledAt } from "./made_of.js";
+import { limitsOf, numberOf, pathsOf, startAt } from "./models.js";
 import { Plot } from "./plots.js";
-import { get, put, settingsOf } from "./state.js";
+import { get, isStudy, put, settingsOf } from "./state.js";
 
 const KINDS = [
   ["diagram", "bifurcation diagram"],
@@ -16,28 +17,32 @@ const OF = {
   diagram: [["x", "displacement"], ["v", "velocity"]],
   response: [["amplitude", "amplitude"], ["speed", "impact speed"]],
 };
-const LABELS = { x: "x at whole periods", v: "v at whole periods", amplitude: "amplitude", speed: "largest impact speed" };
+const LABELS = { x: "x", v: "v", amplitude: "amplitude", speed: "largest impact speed" };
 const ABOUT = {
   diagram: "Where the motion is once a forcing period after settling: one point is an orbit of one period, two of two, a cloud is chaos.",
   response: "All periodic orbits that are found, stable solid and unstable dashed, (impacts, forcing periods); squares are bifurcations and grazes.",
 };
-const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2 };
+const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, isComputed: false };
 
 export class Diagram {
   constructor(app) {
     this.app = app;
     this.levels = [];
     this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
-    this.job = new Job(app, () => this.#ask(), (header, arrays, isFirst) => this.#take(header, arrays, isFirst));
+    this.job = new Job(app, () => this.#ask(), (header, arrays, isFirst) => this.#take(header, arrays, isFirst), this.form);
+    this.job.mark = (fault) => this.#mark(fault);
     this.zoomed = element("button", { type: "button", hidden: true, onclick: () => this.#refine() }, "Compute what is shown");
     this.job.root.append(this.zoomed);
     this.plot = new Plot({
       title: "Diagram", x: "parameter", y: "x", kind: "points",
       read: (x, y) => this.#read(x, y),
       onClick: (x, y) => this.#open(x, y),
-      onZoom: (zoom) => (this.zoomed.hidden = zoom === null),
+      onZoom: (zoom) => {
+        this.zoomed.hidden = zoom === null;
+        app.keepZoom("diagram", zoom);
+      },
     });
-    this.stale = element("p", { class: "stale-note", hidden: true }, "The motion has been changed since; compute again for what is set now.");
+    this.stale = element("p", { class: "stale-note", role: "status", hidden: true });
     this.legend = element("ul", { class: "legend" });
     this.hint = element("p", { class: "hint" });
     this.root = element(
@@ -58,8 +63,9 @@ export class Diagram {
   }
 
   /** Take the settings of a link. */
-  restore({ diagram, study }) {
+  restore({ diagram, study, zooms }) {
     this.settings = settingsOf(DEFAULTS, diagram);
+    this.due = this.settings.isComputed ? { zoom: zooms?.diagram ?? null, study: isStudy(diagram.study) ? diagram.study : study } : null;
     if (!(this.settings.kind in OF)) this.settings.kind = "diagram";
     if (!OF[this.settings.kind].some(([name]) => name === this.settings.of)) this.settings.of = OF[this.settings.kind][0][0];
     this.key = "";
@@ -76,27 +82,58 @@ export class Diagram {
     this.restore(state);
   }
 
-  /** Return what is asked, as the server knows it. */
+  /** A link shows the picture that it was made of. */
+  shown() {
+    if (this.due === null || !this.app.isOpen) return;
+    const { zoom, study } = this.due;
+    this.due = null;
+    if (this.levels.length > 0 && JSON.stringify(this.asked) === JSON.stringify(this.#questionOf(study))) return;
+    this.firstZoom = zoom;
+    this.#run(study);
+  }
+
+  /** Return what the picture shows, or is to show, as the server knows it: files are of that. */
   question() {
+    return this.levels.length > 0 && this.asked ? this.asked : this.#questionOf(this.app.store.value.study);
+  }
+
+  #questionOf(study) {
     const { kind, path, low, high, values, points, max_impacts, max_periods } = this.settings;
     const own = kind === "diagram" ? { values, points } : { max_impacts, max_periods };
-    return { kind, study: this.app.store.value.study, path, low, high, ...own };
+    return { kind, study, path, low, high, ...own };
+  }
+
+  /** A value of the range that the parameter cannot have: mark the end that it is nearer to. */
+  #mark({ path, reason }) {
+    if (!this.coming || !path.startsWith("over.") || !path.includes(this.coming.path)) return;
+    const value = Number.parseFloat(reason);
+    const { low, high } = this.coming;
+    this.ends[Math.abs(value - low) <= Math.abs(value - high) ? "low" : "high"].complain(reason);
+  }
+
+  /** Compute with another study than the one that is set. */
+  #run(study) {
+    this.base = study;
+    this.job.run();
+    this.base = null;
   }
 
   #changed() {
     const { study } = this.app.store.value;
     this.#fields(study);
     if (!this.asked) return;
-    // The parameter of the diagram may be any: it is marked in the picture.
-    const at = (tables) => put(tables, this.asked.path, 0);
-    this.stale.hidden = get(study, this.asked.path) !== undefined && sameMotion(at(this.asked.study), at(study));
+    // The parameter of the diagram may be any: it is marked in the picture. Orbits have no start.
+    const { kind, path, study: made } = this.asked;
+    this.stale.textContent = changedSince(made, study, { path, ...(kind === "response" && { parts: [] }) });
+    this.stale.hidden = this.stale.textContent === "";
     this.plot.lines = this.#here();
     this.plot.redraw();
   }
 
   /** Build the form anew where the motion has other parameters. */
   #fields(study) {
-    const paths = pathsOf(study);
+    // Families of orbits do not depend on a start.
+    const paths = pathsOf(study).filter((it) => this.settings.kind === "diagram" || !it.path.startsWith("start."));
     const key = paths.map((it) => it.path).join() + this.settings.kind;
     if (key === this.key) return;
     this.key = key;
@@ -105,14 +142,15 @@ export class Diagram {
     const number = (name, label, attributes) => numberField(label, settings[name], (value) => this.#set({ [name]: value }), attributes);
     const whole = (name, label, max) => number(name, label, { min: name.startsWith("max") ? 1 : 2, max, step: 1 });
     const isDiagram = settings.kind === "diagram";
+    this.ends = { low: number("low", "from"), high: number("high", "to") };
     this.form.replaceChildren(
       choiceField("kind", KINDS, settings.kind, (kind) => this.#set({ kind, of: OF[kind][0][0] }, true)),
       choiceField("over", paths.map((it) => [it.path, it.name]), settings.path, (path) => {
         this.#range(path, this.app.store.value.study);
         this.#set({}, true);
       }),
-      number("low", "from"),
-      number("high", "to"),
+      this.ends.low,
+      this.ends.high,
       ...(isDiagram
         ? [whole("values", "values", 8192), whole("points", "points at each", 1024)]
         : [whole("max_impacts", "impacts up to", 6), whole("max_periods", "periods up to", 6)]),
@@ -126,16 +164,24 @@ export class Diagram {
   }
 
   #set(parts, isOther = false) {
-    Object.assign(this.settings, parts);
+    // Another column of the same answer needs no computing.
+    Object.assign(this.settings, parts, "of" in parts && !isOther ? {} : { isComputed: false });
     if (isOther) this.key = "";
-    this.app.store.set({ diagram: { ...this.settings } }, "diagram");
+    if ("low" in parts || "high" in parts) checkRange(this.ends.high, this.settings.low, this.settings.high);
+    this.#keep();
     this.#wait();
+  }
+
+  /** Keep in the link what is set, and what a picture was made of. */
+  #keep() {
+    const made = this.settings.isComputed && this.asked ? { study: this.asked.study } : {};
+    this.app.store.set({ diagram: { ...this.settings, ...made } }, "diagram");
   }
 
   #wait() {
     const { low, high } = this.settings;
     if (this.levels.length > 0 || !(low < high)) return;
-    this.plot.label(this.#name(this.settings.path), LABELS[this.settings.of]);
+    this.plot.label(this.#name(this.settings.path), this.#quantity(this.settings.of, this.app.store.value.study));
     this.plot.wait(`Compute shows the ${KINDS.find(([kind]) => kind === this.settings.kind)[1]}`, { x: [low, high], y: [-1, 1] });
   }
 
@@ -147,14 +193,27 @@ export class Diagram {
     if (path.endsWith("restitution")) Object.assign(this.settings, { low: 0, high: 1 });
     if (path.endsWith("omega")) this.settings.low = Math.max(0.05, this.settings.low);
     if (path.endsWith("damping")) this.settings.low = Math.max(0, this.settings.low);
+    if (path === "start.x0") {
+      const [least, most] = limitsOf(study);
+      Object.assign(this.settings, { low: Math.max(least, this.settings.low), high: Math.min(most, this.settings.high) });
+    }
   }
 
   #ask() {
-    this.asked = this.question();
-    this.stale.hidden = true;
-    // What is computed is kept in the link.
-    this.app.store.set({ diagram: { ...this.settings } }, "diagram");
-    return this.asked;
+    this.due = null;
+    this.coming = this.#questionOf(this.base ?? this.app.store.value.study);
+    return this.coming;
+  }
+
+  /** The first of another picture has come: from now on it is the one that is shown. */
+  #begin() {
+    this.asked = this.coming;
+    // What is computed is kept in the link, unless something else is set by now.
+    const { kind, path, low, high, values, points, max_impacts, max_periods } = this.asked;
+    const isSet = Object.entries({ kind, path, low, high, values, points, max_impacts, max_periods }).every(([name, value]) => value === undefined || value === this.settings[name]);
+    if (isSet) this.settings.isComputed = true;
+    this.#keep();
+    this.#changed();
   }
 
   /** Compute the part that is zoomed into. */
@@ -163,14 +222,17 @@ export class Diagram {
     Object.assign(this.settings, { low, high, path: this.asked.path });
     this.key = "";
     this.#fields(this.app.store.value.study);
-    this.job.run();
+    this.#run(this.asked.study);
   }
 
   #take(header, arrays, isFirst) {
     if (isFirst || header.kind === "response") this.levels = [];
     if (isFirst) {
-      this.plot.zoom = null;
-      this.zoomed.hidden = true;
+      this.#begin();
+      this.plot.take(this.firstZoom ?? null);
+      this.zoomed.hidden = this.plot.zoom === null;
+      if (this.plot.zoom === null) this.app.keepZoom("diagram", null);
+      this.firstZoom = null;
     }
     this.levels.push({ header, arrays });
     this.#draw();
@@ -182,7 +244,7 @@ export class Diagram {
     // What is chosen may be of the other kind, which is not computed yet.
     const of = OF[header.kind].some(([name]) => name === this.settings.of) ? this.settings.of : OF[header.kind][0][0];
     this.drawn = of;
-    this.plot.label(this.#name(header.path), LABELS[of]);
+    this.plot.label(this.#name(header.path), this.#quantity(of, this.asked.study));
     if (header.kind === "diagram") this.#drawPoints(header, of);
     else this.#drawFamilies(header, of);
   }
@@ -206,20 +268,26 @@ export class Diagram {
       low <= high ? { x: [header.low, header.high], y: [low - pad, high + pad] } : { x: [header.low, header.high], y: [-1, 1] },
     );
     if (!(low <= high)) this.plot.say("no motion stays within bounds");
-    this.legend.replaceChildren(element("li", {}, `${total.toLocaleString("en")} points`), element("li", {}, "click a point to open it in Explore"));
+    this.legend.replaceChildren(element("li", {}, `${total.toLocaleString("en")} points`), element("li", {}, "click a point to open it in Explore"), ...this.#legendHere());
+    const { failed, reason } = this.levels.at(-1).header;
+    const count = this.levels.reduce((sum, { arrays }) => sum + arrays.value.length, 0);
+    if (failed > 0) this.legend.append(element("li", { class: "fault" }, `${failed} of ${count} values have no motion: ${reason}`));
   }
 
   #drawFamilies(header, of) {
     const { arrays } = this.levels[0];
     this.families = familiesOf(header, arrays, of);
+    // For whoever cannot read pictures.
+    this.plot.root.dataset.marks = JSON.stringify(this.families.marks.map(({ kind, x, y }) => ({ kind, x, y })));
     this.plot.show(this.families.layers, this.#here());
-    if (this.families.kinds.size === 0) this.plot.say("no periodic orbits found");
+    if (this.families.kinds.size === 0) this.plot.say(header.done ? "no periodic orbits found" : "looking for periodic orbits …");
     const rows = [...this.families.kinds].map(([name, colour]) => {
       const swatch = element("span", { class: "swatch" });
       swatch.style.backgroundColor = `var(${colour})`;
       return element("li", {}, swatch, element("span", {}, name));
     });
-    this.legend.replaceChildren(...rows, element("li", {}, "solid: stable, dashed: not stable; click an orbit to open it in Explore"));
+    this.legend.replaceChildren(...rows, element("li", {}, "solid: stable, dashed: not stable; click an orbit to open it in Explore"), ...this.#legendHere());
+    if (!header.done) this.legend.append(element("li", { class: "note" }, "the first families; others may follow"));
   }
 
   /** A line at the value that Explore shows. */
@@ -228,15 +296,26 @@ export class Diagram {
     return value >= this.asked?.low && value <= this.asked?.high ? [{ x: value, colour: "--faint" }] : [];
   }
 
+  #legendHere() {
+    return this.#here().length > 0 ? [element("li", { class: "note" }, "dashed upright line: the value that Explore shows")] : [];
+  }
+
   #name(path) {
-    const found = pathsOf(this.app.store.value.study).find((it) => it.path === path);
-    return found ? `${found.label} (${path})` : path;
+    return pathsOf(this.asked?.study ?? this.app.store.value.study).find((it) => it.path === path)?.name ?? path;
+  }
+
+  #quantity(of, study) {
+    return of === "x" || of === "v" ? `${LABELS[of]} ${sampledAt(study)}` : LABELS[of];
   }
 
   #read(x, y) {
-    const place = `${this.asked?.path.split(".").at(-1) ?? "parameter"} = ${shown(x, 6)}, ${this.drawn ?? "y"} = ${shown(y, 5)}`;
-    const near = this.families ? nearestOrbit(this.families.rows, { x, y }, this.plot.limits) : null;
-    return near ? `${place}: ${orbitText(near, this.families.marks, this.plot.limits)}` : place;
+    const name = this.asked?.path.split(".").at(-1) ?? "parameter";
+    const place = (at) => `${name} = ${shown(at.x, 6)}, ${this.drawn ?? "y"} = ${shown(at.y, 5)}`;
+    if (!this.families) return place({ x, y });
+    const mark = nearestMark(this.families.marks, { x, y }, this.plot.limits);
+    if (mark) return `${mark.kind} at ${place(mark)}: ${orbitText(mark.at)}`;
+    const near = nearestOrbit(this.families.rows, { x, y }, this.plot.limits);
+    return near ? `${place({ x, y })}: ${orbitText(near)}` : place({ x, y });
   }
 
   #open(x, y) {
@@ -244,16 +323,20 @@ export class Diagram {
     const { path, study } = this.asked;
     const found = this.families ? this.#orbitNear(x, y) : this.#pointNear(x, y);
     const value = found?.value ?? x;
-    const next = put(study, path, String(Number(value.toPrecision(7))));
-    this.app.open(found ? { ...next, start: { ...next.start, ...found.start } } : next);
-    say(this.app.root, `opened ${path} = ${shown(value, 6)}`);
+    // Arrays hold single precision, bifurcations come in double.
+    const next = put(study, path, String(Number(value.toPrecision(found?.isMark ? 12 : 7))));
+    const start = found && !path.startsWith("start.") ? { start: { ...next.start, ...found.start } } : {};
+    this.app.open({ ...next, ...start });
+    const from = found?.start?.t0 && Number(found.start.t0) !== 0 ? `, on the orbit from t0 = ${found.start.t0} on` : "";
+    say(this.app.root, `opened ${path.split(".").at(-1)} = ${shown(value, 6)}${from}`);
   }
 
   #orbitNear(x, y) {
-    const near = nearestOrbit(this.families.rows, { x, y }, this.plot.limits);
+    const mark = nearestMark(this.families.marks, { x, y }, this.plot.limits);
+    const near = mark?.at ?? nearestOrbit(this.families.rows, { x, y }, this.plot.limits);
     if (near === null) return null;
     const { it, k } = near;
-    return { value: it.value[k], start: startAt(this.asked.study, it.x0[k], it.v0[k], { t0: String(Number(it.t0[k].toPrecision(8))) }) };
+    return { value: mark?.x ?? it.value[k], isMark: mark !== null, start: startAt(this.asked.study, it.x0[k], it.v0[k], { t0: String(Number(it.t0[k].toPrecision(8))) }) };
   }
 
   /** Return value, x and v of the point of the diagram that is nearest. */

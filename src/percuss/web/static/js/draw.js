@@ -19,7 +19,7 @@ export function drawLine(context, { left, top, width, height, unit, px, py }, { 
 
 /** Draw a layer {kind, x, y, …} in a colour. */
 export function drawLayer(context, scales, layer, colour) {
-  const draw = { density, points, image }[layer.kind] ?? curve;
+  const draw = { density, points, crosses, image }[layer.kind] ?? curve;
   draw(context, scales, layer, colour);
 }
 
@@ -48,6 +48,22 @@ function points(context, { unit, px, py }, { x, y, size }, colour) {
   const side = (size ?? 2.5) * unit;
   context.fillStyle = colour;
   for (let i = 0; i < x.length; i += 1) context.fillRect(px(x[i]) - side / 2, py(y[i]) - side / 2, side, side);
+}
+
+/** Diagonal crosses. */
+function crosses(context, { unit, px, py }, { x, y, size, width }, colour) {
+  const arm = (size / 2) * unit;
+  context.strokeStyle = colour;
+  context.lineWidth = width * unit;
+  context.beginPath();
+  for (let i = 0; i < x.length; i += 1) {
+    const [left, top] = [px(x[i]), py(y[i])];
+    context.moveTo(left - arm, top - arm);
+    context.lineTo(left + arm, top + arm);
+    context.moveTo(left + arm, top - arm);
+    context.lineTo(left - arm, top + arm);
+  }
+  context.stroke();
 }
 
 /** Many points as shades: the more on a pixel the darker; few are drawn larger. */

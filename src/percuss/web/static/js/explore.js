@@ -1,7 +1,8 @@
 // One motion: x(t), phase portrait, impacts and spectrum, and what percuss knows of it.
 
+import { Certify } from "./certify.js";
 import { Panel } from "./controls.js";
-import { element } from "./dom.js";
+import { element, shown } from "./dom.js";
 import { Facts } from "./facts.js";
 import { numberOf } from "./models.js";
 import { Plot } from "./plots.js";
@@ -24,6 +25,11 @@ export class Explore {
     this.window = null;
     this.orbit = null;
     this.#plots();
+    this.#takeZooms();
+    if (app.options.facts.certified) {
+      this.certify = new Certify(app, () => this.#drawMotion());
+      this.facts.outcome.root.append(this.certify.opener);
+    }
     this.root = element(
       "section",
       { class: "explore", "aria-label": "Explore" },
@@ -32,7 +38,9 @@ export class Explore {
         "div",
         { class: "stage" },
         this.general,
+        this.facts.summary,
         this.facts.root,
+        this.certify?.root,
         element("div", { class: "plots" }, ...this.plots.map((plot) => plot.root)),
       ),
     );
@@ -47,24 +55,36 @@ export class Explore {
       about: "x(t); dashed: the stops",
       onZoom: (zoom) => {
         this.window = zoom === null ? null : zoom.x;
+        this.app.keepZoom("motion", zoom);
         this.ask(false);
       },
-      onHover: (index) => this.#link(index === null ? null : this.curve?.t[index]),
+      onHover: (index) => this.#link(index === null ? null : this.curve?.t[index], this.motion),
     });
     this.portrait = new Plot({
       title: "Phase portrait", x: "displacement x", y: "velocity v", kind: "portrait", names: ["x", "v"],
       about: "velocity over displacement; at an impact the velocity jumps",
-      onHover: (index) => this.#linkBack(index),
+      onZoom: (zoom) => this.app.keepZoom("portrait", zoom),
+      onHover: (index) => this.#link(index === null ? null : this.curve?.portrait_t[index], this.portrait),
     });
     this.section = new Plot({
-      title: "Impacts", x: "cycle (t / period) mod 1", y: "impact speed", kind: "points", names: ["cycle", "speed"],
+      title: "Impacts", x: "cycle (t / period) mod 1", y: "speed before the impact", kind: "points", names: ["cycle", "speed before"],
       about: "each impact: when in the forcing period, and how fast; few points: periodic, a cloud: chaotic",
+      onZoom: (zoom) => this.app.keepZoom("section", zoom),
+      onHover: (index) => this.#link(index === null ? null : this.curve?.event_t[index], this.section),
     });
     this.spectrum = new Plot({
       title: "Spectrum", x: "angular frequency omega", y: "amplitude", kind: "line", logY: true, names: ["omega", "amplitude"],
       about: "amplitudes of x(t) in the later part of the run; a periodic motion has lines, a chaotic one a carpet",
+      onZoom: (zoom) => this.app.keepZoom("spectrum", zoom),
     });
     this.plots = [this.motion, this.portrait, this.section, this.spectrum];
+  }
+
+  /** Show the parts that a link tells. */
+  #takeZooms() {
+    const { zooms = {} } = this.store.value;
+    for (const name of ["motion", "portrait", "section", "spectrum"]) this[name].take(zooms[name] ?? null);
+    this.window = zooms.motion?.x ?? null;
   }
 
   recolour() {
@@ -85,10 +105,7 @@ export class Explore {
 
   /** Ask for the motion as it is set now. */
   ask(isNew) {
-    if (isNew) {
-      this.window = null;
-      for (const plot of this.plots) plot.zoom = null;
-    }
+    if (isNew) this.#takeZooms();
     const { study } = this.store.value;
     this.asked = performance.now();
     this.app.questions.ask(
@@ -112,9 +129,12 @@ export class Explore {
       {
         answer: (header, arrays) => {
           if (this.store.value.study !== study) return;
-          this.orbit = header.orbit === null ? null : arrays;
+          this.known = { study, header, arrays };
           this.facts.showOrbit(header.orbit);
-          if (this.curve) this.#drawPortrait();
+          if (this.study !== study) return;
+          this.#takeOrbit();
+          this.facts.showSettling(header);
+          this.#drawPortrait();
         },
         fault: () => this.facts.showOrbit(null),
       },
@@ -128,53 +148,77 @@ export class Explore {
 
   #show(study, header, arrays) {
     this.panel.showFaults([]);
+    this.panel.accept(study);
     this.general.textContent = "";
     this.root.classList.remove("stale");
-    if (study !== this.study) this.orbit = null;
     this.study = study;
+    this.span = [header.t0, header.t_end];
+    const known = this.#takeOrbit();
     this.curve = arrays;
     this.walls = (study.oscillator.stops ?? []).map((stop) => ({ at: numberOf(stop.at), colour: stop.type === "wall" ? "--wall" : "--stop" }));
     const isHeld = this.panel.isHeld;
-    this.motion.show(
-      [{ x: arrays.t, y: arrays.x, colour: "--curve" }],
-      this.walls.map(({ at, colour }) => ({ y: at, colour })),
-      null,
-      isHeld,
-    );
+    this.#drawMotion(isHeld);
     this.#drawPortrait(isHeld);
     this.section.show([{ x: arrays.cycle, y: arrays.speed, kind: "points", colour: "--curve", size: arrays.cycle.length < 200 ? 5 : 2.5 }], [], sectionLimits(arrays), isHeld);
     if (arrays.cycle.length === 0) this.section.say("no impacts");
     this.spectrum.show([{ x: arrays.omega, y: arrays.amplitude, colour: "--curve" }], [], null, isHeld);
     if (!arrays.amplitude.some((value) => value > 0)) this.spectrum.say("nothing moves in the later part");
-    this.facts.showMotion(header, study !== this.store.value.study);
+    this.facts.showMotion(header);
+    if (known !== null) this.facts.showSettling(known.header);
     // For whoever measures how long a slider takes.
     this.root.dataset.drawn = String(performance.now());
     this.root.dispatchEvent(new CustomEvent("drawn", { detail: { asked: this.asked }, bubbles: true }));
   }
 
+  /** Take the orbit near the motion that is shown: it may be known before the curve, or not at all. */
+  #takeOrbit() {
+    const known = this.known?.study === this.study ? this.known : null;
+    this.orbit = known?.header.orbit ? known.arrays : null;
+    this.isFormal = this.orbit !== null && !known.header.orbit.admissible;
+    return known;
+  }
+
+  #drawMotion(isHeld = this.panel.isHeld) {
+    if (!this.curve) return;
+    const { t, x } = this.curve;
+    const lines = this.walls.map(({ at, colour }) => ({ y: at, colour }));
+    // Where the proof ends, if it ends in the picture.
+    const until = this.certify?.until ?? null;
+    const isSeen = until !== null && t.length > 0 && until > t[0] && until < t[t.length - 1];
+    const proven = isSeen ? [{ x: until, colour: "--c3" }] : [];
+    this.motion.key.textContent = isSeen ? "proven up to the green line" : "";
+    this.motion.show([{ x: t, y: x, colour: "--curve" }], [...lines, ...proven], null, isHeld);
+  }
+
   #drawPortrait(isHeld = this.panel.isHeld) {
     const { portrait_x: x, portrait_v: v } = this.curve;
     const layers = [{ x, y: v, colour: "--curve" }];
-    if (this.orbit?.orbit_x) layers.push({ x: this.orbit.orbit_x, y: this.orbit.orbit_v, colour: "--orbit", width: 2, dash: [5, 4], isAside: true });
-    this.portrait.key.textContent = layers.length > 1 ? "dashed: nearest periodic orbit" : "";
+    // A formal orbit, which no motion follows, is drawn faintly.
+    const look = this.isFormal ? { colour: "--faint", width: 1, dash: [2, 4] } : { colour: "--orbit", width: 2, dash: [5, 4] };
+    if (this.orbit?.orbit_x) layers.push({ x: this.orbit.orbit_x, y: this.orbit.orbit_v, ...look, isAside: true });
+    this.portrait.key.textContent = layers.length === 1 ? "" : this.isFormal ? "dotted: a formal orbit" : "dashed: nearest periodic orbit";
+    const [from, to] = [this.curve.portrait_t[0], this.curve.portrait_t.at(-1)];
+    const isPart = this.span !== undefined && (from > this.span[0] + 1e-3 || to < this.span[1] - 1e-3);
+    this.portrait.rename(isPart ? `Phase portrait, t = ${shown(from, 3)} to ${shown(to, 3)}` : "Phase portrait");
     this.portrait.show(layers, this.walls.map(({ at, colour }) => ({ x: at, colour })), null, isHeld);
   }
 
-  /** Mark in the portrait where the motion is at a time. */
-  #link(time) {
-    const curve = this.curve;
-    if (time === null || !curve || curve.portrait_t.length === 0 || time < curve.portrait_t[0]) {
-      this.portrait.point(null);
-      return;
-    }
-    const index = bisect(curve.portrait_t, time);
-    this.portrait.point(curve.portrait_x[index], curve.portrait_v[index]);
-  }
-
-  #linkBack(index) {
-    const curve = this.curve;
-    if (index === null || !curve) this.motion.point(null);
-    else this.motion.point(curve.portrait_t[index], curve.portrait_x[index]);
+  /** Mark in the other plots where the motion is at a time; among the impacts the nearest one. */
+  #link(time, from) {
+    const { curve } = this;
+    const mark = (plot, times, xs, ys) => {
+      if (plot === from) return;
+      const isThere = time !== null && time !== undefined && times?.length > 0 && time >= times[0] && time <= times[times.length - 1];
+      if (!isThere) {
+        plot.point(null);
+        return;
+      }
+      const index = bisect(times, time);
+      plot.point(xs[index], ys[index]);
+    };
+    mark(this.motion, curve?.t, curve?.t, curve?.x);
+    mark(this.portrait, curve?.portrait_t, curve?.portrait_x, curve?.portrait_v);
+    mark(this.section, curve?.event_t, curve?.cycle, curve?.speed);
   }
 }
 

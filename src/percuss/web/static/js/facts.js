@@ -11,14 +11,23 @@ const KINDS = {
   too_few: "too few to tell",
   no_period_found: "no period found",
 };
+// In the words of the page.
+const OUTCOMES = {
+  "the run reached t_end": "followed to its end",
+  "the run reached max_impacts (impacts and entries into soft stops)": "followed to its last impact",
+};
+// Below this the last rounds are alike to all digits that are shown.
+const ALIKE = 1e-8;
 
 /** The line of facts. */
 export class Facts {
   constructor() {
     this.outcome = card("Outcome", "how the run ended");
-    this.times = card("Impact times", "whether they repeat; the eigenset: times of the free motion from impact to impact");
+    this.times = card("Impact times", "whether they repeat; the eigenset: times of the free motion from impact to impact; largest exponent: how fast neighbours part (+) or meet (−), after 200 periods and over 1000");
     this.contacts = card("Contacts", "where the mass stays at a stop for a while");
     this.orbit = card("Nearest periodic orbit", "what the motion settles to, or passes by");
+    // On narrow pages it stays in sight while a slider is dragged.
+    this.summary = element("p", { class: "summary", "aria-hidden": "true" });
     this.root = element("dl", { class: "facts" }, ...[this.outcome, this.times, this.orbit, this.contacts].map((it) => it.root));
     this.showOrbit(undefined);
   }
@@ -29,14 +38,38 @@ export class Facts {
     if (header.n_grazes) events.push(count(header.n_grazes, "graze"));
     const isCut = header.outcome.includes("interrupted") || header.outcome.includes("max_impacts");
     const patience = isCut ? "; the page follows a second of computing or 50,000 impacts" : "";
-    this.outcome.show(header.outcome, `${events.join(", ")}; computed in ${shown(header.milliseconds, 2)} ms${patience}`);
+    this.outcome.show(OUTCOMES[header.outcome] ?? header.outcome, `${events.join(", ")}; computed in ${shown(header.milliseconds, 2)} ms${patience}`);
     const { kind, n_impacts: impacts, n_periods: periods } = header.impact_times;
     const pattern = impacts ? `${count(impacts, "impact")} in ${count(periods, "forcing period")}` : "";
+    this.kind = kind;
+    this.pattern = pattern;
     this.times.show(KINDS[kind] ?? kind, pattern);
     const first = header.contacts[0];
     const text = header.n_contacts === 0 ? "none" : count(header.n_contacts, "contact");
     const until = first?.[1] === null ? "for good" : `to ${shown(first?.[1])}`;
     this.contacts.show(text, first ? `the first from t = ${shown(first[0])} ${until}` : "");
+    this.#summarise(KINDS[kind] ?? kind, pattern || events[0]);
+  }
+
+  #summarise(...parts) {
+    this.summary.textContent = parts.filter((part) => part).join("; ");
+  }
+
+  /** Say how fast neighbours part, and of impact times without a period whether that is chaos. */
+  showSettling({ exponent, change, orbit }) {
+    const parts = this.pattern ? [this.pattern] : [];
+    let name = KINDS[this.kind] ?? this.kind;
+    if (this.kind === "no_period_found") {
+      if (exponent?.is_chaotic) name = "chaotic";
+      else if (orbit && orbit.stability === "asymptotic" && change > ALIKE) {
+        name = "not settled yet";
+        parts.push(`a change of ${shown(change, 2)} in the last round`);
+      } else parts.push("neither chaos nor a period is seen");
+    }
+    if (exponent) parts.push(exponentText(exponent));
+    this.times.show(name, parts.join("; "));
+    const near = orbit ? `near ${nameOf(orbit)}, ${STABLE[orbit.stability] ?? orbit.stability}` : "";
+    this.#summarise(name, near, parts[0]);
   }
 
   /** undefined: not known yet; null: none found. */
@@ -45,13 +78,23 @@ export class Facts {
       this.orbit.show(orbit === null ? "none found" : "…", "");
       return;
     }
-    const name = orbit.sticks ? `(∞, ${orbit.n_periods})` : `(${orbit.n_impacts}, ${orbit.n_periods})`;
+    const name = nameOf(orbit);
     const round = `${orbit.sticks ? "chatter and contact" : count(orbit.n_impacts, "impact")} in ${count(orbit.n_periods, "forcing period")}`;
     const multipliers = orbit.multipliers.map(([re, im]) => (im ? `${shown(re, 3)} ${im > 0 ? "+" : "−"} ${shown(Math.abs(im), 3)}i` : shown(re, 3)));
-    const clearance = orbit.grazing_margin === null ? "no turning point near a stop" : `clearance ${shown(orbit.grazing_margin, 3)}`;
-    const formal = orbit.admissible ? "" : "formal: it passes through a stop; ";
+    const clearance = orbit.grazes ? "grazes" : orbit.grazing_margin === null ? "no turning point near a stop" : `clearance ${shown(orbit.grazing_margin, 3)}`;
+    const formal = orbit.admissible ? "" : "formal, no motion follows it: it passes through a stop; ";
     this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${round}; ${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
   }
+}
+
+const nameOf = ({ sticks, n_impacts: impacts, n_periods: periods }) => `(${sticks ? "∞" : impacts}, ${periods})`;
+
+function exponentText({ value, error }) {
+  if (value === null) return "largest exponent −∞: a contact ends all memory";
+  const sign = value > 0 ? "+" : value < 0 ? "−" : "";
+  // An error far below the digits that are shown says nothing more.
+  const doubt = error > 1e-3 * Math.abs(value) ? ` ± ${shown(error, 1)}` : "";
+  return `largest exponent ${sign}${shown(Math.abs(value), 3)}${doubt}`;
 }
 
 function card(title, about) {

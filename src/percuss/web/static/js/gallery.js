@@ -16,7 +16,8 @@ export class Gallery {
       );
       return { preset, canvas, card };
     });
-    this.root = element("section", { class: "gallery", "aria-label": "Gallery" }, ...this.cards.map(({ card }) => card));
+    const head = element("p", { class: "hint" }, "Motions to begin with, each seen as its phase portrait. A click opens one in Explore, in place of what is set there.");
+    this.root = element("section", { class: "gallery", "aria-label": "Gallery" }, head, ...this.cards.map(({ card }) => card));
     this.isDrawn = false;
   }
 

@@ -2,24 +2,17 @@
 
 import { button, element } from "./dom.js";
 
-const FILES = [
-  ["toml", "study.toml, for percuss run"],
-  ["py", "the same in Python"],
-  ["png", "motion.png"],
-  ["svg", "motion.svg"],
-  ["csv", "impacts.csv"],
-  ["nc", "motion.nc (NetCDF)"],
-];
-// What the long views give: their own study and code.
-const OF_VIEWS = ["toml", "py"];
 const HELP = [
   ["Sliders", "Drag. With Shift held, or arrow keys, they move finely; ↔ beside a box sets their range. Boxes take 0.45, 1/3 and -pi/2 exactly."],
   ["Zoom", "Drag over a plot; or Ctrl and wheel; or + and − on the plot; or two fingers. Double-click, 0 or Escape shows all."],
   ["Pan", "Shift and drag; Shift and wheel; arrow keys on the plot; two fingers."],
-  ["Read", "Hover over any plot. A time in Displacement is marked in the portrait, and the other way round."],
+  ["Read", "Hover over any plot. A time in Displacement is marked in the portrait and among the impacts, and the other way round."],
   ["Diagram", "Choose a parameter and Compute. Click a point to open that motion in Explore."],
-  ["Basins", "Colours tell which attractor a start goes to. Click to start there."],
-  ["Words", "(2, 4): two impacts in four forcing periods. Multipliers inside the unit circle: stable. Clearance: how far the orbit is from touching a stop in passing."],
+  ["Basins", "Colours tell which attractor a start goes to. Crosses are saddles; their stable manifolds, the black lines, part the basins. Click to start there."],
+  ["Certify", "In the card Outcome: proves the run in ball arithmetic, each impact with a radius that is certain."],
+  ["Words", "(2, 4): two impacts in four forcing periods. Multipliers inside the unit circle: stable. Clearance: how far the orbit is from touching a stop in passing. Formal: it solves the equations, but passes through a stop; no motion follows it."],
+  ["Eigenset", "The times 0, s, 2 s, … at which the oscillator without a force would meet its wall again. Dyskin et al. (2012) show that a forced motion can keep to them: on the eigenset one impact at each, on a subset of it at some of them."],
+  ["Exponent", "How fast neighbours part, as exp(exponent · t): above 0 chaos, below 0 an attractor that they share."],
   ["Keys", "? shows this. Arrow keys move between tabs. The link in the address holds all that is set."],
 ];
 
@@ -54,12 +47,51 @@ export function makeTabs(names, prefix, choose) {
   };
 }
 
-/** Return the menu of files; it closes by Escape, by a choice and by a click elsewhere. */
-export function makeMenu(download) {
-  const items = FILES.map(([extension, name]) => button(name, () => download(extension), { "data-file": extension }));
-  const note = element("p", { class: "hint" });
+/** Return the files of a kind of question: [extension, table or null, label]. */
+export function filesOf({ kind, study, digits }) {
+  const hasSoft = (study.oscillator.stops ?? []).some((stop) => stop.type === "soft");
+  const tables = {
+    motion: ["impacts", ...(hasSoft ? ["crossings"] : []), ...(digits ? ["certified"] : [])],
+    diagram: ["diagram"],
+    response: ["response"],
+    basins: ["basins", "attractors"],
+  }[kind];
+  return [
+    ["toml", null, "study.toml, for percuss run"],
+    ["py", null, "the same in Python"],
+    ["png", null, `${kind}.png`],
+    ["svg", null, `${kind}.svg`],
+    ...tables.map((table) => ["csv", table, `${table}.csv`]),
+    ["nc", null, `${kind}.nc (NetCDF)`],
+  ];
+}
+
+/** Say how the tables are read. */
+function readingOf(kind) {
+  const nc = kind === "motion" ? 'xarray.open_datatree("motion.nc"): motion, impacts, … are its groups' : `xarray.open_dataset("${kind}.nc")`;
+  return [`csv: lines with # come first; pandas.read_csv(name, comment="#")`, `nc: ${nc}`];
+}
+
+const NOTES = { motion: "of the motion in Explore", diagram: "of the diagram", response: "of the response chart", basins: "of the basins" };
+
+/**
+ * Return the menu of files; it closes by Escape, by a choice and by a click elsewhere.
+ *
+ * asked() returns the question whose files are offered, download(extension, table) is called.
+ */
+export function makeMenu(asked, download) {
+  const list = element("div", {});
   const summary = element("summary", {}, "Files");
-  const root = element("details", { class: "menu" }, summary, element("div", {}, note, ...items));
+  const root = element("details", { class: "menu" }, summary, list);
+  root.addEventListener("toggle", () => {
+    if (!root.open) return;
+    const question = asked();
+    const items = filesOf(question).map(([extension, table, label]) =>
+      button(label, () => download(extension, table), { "data-file": table ? `${table}.csv` : extension }),
+    );
+    const reading = readingOf(question.kind).map((text) => element("p", { class: "hint reading" }, text));
+    list.replaceChildren(element("p", { class: "hint" }, NOTES[question.kind]), ...items, ...reading);
+  });
   root.addEventListener("click", (event) => {
     if (event.target.tagName === "BUTTON") root.open = false;
   });
@@ -75,11 +107,9 @@ export function makeMenu(download) {
   document.addEventListener("pointerdown", outside);
   return {
     root,
-    /** Offer what a view has. */
-    show(view) {
-      const isLong = view === "diagram" || view === "basins";
-      note.textContent = isLong ? `of the ${view}` : "of the motion in Explore";
-      for (const item of items) item.hidden = isLong && !OF_VIEWS.includes(item.dataset.file);
+    /** Another view has other files. */
+    show() {
+      root.open = false;
     },
     close: () => document.removeEventListener("pointerdown", outside),
   };
@@ -89,7 +119,8 @@ export function makeMenu(download) {
 export function makeHelp() {
   const rows = HELP.flatMap(([name, text]) => [element("dt", {}, name), element("dd", {}, text)]);
   const dialog = element("dialog", { class: "help", "aria-label": "Help" });
-  dialog.append(element("h2", {}, "How to use the workbench"), element("dl", {}, ...rows), button("Close", () => dialog.close(), { class: "primary" }));
+  // It takes the focus, so that the help opens at its begin.
+  dialog.append(element("h2", { tabindex: "-1", autofocus: true }, "How to use the workbench"), element("dl", {}, ...rows), button("Close", () => dialog.close(), { class: "primary" }));
   dialog.addEventListener("click", (event) => {
     if (event.target === dialog) dialog.close();
   });

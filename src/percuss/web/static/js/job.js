@@ -4,9 +4,13 @@ import { button, element } from "./dom.js";
 
 /** Start, cancel and progress of one kind of long question. */
 export class Job {
-  /** `question()` returns what to ask, `show(header, arrays, isFirst)` takes the frames. */
-  constructor(app, question, show) {
+  /**
+   * `question()` returns what to ask, `show(header, arrays, isFirst)` takes the frames, form: its
+   * fields, of which none may have a fault.
+   */
+  constructor(app, question, show, form = null) {
     this.app = app;
+    this.form = form;
     this.question = question;
     this.show = show;
     this.start = button("Compute", () => this.run(), { class: "primary" });
@@ -17,26 +21,38 @@ export class Job {
   }
 
   run() {
+    const wrong = this.form?.querySelector("[aria-invalid=true]");
+    if (wrong) {
+      wrong.focus();
+      this.#say("not computed: see the marked field", true);
+      return;
+    }
     let isFirst = true;
     this.app.supersede(this);
     const began = performance.now();
     this.#busy(true);
     this.bar.removeAttribute("value");
-    this.status.textContent = "computing …";
+    this.#say("computing …");
+    let share = 0;
+    // The bar and the text tell the same.
+    const tell = (next) => {
+      share = Math.max(share, next);
+      this.bar.value = share;
+      this.status.textContent = `${Math.round(100 * share)} %, ${((performance.now() - began) / 1000).toFixed(1)} s`;
+    };
     this.app.questions.replace("job", this.question(), {
       answer: (header, arrays) => {
         this.show(header, arrays, isFirst);
         isFirst = false;
-        this.bar.value = header.share;
-        const seconds = ((performance.now() - began) / 1000).toFixed(1);
-        this.status.textContent = header.done ? `done in ${seconds} s` : `${Math.round(100 * header.share)} %, ${seconds} s`;
-        if (header.done) this.#busy(false);
+        tell(header.share);
+        if (!header.done) return;
+        this.status.textContent = `done in ${((performance.now() - began) / 1000).toFixed(1)} s`;
+        this.#busy(false);
       },
-      progress: (share) => {
-        this.bar.value = share;
-      },
+      progress: tell,
       fault: (faults) => {
-        this.status.textContent = faults.map((fault) => (fault.path ? `${fault.path}: ${fault.reason}` : fault.reason)).join("; ");
+        for (const fault of faults) this.mark?.(fault);
+        this.#say(faults.map((fault) => (fault.path ? `${nameOf(fault.path)}: ${fault.reason}` : fault.reason)).join("; "), true);
         this.#busy(false);
       },
     });
@@ -44,21 +60,26 @@ export class Job {
 
   cancel() {
     this.app.questions.cancel("job");
-    this.status.textContent = "cancelled";
+    this.#say("cancelled");
     this.#busy(false);
   }
 
   /** Forget what was asked before. */
   clear() {
     if (!this.stop.hidden) this.cancel();
-    this.status.textContent = "";
+    this.#say("");
   }
 
   /** No answer will come any more: the reason is a sentence. */
   lost(reason) {
     if (this.stop.hidden) return;
-    this.status.textContent = reason;
+    this.#say(reason, true);
     this.#busy(false);
+  }
+
+  #say(text, isFault = false) {
+    this.status.textContent = text;
+    this.status.classList.toggle("fault", isFault);
   }
 
   #busy(isBusy) {
@@ -66,3 +87,6 @@ export class Job {
     this.bar.hidden = !isBusy;
   }
 }
+
+/** Return the name of a parameter without its table. */
+const nameOf = (path) => path.split(".").filter((part) => !/^\d+$/.test(part)).at(-1);

@@ -11,7 +11,6 @@ import { decodeLink, encode, Store } from "./state.js";
 
 export { Questions } from "./transport.js";
 
-const THEMES = ["system", "light", "dark"];
 // A slider that moves writes the address this seldom [ms]: browsers allow few changes a second.
 const LINKING = 250;
 
@@ -32,7 +31,10 @@ class App {
     this.options = options;
     this.prefix = options.prefix;
     root.classList.add("percuss");
-    const first = { view: "explore", study: options.study ?? options.facts.presets[0].study, ranges: {} };
+    this.theme = "system";
+    this.darkness = matchMedia("(prefers-color-scheme: dark)");
+    this.#paint();
+    const first = { view: "explore", study: options.study ?? options.facts.presets[0].study, ranges: {}, zooms: {} };
     const linked = options.hasLinks ? decodeLink(location.hash.slice(1)) : null;
     this.store = new Store({ ...first, ...linked });
     this.ends = [];
@@ -45,14 +47,22 @@ class App {
 
   /** Begin with another motion in Explore; what was set and computed for the one before is gone. */
   begin(study) {
-    const state = { study, view: "explore", ranges: {}, diagram: undefined, basins: undefined };
+    const state = { study, view: "explore", ranges: {}, zooms: {}, diagram: undefined, basins: undefined, digits: undefined };
     for (const view of Object.values(this.views)) view.begin?.(state);
     this.store.set(state, "all");
   }
 
   /** Show in Explore a motion that was found in another view. */
   open(study) {
-    this.store.set({ study, view: "explore" }, "all");
+    const { diagram, basins } = this.store.value.zooms ?? {};
+    this.store.set({ study, view: "explore", digits: undefined, zooms: { ...(diagram && { diagram }), ...(basins && { basins }) } }, "all");
+  }
+
+  /** Keep in the link which part a plot shows; null for all. */
+  keepZoom(name, zoom) {
+    const { [name]: _, ...rest } = this.store.value.zooms ?? {};
+    const rounded = (ends) => ends.map((end) => Number(end.toPrecision(8)));
+    this.store.set({ zooms: zoom === null ? rest : { ...rest, [name]: { x: rounded(zoom.x), y: rounded(zoom.y) } } }, "zoom");
   }
 
   /** The long answer that a view waited for is computed no more: another one has begun. */
@@ -78,7 +88,7 @@ class App {
       view.root.setAttribute("role", "tabpanel");
     }
     this.tabs = makeTabs(Object.keys(this.views), this.prefix, (name) => this.store.set({ view: name }, "view"));
-    this.banner = element("p", { class: "banner", role: "alert", hidden: true }, "Connection lost; trying again …");
+    this.banner = element("p", { class: "banner", role: "alert", hidden: true }, "Connection lost; trying again. If that does not help, start percuss serve again.");
     this.help = makeHelp();
     this.root.replaceChildren(
       element("header", { class: "top" }, element("h1", {}, "percuss"), this.tabs.root, this.#tools()),
@@ -89,7 +99,7 @@ class App {
   }
 
   #tools() {
-    this.menu = makeMenu((extension) => this.#download(extension));
+    this.menu = makeMenu(() => this.#asked(), (extension, table) => this.#download(extension, table));
     this.ends.push(() => this.menu.close());
     return element(
       "div",
@@ -114,7 +124,7 @@ class App {
       this.ends.push(() => target.removeEventListener(name, listener));
     };
     if (hasLinks) listen(globalThis, "hashchange", () => this.#follow());
-    listen(matchMedia("(prefers-color-scheme: dark)"), "change", () => this.#recolour());
+    listen(this.darkness, "change", () => this.#paint());
     // On a page of its own the key is heard wherever the focus is.
     listen(hasLinks ? document : this.root, "keydown", (event) => {
       if (event.key !== "?" || ["INPUT", "TEXTAREA", "SELECT"].includes(event.target.tagName) || this.help.open) return;
@@ -128,18 +138,24 @@ class App {
     const name = Object.hasOwn(this.views, view) ? view : "explore";
     for (const [key, it] of Object.entries(this.views)) it.root.hidden = key !== name;
     this.tabs.show(name);
-    this.menu.show(name);
+    this.menu.show();
     this.views[name].shown?.();
   }
 
   #connection(isOpen) {
+    this.isOpen = isOpen;
     if (this.banner) this.banner.hidden = isOpen;
     if (!isOpen) {
       for (const view of Object.values(this.views ?? {})) view.job?.lost("the connection was lost; compute again");
+      this.views?.explore.certify?.lost();
       return;
     }
     // Also the first time, when the views may not be there yet.
-    queueMicrotask(() => this.views.explore.ask(false));
+    queueMicrotask(() => {
+      this.views.explore.ask(false);
+      this.views.explore.certify?.connected();
+      this.#showView();
+    });
   }
 
   /** Keep the address; another view or motion is one that "Back" comes back from. */
@@ -177,8 +193,8 @@ class App {
 
   /** What files are asked of: the motion, or the long question of the view that is shown. */
   #asked() {
-    const { view, study } = this.store.value;
-    return this.views[view]?.question?.() ?? { kind: "motion", study };
+    const { view, study, digits } = this.store.value;
+    return this.views[view]?.question?.() ?? { kind: "motion", study, digits };
   }
 
   #copyLink() {
@@ -210,25 +226,31 @@ class App {
     }
   }
 
-  async #download(extension) {
+  async #download(extension, table) {
     try {
-      const { name, blob } = await this.options.file(extension, this.#asked());
+      say(this.root, "making the file …");
+      const { name, blob } = await this.options.file(extension, { ...this.#asked(), ...(table && { table }) });
       const address = URL.createObjectURL(blob);
       element("a", { href: address, download: name }).click();
       setTimeout(() => URL.revokeObjectURL(address), 10_000);
+      say(this.root, name);
     } catch (error) {
       say(this.root, error.message);
     }
   }
 
   #theme() {
-    const now = this.root.dataset.theme ?? "system";
-    this.root.dataset.theme = THEMES[(THEMES.indexOf(now) + 1) % THEMES.length];
-    say(this.root, `${this.root.dataset.theme} colours`);
-    this.#recolour();
+    // The first click is to be seen: it leads away from the colours of the system.
+    const themes = this.darkness.matches ? ["system", "light", "dark"] : ["system", "dark", "light"];
+    this.theme = themes[(themes.indexOf(this.theme) + 1) % themes.length];
+    say(this.root, `${this.theme} colours`);
+    this.#paint();
   }
 
-  #recolour() {
-    for (const view of Object.values(this.views)) view.recolour();
+  /** Put on the colours that are chosen, or those of the system. */
+  #paint() {
+    const system = this.darkness.matches ? "dark" : "light";
+    this.root.dataset.theme = this.theme === "system" ? system : this.theme;
+    for (const view of Object.values(this.views ?? {})) view.recolour();
   }
 }

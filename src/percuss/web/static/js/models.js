@@ -17,7 +17,7 @@ export const MODELS = {
     ],
   },
   ball: { label: "Ball on a table", stiffness: 0, constant: -1, stops: [WALL] },
-  own: { label: "Own stops" },
+  own: { label: "Own stops (set below)" },
 };
 
 /** Return the kind of model that a study is. */
@@ -46,6 +46,17 @@ export function withModel(study, kind) {
 export const newStop = (type) => ({ ...(type === "wall" ? WALL : SOFT) });
 export const newHarmonic = () => ({ ...HARMONIC });
 
+/** Return a study without one of its harmonics; without any it is followed for a time, not for periods. */
+export function withoutHarmonic(study, index) {
+  const { harmonics } = study.forcing;
+  const rest = harmonics.filter((_, i) => i !== index);
+  const forcing = { ...study.forcing, harmonics: rest };
+  if (rest.length > 0 || !("periods" in study.run)) return { ...study, forcing };
+  const { periods, ...run } = study.run;
+  const time = (numberOf(periods) * 2 * Math.PI) / numberOf(harmonics[index].omega);
+  return { ...study, forcing, run: { ...run, t_end: Number.isFinite(time) && time > 0 ? Number(time.toPrecision(3)) : 100 } };
+}
+
 /** Return the groups of parameters of a study: what the panel shows. */
 export function parametersOf(study) {
   const oscillator = study.oscillator;
@@ -66,14 +77,15 @@ export function parametersOf(study) {
       rows.push(row(`${path}.stiffness`, "stiffness", [-0.9, 50], null, "added to the spring's beyond the stop"));
       rows.push(row(`${path}.damping`, "damping", [0, 2], null, "added beyond the stop"));
     }
-    groups.push({ title: stop.type === "wall" ? `Wall ${i}` : `Soft stop ${i}`, stop: i, rows });
+    const number = oscillator.stops.length === 1 ? "" : ` ${i + 1}`;
+    groups.push({ title: `${stop.type === "wall" ? "Wall" : "Soft stop"}${number}`, stop: i, rows });
   });
   groups.push({ title: "Forcing", rows: [row("forcing.constant", "constant", [-2, 2], null, "constant part of the force")] });
   const harmonics = study.forcing?.harmonics ?? [];
   harmonics.forEach((_, i) => {
     const path = `forcing.harmonics.${i}`;
     groups.push({
-      title: harmonics.length === 1 ? "Harmonic" : `Harmonic ${i}`,
+      title: harmonics.length === 1 ? "Harmonic" : `Harmonic ${i + 1}`,
       harmonic: i,
       rows: [
         row(`${path}.amplitude`, "amplitude", [0, 3]),
@@ -85,7 +97,12 @@ export function parametersOf(study) {
   const length = "periods" in study.run ? row("run.periods", "periods", [2, 400], 1, "how long it is followed, in forcing periods") : null;
   groups.push({
     title: "Start and length",
-    rows: [row("start.x0", "x0", [-3, 3], null, "displacement at the start"), row("start.v0", "v0", [-3, 3], null, "velocity at the start"), length ?? row("run.t_end", "t end", [1, 500])],
+    rows: [
+      row("start.x0", "x0", [-3, 3], null, "displacement at the start"),
+      row("start.v0", "v0", [-3, 3], null, "velocity at the start"),
+      row("start.t0", "t0", [0, 10], null, "time at the start: where in its period the force is then; orbits that are opened bring it along"),
+      length ?? row("run.t_end", "duration", [1, 500], null, "the time until which it is followed"),
+    ],
   });
   return groups;
 }
@@ -94,11 +111,12 @@ function row(path, label, range, step = null, about = null) {
   return { path, label, range, step, about };
 }
 
-/** Return the parameters of the motion that a diagram can go over. */
+/** Return the parameters of the motion, and of its start, that a diagram can go over. */
 export function pathsOf(study) {
-  return parametersOf(study)
-    .slice(0, -1)
-    .flatMap((group) => group.rows.map((it) => ({ ...it, name: `${group.title}: ${it.label}` })));
+  const named = (title) => (it) => ({ ...it, name: `${title}: ${it.label}` });
+  const groups = parametersOf(study);
+  const starts = groups.at(-1).rows.filter((it) => it.path === "start.x0" || it.path === "start.v0");
+  return [...groups.slice(0, -1).flatMap((group) => group.rows.map(named(group.title))), ...starts.map(named("Start"))];
 }
 
 /** Return the number that a text stands for: 0.5, "1/3", "-pi/2", "3*pi/4"; NaN if none. */

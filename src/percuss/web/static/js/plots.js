@@ -69,6 +69,12 @@ export class Plot {
     this.redraw();
   }
 
+  /** Give it another title. */
+  rename(title) {
+    this.key.title = this.key.textContent;
+    this.root.querySelector("figcaption strong").textContent = title;
+  }
+
   /** Say something over the axes. */
   say(text) {
     this.empty.textContent = text;
@@ -82,6 +88,12 @@ export class Plot {
     if (this.zoom !== null) return;
     this.limits = this.home;
     this.redraw();
+  }
+
+  /** Show a part from now on, as a link tells it; null for all. */
+  take(zoom) {
+    this.zoom = zoom === null || (this.isLog && zoom.y[0] <= 0) ? null : zoom;
+    if (this.zoom !== null) this.limits = this.zoom;
   }
 
   /** Mark a point, as the cursor of another plot does; null for none. */
@@ -100,6 +112,7 @@ export class Plot {
     this.chart.redraw(false, true);
     // For whoever wants to know what is shown, and cannot read pictures.
     this.host.dataset.limits = JSON.stringify(this.limits);
+    this.root.dataset.y = this.options.y;
   }
 
   /** Take the colours of the theme, and the labels, anew. */
@@ -155,6 +168,13 @@ export class Plot {
     const width = Math.floor(this.host.clientWidth);
     const height = Math.floor(this.host.clientHeight);
     if (width < 40 || height < 40) return;
+    // Letters and lines grow with the page's text, as on a larger screen.
+    const enlarged = Number.parseFloat(getComputedStyle(this.root).fontSize) / TEXT || 1;
+    if (this.chart !== null && enlarged !== this.enlarged) {
+      this.chart.destroy();
+      this.chart = null;
+    }
+    this.enlarged = enlarged;
     if (this.chart === null) this.#make(width, height);
     else this.chart.setSize({ width, height });
     this.redraw();
@@ -162,7 +182,6 @@ export class Plot {
 
   #make(width, height) {
     const grid = { stroke: css(this.root, "--grid"), width: 1 };
-    this.enlarged = Number.parseFloat(getComputedStyle(this.root).fontSize) / TEXT || 1;
     const font = `${Math.round(12 * this.enlarged)}px ${FACE}`;
     const axis = (label, size) => ({
       stroke: css(this.root, "--ink"), grid, ticks: grid, font, labelFont: font, label, size: size * this.enlarged, labelSize: 16 * this.enlarged, labelGap: 0,

@@ -39,20 +39,47 @@ export class Row {
     this.value = value;
     const text = String(value ?? 0);
     if (document.activeElement !== this.box) this.box.value = text;
+    this.box.title = text;
     const number = numberOf(value ?? 0);
     if (range !== undefined) this.range = [...range];
-    if (Number.isNaN(number)) return;
-    // A value beyond the slider's end moves the end, unless a hand is on it.
-    if (document.activeElement !== this.slider) {
-      if (number > this.range[1]) this.range[1] = number > 0 ? 1.5 * number : 0;
-      if (number < this.range[0]) this.range[0] = number < 0 ? 1.5 * number : 0;
+    if (Number.isFinite(number) && document.activeElement !== this.slider) {
+      if (text === this.accepted) this.#widen(number);
       const share = (number - this.range[0]) / (this.range[1] - this.range[0]);
       this.slider.value = String(Math.round(1000 * share));
     }
     [this.low, this.high].forEach((box, k) => {
       if (document.activeElement !== box) box.value = tidy(this.range[k], this.range[1] - this.range[0]);
+      box.style.width = `max(6em, ${box.value.length + 5}ch)`;
     });
+    this.#fit(text);
     this.slider.setAttribute("aria-valuetext", text);
+  }
+
+  /** The server has taken a value. */
+  accept(value) {
+    const text = String(value ?? 0);
+    if (text === this.accepted) return;
+    this.accepted = text;
+    this.show(this.value);
+  }
+
+  /** A value beyond the slider's end moves the end, unless a hand is on it. */
+  #widen(number) {
+    const beyond = Math.sign(number) * Math.min(1.5 * Math.abs(number), Number.MAX_VALUE);
+    if (number > this.range[1]) this.range[1] = number > 0 ? beyond : 0;
+    if (number < this.range[0]) this.range[0] = number < 0 ? beyond : 0;
+  }
+
+  /** Make room for all digits of the value, and of all that the slider can set: it keeps its place. */
+  #fit(text) {
+    const [low, high] = this.range;
+    const unit = this.step ?? 10 ** (Math.floor(Math.log10((high - low) / FINER)) - 3);
+    const digits = Math.max(0, -Math.floor(Math.log10(unit) + 1e-9));
+    const whole = Math.max(...this.range.map((end) => String(Math.trunc(end)).length + (end < 0 && end > -1 ? 1 : 0)));
+    const most = Math.max(text.length, digits === 0 ? whole : whole + 1 + Math.min(15, digits));
+    // Also where a fine range is wanted: a slider across the panel is finer, and does not move then.
+    this.root.classList.toggle("long", most > 7 || !this.ends.hidden);
+    this.box.classList.toggle("small", most > 20);
   }
 
   fault(reason) {
@@ -64,18 +91,27 @@ export class Row {
     const end = (name) => element("input", { type: "number", step: "any", "aria-label": name, onchange: () => this.#setEnds() });
     this.low = end("slider from");
     this.high = end("slider to");
+    this.atEnd = element("span", { class: "note", role: "status" });
     return element(
       "div",
       { class: "ends", id, hidden: true },
       element("span", {}, "from"), this.low, element("span", {}, "to"), this.high,
       button("finer", () => this.#around(0.1), { title: "a tenth of the range, around the value" }),
       button("coarser", () => this.#around(10), { title: "ten times the range" }),
-      button("reset", () => this.setRange(null)),
+      button("reset", () => this.#reset(), { title: "the range of before; a value that was refused goes back to the last that was not" }),
+      this.atEnd,
     );
+  }
+
+  #reset() {
+    if (this.box.getAttribute("aria-invalid") === "true" && this.accepted !== undefined) this.set(typed(this.accepted));
+    this.atEnd.textContent = "";
+    this.setRange(null);
   }
 
   #showRange(isShown) {
     this.ends.hidden = !isShown;
+    this.#fit(this.box.value);
     this.more.setAttribute("aria-expanded", String(isShown));
   }
 
@@ -89,7 +125,9 @@ export class Row {
   #around(factor) {
     const value = numberOf(this.value ?? 0);
     const width = factor * (this.range[1] - this.range[0]);
-    if (Number.isNaN(value) || (this.step !== null && width < 10 * this.step) || width < 1e-9 * Math.max(1, Math.abs(value))) return;
+    const isLeast = (this.step !== null && width < 10 * this.step) || width < 1e-9 * Math.max(1, Math.abs(value));
+    this.atEnd.textContent = !Number.isFinite(value) ? "no number to go around" : isLeast ? "no finer; type the value into its box" : width < 1e12 ? "" : "no coarser";
+    if (this.atEnd.textContent !== "") return;
     const low = value - width / 2;
     // Where the slider begins at 0, so does a wider one.
     this.setRange([this.home[0] === 0 && low < 0 ? 0 : Number(tidy(low, width)), Number(tidy(value + width / 2, width))]);

@@ -54,8 +54,9 @@ export function decodeLink(text) {
   try {
     const raw = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
     const bytes = Uint8Array.from(raw, (letter) => letter.charCodeAt(0));
-    const { view, study, diagram, basins, ranges } = JSON.parse(new TextDecoder().decode(bytes));
-    return isStudy(study) ? { view: String(view), study, diagram, basins, ranges: rangesOf(ranges) } : null;
+    const { view, study, diagram, basins, ranges, zooms, digits } = JSON.parse(new TextDecoder().decode(bytes));
+    if (!isStudy(study)) return null;
+    return { view: String(view), study, diagram, basins, ranges: rangesOf(ranges), zooms: zoomsOf(zooms), digits: Number.isInteger(digits) ? digits : undefined };
   } catch {
     return null;
   }
@@ -65,13 +66,13 @@ const isTable = (it) => it !== null && typeof it === "object" && !Array.isArray(
 const isRows = (it) => Array.isArray(it) && it.every(isTable);
 
 /** Tell whether the panel can show it; whether it is right is for the server to say. */
-function isStudy(study) {
+export function isStudy(study) {
   if (!isTable(study)) return false;
   const { oscillator, forcing, start, run } = study;
   return [oscillator, forcing, start, run].every(isTable) && isRows(oscillator.stops ?? []) && isRows(forcing.harmonics ?? []);
 }
 
-function rangesOf(ranges) {
-  const isRange = ([, it]) => Array.isArray(it) && it.length === 2 && it.every(Number.isFinite) && it[0] < it[1];
-  return Object.fromEntries(Object.entries(isTable(ranges) ? ranges : {}).filter(isRange));
-}
+const isRange = (it) => Array.isArray(it) && it.length === 2 && it.every(Number.isFinite) && it[0] < it[1];
+const kept = (rows, test) => Object.fromEntries(Object.entries(isTable(rows) ? rows : {}).filter(([, it]) => test(it)));
+const rangesOf = (ranges) => kept(ranges, isRange);
+const zoomsOf = (zooms) => kept(zooms, (it) => isTable(it) && isRange(it.x) && isRange(it.y));

@@ -31,7 +31,7 @@ export class Questions {
   /** Want no more answers of a lane. */
   cancel(lane) {
     this.lanes.delete(lane);
-    this.post(JSON.stringify({ id: 0, kind: "cancel" }));
+    this.post(JSON.stringify({ id: 0, kind: "cancel", lane }));
   }
 
   /** Forget what was in flight: the way to the server was lost. */

@@ -1,0 +1,109 @@
+"""The report of the paper, computed once in a process of its own while the page is open."""
+
+from __future__ import annotations
+
+import secrets
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+from percuss.web.front import scripts_of
+
+__all__ = ["ReportJob"]
+
+# How the report is written, but for the folder; and how long it may take [s].
+COMMAND = (sys.executable, "-m", "percuss", "paper", "--out")
+PATIENCE = 600.0
+
+
+class ReportJob:
+    """A report that is there, or can be computed.
+
+    Parameters
+    ----------
+    given
+        Folder of a report, or None.
+
+    Attributes
+    ----------
+    folder
+        Where the report is, or will be.
+    scripts
+        The texts of its scripts, once it is there.
+
+    Examples
+    --------
+    >>> job = ReportJob()
+    >>> job.is_there, job.state()["state"]
+    (False, 'none')
+    >>> job.close()
+    """
+
+    def __init__(self, given: Path | None = None) -> None:
+        # Made when it is needed.
+        own = Path(tempfile.gettempdir()) / f"percuss-report-{secrets.token_hex(8)}"
+        self._own = None if given is not None else own
+        self.folder = own / "report" if given is None else given
+        self.scripts: list[str] = [] if given is None else scripts_of(given)
+        self.is_there = given is not None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._began = 0.0
+        self._failure = ""
+        self._lock = threading.Lock()
+
+    def start(self) -> None:
+        """Begin to compute it, unless it is there or in work."""
+        with self._lock:
+            if self.is_there or self._process is not None:
+                return
+            shutil.rmtree(self.folder, ignore_errors=True)
+            self.folder.parent.mkdir(mode=0o700, exist_ok=True)
+            self._began, self._failure = time.monotonic(), ""
+            self._process = subprocess.Popen(
+                [*COMMAND, str(self.folder)],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+            )
+
+    def state(self) -> dict[str, object]:
+        """Return `state`, "none", "working", "done" or "failed", and how long it has taken [s]."""
+        with self._lock:
+            self._look()
+            if self._process is not None:
+                seconds = round(time.monotonic() - self._began)
+                return {"state": "working", "seconds": seconds}
+            if self.is_there:
+                return {"state": "done"}
+            return {"state": "failed" if self._failure else "none", "reason": self._failure}
+
+    def close(self) -> None:
+        """End it, and remove what it has written."""
+        with self._lock:
+            if self._process is not None:
+                self._process.kill()
+                self._process.wait()
+                self._process = None
+            if self._own is not None:
+                shutil.rmtree(self._own, ignore_errors=True)
+
+    def _look(self) -> None:
+        """See whether it has ended by now."""
+        process = self._process
+        if process is None:
+            return
+        if process.poll() is None and time.monotonic() - self._began > PATIENCE:
+            process.kill()
+            process.wait()
+        if process.poll() is None:
+            return
+        self._process = None
+        # Verdicts that contradict the paper end it with another code, and are worth reading.
+        if (self.folder / "index.html").is_file():
+            self.scripts.extend(scripts_of(self.folder))
+            self.is_there = True
+        else:
+            self._failure = "percuss paper wrote no report; the terminal tells why"

@@ -1,0 +1,88 @@
+// Basins as layers of a plot, and their legend.
+
+import { element, shown } from "./dom.js";
+import { asCanvas } from "./draw.js";
+
+// The same colours as in the files, of the largest basin first; after them undecided and impossible starts.
+const COLOURS = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [204, 121, 167], [0, 114, 178], [213, 94, 0], [240, 228, 66]];
+const OTHERS = [154, 154, 154];
+const UNDECIDED = [255, 255, 255];
+const NO_START = [77, 77, 77];
+// Basins are so much paler than the attractors in them, that lines are seen on them.
+const PALE = 0.45;
+
+/** Return the colours of the attractors, by the sizes of their basins. */
+function coloursOf(attractors) {
+  const order = attractors.map((_, k) => k).sort((one, other) => attractors[other].fraction - attractors[one].fraction);
+  const colours = attractors.map(() => OTHERS);
+  order.slice(0, COLOURS.length).forEach((k, rank) => (colours[k] = COLOURS[rank]));
+  return colours;
+}
+
+const pale = (colour) => colour.map((part) => Math.round(255 - PALE * (255 - part)));
+const css = (colour) => `rgb(${colour.join()})`;
+
+/** Return the name of an attractor. */
+export function nameOf({ kind, name, n_impacts: impacts, n_periods: periods }) {
+  return kind === "periodic" ? `periodic ${name || `(${impacts ?? "∞"}, ${periods})`}` : kind;
+}
+
+/** Return the basins as a picture, a pixel for each start. */
+export function pictureOf({ size, attractors }, basin) {
+  const image = new ImageData(size, size);
+  const pixels = new Uint32Array(image.data.buffer);
+  const table = coloursOf(attractors).map((it) => packed(pale(it)));
+  const colourOf = (label) => (label === -1 ? packed(UNDECIDED) : label < 0 ? packed(NO_START) : table[label]);
+  for (let i = 0; i < size; i += 1) {
+    for (let j = 0; j < size; j += 1) {
+      pixels[(size - 1 - j) * size + i] = colourOf(basin[i * size + j]);
+    }
+  }
+  return asCanvas(image);
+}
+
+/** Return the layers: the picture, the manifolds, the saddles and the attractors. */
+export function basinLayers(header, arrays, image, box, saddles) {
+  // Each on white, so that it is seen on all colours.
+  const curves = saddles.flatMap(({ arrays: { curve_x: x, curve_v: y } }) =>
+    x ? [{ x, y, colour: "#ffffff", width: 3 }, { x, y, colour: "#000000", width: 1.3 }] : [],
+  );
+  const crosses = saddles.flatMap(({ arrays: { x, v: y } }) =>
+    x ? [{ kind: "crosses", x, y, colour: "#ffffff", size: 13, width: 5 }, { kind: "crosses", x, y, colour: "#000000", size: 11, width: 2 }] : [],
+  );
+  const colours = coloursOf(header.attractors);
+  const marks = header.attractors.flatMap((it, k) => {
+    const place = { x: arrays[`x${k}`], y: arrays[`v${k}`], kind: "points" };
+    const isOrbit = it.kind === "periodic" || it.kind === "rest";
+    return isOrbit
+      ? [{ ...place, colour: "#ffffff", size: 12 }, { ...place, colour: "#000000", size: 9 }, { ...place, colour: css(colours[k]), size: 5 }]
+      : [{ ...place, colour: "#000000", size: 2 }];
+  });
+  return [{ kind: "image", image, box, x: box.x, y: box.y }, ...curves, ...crosses, ...marks];
+}
+
+/** Return the rows that name the attractors. */
+export function legendOf(header, basin) {
+  const colours = coloursOf(header.attractors);
+  const starts = basin.reduce((sum, label) => sum + (label === -2 ? 0 : 1), 0);
+  const rows = header.attractors.map((it, k) => row(pale(colours[k]), nameOf(it), shareText(it, starts)));
+  if (basin.includes(-1)) rows.push(row(UNDECIDED, "not decided in the time given", ""));
+  if (basin.includes(-2)) rows.push(row(NO_START, "no start: inside a wall", ""));
+  return rows;
+}
+
+const packed = ([r, g, b]) => ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
+const percent = (share) => `${shown(100 * share, 3)} %`;
+
+/** Say what part of the starts goes there; that all of n do leaves, at 95 %, up to 3 / n for others. */
+export function shareText({ fraction, error }, n) {
+  if (fraction < 1) return `${percent(fraction)} ± ${percent(error)}`;
+  const digits = Math.max(0, Math.ceil(Math.log10(n / 300)));
+  return `> ${Math.floor((100 - 300 / n) * 10 ** digits) / 10 ** digits} %`;
+}
+
+function row(colour, name, note) {
+  const swatch = element("span", { class: "swatch" });
+  swatch.style.backgroundColor = css(colour);
+  return element("li", {}, swatch, element("span", {}, name), element("span", { class: "note" }, note));
+}

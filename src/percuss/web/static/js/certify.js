@@ -1,0 +1,130 @@
+// A run proven in ball arithmetic: to how many digits, up to where, and why no further.
+
+import { button, element, shown } from "./dom.js";
+
+const DIGITS = 12;
+const MOST_DIGITS = 100;
+const NAMES = { certified: "Proven", proof: "The proof", digits: "Digits" };
+
+/** The strip under the cards; hidden until it is asked for. */
+export class Certify {
+  /** `onProven` hears up to which time the motion is proven, null for no proof. */
+  constructor(app, onProven) {
+    this.app = app;
+    this.onProven = onProven;
+    this.until = null;
+    this.isDue = app.store.value.digits !== undefined;
+    const id = `${app.prefix}-digits`;
+    this.box = element("input", { type: "number", id, min: 1, max: MOST_DIGITS, step: 1, value: String(app.store.value.digits ?? DIGITS) });
+    this.stop = button("Cancel", () => this.#cancel(), { hidden: true });
+    this.bar = element("progress", { max: 1, hidden: true, "aria-label": "Progress of the proof" });
+    this.status = element("output", { class: "status", role: "status" });
+    this.rows = element("dl", { class: "proof-rows" });
+    this.root = element(
+      "section",
+      { class: "proof panel", "aria-label": "Certify this run", hidden: !this.isDue },
+      element("form", { class: "job", onsubmit: (event) => this.#submit(event) },
+        element("label", { for: id }, "Certify this run to"), this.box, element("span", {}, "digits"),
+        element("button", { type: "submit", class: "primary" }, "Certify"), this.stop, this.bar, this.status),
+      this.rows,
+    );
+    this.opener = button("certify …", () => this.#open(), { title: "prove this run in ball arithmetic", "aria-controls": `${app.prefix}-proof`, "aria-expanded": String(this.isDue) });
+    this.root.id = `${app.prefix}-proof`;
+    app.store.watch((state, why) => {
+      if (why === "study" || why === "all") this.#forget(why === "all" ? state.digits : undefined);
+    });
+  }
+
+  /** The way to the server is open: a link may have asked for a proof. */
+  connected() {
+    if (this.isDue) this.#run();
+  }
+
+  /** No answer will come any more. */
+  lost() {
+    if (!this.stop.hidden) this.#say("the connection was lost; certify again");
+  }
+
+  #open(isShown = this.root.hidden) {
+    this.root.hidden = !isShown;
+    this.opener.setAttribute("aria-expanded", String(isShown));
+    if (isShown) this.box.focus();
+  }
+
+  #submit(event) {
+    event.preventDefault();
+    if (this.box.reportValidity()) this.#run();
+  }
+
+  #run() {
+    this.isDue = false;
+    const digits = this.box.valueAsNumber;
+    const { study } = this.app.store.value;
+    // It is in the link, in study.toml and in the code from now on.
+    this.app.store.set({ digits }, "digits");
+    this.#clear();
+    this.status.textContent = "proving …";
+    this.stop.hidden = this.bar.hidden = false;
+    this.bar.removeAttribute("value");
+    this.app.questions.replace("certify", { kind: "certify", study, digits }, {
+      answer: (header) => {
+        if (this.app.store.value.study === study) this.#show(header);
+      },
+      progress: (share) => (this.bar.value = share),
+      fault: (faults) => this.#say(faults.map((fault) => fault.reason).join("; ")),
+    });
+  }
+
+  #cancel() {
+    this.app.questions.cancel("certify");
+    this.#say("cancelled");
+  }
+
+  /** Another motion: nothing is proven of it, unless a link asks for it. */
+  #forget(digits) {
+    if (!this.stop.hidden) this.app.questions.cancel("certify");
+    // A slider moves: nothing is done where nothing is said.
+    if (this.status.textContent !== "") {
+      this.#clear();
+      this.#say("");
+    }
+    if (this.app.store.value.digits !== digits) this.app.store.set({ digits }, "digits");
+    if (digits === undefined) return;
+    this.box.value = String(digits);
+    this.#open(true);
+    if (this.app.isOpen) this.#run();
+  }
+
+  #clear() {
+    this.rows.replaceChildren();
+    const wasProven = this.until !== null;
+    this.until = null;
+    if (wasProven) this.onProven(null);
+  }
+
+  #say(text) {
+    this.status.textContent = text;
+    this.stop.hidden = this.bar.hidden = true;
+  }
+
+  #show(header) {
+    const isStopped = header.report.proof?.includes("interrupted");
+    this.#say(header.complete ? "proven" : isStopped ? `stopped after ${shown(header.patience)} s` : "proven in part");
+    const rows = Object.entries(header.report).map(([name, text]) => [NAMES[name] ?? name, tidy(text)]);
+    const last = header.lines.map(([number, t, v]) => element("div", {}, element("b", {}, `${number}: `), `t = ${tidy(t)}, v = ${tidy(v)}`));
+    if (last.length > 0) rows.push([last.length > 1 ? "Last impacts" : "Last impact", ...last]);
+    if (header.followed) rows.push(["The plots", followedText(header)]);
+    this.rows.replaceChildren(...rows.flatMap(([name, ...parts]) => [element("dt", {}, name), element("dd", {}, ...parts)]));
+    this.until = header.until;
+    this.onProven(header.until);
+  }
+}
+
+const tidy = (text) => text.replaceAll("+/-", "±");
+
+/** Say how far double precision, which the plots show, agrees with the proof. */
+function followedText({ followed: { n, t, whole }, n_impacts: proven }) {
+  if (whole) return `double precision has all ${proven} impacts to a thousandth of a period`;
+  if (n === 0) return "double precision misses the first impact already";
+  return `double precision has ${n} of the ${proven} impacts to a thousandth of a period, until t = ${shown(t, 5)}`;
+}

@@ -1,0 +1,72 @@
+"""Sentences of the package in the words of the page: what is said there of code and files."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from percuss.model.exact import as_float
+from percuss.studies.kinds.diagram import Diagram
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from percuss.studies.study import Study
+
+__all__ = ["axis_name", "name_axes", "plain"]
+
+_WORDS = (
+    ("; use a SoftStop for a compliant one", "; a soft stop can be entered, a wall cannot"),
+    ('; write 2.8, or "2.8" for that decimal, "1/3" for that fraction', ", such as 2.8 or 1/3"),
+    ("give t_end", "give a duration"),
+)
+# Paths of parameters where a picture names its axes.
+_PATH = re.compile(r"^(?:oscillator|forcing|start)\.(?:(stops|harmonics)\.(\d+)\.)?(\w+)")
+_ROWS = {"stops": "stop", "harmonics": "harmonic"}
+
+
+def plain(sentence: str) -> str:
+    """Return a sentence without what only those who write code or study files know.
+
+    Examples
+    --------
+    >>> plain("below the wall at x = 0.0; use a SoftStop for a compliant one")
+    'below the wall at x = 0.0; a soft stop can be entered, a wall cannot'
+    """
+    for ours, theirs in _WORDS:
+        sentence = sentence.replace(ours, theirs)
+    return sentence
+
+
+def axis_name(label: str) -> str:
+    """Return the label of an axis with the name of the parameter in place of its path.
+
+    Examples
+    --------
+    >>> axis_name("forcing.omega"), axis_name("start.v0 (m/s)"), axis_name("time t")
+    ('omega', 'v0 at the start (m/s)', 'time t')
+    >>> axis_name("oscillator.stops.1.restitution")
+    'restitution of stop 2'
+    """
+    found = _PATH.match(label)
+    if found is None:
+        return label
+    rows, number, name = found.groups()
+    if label.startswith("start."):
+        name += " at the start"
+    elif rows:
+        name += f" of {_ROWS[rows]} {int(number) + 1}"
+    return name + label[found.end() :]
+
+
+def name_axes(figure: Figure, study: Study) -> None:
+    """Put the names of parameters on the axes of a picture, and the phase of its section."""
+    begin = 0.0
+    if isinstance(study.question, Diagram):
+        begin = as_float(study.question.starts[0].t0)
+    for ax in figure.axes:
+        ax.set_xlabel(axis_name(ax.get_xlabel()))
+        ax.set_ylabel(axis_name(ax.get_ylabel()))
+        if begin != 0.0:
+            at = f"at $t$ = {begin:.4g} + whole periods"
+            ax.set_ylabel(ax.get_ylabel().replace("at whole periods", at))

@@ -1,0 +1,203 @@
+"""Files of what a view shows are those that `percuss run` writes."""
+
+from __future__ import annotations
+
+import csv
+import io
+import runpy
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray
+
+from percuss.errors import PercussError
+from percuss.motion.simulate import simulate
+from percuss.studies import parse_study, run_study
+from percuss.studies.kinds.basins import Basins
+from percuss.studies.kinds.diagram import Diagram
+from percuss.studies.question import Means
+from percuss.web import kept
+from percuss.web.asked import asked_study
+from percuss.web.downloads import file_of
+from percuss.web.handle import Handle
+from percuss.web.jobs import answer_job
+from percuss.web.kept import KEPT, Kept
+from percuss.web.question import BadQuestion, Question
+
+OPTIONS: dict[str, dict[str, Any]] = {
+    "diagram": {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 70, "points": 4},
+    "response": {
+        "path": "forcing.omega", "low": 3.0, "high": 3.05, "max_impacts": 1, "max_periods": 1,
+    },
+    "basins": {"x_low": -1, "x_high": 0.2, "v_low": -1, "v_high": 1, "starts": 49},
+}  # fmt: skip
+BEGINS = {"png": b"\x89PNG", "svg": b"<?xml", "nc": b"\x89HDF", "csv": b"# "}
+
+
+def asked(kind: str, study: dict[str, Any], **more: Any) -> Question:
+    return Question(1, kind, study, {**OPTIONS[kind], **more})
+
+
+def rows_of(data: bytes) -> list[list[str]]:
+    lines = [line for line in data.decode().splitlines() if not line.startswith("#")]
+    return list(csv.reader(io.StringIO("\n".join(lines))))
+
+
+@pytest.mark.parametrize("kind", ["diagram", "basins"])
+def test_what_the_page_computes_is_what_its_study_computes(
+    study: dict[str, Any], kind: str
+) -> None:
+    question = asked(kind, study)
+    frames = list(answer_job(question, Handle()))
+    assert len(frames) > 1
+    found = KEPT.get(asked_study(question))
+    again = parse_study(asked_study(question).text())
+
+    assert found.identical(again.question.answer(again, Means()))
+
+
+@pytest.mark.parametrize("extension", ["png", "svg", "csv", "nc"])
+@pytest.mark.parametrize("kind", ["diagram", "basins"])
+def test_files_are_made_of_what_is_computed_already(
+    study: dict[str, Any], kind: str, extension: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    question = asked(kind, study)
+    if KEPT.get(asked_study(question)) is None:
+        list(answer_job(question, Handle()))
+
+    def again(*_: Any) -> None:
+        raise AssertionError("it is computed again")
+
+    monkeypatch.setattr({"diagram": Diagram, "basins": Basins}[kind], "answer", again)
+    made = file_of(question, extension)
+
+    assert made.name == f"{kind}.{extension}"
+    assert made.data.startswith(BEGINS[extension])
+
+
+def test_files_of_a_diagram_are_those_of_percuss_run(study: dict[str, Any], tmp_path: Path) -> None:
+    question = asked("diagram", study)
+    again = parse_study(file_of(question, "toml").data.decode())
+    run_study(again, tmp_path)
+
+    assert rows_of(file_of(question, "csv").data) == rows_of(
+        (tmp_path / "diagram.csv").read_bytes()
+    )
+    target = tmp_path / "page.nc"
+    target.write_bytes(file_of(question, "nc").data)
+    for name in ("x", "v", "period"):
+        with (
+            xarray.open_dataset(target, group="data") as one,
+            xarray.open_dataset(tmp_path / "diagram.nc", group="data") as two,
+        ):
+            assert one[name].equals(two[name])
+
+
+def test_a_response_chart_comes_out_as_files(study: dict[str, Any]) -> None:
+    question = asked("response", study)
+    list(answer_job(question, Handle()))
+    rows = rows_of(file_of(question, "csv").data)
+
+    assert KEPT.get(asked_study(question)).complete
+    assert "arclength" in rows[0]
+    assert len(rows) > 10
+    assert file_of(question, "png").data.startswith(b"\x89PNG")
+
+
+def test_basins_have_a_table_of_attractors_and_manifolds_where_they_are_wanted(
+    study: dict[str, Any],
+) -> None:
+    with_them = asked("basins", study, manifolds=True)
+    rows = rows_of(file_of(asked("basins", study, table="attractors"), "csv").data)
+
+    assert len(rows) >= 2
+    assert "manifolds = true" in file_of(with_them, "toml").data.decode()
+    assert "manifolds" not in file_of(asked("basins", study), "toml").data.decode()
+    # Both are drawn of the same answer; that with the curves shows more.
+    pictures = [file_of(it, "svg").data for it in (with_them, asked("basins", study))]
+    assert b"stable manifold" in pictures[0]
+    assert b"stable manifold" not in pictures[1]
+
+
+def test_the_python_of_basins_draws_the_manifolds_too(
+    study: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from matplotlib.axes import Axes
+
+    text = file_of(asked("basins", study, starts=16, manifolds=True), "py").data.decode()
+    monkeypatch.chdir(tmp_path)
+    drawn: list[Any] = []
+    plot = Axes.plot
+
+    def watched(*args: Any, **more: Any) -> Any:
+        drawn.append(more.get("linestyle"))
+        return plot(*args, **more)
+
+    monkeypatch.setattr(Axes, "plot", watched)
+    (tmp_path / "script.py").write_text(text)
+    runpy.run_path("script.py")
+
+    assert (tmp_path / "basins.png").is_file()
+    assert drawn.count("-") >= 2
+
+
+def test_a_table_that_there_is_not_is_named(study: dict[str, Any]) -> None:
+    with pytest.raises(BadQuestion, match="no table 'crossings', only impacts"):
+        file_of(Question(1, "motion", study, {"table": "crossings"}), "csv")
+
+
+def test_a_motion_that_is_certified_has_a_table_of_balls(study: dict[str, Any]) -> None:
+    study["run"] = {"periods": 8}
+    question = Question(1, "motion", study, {"digits": 20, "table": "certified"})
+    rows = rows_of(file_of(question, "csv").data)
+    text = file_of(question, "toml").data.decode()
+
+    again = parse_study(text)
+    found = simulate(again.oscillator, again.forcing, v0="0.5", periods=8)
+    assert len(rows) == 1 + len(found.impacts)
+    columns = dict(zip(rows[0], rows[1], strict=True))
+    assert float(columns["t"]) == pytest.approx(found.impacts.t[0], rel=1e-12)
+    assert 0.0 < float(columns["t_radius"]) < 1e-20
+    assert "digits = 20" in text
+    assert "pc.certify(run, digits=20)" in file_of(question, "py").data.decode()
+
+
+def test_what_takes_too_long_is_refused_and_not_kept(
+    study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kept, "PATIENCE", 0.0)
+    question = asked("diagram", study, values=8000)
+    with pytest.raises(BadQuestion, match="takes longer than 0 s"):
+        file_of(question, "csv")
+    assert KEPT.get(asked_study(question)) is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [
+        ("diagram", {"values": 100_000}),
+        ("diagram", {"values": 8000, "points": 1000}),
+        ("basins", {"starts": 4000}),
+        ("response", {"max_impacts": 40}),
+    ],
+)
+def test_what_is_too_large_for_the_page_has_a_study_and_no_pictures(
+    study: dict[str, Any], kind: str, options: dict[str, int]
+) -> None:
+    question = asked(kind, study, **options)
+    with pytest.raises(BadQuestion):
+        file_of(question, "png")
+    with pytest.raises((BadQuestion, PercussError)):
+        list(answer_job(question, Handle()))
+
+    assert parse_study(file_of(question, "toml").data.decode()).kind == kind
+
+
+def test_of_many_answers_the_newest_are_kept(study: dict[str, Any]) -> None:
+    store = Kept(2)
+    studies = [asked_study(asked("diagram", study, values=n)) for n in (10, 11, 12)]
+    for number, it in enumerate(studies):
+        store.put(it, number)
+
+    assert [store.get(it) for it in studies] == [None, 1, 2]

@@ -1,0 +1,51 @@
+"""What the page says beside its pictures, in a real browser."""
+
+from __future__ import annotations
+
+from playwright.sync_api import Page, expect
+from tests.web.hands import box_of, fact, open_preset, set_box, view_of
+
+
+def test_chaos_says_how_fast_neighbours_part_and_which_part_is_seen(page: Page) -> None:
+    expect(view_of(page, "Gallery")).to_contain_text("Motions to begin with")
+    open_preset(page, "chaos")
+    times = page.locator(".facts .card").nth(1)
+    expect(times).to_contain_text("chaotic")
+    expect(times).to_contain_text("largest exponent +0.1")
+    expect(page.locator(".plot strong").nth(1)).to_contain_text("Phase portrait, t = ")
+    set_box(page, "run.periods", "20")
+    expect(page.locator(".plot strong").nth(1)).to_have_text("Phase portrait")
+    # A motion on its way is none.
+    open_preset(page, "first_impacts")
+    set_box(page, "run.periods", "14")
+    expect(times).to_contain_text("not settled yet")
+    expect(times).to_contain_text("largest exponent −0.09")  # noqa: RUF001
+    assert "followed to its end" in fact(page, 0)
+
+
+def test_files_say_how_they_are_read(page: Page) -> None:
+    page.locator("summary", has_text="Files").click()
+    menu = page.locator(".menu")
+    expect(menu).to_contain_text('comment="#"')
+    expect(menu).to_contain_text("open_datatree")
+
+
+def test_a_share_of_all_starts_tells_what_the_number_of_starts_allows(page: Page) -> None:
+    said = page.evaluate(
+        """async () => {
+          const { shareText } = await import('/static/js/basin_picture.js');
+          return [shareText({ fraction: 1, error: 0 }, 65536), shareText({ fraction: 0.5, error: 0.002 }, 65536), shareText({ fraction: 1, error: 0 }, 256)];
+        }"""
+    )
+    # By the rule of three: with 3 / n at 95 %.
+    assert said == ["> 99.995 %", "50 % ± 0.2 %", "> 98 %"]
+
+
+def test_stops_are_counted_from_one_and_only_where_there_are_several(page: Page) -> None:
+    titles = page.locator(".panel legend")
+    assert "Wall" in titles.all_inner_texts()
+    page.get_by_role("button", name="add a wall").click()
+    expect(titles.filter(has_text="Wall 2")).to_have_count(1)
+    assert "Wall 0" not in page.locator("form.panel").inner_text()
+    expect(page.get_by_label("Model")).to_have_value("own")
+    expect(box_of(page, "oscillator.stops.1.at")).to_be_visible()

@@ -1,0 +1,102 @@
+"""What the page says is proven is what `percuss.certify` proves."""
+
+from __future__ import annotations
+
+import re
+import time
+from typing import Any
+
+import pytest
+from tests.web.frames import read_frame
+
+import percuss as pc
+from percuss.web import proof
+from percuss.web.handle import Handle
+from percuss.web.proof import answer_certify
+from percuss.web.question import BadQuestion, Question
+
+
+def certified(study: dict[str, Any], digits: Any = 12) -> dict[str, Any]:
+    frames = list(answer_certify(Question(4, "certify", study, {"digits": digits}), Handle()))
+    assert len(frames) == 1
+    return read_frame(frames[0])[0]
+
+
+def test_a_run_is_proven_to_its_end(study: dict[str, Any]) -> None:
+    header = certified(study, 20)
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    run = pc.simulate(osc, pc.cosine("2.8"), v0="0.5", periods=40)
+    proven = pc.certify(run, 20)
+
+    assert header["done"]
+    assert header["complete"]
+    assert header["n_impacts"] == len(proven.impacts) == len(run.impacts)
+    assert header["until"] == pytest.approx(run.t_end)
+    assert "20 asked for" in header["report"]["digits"]
+    number, t, v = header["lines"][-1]
+    assert int(number) == len(run.impacts)
+    middle, radius = re.findall(r"[-\d.e]+", t.replace("+/-", ""))
+    assert proven.impacts.t[-1].contains(middle) or float(radius) < 1e-18
+    assert float(middle) == pytest.approx(run.impacts.t[-1], rel=1e-12)
+    assert "+/-" in v
+    assert header["followed"] == {
+        "n": len(run.impacts),
+        "t": pytest.approx(run.impacts.t[-1]),
+        "whole": True,
+    }
+
+
+def chaotic(study: dict[str, Any], periods: int) -> dict[str, Any]:
+    study["oscillator"] |= {"damping": 0}
+    study["oscillator"]["stops"][0]["at"] = 0
+    study["start"] = {"x0": 0, "v0": -1}
+    return study | {"run": {"periods": periods}}
+
+
+def test_it_is_told_up_to_where_double_precision_follows_chaos(study: dict[str, Any]) -> None:
+    header = certified(chaotic(study, 200))
+
+    assert header["complete"]
+    followed = header["followed"]
+    assert not followed["whole"]
+    assert 10 < followed["n"] < header["n_impacts"]
+    assert followed["t"] < header["until"]
+
+
+def test_the_time_is_bounded_and_what_is_proven_by_then_is_told(
+    study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(proof, "PATIENCE", 0.2)
+    began = time.process_time()
+    header = certified(chaotic(study, 4000))
+
+    assert time.process_time() - began < 5.0
+    assert not header["complete"]
+    assert "interrupted" in header["report"]["proof"]
+    assert header["n_impacts"] > 0
+    assert 0.0 < header["until"] < 4000 * 2.25
+
+
+def test_where_nothing_can_be_decided_it_says_why(study: dict[str, Any]) -> None:
+    # At V0 = 1/2 the elastic motion under sin 3t grazes the wall.
+    study["oscillator"] = {
+        "stiffness": 1,
+        "stops": [{"type": "wall", "at": 0, "side": "below", "restitution": 1}],
+    }
+    study["forcing"] = {"harmonics": [{"amplitude": 1, "omega": 3, "phase": "-pi/2"}]}
+    study["start"] = {"x0": 0, "v0": "1/2"}
+    header = certified(study)
+
+    assert not header["complete"]
+    assert len(header["report"]["proof"]) > 20
+
+
+@pytest.mark.parametrize("digits", [0, 101, "12", True, float("nan")])
+def test_digits_are_a_number_in_bounds(study: dict[str, Any], digits: Any) -> None:
+    with pytest.raises(BadQuestion, match="digits"):
+        certified(study, digits)
+
+
+def test_a_proof_that_nobody_wants_is_not_told(study: dict[str, Any]) -> None:
+    question = Question(4, "certify", study, {"digits": 12})
+    assert list(answer_certify(question, Handle(is_stopped=True))) == []
