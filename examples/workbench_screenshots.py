@@ -99,15 +99,26 @@ def _explore(page: Page) -> None:
     row.get_by_role("button", name="finer").click()
 
 
+def _certify(page: Page) -> None:
+    _open(page, "first_impacts")
+    for path, value in (("oscillator-damping", "0"), ("oscillator-stops-0-at", "0")):
+        page.locator(f"#p-{path}").fill(value)
+    page.locator("#p-run-periods").fill("150")
+    page.get_by_role("button", name="certify …").click()
+    strip = page.locator("section[aria-label='Certify this run']")
+    strip.get_by_role("button", name="Certify", exact=True).click()
+    strip.locator(".proof-rows dt").first.wait_for(timeout=WAIT)
+
+
 def _dark(page: Page) -> None:
     _open(page, "first_impacts")
-    for _ in range(2):
-        page.get_by_role("button", name="Light or dark").click()
+    page.get_by_role("button", name="Light or dark").click()
     page.wait_for_timeout(3600)
 
 
 def _diagram(page: Page) -> None:
-    page.get_by_role("button", name="Light or dark").click()
+    for _ in range(2):
+        page.get_by_role("button", name="Light or dark").click()
     page.wait_for_timeout(3600)
     view = _view(page, "diagram")
     _compute(view, {"from": "2.2", "to": "2.95", "values": "2400"})
@@ -124,6 +135,9 @@ def _basins(page: Page) -> None:
     _open(page, "first_impacts")
     view = _view(page, "basins")
     _compute(view, {"x from": "-2", "v from": "-2", "v to": "2"})
+    # Both saddles, and no sentence that looks for more.
+    view.locator("[data-saddles='2']").wait_for(timeout=WAIT)
+    expect(view.locator(".legend")).not_to_contain_text("looking", timeout=WAIT)
 
 
 def _gallery(page: Page) -> None:
@@ -143,6 +157,7 @@ def _phone(page: Page) -> None:
 
 SHOWN = {
     "explore": _explore,
+    "certify": _certify,
     "dark": _dark,
     "diagram": _diagram,
     "response": _response,

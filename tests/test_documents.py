@@ -24,8 +24,6 @@ PAGES = {
 # Whole pages that cannot run in seconds or not here, and why.
 NOT_RUN = {
     "cluster.md": "needs a queue or a cloud",
-    "ensembles.md": "shows parts of calls; its pictures are made by examples/",
-    "response-charts.md": "a minute of search; examples/bilinear_response.py does it",
 }
 
 FORMULA = r"\$\$(.+?)\$\$|(?<![\\$])\$([^$\n]+)\$"
@@ -207,3 +205,92 @@ def test_pictures_of_the_how_to_pages_are_all_shown() -> None:
 
     assert there
     assert there <= shown
+
+
+def measured(section: str, quantity: str) -> float | None:
+    """Give a number of docs/benchmarks.md, None where the table is older than the line."""
+    part = re.search(
+        rf"^## {re.escape(section)}.*?\n(.*?)(?=^## |\Z)",
+        text_of("benchmarks.md"),
+        re.DOTALL | re.MULTILINE,
+    )
+    line = part and re.search(rf"^\| {re.escape(quantity)} \| ([0-9.,e+-]+)", part[1], re.MULTILINE)
+    return float(line[1].replace(",", "")) if line else None
+
+
+PER_IMPACT = {
+    "W1": "percuss, ns per impact of 100,000 (aim)",
+    "W2": "percuss, ns per impact",
+    "W4": "percuss, ns per impact",
+}
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", DOCS / "index.md"])
+def test_the_speed_that_a_page_opens_with_is_the_measured_one(page: Path) -> None:
+    text = " ".join(page.read_text(encoding="utf-8").split())
+
+    assert re.search(r"under half a microsecond an impact for one harmonic and a wall \(\[", text)
+    assert not re.search(r"[0-9] ?(us|µs|microseconds) an impact", text)
+    for section, quantity in PER_IMPACT.items():
+        found = measured(section, quantity)
+        assert found is not None, section
+        assert found < 500.0, section
+
+
+@pytest.mark.parametrize(
+    ("row", "measure"),
+    [
+        ("an impact, `period`", "period"),
+        ("an impact, `largest_lyapunov_exponent`", "largest_lyapunov_exponent"),
+        ("an impact, both", "period and largest_lyapunov_exponent"),
+        ("an impact, `peak_displacement`", "peak_displacement"),
+    ],
+)
+def test_the_rates_that_a_cluster_is_reckoned_with_are_the_measured_ones(
+    row: str, measure: str
+) -> None:
+    found = measured("Measures of a sweep", f"{measure}, ns per impact")
+    if found is None:
+        pytest.skip("docs/benchmarks.md is older than the benchmark of measures")
+    said = re.search(rf"^\| {re.escape(row)} \| ([0-9.]+) us", text_of("cluster.md"), re.MULTILINE)
+
+    assert said is not None
+    # What is reckoned with them is rounder.
+    assert float(said[1]) * 1e3 == pytest.approx(found, rel=0.3)
+
+
+def test_the_rows_of_the_comparison_are_those_of_the_benchmarks() -> None:
+    """Each number of the table stands in the benchmarks, rounded; w1 to w4 by their sections."""
+    text = text_of("comparison.md")
+    w1, w2, w3, w4 = "W1", "W2", "W3", "W4"
+    rows: list[tuple[str, list[tuple[str, str, float]]]] = [
+        ("an elastic impact under sin 3t, 100,000 of them (W1)", [
+            (w1, PER_IMPACT["W1"], 1.0),
+            (w1, "heyoka with its callback, ns per impact", 1.0),
+        ]),
+        ("an impact in a sweep over the frequency (W2)", [
+            (w2, PER_IMPACT["W2"], 1.0), (w2, "heyoka, ns per impact", 1.0),
+        ]),
+        ("200 periods of a basin's motion (W4)", [
+            # Of 200 x 200 starts, in ms.
+            (w4, "percuss, whole basin", 1e3 / 40_000),
+            (w4, "heyoka, a motion of 200 periods", 1.0), (w4, "SciPy, a motion of 200 periods", 1.0),
+        ]),
+        ("a stiff bilinear oscillator, motion and 2^20 samples (W3)", [
+            (w3, f"{name}, motion and sampling", 1.0) for name in ("percuss", "heyoka", "SciPy")
+        ]),
+        ("a single near-grazing event", [
+            ("Near-grazing first events", f"{name}, us per case", 1.0)
+            for name in ("percuss", "heyoka", "SciPy")
+        ]),
+    ]  # fmt: skip
+    for name, cells in rows:
+        line = next(line for line in text.splitlines() if line.startswith(f"| {name} |"))
+        said = [
+            float(it.replace(",", "")) for it in re.findall(r"[\d.,]*\d(?= (?:ns|ms|us))", line)
+        ]
+        assert len(said) >= len(cells), name
+        for (section, quantity, factor), number in zip(cells, said, strict=False):
+            found = measured(section, quantity)
+            assert found is not None, (section, quantity)
+            assert number == pytest.approx(found * factor, rel=0.02), (name, quantity)

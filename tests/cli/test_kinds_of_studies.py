@@ -112,3 +112,17 @@ def test_ctrl_c_leaves_a_store_that_the_same_command_goes_on_with(tmp_path: Path
     assert not Path("basins").exists()
     status = pc.status_of_store("run.zarr")
     assert 0 < status["points_done"] < status["points"]
+
+
+def test_a_warning_of_a_run_is_one_sentence(tmp_path: Path) -> None:
+    study = tmp_path / "s.toml"
+    own = '[study]\nkind = "sweep"\n[over]\n"start.x0" = [2, 3]\n[sweep]\nmeasure = "period"\n'
+    study.write_text(MODEL + own, encoding="utf-8")
+    command = [sys.executable, "-m", "percuss", "run", str(study), "--out", str(tmp_path / "out")]
+
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+
+    told = [line for line in done.stderr.splitlines() if "warning" in line]
+    assert len(told) == 1
+    assert told[0].startswith("warning: period has no answer for any of 2 points; ")
+    assert "UserWarning" not in done.stderr

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from typer.testing import CliRunner
 
 import percuss as pc
 from percuss.cli import app
+from percuss.ensembles.store_chunks import lay_down
 
 RUNNER = CliRunner()
 OSC, FORCE = pc.impact_oscillator(restitution="0.8"), pc.cosine(2.5)
@@ -122,7 +122,7 @@ def test_status_shows_no_time_left_where_nothing_runs(tmp_path: Path) -> None:
     outputs = []
     for ago in (1.0, 3600.0):
         for i, mark in enumerate(marks):
-            os.utime(mark, (now - ago - i, now - ago - i))
+            lay_down(mark, np.array([20, int(1e6 * (now - ago - i))]))
         outputs.append(RUNNER.invoke(app, ["status", str(path)]).output)
 
     assert "if it is running" in outputs[0]

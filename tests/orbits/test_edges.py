@@ -11,6 +11,7 @@ import pytest
 import percuss as pc
 from percuss.model import Side
 from percuss.orbits import single_impact, single_impact_orbits
+from percuss.orbits.families.family import Family
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
 
 COCO = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
@@ -266,15 +267,20 @@ def test_a_flight_that_lasts_less_than_no_time_is_not_physical() -> None:
     """It solves the equations, into the wall at both ends, and passes it nowhere."""
     osc = pc.impact_oscillator("0.7", wall="0.113", damping="0.05")
     force = pc.cosine("3.409", amplitude="1.694", phase=0.7)
-    orbits = pc.find_orbits(osc, force, max_impacts=2, max_periods=2)
-    rows = 0
-    for orbit in orbits:
-        if (orbit.n_impacts, orbit.n_periods) != (2, 2):
-            continue
-        branch = pc.continue_orbit(orbit, over={"oscillator.stops.0.at": (-0.287, 0.2)})
-        for row, each in enumerate(branch):
-            if (each.impacts.intervals <= 0.0).any() or (each._unknowns[1:3] < 0.0).any():
-                rows += 1
-                assert not each.admissible
-                assert not branch.admissible[row]
-    assert rows
+    orbit = pc.find_orbit(osc, force, 2, 2)
+    path = "oscillator.stops.0.at"
+    branch = pc.continue_orbit(orbit, over={path: (-0.287, 0.2)})
+    graze = min(branch.special_points, key=lambda point: abs(point.value + 0.1594))
+    family = Family(graze.orbit, path, -0.287, 0.2)
+    start = family.start(graze.orbit, graze.value)
+    along = family.tangent(start, np.append(np.zeros(len(start) - 1), 1.0))
+
+    shortest = []
+    for way in (-1e-3, 1e-3):
+        beside = family.orbit(family.corrected(start + way * along, along))
+        shortest.append(beside._unknowns[1:3].min())
+        assert not beside.admissible
+    assert min(shortest) < -1e-5 < 1e-5 < max(shortest)
+    # So the branch ends there.
+    assert "a flight would last less than no time" in branch.end_reason
+    assert min(each._unknowns[1:3].min() for each in branch) > -1e-9

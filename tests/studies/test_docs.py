@@ -50,6 +50,14 @@ def test_every_table_and_key_of_a_kind_stands_on_the_page(kind: str) -> None:
         assert f"`{key}`" in part.split("\n\n")[0], (table, key)
 
 
+def test_every_example_stands_on_the_page() -> None:
+    page = (DOCS / "studies.md").read_text(encoding="utf-8")
+    names = [study.stem for study in (DOCS.parent / "examples").glob("*.toml")]
+
+    assert len(names) > 9
+    assert [name for name in names if f"`{name}`" not in page] == []
+
+
 @pytest.mark.parametrize("kind", kind_names())
 def test_every_key_stands_in_the_template_of_its_kind(kind: str) -> None:
     text = template_text("impact" if kind == "motion" else kind)

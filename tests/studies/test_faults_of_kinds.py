@@ -265,3 +265,31 @@ def test_a_start_that_is_left_out_must_be_one() -> None:
     assert fault.startswith(
         "s.toml: start: missing; the default x0 = 0 lies above the wall at x = -1"
     )
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "path"),
+    [
+        ('damping = "0.05"', "damping = -1", "forcing.omgea"),
+        ('damping = "0.05"', "damping = -1", "oscillator.dampin"),
+        ("omega = 1", "omega = 0", "forcing.omgea"),
+        ("at = 1", 'at = "x"', "oscillator.stops.0.att"),
+    ],
+)
+def test_a_wrong_path_is_told_beside_a_wrong_value_of_the_model(
+    right: str, wrong: str, path: str
+) -> None:
+    own = f'[over]\n"{path}" = [1, 2]\n[sweep]\nmeasure = "period"\n'
+
+    faults = faults_of(text_of("sweep", own, MODEL.replace(right, wrong)))
+
+    assert len(faults) == 2
+    assert f"over.{path}: no such parameter; did you mean" in faults[1]
+
+
+def test_where_the_stops_are_unclear_no_path_of_them_is_called_wrong() -> None:
+    own = '[over]\n"oscillator.stops.0.stiffness" = [1, 2]\n[sweep]\nmeasure = "period"\n'
+
+    (fault,) = faults_of(text_of("sweep", own, MODEL.replace('"wall"', '"sfot"')))
+
+    assert "oscillator.stops.0.type" in fault

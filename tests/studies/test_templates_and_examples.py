@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -136,6 +138,23 @@ def test_the_mooring_in_engineers_units_is_that_of_unit_mass() -> None:
     assert study.oscillator == pc.Oscillator(Fraction(2, 5), Fraction(1, 25), (line,))
     assert study.forcing is not None
     assert study.forcing.components() == pc.cosine("0.7854", amplitude="0.8").components()
+
+
+def test_the_mooring_of_the_how_to_is_that_of_the_example(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = Path(__file__).parents[2] / "docs" / "howto" / "moorings.md"
+    first = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)[0]
+    monkeypatch.chdir(tmp_path)
+    told: dict[str, Any] = {}
+    exec(compile(first, str(page), "exec"), told)  # noqa: S102  our own text
+
+    run, own = told["run"], run_of(example("mooring"))
+
+    assert run.t_end == own.t_end
+    assert len(run.crossings) == len(own.crossings)
+    np.testing.assert_allclose(run.crossings.t, own.crossings.t, rtol=0, atol=1e-8)
+    assert told["buoy"].damping == example("mooring").oscillator.damping
 
 
 @pytest.mark.parametrize("name", MOTIONS)

@@ -98,7 +98,7 @@ def run(
         # Only now: what draws and saves takes a second to import.
         from percuss.studies.running import run_study
 
-        with Watch(asked.question.doing) as watch:
+        with Watch(asked.question.doing, of_chunks=asked.question.is_ensemble) as watch:
             result = run_study(
                 asked,
                 folder,

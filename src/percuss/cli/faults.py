@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -22,7 +23,10 @@ def faults_on_stderr(
     `instead` says what to do where a file exists already.
     """
     try:
-        yield
+        with warnings.catch_warnings():
+            # A sentence; where in the code it stands is no business of a command's.
+            warnings.showwarning = lambda message, *_: typer.echo(f"warning: {message}", err=True)
+            yield
     except PercussError as error:
         message = str(error)
         if isinstance(error, OutputError):

@@ -28,10 +28,13 @@ class Watch:
     ----------
     doing
         What is being done, before the bar.
+    of_chunks
+        Whether it is done in chunks, which see to Ctrl-C themselves: those at work are kept.
     """
 
-    def __init__(self, doing: str = RUNNING) -> None:
+    def __init__(self, doing: str = RUNNING, *, of_chunks: bool = False) -> None:
         self._doing = doing
+        self._of_chunks = of_chunks
         # By a clock of its own: the first run of all compiles the engine and reports nothing yet.
         self._timer = threading.Timer(PATIENCE, self._show)
         self._timer.daemon = True
@@ -77,7 +80,9 @@ class Watch:
         self._bar = bar
 
     def __enter__(self) -> Self:
-        self._handler = signal.signal(signal.SIGINT, self._stop)
+        self._handler = signal.getsignal(signal.SIGINT)
+        if not self._of_chunks:
+            signal.signal(signal.SIGINT, self._stop)
         self._timer.start()
         return self
 

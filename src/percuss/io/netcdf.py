@@ -9,6 +9,7 @@ from typing import Any
 
 import xarray as xr
 
+from percuss.ensembles.netcdf_bytes import write_whole
 from percuss.errors import PercussError
 from percuss.io.exactly import decoded, encoded
 from percuss.io.files import OutputFiles
@@ -74,7 +75,7 @@ def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMP
         groups[f"/{DATA}"] = _writable(result)
     else:
         groups |= _of_orbits(result, kind.tables(result), samples)
-    xr.DataTree.from_dict(groups).to_netcdf(path, engine="h5netcdf")
+    write_whole(xr.DataTree.from_dict(groups), path)
 
 
 def _of_motion(run: Trajectory, samples: int) -> dict[str, xr.Dataset]:

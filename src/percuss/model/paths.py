@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import re
 from collections.abc import Mapping
 from typing import Any, TypeAlias, TypeVar
 
@@ -35,6 +36,18 @@ Parts: TypeAlias = tuple[Oscillator, Forcing | None, Start | None]
 Value = TypeVar("Value")
 
 _SHORT_FORMS = ("forcing.amplitude", "forcing.omega", "forcing.phase")
+# What parameters are called besides, by the last word of their paths.
+_WORDS = {
+    "wall": "at",
+    "gap": "at",
+    "clearance": "at",
+    "frequency": "omega",
+    "stops": "at",
+    "r": "restitution",
+    "k": "stiffness",
+    "load": "constant",
+}
+MOST_MEANT = 3
 
 
 def parameter_paths(
@@ -170,7 +183,8 @@ def replace_parameters(
     for path, value in changes.items():
         name = long_form(path, osc, force, start)
         if name in by_path:
-            raise ParameterError("path", path, f"named twice, also as {name}")
+            before = next(it for it in changes if long_form(it, osc, force, start) == name)
+            raise ParameterError("path", (before, path), "the same parameter, named twice")
         by_path[name] = value
     if _changed(by_path, "oscillator"):
         osc = _replace_in_oscillator(osc, by_path)
@@ -233,9 +247,21 @@ def _unknown(path: object, known: list[str], force: Forcing | None) -> str:
         wanted = str(path).replace(".", ".harmonics.0.")
         if wanted in known:
             return f"one of {len(force.harmonics)} harmonics; write {wanted} for the first"
-    near = difflib.get_close_matches(str(path), known, n=3, cutoff=0.6)
+    alike = difflib.get_close_matches(str(path), known, n=3, cutoff=0.6)
+    meant = _of_that_word(str(path), known)
+    # A word alone is like no path, though it may be all of one that matters.
+    near = alike or meant if "." in str(path) else meant or alike
     hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(known)}"
     return f"no such parameter; {hint}"
+
+
+def _of_that_word(path: str, known: list[str]) -> list[str]:
+    """Return the parameters that a word alone may mean, short forms in place of their long ones."""
+    given = [word for word in path.lower().split(".") if not word.isdecimal()]
+    word = _WORDS.get(given[-1], given[-1]) if given else ""
+    found = [it for it in known if re.sub(r"(\.\d+)+$", "", it).endswith(f".{word}")]
+    short = [it for it in found if it in _SHORT_FORMS]
+    return (short or found)[:MOST_MEANT]
 
 
 def _parameters(osc: Oscillator, force: Forcing | None, start: Start | None) -> dict[str, Phase]:

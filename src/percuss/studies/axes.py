@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,6 +11,7 @@ from typing import Any, Literal, TypeAlias
 
 from pydantic import ValidationError
 
+from percuss.ensembles.sizes import too_large
 from percuss.errors import ParameterError
 from percuss.io.study_text import number
 from percuss.model.exact import Phase, PiTimes, angle, as_float, phase_problem
@@ -28,6 +30,11 @@ __all__ = ["Axis", "Range", "Span", "axes_table", "axis_of", "axis_table", "axis
 Spacing: TypeAlias = Literal["linear", "log"]
 Range: TypeAlias = tuple[Phase, Phase]
 MOST = 100_000_000
+# Where faults leave it open no more which parameters the model has: in the values of keys.
+LEAF = re.compile(
+    r"oscillator\.((?!stop)\w+|stops\.\d+\.(?!type)\w+)"
+    r"|forcing\.(constant|period|harmonics\.\d+\.\w+|(cos|sin)\.\d+)"
+)
 
 
 class SpanTable(Table):
@@ -160,8 +167,10 @@ def values_of(parts: Parts, count: int | None, start: Start | None) -> dict[str,
     """
     found: dict[str, Axis] = {}
     entries = list(_counted(parts, count))
-    for path, place, given in entries:
-        axis = axis_of(parts, place, given)
+    axes = [axis_of(parts, place, given) for _, place, given in entries]
+    if _is_too_large(parts, ("over",), axes):
+        return found
+    for (path, place, _), axis in zip(entries, axes, strict=True):
         if axis is None or not _is_known(parts, path, place, start):
             continue
         # With several axes a value may be right in some combinations: the sweep tells which.
@@ -178,7 +187,20 @@ def own_axes(parts: Parts, table: str, names: tuple[str, ...]) -> dict[str, Axis
     """Return the axes that a table has under these keys, and add what is wrong with them."""
     given = parts.keys(table)
     axes = {name: axis_of(parts, (table, name), given[name]) for name in names if name in given}
+    if _is_too_large(parts, (table,), list(axes.values())):
+        return {}
     return {name: axis for name, axis in axes.items() if axis is not None}
+
+
+def _is_too_large(parts: Parts, place: Path, axes: Sequence[Axis | None]) -> bool:
+    """Tell whether all combinations are too many for this machine; note it if so."""
+    counts = [
+        1 if axis is None else axis.count if isinstance(axis, Span) else len(axis) for axis in axes
+    ]
+    problem = too_large(counts)
+    if problem is not None:
+        parts.found.add(place, problem, " x ".join(f"{count:,}" for count in counts))
+    return problem is not None
 
 
 def axis_of(parts: Parts, place: Path, given: Any) -> Axis | None:
@@ -266,15 +288,21 @@ def _numbers_are_right(parts: Parts, place: Path, values: list[Any]) -> bool:
 
 
 def _is_known(parts: Parts, path: str, place: Path, start: Start | None) -> bool:
-    """Tell whether there is such a parameter; note it if not."""
-    if not parts.model_is_right:
+    """Tell whether there is such a parameter, of a model that is right; note it if not."""
+    if not all(LEAF.fullmatch(fault) for fault in _of_model(parts)):
         return False
     try:
         long_form(path, parts.oscillator, parts.forcing, start)
     except ParameterError as error:
         parts.found.add(place, error.reason)
         return False
-    return True
+    return parts.model_is_right
+
+
+def _of_model(parts: Parts) -> list[str]:
+    """Return the paths of the faults of the model."""
+    owners = ("oscillator", "forcing")
+    return [it.path for it in parts.found.faults if it.path.split(".")[0] in owners]
 
 
 def _fit(

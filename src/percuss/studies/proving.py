@@ -45,11 +45,14 @@ class Proof:
         What was proven, in a few lines: words by what they are about.
     columns
         The table saved as certified.csv.
+    branch
+        The branch of special points.
     """
 
     result: Any
     report: dict[str, str]
     columns: dict[str, Column]
+    branch: Any = None
 
 
 def check_certify(study: Study) -> None:
@@ -71,8 +74,8 @@ def check_certify(study: Study) -> None:
 
 
 def is_drawn(study: Study) -> bool:
-    """Return whether there is a picture of the enclosure: over the time of a motion."""
-    return study.certify is not None and study.kind == "motion"
+    """Return whether there is a picture of the enclosure: of each kind that can be certified."""
+    return study.certify is not None and study.kind in KINDS
 
 
 def proof_of(study: Study, answer: Any, progress: Progress | bool | None) -> Proof:
@@ -93,19 +96,25 @@ def proof_of(study: Study, answer: Any, progress: Progress | bool | None) -> Pro
             break
         points.append(certify(point, digits))
     left = len(answer.special_points) - len(points)
-    return Proof(tuple(points), _point_rows(points, left), _point_columns(points, digits))
+    rows, columns = _point_rows(points, left), _point_columns(points, digits)
+    return Proof(tuple(points), rows, columns, answer)
 
 
 def draw_proof(proof: Proof, study: Study, figure: Any) -> None:
-    """Draw the motion with its enclosure on an empty figure."""
+    """Draw what was proven with its enclosure on an empty figure."""
     from percuss.plotting.enclosure_plot import plot_enclosure
     from percuss.plotting.style import Units, draw_legend
 
-    figure.set_size_inches(8.0, 5.0)
+    figure.set_size_inches(9.0 if study.kind == "orbit" else 8.0, 5.0)
     units = Units(study.draw.length_unit, study.draw.time_unit)
-    plot_enclosure(proof.result, figure.add_subplot(), units=units)
     figure.suptitle(study.title, parse_math=False)
-    draw_legend(figure, figure.axes)
+    if study.kind == "orbit" and not proof.result.is_drawable:
+        reason = proof.result.reason or "it has contacts, of which no motion is enclosed"
+        figure.text(0.5, 0.5, f"no enclosure to draw: {reason}", ha="center", wrap=True)
+        return
+    plot_enclosure(proof.result, figure.add_subplot(), branch=proof.branch, units=units)
+    if study.kind != "branch":
+        draw_legend(figure, figure.axes)
 
 
 def _run_rows(run: CertifiedRun) -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,8 @@ def equations_of(point: SpecialPoint, ranges: Ranges) -> tuple[CurveEquations, F
         known = ", ".join(KINDS[:-1])
         reason = f"no kind of point that a curve goes through here: {known} or {KINDS[-1]}"
         raise ParameterError("point.kind", point.kind, reason)
+    if math.isinf(point.orbit.n_impacts):
+        raise ParameterError("point", point, "its orbit sticks; curves are those of other orbits")
     if point.kind == "grazing":
         return _of_graze(point.orbit, ranges)
     orbit = point.orbit

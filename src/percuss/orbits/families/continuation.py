@@ -16,6 +16,7 @@ from percuss.orbits.families.branch import Branch
 from percuss.orbits.families.conditions import Point
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.ranges import checked_range
+from percuss.orbits.families.sticking_branch import sticking_branch
 from percuss.orbits.families.telling import Report, Telling
 from percuss.orbits.families.walk import STOPPED, Row, Walk
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -42,10 +43,13 @@ def continue_orbit(
     stop that they did not meet, or no more, there are physical ones beyond: the branch goes on
     with their events (docs/theory/grazing.md).
 
+    An orbit with sticking is followed as the motion from its release (multipliers 0): it ends where
+    the contact lasts no time or is not left, and goes through grazes, where impacts come and go.
+
     Parameters
     ----------
     orbit
-        Where to begin, isolated and without sticking.
+        Where to begin, isolated.
     over
         One parameter by its path, and the range to follow it in; the orbit's own value lies in
         it. The branch is told from the end towards the first value to that towards the second.
@@ -67,7 +71,7 @@ def continue_orbit(
     ------
     ParameterError
         If there is no such parameter, the range does not hold the orbit's value, or the orbit
-        is one of a family in one system or sticks.
+        is one of a family in one system.
 
     Examples
     --------
@@ -83,16 +87,23 @@ def continue_orbit(
     grazing 0.1
     period_doubling 0.107276459
     """
-    path, first, last, value = checked_range(orbit, over)
+    path, first, last, value = checked_range(orbit, over, may_stick=True)
     if max_points < 1:
         raise ParameterError("max_points", max_points, "less than one")
     if not 0.0 < largest_step <= 1.0:
         raise ParameterError("largest_step", largest_step, "not above 0 and at most 1")
+    telling = Telling(progress, 2 * max_points, path)
+    if math.isinf(orbit.n_impacts):
+        branch = sticking_branch(
+            orbit, path, value, (first, last),
+            max_points=max_points, largest_step=largest_step, telling=telling,
+        )  # fmt: skip
+        telling.close()
+        return branch
     family = Family(orbit, path, min(first, last), max(first, last))
     walk = Walk(family, max_points, largest_step)
     start = walk.start(orbit, value)
     towards = math.copysign(1.0, last - first) * (math.copysign(1.0, start.tangent[-1]))
-    telling = Telling(progress, 2 * max_points, path)
     ahead, why_ahead, closed = walk.along(start, towards, telling=telling)
     behind: list[Row] = []
     why = why_ahead

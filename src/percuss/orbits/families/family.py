@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.kernels.law import Law
-from percuss.kernels.shooting import AT
+from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
+from percuss.kernels.law import N_HARMONICS, Law
+from percuss.kernels.shooting import AT, place
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -27,6 +28,8 @@ MOST_STEPS, MOST_BESIDE_OTHERS = 12, 40
 BESIDE = 1e-5
 # Singular values below this part of the largest.
 WEAK = 1e-7
+# Scaled durations that a special point, located to some 1e-12, leaves of no time.
+NO_TIME = 1e-6
 
 
 class Family(OrbitEquations):
@@ -49,8 +52,8 @@ class Family(OrbitEquations):
         stops = enumerate(self.oscillator.stops)
         self._others = [] if moved is None else [as_float(s.at) for k, s in stops if k != moved]
         ends = np.roll(self.chain[:, AT], -1)
-        back = [i for i in range(self.n) if self.chain[i, AT] == ends[i]]
-        self._returning = [i for i in back if not (self.walls[i] or self.walls[(i + 1) % self.n])]
+        self._returning = [i for i in range(self.n) if self.chain[i, AT] == ends[i]]
+        self._hops = [i for i in self._returning if self.walls[i] and self.walls[(i + 1) % self.n]]
 
     def start(self, orbit: PeriodicOrbit, value: float) -> Floats:
         """Return the point of an orbit."""
@@ -71,18 +74,20 @@ class Family(OrbitEquations):
     def residual(self, z: Floats, value: float) -> tuple[Floats, Floats]:
         """Return scaled residuals and their derivative by the scaled unknowns.
 
-        Distances that a flight misses the edge by that it comes from are told by its duration, as
-        a mean velocity: so the equations stay regular where it lasts no time, at a graze.
+        Distances that a flight misses the bound by that it comes from are told by its duration,
+        as a mean velocity: so the equations stay regular where it lasts no time, at a graze or
+        where two impacts fall together, and no flight of no time solves them by itself.
         """
         if self.n == 0:
             return np.empty(0), np.empty((0, 0))
-        residual, matrix = self.shot(z[:-1], self.table(value))
+        table = self.table(value)
+        residual, matrix = self.shot(z[:-1], table)
         if self._returning:
-            self._tell_by_duration(z, residual, matrix)
+            self._tell_by_duration(table, z, residual, matrix)
         return residual, matrix
 
-    def _tell_by_duration(self, z: Floats, residual: Floats, matrix: Floats) -> None:
-        """Divide the distances by which flights miss the edge that they come from by durations."""
+    def _tell_by_duration(self, table: Law, z: Floats, residual: Floats, matrix: Floats) -> None:
+        """Divide the distances by which flights miss the bound that they come from by durations."""
         # A step that goes astray may overflow; then Newton's method ends.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             for i in self._returning:
@@ -91,16 +96,33 @@ class Family(OrbitEquations):
                     # The limit: the velocity at the start, and half the acceleration.
                     residual[2 * i] = z[1 + self.n + i]
                     matrix[2 * i] = 0.0
-                    matrix[2 * i, 1 + i] = self._half_acceleration(matrix, i)
+                    matrix[2 * i, 1 + i] = 0.5 * self._acceleration(table, z, i)
                     matrix[2 * i, 1 + self.n + i] = 1.0
                     continue
                 residual[2 * i] /= lasting
                 matrix[2 * i] /= lasting
                 matrix[2 * i, 1 + i] -= residual[2 * i] / lasting
 
-    def _half_acceleration(self, matrix: Floats, i: int) -> float:
-        """Return half the scaled acceleration at the end of a flight that ends on an edge."""
-        return -0.5 * float(matrix[2 * i + 1, 1 + i])
+    def _acceleration(self, table: Law, z: Floats, i: int) -> float:
+        """Return the scaled acceleration at the start of a flight."""
+        bound, _, region = self.chain[i].tolist()
+        phases = np.empty((int(table[0, N_HARMONICS]), 2))
+        set_phases(table, float(z[: 1 + i].sum()) * self.scale[0], 0.0, phases)
+        force = constant_force(table, region, place(table, region, bound))
+        v = float(z[1 + self.n + i]) * self.scale[-1]
+        found, _ = acceleration_and_jerk(table, region, force, phases, 0.0, v)
+        return float(found * self.scale[0] / self.scale[-1])
+
+    def turns_back(self, here: Floats, found: Floats) -> list[int]:
+        """Return the flights between impacts that last less than no time at the second point only.
+
+        Such a flight is no motion: the impacts at its ends have fallen together on the way.
+        """
+        return [i for i in self._hops if here[1 + i] >= -NO_TIME > found[1 + i]]
+
+    def is_together(self, z: Floats, flights: list[int]) -> bool:
+        """Tell whether one of some flights lasts no time."""
+        return bool(np.abs(z[[1 + i for i in flights]]).min() < NO_TIME)
 
     def slope(self, z: Floats, known: float | None = None) -> Floats:
         """Return the derivative of the scaled residuals by the scaled parameter.

@@ -10,7 +10,7 @@ from percuss.kernels.record import Integers
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.meetings import is_soft, orbit_beyond
 from percuss.orbits.families.ranges import own_value
-from percuss.orbits.families.touches import Touch, touches_of, without
+from percuss.orbits.families.touches import Touch, merged, touches_of, without
 from percuss.orbits.orbit.making import orbit_of_solution
 from percuss.orbits.orbit.newton import Solution
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -51,7 +51,7 @@ def orbit_past_graze(orbit: PeriodicOrbit, path: str) -> PeriodicOrbit:
     if any(is_soft(orbit, touch) for touch in touches):
         family = Family(orbit, path, value - beside, value + beside)
         found = orbit_beyond(family, orbit, value)
-    elif all(touch.events for touch in touches):
+    elif _all_with_impacts(orbit, touches):
         found = _without_impacts(orbit, path, (value - beside, value + beside), touches)
     else:
         added = [touch for touch in touches if not touch.events]
@@ -60,6 +60,15 @@ def orbit_past_graze(orbit: PeriodicOrbit, path: str) -> PeriodicOrbit:
         advice = "look whether the graze is located, and whether another one lies beside it"
         raise ConvergenceError(f"no other family found at {where}", None, np.nan, advice)
     return found
+
+
+def _all_with_impacts(orbit: PeriodicOrbit, touches: list[Touch]) -> bool:
+    """Tell whether an orbit, or a shorter one that it goes round, has an impact at each touch."""
+    if all(touch.events for touch in touches):
+        return True
+    if not any(touch.events for touch in touches):
+        return False
+    return all(touch.events for touch in merged(touches, without(orbit, touches).period))
 
 
 def _without_impacts(

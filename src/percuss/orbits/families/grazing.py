@@ -25,7 +25,14 @@ from percuss.model.law import law, lines
 from percuss.model.paths import get_parameter
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.graze_statements import Scenario, consequence
-from percuss.orbits.families.touches import Touch, acceleration_at, fastest, touches_of, without
+from percuss.orbits.families.touches import (
+    Touch,
+    acceleration_at,
+    fastest,
+    merged,
+    touches_of,
+    without,
+)
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["GrazeAnalysis", "analysed_graze"]
@@ -133,8 +140,9 @@ def analysed_graze(orbit: PeriodicOrbit, path: str) -> GrazeAnalysis:
     touches = touches_of(orbit)
     if not touches:
         raise ParameterError("orbit", orbit, "it touches no stop without velocity")
-    touch = touches[0]
     base = without(orbit, touches)
+    touches = merged(touches, base.period)
+    touch = touches[0]
     mirrored = len(touches) == 2 and base.symmetric
     if len(touches) > 1 and not mirrored:
         raise ParameterError("orbit", orbit, f"it touches stops {len(touches)} times; one is told")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -65,6 +66,8 @@ def find_zero(
             z = family.corrected(guess, normal, beside_others=beside_others)
         except ConvergenceError:
             z = family.corrected(guess, normal, beside_others=not beside_others)
+        if float(np.linalg.norm(z - guess)) > length:
+            raise ConvergenceError("Newton's method leaves the chord", z, math.nan, "look aside")
         orbit = family.orbit(z)
         return test(z, orbit), z, orbit
 

@@ -19,7 +19,7 @@ def own_value(orbit: PeriodicOrbit, path: str) -> float:
 
 
 def checked_range(
-    orbit: PeriodicOrbit, over: Mapping[str, tuple[Phase, Phase]]
+    orbit: PeriodicOrbit, over: Mapping[str, tuple[Phase, Phase]], *, may_stick: bool = False
 ) -> tuple[str, float, float, float]:
     """Return the path, the range and the orbit's own value.
 
@@ -27,7 +27,7 @@ def checked_range(
     ------
     ParameterError
         If there is no such parameter, the range does not hold the orbit's value, or the orbit is
-        one of a family in one system or sticks.
+        one of a family in one system or sticks, where it may not.
     """
     if len(over) != 1:
         raise ParameterError("over", over, "not one parameter and its range")
@@ -39,8 +39,9 @@ def checked_range(
         raise ParameterError(path, given, "not a range of two numbers") from error
     if first == last or not min(first, last) <= value <= max(first, last):
         raise ParameterError(path, given, f"no range that holds the orbit's own value {value:.12g}")
-    if math.isinf(orbit.n_impacts):
-        raise ParameterError("orbit", orbit, "it sticks; only orbits without sticking are followed")
+    if math.isinf(orbit.n_impacts) and not may_stick:
+        reason = "it sticks, and after a release nothing doubles; continue_orbit follows it"
+        raise ParameterError("orbit", orbit, reason)
     if not orbit.isolated:
         raise ParameterError("orbit", orbit, "one of a family in one system; nothing tells which")
     return path, first, last, value

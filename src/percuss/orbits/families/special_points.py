@@ -123,10 +123,10 @@ class SpecialPoint:
     def graze(self) -> GrazeAnalysis | None:
         """What a graze implies for the motions beside it, worked out on demand.
 
-        None for other kinds of points, and where a touch is none of one stop, or of two that
+        None for other kinds of points, for orbits with sticking, and where a touch is none of one stop, or of two that
         mirror each other, alone.
         """
-        if self.kind != "grazing":
+        if self.kind != "grazing" or math.isinf(self.orbit.n_impacts):
             return None
         try:
             return analysed_graze(self.orbit, self.path)
@@ -216,7 +216,7 @@ def _told(
             continue
         kind, detail = _meaning(family, a, name, zero.orbit, turns=turns)
         if last is not None and last[0].kind == kind and _is_at(zero, last[1]):
-            last = dataclasses.replace(last[0], detail=f"{last[0].detail}, and {detail}"), last[1]
+            last = dataclasses.replace(last[0], detail=_joined(last[0].detail, detail)), last[1]
             continue
         if last is not None:
             yield last
@@ -231,6 +231,12 @@ def _told(
             break
     if last is not None:
         yield last
+
+
+def _joined(one: str, other: str) -> str:
+    """Return two things that happen at a point in words; impacts on a stop are told together."""
+    together = other.replace("an impact", "impacts").replace("has no", "have no")
+    return together if one in (other, together) else f"{one}, and {other}"
 
 
 def _has_multiplier(zero: Zero, edge: float) -> bool:

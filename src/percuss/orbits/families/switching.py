@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -86,6 +88,9 @@ def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicO
         reason = f"a point of kind {point.kind}; {OTHERS.get(point.kind, 'no other family starts')}"
         raise ParameterError("point", point.value, reason)
     orbit = point.orbit
+    if math.isinf(orbit.n_impacts):
+        reason = "an orbit with sticking; its own family goes on, and no other starts"
+        raise ParameterError("point", point.value, reason)
     if point.kind == "grazing":
         return orbit_past_graze(orbit, point.path)
     if len(orbit._chain) == 0:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,16 @@ from percuss.orbits.orbit.passages import turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import steady_orbit
 
-__all__ = ["Touch", "acceleration_at", "accumulates", "fastest", "settled", "touches_of", "without"]
+__all__ = [
+    "Touch",
+    "acceleration_at",
+    "accumulates",
+    "fastest",
+    "merged",
+    "settled",
+    "touches_of",
+    "without",
+]
 
 Floats = NDArray[np.float64]
 
@@ -54,7 +64,8 @@ class Touch:
     way
         Sign of the velocity with which it would pass.
     events
-        Rows of the chain that happen there: one impact, the two crossings of an edge, or none.
+        Rows of the chain that happen there: one impact or several that fall together, the two
+        crossings of an edge, or none.
     """
 
     t: float
@@ -74,12 +85,30 @@ def touches_of(orbit: PeriodicOrbit) -> list[Touch]:
     """Return the touches of an orbit at a graze, in the order of time."""
     table = law(orbit.oscillator, orbit.forcing)
     speed = fastest(orbit)
-    found = _at_events(orbit, table, SLOW * speed)
+    found = merged(_at_events(orbit, table, SLOW * speed), orbit.period)
     for touch in _at_turns(orbit, table, SLOW * speed * orbit.period):
         apart = (abs(touch.t - other.t) % orbit.period for other in found)
         if all(min(by, orbit.period - by) > BESIDE * orbit.period for by in apart):
             found.append(touch)
     return sorted(found, key=lambda touch: touch.t)
+
+
+def merged(touches: Iterable[Touch], period: float) -> list[Touch]:
+    """Return touches with those of one bound at one instant of a period as one.
+
+    Impacts fall together there; or an orbit goes round a shorter one, and touches in each round.
+    """
+    found: list[Touch] = []
+    for touch in touches:
+        for k, other in enumerate(found):
+            apart = abs(touch.t - other.t) % period
+            if touch.bound == other.bound and min(apart, period - apart) <= BESIDE * period:
+                events = other.events + tuple(e for e in touch.events if e not in other.events)
+                found[k] = dataclasses.replace(other, events=events)
+                break
+        else:
+            found.append(touch)
+    return found
 
 
 def acceleration_at(table: Law, touch: Touch, t: float | None = None) -> float:

@@ -48,6 +48,7 @@ LARGE, STANDING = 1e6, 1e-13
 AT_GRAZE = 1e-9
 
 STOPPED = "stopped by progress"
+FELL_TOGETHER = "impacts fall together: beyond, a flight would last less than no time"
 
 
 class Walk:
@@ -156,9 +157,16 @@ class Walk:
         entry tells whether it is that.
         """
         change = self._change(here, found)
+        together = self.family.turns_back(here.z, found.z)
         for k, (point, it) in enumerate(new):
             at = f"{self.family.path} = {self.family.value(point.z):.12g}"
-            if change and it is not None and it.kind == "grazing":
+            grazes = it is not None and it.kind == "grazing"
+            if grazes and together and self.family.is_together(point.z, together):
+                why = (
+                    f"at {at} impacts fall together: beyond, a flight would last less than no time"
+                )
+                return k, why, False
+            if change and grazes:
                 return k, f"beyond {at} {change}", True
             if it is not None and it.kind == "chatter":
                 return k, f"at {at} {it.detail}, and hops cannot be told apart", False
@@ -170,6 +178,13 @@ class Walk:
                     f"at {at} the orbit is symmetric; beyond it lies the mirrored family",
                     False,
                 )
+        if together:
+            # It was begun where they do.
+            return (
+                -1,
+                f"at {self.family.path} = {self.family.value(here.z):.12g} {FELL_TOGETHER}",
+                False,
+            )
         if change and here.conditions["passage"] == 0.0:
             return (
                 -1,

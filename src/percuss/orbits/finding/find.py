@@ -12,17 +12,17 @@ from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
-from percuss.motion.trajectory import Trajectory
-from percuss.orbits.finding.guessing import GivenGuess, counts_of_run, guess_of
-from percuss.orbits.finding.refine import Known, refined, solved
-from percuss.orbits.finding.search import Guess, guesses, scattered
+from percuss.motion.progress import Report
+from percuss.orbits.finding.guessing import GivenGuess
+from percuss.orbits.finding.looking import Looking, check_length
+from percuss.orbits.finding.near import counts_of_guess, described, orbit_near
+from percuss.orbits.finding.refine import Known, refined
+from percuss.orbits.finding.search import SCATTERED, Guess, guesses, scattered, starts_of
 from percuss.orbits.finding.settled import settled_motions
 from percuss.orbits.finding.single_impact import has_closed_form, single_impact_orbits
 from percuss.orbits.orbit.chain import chain_of_stops
-from percuss.orbits.orbit.making import orbit_of_solution
-from percuss.orbits.orbit.newton import Solution
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
-from percuss.orbits.orbit.same import are_same, repetitions
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.same import are_same
 from percuss.orbits.orbit.steady import free_region, regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 
@@ -45,6 +45,7 @@ def find_orbit(
     guess: GivenGuess | None = None,
     *,
     seed: int = 0,
+    progress: Report = None,
 ) -> PeriodicOrbit:
     """Find a periodic orbit with so many impacts in so many forcing periods.
 
@@ -72,6 +73,10 @@ def find_orbit(
         Default: a search from random starts.
     seed
         Of the random starts.
+    progress
+        True shows a line on the error stream after two seconds; a function
+        ``(done, total) -> bool`` is called after each start of the search, and ends it by
+        returning False: the best orbit found so far is returned.
 
     Returns
     -------
@@ -83,9 +88,10 @@ def find_orbit(
     Raises
     ------
     ParameterError
-        If the forcing has no period, or a number or the guess does not fit.
+        If the forcing has no period, a number or the guess does not fit, or the orbit would last
+        for more than some 100,000 swings.
     ConvergenceError
-        If nothing is found.
+        If nothing is found, within some ten million swings of all motions that are followed.
 
     Examples
     --------
@@ -100,16 +106,25 @@ abs(multipliers) 0.5843, 0.5843>
     """
     _check(osc, force, n_impacts, n_periods, sequence)
     if guess is not None:
-        return _from_guess(osc, force, n_impacts, n_periods, sequence, guess)
-    found = list(_wanted(osc, force, n_impacts, n_periods, sequence, seed))
-    if not any(orbit.admissible for orbit in found):
-        found += _scattered(osc, force, n_impacts, n_periods, sequence, seed)
-    if not any(orbit.admissible for orbit in found):
-        found += _attracting(osc, force, n_impacts, n_periods, sequence, seed)
+        n_impacts, n_periods = counts_of_guess(guess, n_impacts, n_periods)
+        # Of orbits without impacts and with sticking there is nothing to guess: they are complete.
+        if n_impacts not in (0, math.inf):
+            return orbit_near(osc, force, int(n_impacts), n_periods, sequence, guess)
+        _check(osc, force, n_impacts, n_periods, None)
+    table = law(osc, force)
+    check_length(table, n_impacts, n_periods)
+    looking = Looking(table, progress, starts_of(osc, table) + SCATTERED + ATTRACTED)
+    found: list[PeriodicOrbit] = []
+    for search in (_wanted, _scattered, _attracting):
+        found += search(osc, force, n_impacts, n_periods, sequence, seed, looking)
+        if looking.end_reason or any(orbit.admissible for orbit in found):
+            break
+    looking.close()
     if not found:
-        what = _described(n_impacts, n_periods if _has_period(force) else 0)
+        what = described(n_impacts, n_periods if _has_period(force) else 0)
+        why = f"; the search ended: {looking.end_reason}" if looking.end_reason else ""
         advice = "give a guess: (cycle, v_after) of an impact, or a run that settles on it"
-        raise ConvergenceError(f"no orbit with {what} found", None, math.nan, advice)
+        raise ConvergenceError(f"no orbit with {what} found{why}", None, math.nan, advice)
     return min(found, key=_order)
 
 
@@ -121,12 +136,14 @@ def find_orbits(
     seed: int = 0,
     *,
     formal: bool = False,
+    progress: Report = None,
 ) -> list[PeriodicOrbit]:
     """Find all periodic orbits that a search from random starts finds, each once.
 
     Orbits with one impact on a wall under one harmonic, without impacts and with sticking are
     complete: they come from closed forms. The others start from stretches of motions that almost
-    close; of a family of orbits in one system one member is given.
+    close; of a family of orbits in one system one member is given. The search ends after some ten
+    million swings of all motions that are followed.
 
     Parameters
     ----------
@@ -138,6 +155,10 @@ def find_orbits(
         Of the random starts.
     formal
         Whether to return those, too, that pass through a stop between impacts.
+    progress
+        True shows a line on the error stream after two seconds; a function
+        ``(done, total) -> bool`` is called after each start of the search, and ends it by
+        returning False: those found so far are returned.
 
     Returns
     -------
@@ -147,7 +168,8 @@ def find_orbits(
     Raises
     ------
     ParameterError
-        If the forcing has no period, or a number is out of range.
+        If the forcing has no period, a number is out of range, or the longest orbits would last
+        for more than some 100,000 swings.
 
     Examples
     --------
@@ -164,11 +186,15 @@ def find_orbits(
     if max_impacts != max_impacts // 1 or not 1 <= max_impacts < math.inf:
         raise ParameterError("max_impacts", max_impacts, "not a whole number of at least 1")
     _check(osc, force, max_impacts if osc.stops else 0, max_periods, None)
+    table = law(osc, force)
+    check_length(table, max_impacts, max_periods)
+    looking = Looking(table, progress, starts_of(osc, table))
     found: list[PeriodicOrbit] = []
-    for orbit in _all(osc, force, max_impacts, max_periods, seed):
+    for orbit in _all(osc, force, max_impacts, max_periods, seed, looking):
         wanted = (orbit.admissible or formal) and not _only_touches(orbit)
         if wanted and not any(are_same(orbit, other) for other in found):
             found.append(orbit)
+    looking.close()
     return sorted(found, key=lambda orbit: (orbit.n_periods, orbit.n_impacts, *_order(orbit)))
 
 
@@ -208,11 +234,6 @@ def _has_period(force: Forcing | None) -> bool:
     return force is not None and force.period is not None
 
 
-def _described(n_impacts: float, n_periods: int) -> str:
-    count = "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
-    return count + (f" in {counted(n_periods, 'forcing period')}" if n_periods else "")
-
-
 def _only_touches(orbit: PeriodicOrbit) -> bool:
     """Tell whether one of several impacts has no velocity: the orbit without it is the same."""
     if not 2 <= orbit.n_impacts < math.inf:
@@ -232,6 +253,7 @@ def _wanted(
     n_periods: int,
     sequence: Sequence[int] | None,
     seed: int,
+    looking: Looking,
 ) -> Iterator[PeriodicOrbit]:
     """Yield orbits of one kind."""
     periods = n_periods if _has_period(force) else 0
@@ -241,7 +263,8 @@ def _wanted(
         found = sticking_orbits(osc, force, n_periods)
         yield from (orbit for orbit in found if orbit.n_periods == n_periods)
     else:
-        for orbit in _impacting(osc, force, int(n_impacts), n_periods, seed, exactly=True):
+        counts = int(n_impacts), n_periods
+        for orbit in _impacting(osc, force, *counts, seed, looking, exactly=True):
             if (orbit.n_impacts, orbit.n_periods) != (n_impacts, periods):
                 continue
             if sequence is None or _is_rotation(orbit.sequence, tuple(sequence)):
@@ -255,6 +278,7 @@ def _scattered(
     n_periods: int,
     sequence: Sequence[int] | None,
     seed: int,
+    looking: Looking,
 ) -> Iterator[PeriodicOrbit]:
     """Yield orbits of one kind from guesses at random, where the order of the stops is known."""
     if force is None or not _has_period(force) or n_impacts in (0, math.inf):
@@ -263,8 +287,8 @@ def _scattered(
         return
     stops = (0,) * int(n_impacts) if sequence is None else tuple(sequence)
     known = Known(osc, force)
-    for guess in scattered(osc, force, stops, n_periods, seed):
-        orbit = refined(osc, force, guess, known)
+    for guess in scattered(osc, force, stops, n_periods, seed, looking):
+        orbit = _refined(guess, known, looking)
         if orbit is not None and (orbit.n_impacts, orbit.n_periods) == (n_impacts, n_periods):
             yield orbit
 
@@ -276,12 +300,15 @@ def _attracting(
     n_periods: int,
     sequence: Sequence[int] | None,
     seed: int,
+    looking: Looking,
 ) -> Iterator[PeriodicOrbit]:
     """Yield orbits of one kind to which motions settle that are followed for long."""
     if force is None or not _has_period(force) or n_impacts in (0, math.inf):
         return
     counts = int(n_impacts), n_periods
-    for motion in settled_motions(osc, force, *counts, n_starts=ATTRACTED, seed=seed):
+    for motion in settled_motions(
+        osc, force, *counts, n_starts=ATTRACTED, seed=seed, looking=looking
+    ):
         orbit = motion.orbit
         if orbit is None or (orbit.n_impacts, orbit.n_periods) != counts:
             continue
@@ -296,13 +323,18 @@ def _is_rotation(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
 
 
 def _all(
-    osc: Oscillator, force: Forcing | None, max_impacts: int, max_periods: int, seed: int
+    osc: Oscillator,
+    force: Forcing | None,
+    max_impacts: int,
+    max_periods: int,
+    seed: int,
+    looking: Looking,
 ) -> Iterator[PeriodicOrbit]:
     if force is not None and _has_period(force):
         yield from _steady(osc, force, every=True)
         yield from sticking_orbits(osc, force, max_periods)
     if osc.stops:
-        yield from _impacting(osc, force, max_impacts, max_periods, seed, exactly=False)
+        yield from _impacting(osc, force, max_impacts, max_periods, seed, looking, exactly=False)
 
 
 def _steady(osc: Oscillator, force: Forcing, *, every: bool) -> Iterator[PeriodicOrbit]:
@@ -327,6 +359,7 @@ def _impacting(
     max_impacts: int,
     max_periods: int,
     seed: int,
+    looking: Looking,
     *,
     exactly: bool,
 ) -> Iterator[PeriodicOrbit]:
@@ -343,54 +376,20 @@ def _impacting(
             return
     known = Known(osc, force)
     counts = max_impacts, max_periods if _has_period(force) else 0
-    for guess in guesses(osc, force, max_impacts, max_periods, seed):
+    for guess in guesses(osc, force, max_impacts, max_periods, seed, looking, exactly=exactly):
         if exactly and (guess.n_impacts, guess.n_periods) != counts:
             continue
-        orbit = refined(osc, force, guess, known)
+        orbit = _refined(guess, known, looking)
         if orbit is not None:
             yield orbit
+        if not looking.goes_on():
+            return
 
 
-def _from_guess(
-    osc: Oscillator,
-    force: Forcing | None,
-    n_impacts: float,
-    n_periods: int,
-    sequence: Sequence[int] | None,
-    given: GivenGuess,
-) -> PeriodicOrbit:
-    kind = given if isinstance(given, PeriodicOrbit) else None
-    if kind is not None and (n_impacts, n_periods) == (1, 1):
-        n_impacts, n_periods = kind.n_impacts, kind.n_periods or 1
-    if isinstance(given, Trajectory) and (n_impacts, n_periods) == (1, 1):
-        n_impacts, n_periods = counts_of_run(given)
-    if n_impacts in (0, math.inf):
-        # There is nothing to guess: these are complete.
-        return find_orbit(osc, force, n_impacts, n_periods)
-    guess = guess_of(osc, force, int(n_impacts), n_periods, sequence, given)
-    if isinstance(given, Trajectory):
-        # What a run repeats may be twice its orbit.
-        orbit = refined(osc, force, guess, Known(osc, force))
-        if orbit is not None:
-            return orbit
-    solution = solved(osc, force, guess)
-    what = _described(guess.n_impacts, guess.n_periods)
-    if not solution.converged:
-        last = _as_pairs(guess, solution)
-        advice = "try another guess, one nearer to the orbit"
-        raise ConvergenceError(f"no orbit with {what} found", last, solution.residual, advice)
-    times = repetitions(guess.chain, solution.unknowns, guess.n_periods)
-    if times > 1:
-        last = _as_pairs(guess, solution)
-        shorter = _described(guess.n_impacts // times, guess.n_periods // times)
-        reason = f"the guess leads to an orbit with {shorter}, {times} times round"
-        advice = f"try another guess, or ask for {shorter}"
-        raise ConvergenceError(reason, last, solution.residual, advice)
-    return orbit_of_solution(osc, force, guess.chain, solution, guess.n_periods)
-
-
-def _as_pairs(guess: Guess, solution: Solution) -> list[tuple[float, float]]:
-    """Return (t, v_after) of each event of an iterate."""
-    n = len(guess.chain)
-    t = solution.unknowns[0] + np.concatenate([[0.0], np.cumsum(solution.unknowns[1:n])])
-    return [(float(a), float(b)) for a, b in zip(t, solution.unknowns[1 + n :], strict=True)]
+def _refined(guess: Guess, known: Known, looking: Looking) -> PeriodicOrbit | None:
+    """Return the new orbit that a guess leads to, if there is one."""
+    orbit = refined(known.osc, known.forcing, guess, known)
+    looking.solved(len(guess.chain))
+    if orbit is not None:
+        looking.made(orbit.period)
+    return orbit

@@ -27,7 +27,7 @@ class Known:
     """The orbits of one system that were found already."""
 
     def __init__(self, osc: Oscillator, force: Forcing | None) -> None:
-        self.osc = osc
+        self.osc, self.forcing = osc, force
         self.law = law(osc, force)
         self.signatures: list[Signature] = []
 
@@ -70,7 +70,7 @@ def refined(
             return None
         times = repetitions(guess.chain, solution.unknowns, guess.n_periods)
         if times == 1:
-            if _has_idle_impact(guess, solution):
+            if _has_idle_impact(guess, solution) or _goes_back(guess, solution):
                 return None
             there = Guess(guess.chain, solution.unknowns, guess.n_impacts, guess.n_periods)
             if known.holds(known.signature(there, isolated=solution.isolated)):
@@ -85,6 +85,12 @@ def _has_idle_impact(guess: Guess, solution: Solution) -> bool:
     speeds = np.abs(solution.unknowns[1 + len(guess.chain) :])
     # A velocity that is zero by restitution 0 is exactly so.
     return bool(((speeds > 0.0) & (speeds < IDLE * speeds.max())).any())
+
+
+def _goes_back(guess: Guess, solution: Solution) -> bool:
+    """Tell whether a flight lasts less than no time: that is no motion, not even a formal one."""
+    durations = solution.unknowns[1 : 1 + len(guess.chain)]
+    return bool(durations.min() < -SETTLED * durations.sum())
 
 
 def once(guess: Guess, unknowns: NDArray[np.float64], times: int) -> Guess:

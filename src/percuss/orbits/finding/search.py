@@ -19,10 +19,11 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.orbits.finding.looking import Looking
 from percuss.orbits.orbit.chain import chain_of_record, chain_of_stops, entries_of, entry
 from percuss.orbits.orbit.short_runs import ShortRuns
 
-__all__ = ["Guess", "guesses", "guesses_in", "scale_of_speed", "scattered"]
+__all__ = ["Guess", "guesses", "guesses_in", "scale_of_speed", "scattered", "starts_of"]
 
 Floats = NDArray[np.float64]
 
@@ -60,8 +61,20 @@ class Guess:
     n_periods: int
 
 
+def starts_of(osc: Oscillator, table: Law) -> int:
+    """Return from how many starts `guesses` looks."""
+    return len(osc.stops) * ((STARTS if table[0, at.PERIOD] > 0.0 else FREE_STARTS) + LONG)
+
+
 def guesses(
-    osc: Oscillator, force: Forcing | None, max_impacts: int, max_periods: int, seed: int
+    osc: Oscillator,
+    force: Forcing | None,
+    max_impacts: int,
+    max_periods: int,
+    seed: int,
+    looking: Looking,
+    *,
+    exactly: bool = False,
 ) -> Iterator[Guess]:
     """Yield guesses of orbits, from random starts at the stops.
 
@@ -73,6 +86,10 @@ def guesses(
         The longest orbits to look for.
     seed
         Of the random starts.
+    looking
+        Is told of each start, and may end the search.
+    exactly
+        Take those with as many impacts and periods only.
 
     Yields
     ------
@@ -99,11 +116,21 @@ def guesses(
                 last = 6 * max_impacts * (len(osc.stops) + 1)
                 events, marks = events[-last:], marks[-last:]
             record = events.copy(), marks.copy()
-            yield from guesses_in(osc, runs.law, record, max_impacts, max_periods)
+            lasted = t_end if math.isfinite(t_end) and len(events) < 2 else float(events[-1, 0])
+            looking.followed(lasted - t0)
+            yield from guesses_in(osc, runs.law, record, max_impacts, max_periods, exactly=exactly)
+            looking.start_is_done()
+            if not looking.goes_on():
+                return
 
 
 def scattered(
-    osc: Oscillator, force: Forcing, stops: tuple[int, ...], n_periods: int, seed: int
+    osc: Oscillator,
+    force: Forcing,
+    stops: tuple[int, ...],
+    n_periods: int,
+    seed: int,
+    looking: Looking,
 ) -> Iterator[Guess]:
     """Yield guesses of orbits that meet given stops in turn, times and velocities at random.
 
@@ -119,6 +146,8 @@ def scattered(
         Forcing periods.
     seed
         Of the random numbers.
+    looking
+        Is told of each guess, and may end the search.
 
     Yields
     ------
@@ -136,6 +165,9 @@ def scattered(
         speeds = ways * speed * 10.0 ** random.uniform(-1.5, 0.7, size=n)
         unknowns = np.concatenate([[random.random() * period], lasting, speeds])
         yield Guess(chain, unknowns, len(stops), n_periods)
+        looking.start_is_done()
+        if not looking.goes_on():
+            return
 
 
 def ways_after(table: Law, chain: Integers) -> Floats:
@@ -166,37 +198,45 @@ def guesses_in(
     max_periods: int,
     *,
     near: float = NEAR,
+    exactly: bool = False,
 ) -> Iterator[Guess]:
     """Yield the stretches of a record that almost close, from impact to impact.
 
-    Stretches with contact are left out. An infinite ``near`` takes all that end at their stop.
+    Stretches with contact are left out. An infinite ``near`` takes all that end at their stop;
+    ``exactly`` those with as many impacts and periods only.
     """
     events, marks = record
     chain = chain_of_record(marks)
     kinds = marks[1:, columns.KIND]
     free = (kinds == columns.IMPACT) | (kinds == columns.CROSSING)
     met = [i for i, _ in entries_of(osc, table, chain) if free[i]]
+    # Many pairs are looked at: plain numbers are faster than arrays.
+    stuck = [0, *np.cumsum(~free).tolist()]
+    places, regions = chain[:, AT].tolist(), chain[:, AFTER].tolist()
     t = events[1:, columns.EVENT_T] + events[1:, columns.EVENT_T_LOW]
     v = events[1:, columns.V_AFTER]
+    instants, speeds = t.tolist(), v.tolist()
     period = float(table[0, at.PERIOD])
     for k, first in enumerate(met):
-        for n_impacts in range(1, max_impacts + 1):
+        for n_impacts in range(max_impacts if exactly else 1, max_impacts + 1):
             if k + n_impacts >= len(met):
                 break
             last = met[k + n_impacts]
-            if not free[first : last + 1].all():
+            if stuck[last + 1] > stuck[first]:
                 break
-            same = (chain[first, 0] == chain[last, 0]) and (chain[first, 2] == chain[last, 2])
-            apart = abs(v[last] - v[first])
-            if not same or (apart > 0.0 and apart > near * (abs(v[last]) + abs(v[first]))):
+            same = places[first] == places[last] and regions[first] == regions[last]
+            apart, size = abs(speeds[last] - speeds[first]), abs(speeds[last]) + abs(speeds[first])
+            if not same or (apart > 0.0 and apart > near * size):
                 continue
             n_periods = 0
             if period > 0.0:
-                n_periods = round((t[last] - t[first]) / period)
-                apart = abs((t[last] - t[first]) / period - n_periods)
+                lasting = (instants[last] - instants[first]) / period
+                n_periods = round(lasting)
+                apart = abs(lasting - n_periods)
                 if math.isinf(near):
                     n_periods = max(n_periods, 1)
-                if not 1 <= n_periods <= max_periods or apart > near:
+                least = max_periods if exactly else 1
+                if not least <= n_periods <= max_periods or apart > near:
                     continue
             between = np.diff(t[first : last + 1])
             unknowns = np.concatenate([[t[first]], between, v[first:last]])

@@ -18,6 +18,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.orbits.finding.looking import Looking
 from percuss.orbits.finding.refine import once, solved
 from percuss.orbits.finding.search import Guess, guesses_in, scale_of_speed
 from percuss.orbits.orbit.extremes import Extremes, extremes_of, extremes_of_record
@@ -79,6 +80,7 @@ def settled_motions(
     n_starts: int,
     seed: int,
     also: Sequence[tuple[float, float]] = (),
+    looking: Looking | None = None,
 ) -> list[Settled]:
     """Follow motions from many starts for long and return what they come to, each once.
 
@@ -95,16 +97,22 @@ def settled_motions(
         Of the random starts.
     also
         More starts, (x, v) at t = 0; those beyond a wall are left out.
+    looking
+        Is told of each start, and may end the search.
 
     Returns
     -------
     list of Settled
         Motions without a period that was found count as one.
     """
-    search = _Search(osc, force, (max_impacts, max_periods))
+    search = _Search(osc, force, (max_impacts, max_periods), looking)
     starts = [(x, v, 0.0) for x, v in also if _is_free(osc, x)]
     for start in starts + _starts(osc, force, search.runs.law, n_starts, seed):
         search.follow(start)
+        if looking is not None:
+            looking.start_is_done()
+            if not looking.goes_on():
+                break
     return search.found
 
 
@@ -136,8 +144,14 @@ def _starts(
 class _Search:
     """What motions of one system were found to come to."""
 
-    def __init__(self, osc: Oscillator, force: Forcing, counts: tuple[int, int]) -> None:
-        self.osc, self.force, self.counts = osc, force, counts
+    def __init__(
+        self,
+        osc: Oscillator,
+        force: Forcing,
+        counts: tuple[int, int],
+        looking: Looking | None,
+    ) -> None:
+        self.osc, self.force, self.counts, self.looking = osc, force, counts, looking
         self.runs = ShortRuns(osc, force)
         self.period = float(self.runs.law[0, PERIOD])
         self.found: list[Settled] = []
@@ -152,6 +166,10 @@ class _Search:
         for stage in range(STAGES):
             end = t0 + STAGE * self.period
             record = self.runs.follow(x, v, t0, t_end=end)
+            if self.looking is not None:
+                self.looking.followed(STAGE * self.period)
+                if not self.looking.goes_on():
+                    return
             x, v = self.runs.state_at(x, end)
             t0 = end % self.period
             if not (math.isfinite(x) and math.isfinite(v)):

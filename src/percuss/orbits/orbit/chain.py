@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -45,8 +46,11 @@ class Entry:
 
 def row_of_region(table: Law, number: int) -> int:
     """Return the row of a region of a law."""
-    n = int(table[0, at.N_HARMONICS])
-    return at.FIRST_HARMONIC + n + number * (1 + n)
+    return _row(int(table[0, at.N_HARMONICS]), number)
+
+
+def _row(n_harmonics: int, number: int) -> int:
+    return at.FIRST_HARMONIC + n_harmonics + number * (1 + n_harmonics)
 
 
 def entry(osc: Oscillator, stop: int) -> Entry:
@@ -138,12 +142,19 @@ def chain_of_record(marks: Integers) -> Integers:
     return np.ascontiguousarray(rows, dtype=np.int64)
 
 
-def entries_of(osc: Oscillator, table: Law, chain: Integers) -> list[tuple[int, int]]:
-    """Return (row of the chain, stop) of the events that meet a stop; others leave one."""
+@lru_cache(maxsize=64)
+def _meetings(osc: Oscillator, n_harmonics: int) -> dict[tuple[int, int, int], int]:
+    """Return the stop that each event in a chain meets, of those that meet one."""
     met = {}
     for stop in reversed(range(len(osc.stops))):
         it = entry(osc, stop)
-        met[it.bound, row_of_region(table, it.before), row_of_region(table, it.after)] = stop
+        met[it.bound, _row(n_harmonics, it.before), _row(n_harmonics, it.after)] = stop
+    return met
+
+
+def entries_of(osc: Oscillator, table: Law, chain: Integers) -> list[tuple[int, int]]:
+    """Return (row of the chain, stop) of the events that meet a stop; others leave one."""
+    met = _meetings(osc, int(table[0, at.N_HARMONICS]))
     events: Iterable[tuple[int, int, int]] = map(tuple, chain.tolist())
     return [(i, met[event]) for i, event in enumerate(events) if event in met]
 

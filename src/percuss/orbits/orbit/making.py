@@ -145,7 +145,14 @@ def _record(table: Law, chain: Integers, unknowns: Floats) -> tuple[Table, Integ
 
 
 def _monodromy(table: Law, events: Table, marks: Integers) -> Floats:
-    out = np.empty((1, 4))
+    out, whole = np.empty((1, 4)), np.eye(2)
     phases = np.empty((int(table[0, N_HARMONICS]), 2))
-    neighbours(table, events, marks, events[-1:, columns.EVENT_T].copy(), True, phases, out)
-    return out.reshape(2, 2)
+    flights = [slice(0, len(events))]
+    if (np.diff(events[:, columns.EVENT_T]) < 0.0).any():
+        # A formal flight goes back in time: a record in order of time has none.
+        flights = [slice(i, i + 2) for i in range(len(events) - 1)]
+    for flight in flights:
+        end = events[flight][-1:, columns.EVENT_T].copy()
+        neighbours(table, events[flight], marks[flight], end, True, phases, out)
+        whole = out.reshape(2, 2) @ whole
+    return whole

@@ -185,6 +185,8 @@ class _System:
     def is_on_family(self, unknowns: Floats) -> bool:
         """Tell whether solutions lie beside this one: at a fold the equations only begin to hold."""
         self.at(unknowns)
+        if _is_regular(self.matrix):
+            return False
         _, sizes, directions = np.linalg.svd(self.matrix)
         weak = directions[sizes < math.sqrt(WEAK) * sizes[0]]
         return any(self._goes_on(unknowns, direction) for direction in weak)
@@ -195,3 +197,13 @@ class _System:
         found, size = self.improved(beside)
         scale = np.repeat(self.scales(unknowns), [1 + self.n, self.n])
         return size < ON_FAMILY and float(np.abs((found - unknowns) / scale).max()) > 0.1 * ALONG
+
+
+def _is_regular(matrix: Floats) -> bool:
+    """Tell whether no direction is weak, by norms that bound the singular values: faster."""
+    try:
+        inverse = np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        return False
+    sizes = float(np.linalg.norm(matrix) * np.linalg.norm(inverse))
+    return sizes * math.sqrt(WEAK) < 1.0

@@ -20,6 +20,7 @@ from percuss.kernels.sample import cycles
 from percuss.kernels.shooting import place
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
+from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
 from percuss.orbits.orbit.chain import entry
@@ -28,7 +29,7 @@ from percuss.orbits.orbit.passages import Turns, margin_of, passages_of, turns_o
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.short_runs import ShortRuns
 
-__all__ = ["sticking_orbits"]
+__all__ = ["releases_of", "sticking_orbit_near", "sticking_orbits"]
 
 Floats = NDArray[np.float64]
 Record = tuple[Table, Integers]
@@ -37,8 +38,11 @@ Record = tuple[Table, Integers]
 ASKED = 64
 # Impacts of a forcing period: hops on a wall with restitution near 1 are many.
 MOST_IMPACTS = 10_000
-# Releases, as parts of a cycle, that are one and the same.
-SAME = 1e-9
+# Releases, as parts of a cycle, that are one and the same; and those of similar systems.
+SAME, GOES_ON = 1e-9, 0.1
+# Turning points so soon after a release, as a part of the period, are the release: the mass leaves
+# from rest, as the cube of time, and rounding makes it turn.
+AT_RELEASE = 1e-6
 
 
 def sticking_orbits(osc: Oscillator, force: Forcing, max_periods: int) -> list[PeriodicOrbit]:
@@ -70,7 +74,7 @@ abs(multipliers) 0, 0>]
     period = float(runs.law[0, PERIOD])
     found: list[PeriodicOrbit] = []
     seen: list[tuple[int, float]] = []
-    for wall, held in _releases(runs, osc, period):
+    for wall, held, _ in _releases(runs, osc, period):
         for record, n_periods in _returns(runs, osc, wall, held, period, max_periods):
             events, _ = record
             key = wall, _cycle(runs.law, events[0])
@@ -82,9 +86,50 @@ abs(multipliers) 0, 0>]
     return sorted(found, key=lambda orbit: orbit.n_periods)
 
 
-def _releases(runs: ShortRuns, osc: Oscillator, period: float) -> list[tuple[int, float]]:
-    """Return (wall, an instant at which it holds the mass) for each release of a period."""
-    found: list[tuple[int, float]] = []
+def releases_of(orbit: PeriodicOrbit) -> list[tuple[int, float]]:
+    """Return (wall, cycle) of each release of an orbit with sticking, in the order of time."""
+    table = law(orbit.oscillator, orbit.forcing)
+    return _releases_of(table, orbit.oscillator, (orbit._events, orbit._marks))
+
+
+def sticking_orbit_near(
+    osc: Oscillator, force: Forcing, orbit: PeriodicOrbit
+) -> PeriodicOrbit | None:
+    """Return the orbit with sticking that goes on from one of a similar system.
+
+    A release that lies near to one of that orbit comes back after as many forcing periods.
+
+    Parameters
+    ----------
+    osc, force
+        What moves.
+    orbit
+        With sticking, of a system with as many stops.
+
+    Returns
+    -------
+    PeriodicOrbit or None
+        None if no such release comes back so.
+    """
+    runs = ShortRuns(osc, force)
+    period = float(runs.law[0, PERIOD])
+    there = _releases(runs, osc, period)
+    known = releases_of(orbit)
+    # It is told from the first impact after its last release: so this one is, too.
+    for stop, cycle in known[-1:] + known[:-1]:
+        for wall, held, again in there:
+            apart = abs(cycle - again)
+            if wall != stop or min(apart, 1.0 - apart) > GOES_ON:
+                continue
+            for record, n in _returns(runs, osc, wall, held, period, orbit.n_periods):
+                if n == orbit.n_periods:
+                    return _orbit(osc, force, runs.law, record, n)
+    return None
+
+
+def _releases(runs: ShortRuns, osc: Oscillator, period: float) -> list[tuple[int, float, float]]:
+    """Return (wall, an instant at which it holds the mass, cycle) for each release of a period."""
+    found: list[tuple[int, float, float]] = []
     known: list[tuple[int, float]] = []
     for stop, it in enumerate(osc.stops):
         # Elastic hops never end: no motion comes to stick there.
@@ -99,7 +144,7 @@ def _releases(runs: ShortRuns, osc: Oscillator, period: float) -> list[tuple[int
             key = stop, _cycle(runs.law, events[2])
             if not any(_same(key, other) for other in known):
                 known.append(key)
-                found.append((stop, float(asked)))
+                found.append((stop, float(asked), key[1]))
     return found
 
 
@@ -156,6 +201,7 @@ def _orbit(
     events, marks = _from_first_impact(*record, period)
     x0 = place(table, int(marks[-1, columns.NEXT_REGION]), int(marks[-1, columns.BOUND]))
     turns = turns_of(table, events, marks, x0, float(events[-1, columns.EVENT_T]))
+    turns = _after_releases(turns, events, marks, period)
     passages = passages_of(osc, turns)
     first, last = record[0][0], record[0][-1]
     missed = (last[columns.EVENT_T] - first[columns.EVENT_T] - period) + (
@@ -201,6 +247,17 @@ def _from_first_impact(events: Table, marks: Integers, period: float) -> Record:
     kinds[0] = columns.START, -1, kinds[0, columns.NEXT_REGION]
     again[0, columns.V_BEFORE] = again[0, columns.V_AFTER]
     return again, kinds
+
+
+def _after_releases(turns: Turns, events: Table, marks: Integers, period: float) -> Turns:
+    """Return turning points without those that rounding makes of a release."""
+    since = turns.t - events[turns.flight, columns.EVENT_T]
+    released = marks[turns.flight, columns.KIND] == columns.RELEASE
+    kept = ~released | (since > AT_RELEASE * period)
+    return Turns(
+        turns.t[kept], turns.clearance[kept], turns.bound[kept], turns.flight[kept],
+        turns.doubt[kept],
+    )  # fmt: skip
 
 
 def _not_in_hops(turns: Turns, marks: Integers) -> NDArray[np.bool_]:

@@ -248,19 +248,7 @@ def manifolds(
     """
     check_saddle(orbit)
     _check(section, kinds, length, spacing)
-    assert orbit.forcing is not None
-    place: Section
-    if section == "impact":
-        if stop is None:
-            stop = int(orbit.impacts.stop[0]) if len(orbit.impacts) else None
-        saddles = points_at_impacts(orbit, stop)
-        fastest = _fastest(saddles, length)
-        place = ImpactSection(orbit.oscillator, orbit.forcing, stop or 0, fastest)
-    else:
-        cycle, stop = cycle % 1.0, None
-        saddles = points_at_strobes(orbit, cycle)
-        fastest = _fastest(saddles, length)
-        place = StroboscopicSection(orbit.oscillator, orbit.forcing, cycle, fastest)
+    place, saddles, stop = _section(orbit, section, cycle, stop, length)
     multipliers = orbit.multipliers.real.copy()
     unstable, stable = (saddles.directions(float(value)) for value in multipliers)
     ways = {"unstable": (unstable, multipliers[0]), "stable": (stable, multipliers[1])}
@@ -280,7 +268,7 @@ def manifolds(
     return Manifolds(
         orbit=orbit,
         section=section,
-        cycle=cycle if section == "stroboscopic" else float("nan"),
+        cycle=cycle % 1.0 if section == "stroboscopic" else float("nan"),
         stop=-1 if stop is None else stop,
         saddles=saddles.points,
         unstable_directions=unstable,
@@ -289,6 +277,26 @@ def manifolds(
         scale=saddles.scale,
         branches=tuple(branches),
     )
+
+
+def _section(
+    orbit: PeriodicOrbit, kind: SectionKind, cycle: float, stop: int | None, length: float
+) -> tuple[Section, SaddlePoints, int | None]:
+    """Return the section, where the orbit meets it, and the stop of an impact surface."""
+    assert orbit.forcing is not None
+    if kind == "stroboscopic":
+        saddles = points_at_strobes(orbit, cycle % 1.0)
+        fastest = _fastest(saddles, length)
+        return (
+            StroboscopicSection(orbit.oscillator, orbit.forcing, cycle % 1.0, fastest),
+            saddles,
+            None,
+        )
+    if stop is None:
+        stop = int(orbit.impacts.stop[0]) if len(orbit.impacts) else None
+    saddles = points_at_impacts(orbit, stop)
+    fastest = _fastest(saddles, length)
+    return ImpactSection(orbit.oscillator, orbit.forcing, stop or 0, fastest), saddles, stop
 
 
 def _check(

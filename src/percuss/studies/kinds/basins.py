@@ -119,13 +119,16 @@ class Basins:
 
     def report(self, result: Dataset) -> dict[str, str]:
         """Tell the attractors and how many of the starts go to each."""
-        rows = {"starts": f"{int((result.basin.values != -2).sum()):,}"}
+        basin = result.basin.values
+        inside = int((basin == -2).sum())
+        rows = {"starts": f"{basin.size - inside:,}"}
+        rows |= {"inside a wall": f"{inside:,} of {basin.size:,}"} if inside else {}
         for i in range(result.sizes["attractor"]):
             one = result.isel(attractor=i)
             fraction, error = float(one.fraction), float(one.fraction_error)
             rows[f"attractor {i}"] = f"{_words(one)}: {fraction:.4%} +- {error:.1%} of the starts"
         undecided = float(result.attrs["undecided"])
-        return rows | {"undecided": f"{undecided:.4%}"}
+        return rows | ({"undecided": f"{undecided:.4%}"} if inside < basin.size else {})
 
 
 def _words(one: Dataset) -> str:

@@ -150,7 +150,7 @@ def build(parts: Parts) -> Diagram | None:
     own = parts.keys("diagram")
     parts.needs_period("a diagram needs a periodic forcing")
     starts = _starts(parts)
-    over = values_of(parts, 1, None)
+    over = values_of(parts, 1, starts[0] if starts else None)
     if parts.found.faults:
         return None
     own |= {"follow": tuple(own["follow"])} if "follow" in own else {}

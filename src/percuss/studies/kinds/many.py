@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
@@ -36,9 +35,11 @@ def failure_rows(reasons: list[str], n_points: int) -> dict[str, str]:
     """Return how many points have no answer, and why."""
     if not reasons:
         return {}
-    (reason, count), *rest = Counter(reasons).most_common()
-    words = reason.strip().splitlines()[-1][:LONGEST]
-    more = f"; {len(rest)} other reasons" if rest else ""
+    from percuss.ensembles.failures import commonest
+
+    reason, count, others = commonest(reasons)
+    words = reason[:LONGEST]
+    more = f"; other reasons: {others}" if others else ""
     return {"without answer": f"{len(reasons)} of {n_points}: {words} ({count}){more}"}
 
 

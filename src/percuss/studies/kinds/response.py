@@ -87,12 +87,19 @@ class Response:
         rows = {"branches": str(len(result.branches))}
         for family in result.families:
             name = f"({family.n_impacts}, {family.n_periods})"
-            stable = _intervals(family.stable_ranges) or "nowhere"
-            rows[name] = f"physical {_intervals(family.ranges) or 'nowhere'}; stable {stable}"
-        missed = len(result.missed)
+            rows[name] = _words(_intervals(family.ranges), _intervals(family.stable_ranges))
         compared = f"{len(result.attractors)} attractors of direct simulation"
-        rows["compared"] = f"{compared}, {missed or 'none'} of them on no branch"
+        missed = len(result.missed)
+        where = f"{missed} of them on no branch" if missed else "all of them on a branch"
+        rows["compared"] = f"{compared}, {where}" if result.attractors else "no attractor"
         return rows
+
+
+def _words(physical: str, stable: str) -> str:
+    """Return where a family is physical, and stable, in words."""
+    if not physical:
+        return "formal everywhere: each orbit would pass through a stop"
+    return f"physical {physical}; {f'stable {stable}' if stable else 'nowhere stable'}"
 
 
 def _intervals(ranges: Any) -> str:

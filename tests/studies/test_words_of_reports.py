@@ -1,0 +1,54 @@
+"""What a report says of a study in which nothing, or all, came out."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+import percuss as pc
+from percuss.studies.kinds.basins import Basins
+from percuss.studies.kinds.many import failure_rows
+from percuss.studies.kinds.response import Response
+
+
+def response(missed: int) -> Any:
+    families = [
+        SimpleNamespace(n_impacts=0, n_periods=1, ranges=(), stable_ranges=()),
+        SimpleNamespace(n_impacts=1, n_periods=1, ranges=((1.0, 2.0),), stable_ranges=()),
+        SimpleNamespace(n_impacts=2, n_periods=1, ranges=((1.0, 2.0),), stable_ranges=((1.0, 1.5),)),
+    ]  # fmt: skip
+    return SimpleNamespace(
+        branches=[None] * 3, families=families, attractors=[None] * 102, missed=[None] * missed
+    )
+
+
+def test_a_response_is_told_without_double_negations() -> None:
+    rows = Response(over={}).report(response(0))
+
+    assert rows["(0, 1)"] == "formal everywhere: each orbit would pass through a stop"
+    assert rows["(1, 1)"] == "physical 1 to 2; nowhere stable"
+    assert rows["(2, 1)"] == "physical 1 to 2; stable 1 to 1.5"
+    assert rows["compared"] == "102 attractors of direct simulation, all of them on a branch"
+    assert Response(over={}).report(response(2))["compared"].endswith("2 of them on no branch")
+
+
+def test_basins_whose_starts_are_all_inside_a_wall_say_so() -> None:
+    osc, force = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
+    with pytest.warns(UserWarning, match="no motion starts anywhere"):
+        found = pc.basins(osc, force, x0=[-1.0, -2.0], v0=[0.0, 1.0])
+
+    rows = Basins(axes={}).report(found)
+
+    assert rows == {"starts": "0", "inside a wall": "4 of 4"}
+    assert math.isfinite(cast("float", found.attrs["undecided"]))
+
+
+def test_reasons_that_differ_in_numbers_only_are_one() -> None:
+    reasons = [f"x0 = 0.0: above the wall at x = {-0.1 * k}" for k in range(1, 5)]
+
+    told = failure_rows([*reasons, "the motion grew beyond 1e150"], 10)["without answer"]
+
+    assert told == "5 of 10: x0 = 0.0: above the wall at x = -0.1 (4); other reasons: 1"
