@@ -130,18 +130,19 @@ def test_ctrl_c_is_heard_at_once_and_a_second_one_drops_what_is_at_work(
     (tmp_path / "script.py").write_text(SLOW, encoding="utf-8")
     # A chunk is 16 points: 1.6 s, or a quarter of an hour.
     command = [sys.executable, "script.py", "0.1" if times == 1 else "60", engine]
-    process = subprocess.Popen(command, cwd=tmp_path, text=True, start_new_session=True,
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)  # fmt: skip
-    assert process.stderr is not None
-    try:
-        wait_for(process, "began")
-        os.killpg(process.pid, signal.SIGINT)
-        wait_for(process, "stopping after the chunks at work; Ctrl-C again drops them")
-        if times == 2:
+    with subprocess.Popen(
+        command, cwd=tmp_path, text=True, start_new_session=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        try:
+            wait_for(process, "began")
             os.killpg(process.pid, signal.SIGINT)
-        out, err = process.communicate(timeout=60)
-    finally:
-        process.kill()
+            wait_for(process, "stopping after the chunks at work; Ctrl-C again drops them")
+            if times == 2:
+                os.killpg(process.pid, signal.SIGINT)
+            out, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
 
     # What was at work is kept, and with processes what was on the way to one; no more is begun.
     assert out in (["0 0\n"] if times == 2 else ["16 0\n", "32 0\n"]), err

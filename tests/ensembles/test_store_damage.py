@@ -205,3 +205,16 @@ def test_a_full_disk_under_the_results_is_a_sentence(tmp_path: Path) -> None:
     assert process.returncode == 2, process.stderr
     assert "ile too large" in process.stderr
     assert not [file for file in tmp_path.iterdir() if file.name != "a.zarr"]
+
+
+def test_results_are_written_though_a_cluster_was_lost(tmp_path: Path) -> None:
+    """Whoever loses a Dask cluster is left with its scheduler as the one that xarray asks for."""
+    dask = pytest.importorskip("dask")
+    pytest.importorskip("distributed")
+    over = {"forcing.omega": [2.5]}
+    with dask.config.set(scheduler="dask.distributed"):
+        pc.bifurcation_diagram(
+            OSC, FORCE, over=over, transient=5, points=4, store=tmp_path / "a.zarr"
+        )
+
+    assert pc.load_store(tmp_path / "a.zarr").attrs["complete"] == 1

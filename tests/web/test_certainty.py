@@ -14,6 +14,7 @@ import uvicorn
 from playwright.sync_api import Browser, Page, expect
 from tests.web.hands import WAIT, compute, field, fill, middle, set_box, view_of
 
+from percuss.web import proof
 from percuss.web.app import create_app
 
 # How many pixels of a plot are black, as manifolds are.
@@ -94,18 +95,21 @@ def test_a_run_is_certified_and_another_one_is_not(page: Page) -> None:
     expect(page.locator("[data-file='certified.csv']")).to_be_visible()
 
 
-def test_a_proof_is_cancelled_and_one_that_ends_early_is_marked(page: Page) -> None:
+def test_a_proof_is_cancelled_and_one_that_ends_early_is_marked(
+    page: Page, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("flint")
+    monkeypatch.setattr(proof, "PATIENCE", 1.0)
     set_box(page, "oscillator.damping", "0")
     set_box(page, "oscillator.stops.0.at", "0")
-    set_box(page, "run.periods", "4000")
+    set_box(page, "run.periods", "20000")
     page.get_by_role("button", name="certify …").click()
     strip = page.locator("section[aria-label='Certify this run']")
     strip.get_by_role("button", name="Certify", exact=True).click()
     strip.get_by_role("button", name="Cancel").click()
     expect(strip.locator(".status")).to_have_text("cancelled")
     strip.get_by_role("button", name="Certify", exact=True).click()
-    expect(strip.locator(".status")).to_contain_text("stopped after 10 s", timeout=WAIT)
+    expect(strip.locator(".status")).to_contain_text("stopped after 1 s", timeout=WAIT)
 
     expect(strip.locator(".proof-rows")).to_contain_text("interrupted")
     expect(page.locator(".explore .plot .key").first).to_contain_text("green line")

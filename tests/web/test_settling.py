@@ -99,7 +99,7 @@ def test_without_a_forcing_there_is_no_orbit_and_no_fault(study: dict[str, Any])
 def test_an_orbit_that_motions_follow_comes_before_a_formal_one(
     study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = facts.find_orbit
+    real = pc.find_orbit
     calls = []
 
     def first_formal(*args: Any, **options: Any) -> Any:
@@ -125,7 +125,7 @@ def test_an_orbit_that_motions_follow_comes_before_a_formal_one(
 def test_a_clearance_below_the_error_of_its_orbit_is_a_graze(
     study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = facts.find_orbit
+    real = pc.find_orbit
 
     def hairy(*args: Any, **options: Any) -> Any:
         return replace(real(*args, **options), admissible=False, grazing_margin=-2.4e-34)

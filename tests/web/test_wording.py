@@ -13,7 +13,7 @@ from percuss.web.asked import asked_study
 from percuss.web.downloads import file_of
 from percuss.web.question import BadQuestion, Question, study_of
 from percuss.web.session import _fault
-from percuss.web.wording import axis_name, plain
+from percuss.web.wording import axis_name, name_axes, plain
 
 DIAGRAM = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 20, "points": 4}
 
@@ -53,7 +53,7 @@ def test_pictures_name_parameters_and_the_phase_of_their_section(
     study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[Figure] = []
-    real = downloads.name_axes
+    real = name_axes
 
     def hear(figure: Figure, it: Any) -> None:
         real(figure, it)

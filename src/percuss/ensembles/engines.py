@@ -163,6 +163,7 @@ def _of_pool(
     waiting = iter(range(len(spans)))
     running: dict[futures.Future[Block], int] = {}
     n_done = n_interrupts = 0
+    is_over = False
     try:
         while True:
             # Few at a time: what is done waits in memory until it is taken.
@@ -186,6 +187,7 @@ def _of_pool(
                 block = future.result()
                 n_done += 1
                 yield running.pop(future), block
+        is_over = True
         if n_interrupts > 0:
             raise KeyboardInterrupt
     except BrokenProcessPool as error:
@@ -195,9 +197,11 @@ def _of_pool(
     finally:
         for future in running:
             future.cancel()
-        if n_interrupts > 1:
+        # The second may come while the first is still being told.
+        is_dropped = n_interrupts > 0 and not is_over
+        if is_dropped:
             _drop(pool)
-        pool.shutdown(wait=n_interrupts < 2, cancel_futures=True)
+        pool.shutdown(wait=not is_dropped, cancel_futures=True)
 
 
 def _drop(pool: futures.Executor) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
@@ -30,4 +32,12 @@ def write_whole(result: Dataset | DataTree, path: Path) -> None:
     OSError
         If it cannot be written.
     """
-    path.write_bytes(result.to_netcdf(engine="h5netcdf"))
+    with _without_cluster():
+        content = result.to_netcdf(engine="h5netcdf")
+    path.write_bytes(content)
+
+
+def _without_cluster() -> contextlib.AbstractContextManager[Any]:
+    """Have xarray write by itself: it asks for Dask's scheduler, which may be lost by now."""
+    config = sys.modules.get("dask.config")
+    return contextlib.nullcontext() if config is None else config.set(scheduler="synchronous")
