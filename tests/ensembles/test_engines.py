@@ -33,7 +33,7 @@ def test_a_cluster_gives_the_same_bits_though_a_worker_dies() -> None:
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, dashboard_address=":0", processes=True
         ) as cluster,
-        distributed.Client(cluster) as client,
+        distributed.Client(cluster, set_as_default=False) as client,
     ):
 
         def kill_one(done: float, total: float) -> bool:
@@ -69,7 +69,7 @@ def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_told
         distributed.LocalCluster(
             n_workers=1, threads_per_worker=1, dashboard_address=":0", processes=True
         ) as cluster,
-        distributed.Client(cluster) as client,
+        distributed.Client(cluster, set_as_default=False) as client,
     ):
 
         def let_join(done: float, total: float) -> bool:  # noqa: ARG001
@@ -146,7 +146,7 @@ def test_a_cluster_without_workers_is_told_and_waited_for(
     over = {"forcing.omega": [2.4, 2.5]}
     with (
         distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster,
-        distributed.Client(cluster) as client,
+        distributed.Client(cluster, set_as_default=False) as client,
     ):
         joins = threading.Timer(1.0, lambda: cluster.scale(1))
         joins.start()

@@ -154,5 +154,7 @@ def _monodromy(table: Law, events: Table, marks: Integers) -> Floats:
     for flight in flights:
         end = events[flight][-1:, columns.EVENT_T].copy()
         neighbours(table, events[flight], marks[flight], end, True, phases, out)
-        whole = out.reshape(2, 2) @ whole
+        # NaN where an impact has no speed.
+        with np.errstate(invalid="ignore"):
+            whole = out.reshape(2, 2) @ whole
     return whole
