@@ -6,11 +6,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import percuss as pc
+from percuss.ensembles.threads import Threads
 
 ROOT = Path(__file__).parents[2]
 OSC, FORCE = pc.impact_oscillator("0.8"), pc.cosine(2.5)
@@ -109,6 +112,7 @@ def test_a_worker_that_dies_is_told_with_its_points(tmp_path: Path) -> None:
 
 SLOW = """import os, signal, sys, time
 import percuss as pc
+from percuss.ensembles.threads import Threads
 def slow(osc, force):
     print("began", file=sys.stderr, flush=True)
     time.sleep(float(sys.argv[1]))
@@ -134,6 +138,9 @@ def test_ctrl_c_is_heard_at_once_and_a_second_one_drops_what_is_at_work(
         command, cwd=tmp_path, text=True, start_new_session=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     ) as process:  # fmt: skip
+        # Whatever hangs ends here, and fails.
+        watchdog = threading.Timer(100.0, process.kill)
+        watchdog.start()
         try:
             wait_for(process, "began")
             os.killpg(process.pid, signal.SIGINT)
@@ -142,6 +149,7 @@ def test_ctrl_c_is_heard_at_once_and_a_second_one_drops_what_is_at_work(
                 os.killpg(process.pid, signal.SIGINT)
             out, err = process.communicate(timeout=60)
         finally:
+            watchdog.cancel()
             process.kill()
 
     # What was at work is kept, and with processes what was on the way to one; no more is begun.
@@ -155,3 +163,26 @@ def wait_for(process: subprocess.Popen[str], words: str) -> None:
         if words in line:
             return
     pytest.fail(f"it ended without {words!r}")
+
+
+def test_ctrl_c_while_chunks_are_handed_out_is_heard_as_well(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    real, calls = Threads.submit, []
+
+    def submit(pool: Threads, *arguments: Any) -> Any:
+        calls.append(arguments)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return real(pool, *arguments)
+
+    monkeypatch.setattr(Threads, "submit", submit)
+    over = {"forcing.omega": [2.0 + i / 100 for i in range(64)]}
+
+    found = pc.sweep(lambda osc, force: 1.0, OSC, FORCE, over=over, n_workers=1)  # noqa: ARG005
+
+    assert len(calls) == 2
+    assert found.attrs["complete"] == 0
+    # The first chunk may not have been begun yet.
+    assert int(found.measure.notnull().sum()) in (0, 16)
+    assert "stopping after the chunks at work" in capsys.readouterr().err

@@ -166,15 +166,15 @@ def _of_pool(
     is_over = False
     try:
         while True:
-            # Few at a time: what is done waits in memory until it is taken.
-            while n_interrupts == 0 and len(running) < AHEAD * n:
-                i = next(waiting, None)
-                if i is None:
-                    break
-                running[pool.submit(_compute, job, spans[i])] = i
-            if not running:
-                break
             try:
+                # Few at a time: what is done waits in memory until it is taken.
+                while n_interrupts == 0 and len(running) < AHEAD * n:
+                    i = next(waiting, None)
+                    if i is None:
+                        break
+                    running[pool.submit(_compute, job, spans[i])] = i
+                if not running:
+                    break
                 done, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
             except KeyboardInterrupt:
                 n_interrupts += 1
