@@ -82,3 +82,17 @@ def test_a_force_that_keeps_its_sign_by_a_hair_holds_after_a_chatter_too(power: 
     assert proven.outcome is Ending.at_rest
     assert len(proven.contacts) == 1
     assert proven.contacts.start.radius()[0] > 1e-20
+
+
+def test_the_impacts_of_an_accumulation_are_told_to_be_infinitely_many() -> None:
+    osc = pc.impact_oscillator("1/2")
+    run = pc.simulate(osc, pc.Forcing(constant=-1), x0="1", t_end=20.0)
+    few = pc.simulate(osc, pc.Forcing(constant=-1), x0="1", max_impacts=2)
+
+    chatter, started = pc.certify(run), pc.certify(few)
+
+    assert chatter.accumulations == 1
+    count = len(chatter.impacts)
+    assert f"{count} impacts listed, and infinitely many in each accumulation" in repr(chatter)
+    assert started.accumulations == 0
+    assert "infinitely" not in repr(started)

@@ -237,12 +237,11 @@ def test_at_a_period_doubling_no_stability_is_claimed() -> None:
     orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
     (point,) = pc.continue_orbit(orbit, over={"forcing.omega": (2.5, 2.8)}).special_points
     exact = pc.certify(point, digits=25).value
-    guess = point.orbit._unknowns[0], point.orbit.v0
 
     # The amplitude scales the motion, so a range of it does not move the multiplier; that of the
     # frequency is cut off after so many digits, and the balls have fewer.
     omega = f"{exact.arb.mid().str(25, radius=False)}"
-    there = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine(omega), guess=guess)
+    there = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine(omega))
     coarse, fine = pc.certify(there, bits=70), pc.certify(there, digits=40)
 
     assert coarse.exists
@@ -253,3 +252,21 @@ def test_at_a_period_doubling_no_stability_is_claimed() -> None:
     )
     # With more bits the side on which the cut-off number lies is told.
     assert fine.stability in ("asymptotic", "unstable")
+
+
+@pytest.mark.parametrize("amplitude", ["0.1", "0.2"])
+def test_no_stability_is_claimed_of_what_is_not_proven_to_be_a_motion(amplitude: str) -> None:
+    # x = sin t grazes the wall at 1; twice that passes through it.
+    osc = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
+    orbit = pc.find_orbit(osc, pc.cosine(1, amplitude="0.1"), 0, 1)
+    formal = dataclasses.replace(orbit, forcing=pc.cosine(1, amplitude=amplitude))
+
+    proven = pc.certify(formal)
+
+    assert proven.exists
+    assert proven.admissible is (None if amplitude == "0.1" else False)
+    assert proven.stability == "undecided"
+    assert not proven.is_stable
+    assert abs(proven.multipliers[0].real.mid()) < 1  # of the formal map
+    assert "asymptotic" not in repr(proven)
+    assert "alone with these events" in repr(proven)

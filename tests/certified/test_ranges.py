@@ -130,3 +130,14 @@ def test_steady_motion_is_enclosed_too() -> None:
 
     assert x.shape == ()
     assert math.isclose(float(x.mid()), float(proven([math.pi / 3])[0].mid()[0]), abs_tol=1e-14)
+
+
+def test_a_range_that_is_too_wide_is_told() -> None:
+    run = pc.simulate(pc.impact_oscillator("0.8"), pc.cosine("2.8"), v0=1, max_impacts=30)
+    wide = {"forcing.harmonics.0.amplitude": ("0.9", "1.1")}
+
+    proven = pc.certify(run, over=wide, most_bits=256)
+
+    assert not proven.complete
+    assert "the range of forcing.harmonics.0.amplitude is too wide" in proven.reason
+    assert "too wide" not in pc.certify(run).reason

@@ -141,3 +141,20 @@ def test_the_image_of_a_ball_of_states_holds_the_images_of_its_ends() -> None:
             ((there_t, there_v), _) = equations.images([(t, end)], 100)[0]
             assert image_t.overlaps(there_t)
             assert image_v.overlaps(there_v)
+
+
+def test_a_point_of_formal_orbits_stays_formal() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    point = points(orbit, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    # The other root of the equations at the same frequency is no motion.
+    guess = point.orbit.t0, point.orbit.v0
+    formal = pc.find_orbit(orbit.oscillator, pc.cosine(point.value), guess=guess)
+    assert not formal.admissible
+
+    proven = pc.certify(dataclasses.replace(point, orbit=formal))
+
+    assert proven.exists
+    assert proven.is_formal
+    assert "formal" in repr(proven)
+    assert not pc.certify(point).is_formal
+    assert "formal" not in repr(pc.certify(point))

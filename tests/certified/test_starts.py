@@ -164,3 +164,40 @@ def test_a_force_of_either_sign_at_a_start_at_rest_is_left_open() -> None:
 
         assert proven.outcome is Ending.force
         assert len(proven.contacts) == 0
+
+
+@pytest.mark.parametrize("wall", ["0.3", 0.3], ids=["text", "double"])
+def test_a_start_in_text_is_never_moved_to_a_stop(wall: float | str) -> None:
+    osc = pc.impact_oscillator("1/2", wall=wall)
+    run = pc.simulate(osc, x0="0.30000000000000001", v0="-0.5", t_end=1.0)
+
+    proven = pc.certify(run)
+
+    apart = Fraction("0.30000000000000001") - Fraction(wall)
+    assert proven.impacts.t[0].mid() == pytest.approx(float(2 * apart), rel=1e-9)
+    assert proven.start == run.start
+    with pytest.raises(ParameterError, match="below the wall"):
+        pc.certify(run, start=pc.Start("0.29999999999999998", -1))
+
+
+def test_a_float_that_is_moved_to_a_stop_is_told() -> None:
+    run = pc.simulate(pc.impact_oscillator("1/2", wall="0.3"), x0=0.3, v0=-1, t_end=1.0)
+
+    proven = pc.certify(run)
+
+    assert proven.start == pc.Start(Fraction(3, 10), -1)
+    assert proven.start_given == run.start
+    assert "started on the stop, at x0 = 3/10 for 0.3" in repr(proven)
+    assert "start.x0" not in proven.doubles
+
+
+def test_numbers_that_are_not_their_decimals_are_told() -> None:
+    run = pc.simulate(pc.impact_oscillator(0.8), pc.cosine(2.8), v0=0.5, max_impacts=2)
+
+    proven = pc.certify(run)
+
+    # 0.5 is 1/2; text and whole numbers are exact.
+    assert proven.doubles == ("oscillator.stops.0.restitution", "forcing.harmonics.0.omega")
+    assert "taken as doubles: oscillator.stops.0.restitution" in repr(proven)
+    exact = pc.simulate(pc.impact_oscillator("0.8"), pc.cosine("2.8"), v0="0.45", max_impacts=2)
+    assert pc.certify(exact).doubles == ()

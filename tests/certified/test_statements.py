@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -105,3 +106,36 @@ def test_critical_velocities_of_the_paper_are_enclosed() -> None:
 def test_velocities_that_do_not_bracket_it_are_refused() -> None:
     with pytest.raises(ParameterError, match="low"):
         critical_velocity(WALL, pc.sine(3), 1, 2)
+
+
+@pytest.mark.parametrize(("side", "v0"), [("below", "-1"), ("above", "5")])
+def test_a_velocity_into_the_wall_is_refused(side: Literal["below", "above"], v0: str) -> None:
+    wall = pc.impact_oscillator(side=side)
+
+    with pytest.raises(ParameterError, match="into the wall"):
+        keeps_eigenset(wall, pc.sine(3), v0)
+
+
+@pytest.mark.parametrize("n_impacts", [0, -1, 1.5, True])
+def test_no_impacts_are_no_statement(n_impacts: int) -> None:
+    with pytest.raises(ParameterError, match="n_impacts"):
+        keeps_eigenset(WALL, pc.sine(3), 1, n_impacts=n_impacts)
+
+
+def test_what_is_open_or_false_is_not_true() -> None:
+    verdicts = [keeps_eigenset(WALL, pc.sine(3), v0) for v0 in ("0.51", "0.5", "0.49")]
+
+    assert [bool(verdict) for verdict in verdicts] == [True, False, False]
+
+
+def test_a_critical_velocity_has_the_digits_that_were_asked_for() -> None:
+    five = critical_velocity(WALL, pc.sine(5), "0.1", 1, digits=100)
+
+    assert five.contains(Fraction(25, 96))
+    assert five.digits() >= 99.9
+
+
+@pytest.mark.parametrize("digits", [0, -3, 2.5, True])
+def test_digits_are_a_whole_number_from_1_on(digits: int) -> None:
+    with pytest.raises(ParameterError, match="digits"):
+        critical_velocity(WALL, pc.sine(3), "0.1", 1, digits=digits)

@@ -122,7 +122,9 @@ def test_orbit_is_proven(tmp_path: Path) -> None:
 
     result = run_study(study, tmp_path)
 
-    assert result.report["certified"].startswith("an orbit exists, no other within ")
+    assert result.report["certified"].startswith(
+        "an orbit exists, no other with these events within "
+    )
     assert result.report["certified"].endswith("passes through no stop; asymptotic")
     (row,) = rows_of(tmp_path / "certified.csv")
     off = Fraction(row["v_after"]) - Fraction(float(result.answer.impacts.v_after[0]))
@@ -219,3 +221,16 @@ def test_without_flint_one_sentence_names_the_extra(tmp_path: Path) -> None:
     assert done.stderr == "certified results need python-flint: install percuss[certified]\n"
     assert done.returncode == 2
     assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]
+
+
+def test_a_grazing_orbit_is_one_of_the_formal_equations(tmp_path: Path) -> None:
+    # x = sin t touches the wall at 1 without velocity.
+    osc = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
+    force = pc.cosine(1, amplitude="0.1")
+    study = Study(osc, force, Orbit(Sought(impacts=0)), draw=NO_PICTURES, certify=Certify())
+
+    told = run_study(study, tmp_path).report["certified"]
+
+    assert told.startswith("a solution of the formal equations of an orbit exists, no other with")
+    assert "with these events;" in told
+    assert told.endswith("is open; stability undecided")

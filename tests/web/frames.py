@@ -9,13 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def read_frame(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[np.float32]]]:
+def read_frame(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[np.floating[Any]]]]:
     """Return header and arrays."""
     size = int.from_bytes(data[:4], "little")
     header = json.loads(data[4 : 4 + size])
-    arrays, at = {}, 4 + size
+    arrays: dict[str, NDArray[np.floating[Any]]] = {}
+    at = 4 + size
     for name, length in header["arrays"]:
         arrays[name] = np.frombuffer(data, "<f4", length, at)
         at += 4 * length
+        if name.startswith("value") and "origin" in header:
+            arrays[name] = arrays[name] + np.float64(header["origin"])
     assert at == len(data)
     return header, arrays

@@ -85,7 +85,7 @@ def test_each_preset_opens(page: Page) -> None:
 
         expect(page.locator(".explore .fault").first).to_be_empty()
         assert sum(pixels(page)) > 0, name
-        assert "impact" in fact(page, 0) or "crossing" in fact(page, 0), name
+        assert "impact" in fact(page, 0) or "into a stop" in fact(page, 0), name
 
 
 def test_each_model_is_chosen_and_moves(page: Page) -> None:

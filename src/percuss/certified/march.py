@@ -20,6 +20,7 @@ from percuss.certified.record import (
     Piece,
     Record,
 )
+from percuss.certified.starting import on_stop
 from percuss.certified.step import Arrival, Departure, first_arrival
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided
@@ -121,9 +122,8 @@ class _Walk:
 
     def begin(self, start: Start) -> None:
         """Find out how the motion sets off."""
-        x, v = as_fraction(start.x0), as_fraction(start.v0)
+        x, v = on_stop(self.system, start), as_fraction(start.v0)
         self.record.until = time_ball(start.t0)
-        x = self._snapped(x, isinstance(start.x0, float))
         self._check_inside(start, x)
         bound = next((i for i, b in enumerate(self.system.bounds) if b.at == x), None)
         region = self._region_at(x)
@@ -163,18 +163,6 @@ class _Walk:
     ) -> None:
         cloud = Cloud.of(time_ball(t0).mid(), ball(v))
         self._depart(Departure(region, x, cloud, bound, order, t0), time_ball(t0))
-
-    def _snapped(self, x: Fraction, rounded: bool) -> Fraction:
-        """Return the place of a stop that becomes the same float: there the run started.
-
-        Only where one of the two was given as a float; else both are meant as they are.
-        """
-        for bound in self.system.bounds:
-            stops = (bound.wall,) if bound.wall is not None else bound.edges
-            floats = (isinstance(self.system.oscillator.stops[i].at, float) for i in stops)
-            if float(bound.at) == float(x) and (rounded or any(floats)):
-                return bound.at
-        return x
 
     def _check_inside(self, start: Start, x: Fraction) -> None:
         for end, sign in ((self.system.regions[0].lower, -1), (self.system.regions[-1].upper, 1)):

@@ -10,6 +10,7 @@ from flint import acb, arb
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.certified.balls import Ball, Balls, ComplexBall
+from percuss.certified.doubles import doubles_of, in_words
 from percuss.certified.numbers import ball, precision
 from percuss.certified.orbit_motion import Motion, motion_on
 from percuss.certified.proof import Proof
@@ -33,7 +34,8 @@ class CertifiedOrbit:
     oscillator, forcing
         What moves: the exact values that the proof is about.
     exists
-        Whether an orbit is proven to be there. If not, all balls are without numbers.
+        Whether a solution of the formal equations, those of its events, is proven to be there:
+        a motion where `admissible` is True. If not, all balls are without numbers.
     x0, v0, t0
         A point of the orbit: just after its first impact, or at t = 0 without impacts.
     impacts
@@ -45,14 +47,16 @@ class CertifiedOrbit:
     trace, determinant
         Of the derivative over one period.
     multipliers
-        Its eigenvalues, the larger first where that is known.
+        Its eigenvalues, the larger first where that is known. These, trace and determinant are of
+        the formal map, which is that of neighbouring motions where `admissible` is True.
     stability
         What is proven: "asymptotic", "elliptic" (determinant 1 and abs(trace) < 2), "parabolic",
-        "unstable", or "undecided".
+        "unstable", or "undecided"; always that unless `admissible` is True, as neighbours of an
+        orbit that grazes, or passes through a stop, follow another map.
     admissible
         Whether it passes through no stop: True and False are proven, None is open.
     isolated
-        Whether it is proven to be the only one nearby; a family is not.
+        Whether it is proven to be the only one nearby with these events; a family is not.
     unique_within
         No other orbit with these events has all its instants and velocities after impacts within
         this part of the period, and of the greatest of those velocities, of this orbit's.
@@ -125,6 +129,11 @@ class CertifiedOrbit:
         )
 
     @property
+    def doubles(self) -> tuple[str, ...]:
+        """Numbers given as floats that are not the decimals they print as: taken as doubles."""
+        return doubles_of(self.oscillator, self.forcing)
+
+    @property
     def is_drawable(self) -> bool:
         """Whether its motion is enclosed: proven, and without contacts."""
         return self._motion is not None
@@ -155,11 +164,13 @@ class CertifiedOrbit:
         if not self.exists:
             return f"<CertifiedOrbit: not proven; {self.reason}>"
         known = {True: "admissible", False: "formal", None: "admissible or not is open"}
-        alone = "alone" if self.isolated else "one of a family"
+        alone = "alone with these events" if self.isolated else "one of a family"
         open_ = f"; {self.reason}" if self.reason else ""
+        stability = "stability undecided" if self.stability == "undecided" else self.stability
         return (
             f"<CertifiedOrbit: {self.n_impacts:g} impacts in {self.n_periods} periods, "
-            f"T = {self.period.text(12)}, {self.stability}, {known[self.admissible]}, {alone}{open_}>"
+            f"T = {self.period.text(12)}, {stability}, {known[self.admissible]}, {alone}{open_}"
+            f"{in_words(self.doubles)}>"
         )
 
 
@@ -197,7 +208,7 @@ def orbit_of_proof(
         trace=Ball(proof.monodromy.trace),
         determinant=Ball(proof.monodromy.determinant),
         multipliers=(ComplexBall(first), ComplexBall(second)),
-        stability=proof.monodromy.stability,
+        stability=proof.monodromy.stability if proof.admissible else "undecided",
         admissible=proof.admissible,
         isolated=proof.isolated,
         unique_within=proof.unique_within,

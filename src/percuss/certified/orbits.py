@@ -17,7 +17,7 @@ from percuss.certified.multipliers import Monodromy, monodromy_of
 from percuss.certified.numbers import precision
 from percuss.certified.orbit_result import CertifiedOrbit, orbit_of_proof, unproven
 from percuss.certified.proof import Proof
-from percuss.certified.ranges import Over, system_for
+from percuss.certified.ranges import Over, system_for, too_wide
 from percuss.certified.shooting import Shooting, States, matrix_of, residual_of
 from percuss.certified.steady import steady_proof
 from percuss.certified.sticking import sticking_proof
@@ -56,6 +56,8 @@ def certify_orbit(
         except Undecided as question:
             reason = question.reason
             if bits is not None or work >= most_bits:
+                if bits is None:
+                    reason += too_wide(system)
                 return unproven(system, orbit, reason, digits, work)
         work = min(most_bits, 2 * work)
 

@@ -12,9 +12,10 @@ from flint import arb
 from percuss.certified.law import lost_bits
 from percuss.certified.march import MOST_EVENTS, Limits, march
 from percuss.certified.numbers import precision
-from percuss.certified.ranges import Over, system_for
+from percuss.certified.ranges import Over, system_for, too_wide
 from percuss.certified.record import Ending, Record
 from percuss.certified.results import CertifiedRun, run_of_record
+from percuss.certified.starting import start_used
 from percuss.certified.system import system_of
 from percuss.model.exact import Phase, as_float
 from percuss.model.start import Start
@@ -43,7 +44,8 @@ def certify_run(
 ) -> CertifiedRun:
     """Prove a run; see `percuss.certify`."""
     system = system_for(system_of(run.oscillator, run.forcing), over)
-    begin = run.start if start is None else start
+    given = run.start if start is None else start
+    begin = start_used(system, given)
     t_end, number = limits if limits != (None, None) else _limits_of(run)
     finest = Fraction(1, 2 * 10**digits)
     best: tuple[Record, float] | None = None
@@ -63,7 +65,10 @@ def certify_run(
             if missing > 0 and bits is None and not best[0].reason:
                 short_by = math.ceil(min(missing * math.log10(2), digits))
                 best[0].reason = f"{short_by} fewer digits than asked for, with {work} bits"
-            return run_of_record(system, begin, *best, digits)
+                best[0].reason += too_wide(system)
+            elif bits is None and best[0].ending in OPEN:
+                best[0].reason += too_wide(system)
+            return run_of_record(system, (begin, given), *best, digits)
         # What misses is known after one attempt; if more does not help, much more may.
         short = attempt == 0 and record.ending not in OPEN
         more = math.ceil(min(missing, work)) + MARGIN if short else work

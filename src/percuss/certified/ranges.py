@@ -19,7 +19,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_fraction
 from percuss.model.paths import long_form
 
-__all__ = ["Over", "range_of", "system_for"]
+__all__ = ["Over", "range_of", "system_for", "too_wide"]
 
 # By path: all values of a ball, or all between two numbers.
 Over: TypeAlias = Mapping[str, Ball | tuple[Exact, Exact]]
@@ -53,6 +53,16 @@ def range_of(system: System) -> tuple[str, Ball] | None:
         return None
     path, low, high = system.moved
     return path, Ball(ball(low).union(ball(high)))
+
+
+def too_wide(system: System) -> str:
+    """Return the end of a reason why more bits do not help; empty without a range."""
+    if system.moved is None:
+        return ""
+    path, low, high = system.moved
+    if low == high:
+        return ""
+    return f"; the range of {path} is too wide, by its radius of {float(high - low) / 2:.2g}"
 
 
 def _ends(path: str, values: Ball | tuple[Exact, Exact]) -> tuple[Fraction, Fraction]:

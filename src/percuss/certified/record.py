@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import Enum
+from itertools import pairwise
 from typing import NamedTuple
 
 from flint import arb
@@ -98,6 +99,11 @@ class Record:
     reason: str = ""
     n_entries: int = 0
     _earliest: list[float] = field(default_factory=list, repr=False)
+
+    @property
+    def accumulations(self) -> int:
+        """How many chatters end."""
+        return sum(isinstance(piece.what, Hops) for piece, _ in pairwise(self.pieces))
 
     def earliest(self) -> list[float]:
         """Return, for each piece, a float before which neither it nor a later one begins."""

@@ -12,10 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from percuss.certified.balls import Ball, Balls
 from percuss.certified.cloud import Pair
+from percuss.certified.doubles import doubles_of, in_words
 from percuss.certified.energetics import energy_of, forces_of
 from percuss.certified.numbers import precision, time_ball
 from percuss.certified.ranges import range_of
 from percuss.certified.record import Ending, Record
+from percuss.certified.starting import moved_in_words
 from percuss.certified.state import is_proven, state_at
 from percuss.certified.system import System
 from percuss.certified.tables import (
@@ -51,7 +53,8 @@ class CertifiedRun:
     Attributes
     ----------
     oscillator, forcing, start
-        What moved, and from where: the exact values that the proof is about.
+        What moved, and from where: the exact values that the proof is about. A float at which
+        `simulate` starts on a stop is replaced by the stop's exact place, unlike `start_given`.
     t_end
         Up to when the motion is proven [time].
     outcome
@@ -83,6 +86,22 @@ class CertifiedRun:
     bits_spent: float
     _system: System = field(repr=False)
     _record: Record = field(repr=False)
+    _given: Start = field(repr=False)
+
+    @property
+    def start_given(self) -> Start:
+        """The start as it was given; `start` is the one that the proof is about."""
+        return self._given
+
+    @property
+    def doubles(self) -> tuple[str, ...]:
+        """Numbers given as floats that are not the decimals they print as."""
+        return doubles_of(self.oscillator, self.forcing, self.start)
+
+    @property
+    def accumulations(self) -> int:
+        """How many chatters end: each has infinitely many impacts beside those that are listed."""
+        return self._record.accumulations
 
     @property
     def complete(self) -> bool:
@@ -112,8 +131,9 @@ class CertifiedRun:
 
     def __repr__(self) -> str:
         """Tell in a line what is proven."""
+        infinite = " listed, and infinitely many in each accumulation"
         parts = [
-            f"{len(table)} {name}"
+            f"{len(table)} {name}{infinite if name == 'impacts' and self.accumulations else ''}"
             for name, table in (
                 ("impacts", self.impacts),
                 ("crossings", self.crossings),
@@ -124,7 +144,8 @@ class CertifiedRun:
         reason = f" ({self.reason})" if self.reason else ""
         return (
             f"<CertifiedRun: t = {float(self.start_time):.6g} ... {self.t_end.mid():.6g}, "
-            f"{', '.join(parts)}, {self.precision} bits; {self.outcome.value}{reason}>"
+            f"{', '.join(parts)}, {self.precision} bits; {self.outcome.value}{reason}"
+            f"{moved_in_words(self.start, self.start_given)}{in_words(self.doubles)}>"
         )
 
     @property
@@ -354,15 +375,15 @@ _COMPLETE = (
 
 
 def run_of_record(
-    system: System, start: Start, record: Record, spent: float, digits: int
+    system: System, starts: tuple[Start, Start], record: Record, spent: float, digits: int
 ) -> CertifiedRun:
-    """Make the result of a march."""
+    """Make the result of a march; starts are the one it is about and the one that was given."""
     with precision(record.bits):
         impacts = impacts_of(system, record)
     return CertifiedRun(
         oscillator=system.oscillator,
         forcing=system.forcing,
-        start=start,
+        start=starts[0],
         t_end=Ball(record.until),
         outcome=record.ending,
         reason=record.reason,
@@ -375,4 +396,5 @@ def run_of_record(
         bits_spent=spent,
         _system=system,
         _record=record,
+        _given=starts[1],
     )

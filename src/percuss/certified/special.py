@@ -55,6 +55,9 @@ class CertifiedPoint:
         What is open, and why.
     wanted_digits, precision
         The digits that were asked for, and the bits that were worked with.
+    is_formal
+        Whether the orbit there passes through a stop, as its branch in doubles has it: then what is
+        proven is about the formal equations, no motion.
     """
 
     kind: str
@@ -65,13 +68,15 @@ class CertifiedPoint:
     reason: str
     wanted_digits: int
     precision: int
+    is_formal: bool
     point: SpecialPoint = field(repr=False)
 
     def __repr__(self) -> str:
         """Tell in a line what is proven."""
         if not self.exists:
             return f"<CertifiedPoint: {self.kind} not proven; {self.reason}>"
-        return f"<CertifiedPoint: {self.kind} at {self.path} = {self.value.text()}>"
+        formal = "; formal, the orbit passes through a stop" if self.is_formal else ""
+        return f"<CertifiedPoint: {self.kind} at {self.path} = {self.value.text()}{formal}>"
 
 
 def certify_point(
@@ -80,19 +85,24 @@ def certify_point(
     """Prove a special point; see `percuss.certify`."""
     path = long_form(point.path, point.orbit.oscillator, point.orbit.forcing)
     work = bits or math.ceil(digits / math.log10(2)) + FIRST_MARGIN
+    formal = not point.admissible
+
+    def told(value: Ball, statement: str, reason: str) -> CertifiedPoint:
+        exists = not reason
+        return CertifiedPoint(
+            point.kind, path, exists, value, statement, reason, digits, work, formal, point
+        )
+
     while True:
         try:
             with precision(work):
                 value, statement = _proof(point, path, digits)
         except Undecided as question:
             if bits is not None or 2 * work > most_bits or question.kind in HOPELESS:
-                nothing = Ball(arb.nan())
-                return CertifiedPoint(
-                    point.kind, path, False, nothing, "", question.reason, digits, work, point
-                )
+                return told(Ball(arb.nan()), "", question.reason or question.kind)
             work *= 2
             continue
-        return CertifiedPoint(point.kind, path, True, value, statement, "", digits, work, point)
+        return told(value, statement, "")
 
 
 def _proof(point: SpecialPoint, path: str, digits: int) -> tuple[Ball, str]:

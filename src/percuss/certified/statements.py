@@ -28,14 +28,16 @@ from percuss.certified.step import LEAST, levels_of
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, angle, as_fraction
+from percuss.model.exact import Exact, Phase, angle, as_fraction, plain
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 
 __all__ = ["Verdict", "critical_velocity", "keeps_eigenset"]
 
 BITS = 192
-MOST_BISECTIONS = 400
+MOST_DIGITS = 1000
+# A touch is told from a passage with half the bits: twice those of the digits, and some.
+BITS_PER_DIGIT, MARGIN = 7, 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,10 @@ class Verdict:
     holds: bool | None
     n_impacts: float
     reason: str
+
+    def __bool__(self) -> bool:
+        """Whether the statement is proven to hold; what is open is not."""
+        return self.holds is True
 
     def __str__(self) -> str:
         """Return the verdict in words."""
@@ -80,12 +86,17 @@ def keeps_eigenset(
     t0
         Instant of the start [time].
     n_impacts
-        For how many impacts, None for all of them.
+        For how many impacts, >= 1, None for all of them.
 
     Returns
     -------
     Verdict
         Open where the closed form does not hold, or the balls do not decide.
+
+    Raises
+    ------
+    ParameterError
+        If the velocity at the one wall is into it, or `n_impacts` is no whole number of at least 1.
 
     Examples
     --------
@@ -96,11 +107,30 @@ def keeps_eigenset(
     >>> [keeps_eigenset(wall, pc.sine(3), v0).holds for v0 in ("0.5000001", "0.4999999")]
     [True, False]
     """
-    system = system_of(osc, force)
+    if n_impacts is not None:
+        n_impacts = _whole("n_impacts", n_impacts, math.inf)
+    return _kept(system_of(osc, force), v0, t0, n_impacts, BITS)
+
+
+def _whole(name: str, value: object, most: float) -> int:
+    value = plain(value)
+    if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= most:
+        return value
+    limits = "of at least 1" if math.isinf(most) else f"from 1 to {most}"
+    raise ParameterError(name, value, f"not a whole number {limits}")
+
+
+def _kept(system: System, v0: Exact, t0: Phase, n_impacts: int | None, bits: int) -> Verdict:
     number = math.inf if n_impacts is None else n_impacts
+    speed = as_fraction(v0)
+    if len(system.bounds) == 1 and system.bounds[0].wall is not None:
+        below = system.regions[0].lower == 0
+        if speed and (speed < 0) is below:
+            sign = "negative" if below else "positive"
+            raise ParameterError("v0", v0, f"{sign}: into the wall")
     try:
-        with precision(BITS):
-            return _Eigenset(system, as_fraction(v0), t0).verdict(number)
+        with precision(bits):
+            return _Eigenset(system, speed, t0).verdict(number)
     except Undecided as question:
         return Verdict(None, number, question.reason)
 
@@ -110,6 +140,9 @@ def critical_velocity(
 ) -> Ball:
     """Return the velocity at the wall above which all impacts are in the eigenset, as a ball.
 
+    A greater velocity adds (V' - V) sin(sqrt(K) s)/sqrt(K), which is positive over the flight, to
+    the distance to the wall: what keeps to the eigenset with V does so with each V' above it.
+
     Parameters
     ----------
     osc, force
@@ -117,7 +150,7 @@ def critical_velocity(
     low, high
         Velocities for which the impacts provably leave it, and keep to it.
     digits
-        Decimal digits wanted, >= 1.
+        Decimal digits wanted, 1 to 1000; the precision follows them.
 
     Returns
     -------
@@ -128,7 +161,7 @@ def critical_velocity(
     Raises
     ------
     ParameterError
-        If low or high is not so.
+        If low or high is not so, or `digits` is no such whole number.
 
     Examples
     --------
@@ -136,20 +169,27 @@ def critical_velocity(
     >>> critical_velocity(pc.impact_oscillator(), pc.sine(3), "0.4", "0.6").contains("0.5")
     True
     """
+    digits = _whole("digits", digits, MOST_DIGITS)
     below, above = as_fraction(low), as_fraction(high)
+    bits = max(BITS, BITS_PER_DIGIT * digits + MARGIN)
+    system = system_of(osc, force)
+
+    def keeps(v0: Fraction) -> bool | None:
+        return _kept(system, v0, 0, None, bits).holds
+
     for name, value, wanted in (("low", below, False), ("high", above, True)):
         verdict = keeps_eigenset(osc, force, value)
         if verdict.holds is not wanted:
             raise ParameterError(name, value, f"not proven to be {name}; {verdict}")
-    for _ in range(MOST_BISECTIONS):
+    for _ in range(bits):
         if above - below <= abs(below + above) / 2 / 10**digits:
             break
         middle = (below + above) / 2
-        holds = keeps_eigenset(osc, force, middle).holds
+        holds = keeps(middle)
         if holds is None:
             # The middle is the velocity itself, or too near to it: from its sides.
             moved = (above - below) / 64
-            sides = [keeps_eigenset(osc, force, middle + side * moved).holds for side in (-1, 1)]
+            sides = [keeps(middle + side * moved) for side in (-1, 1)]
             if sides[0] is not False and sides[1] is not True:
                 break
             below = middle - moved if sides[0] is False else below
@@ -158,7 +198,7 @@ def critical_velocity(
             above = middle
         else:
             below = middle
-    with precision(BITS):
+    with precision(bits):
         return Ball(ball(below).union(ball(above)))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -130,8 +131,9 @@ def _run_rows(run: CertifiedRun) -> dict[str, str]:
         )
         if len(table)
     ]  # fmt: skip
+    infinite = ", and infinitely many impacts in each accumulation" if run.accumulations else ""
     rows = {
-        "certified": f"{', '.join(counts) or 'no events'} {place}",
+        "certified": f"{', '.join(counts) or 'no events'} {place}{infinite}",
         "proof": run.outcome.value + (f": {run.reason}" if run.reason else ""),
     }
     radii = [
@@ -145,7 +147,15 @@ def _run_rows(run: CertifiedRun) -> dict[str, str]:
     asked = f"{run.wanted_digits} asked for"
     known = f"; largest radius {', '.join(radii)}" if radii else ""
     spent = f"{run.precision} bits, {max(0.0, run.bits_per_impact):.2g} spent an impact"
-    return rows | {"digits": f"{asked}{known} ({spent})"}
+    if run.start != run.start_given:
+        given = run.start_given.x0
+        rows["start, proven"] = f"on the stop, at x0 = {run.start.x0} for the double {given}"
+    return rows | {"digits": f"{asked}{known} ({spent})"} | _doubles_row(run)
+
+
+def _doubles_row(result: CertifiedRun | CertifiedOrbit) -> dict[str, str]:
+    """Tell which numbers were not the decimals that they were written as."""
+    return {"taken as doubles": ", ".join(result.doubles)} if result.doubles else {}
 
 
 def _orbit_rows(orbit: CertifiedOrbit) -> dict[str, str]:
@@ -159,20 +169,29 @@ def _orbit_rows(orbit: CertifiedOrbit) -> dict[str, str]:
         None: "whether it passes through a stop is open",
     }
     alone = (
-        f"no other within {orbit.unique_within:.1e} of its period and speed"
+        f"no other with these events{_within(orbit)}"
         if orbit.isolated
         else "not proven to be alone"
     )
-    rows = {
-        "certified": f"an orbit exists, {alone}; {physical[orbit.admissible]}; {orbit.stability}"
-    }
+    what = "an orbit" if orbit.admissible else "a solution of the formal equations of an orbit"
+    stability = orbit.stability
+    if stability == "undecided":
+        stability = "stability undecided"
+    rows = {"certified": f"{what} exists, {alone}; {physical[orbit.admissible]}; {stability}"}
     if len(orbit.impacts):
         t, v = orbit.impacts.t[0], orbit.impacts.v_after[0]
         rows["first, proven"] = f"at t = {_shown(t, digits)}, v_after = {_shown(v, digits)}"
+    formal = "" if orbit.admissible else " of the formal map"
     rows["trace, proven"] = (
-        f"{_shown(orbit.trace, digits)}, determinant {_shown(orbit.determinant, digits)}"
+        f"{_shown(orbit.trace, digits)}, determinant {_shown(orbit.determinant, digits)}{formal}"
     )
-    return rows | ({"open": orbit.reason} if orbit.reason else {})
+    return rows | ({"open": orbit.reason} if orbit.reason else {}) | _doubles_row(orbit)
+
+
+def _within(orbit: CertifiedOrbit) -> str:
+    if math.isinf(orbit.unique_within):
+        return ""
+    return f" within {orbit.unique_within:.1e} of its period and speed"
 
 
 def _point_rows(points: Sequence[CertifiedPoint], left: int) -> dict[str, str]:
@@ -181,7 +200,9 @@ def _point_rows(points: Sequence[CertifiedPoint], left: int) -> dict[str, str]:
     for point in points:
         name = point.kind.replace("_", " ")
         if point.exists:
-            lines.append(f"{name} at {_shown(point.value, point.wanted_digits)}: {point.statement}")
+            formal = ", formal, the orbit passes through a stop" if point.is_formal else ""
+            value = _shown(point.value, point.wanted_digits)
+            lines.append(f"{name} at {value}{formal}: {point.statement}")
         else:
             lines.append(f"{name} at {point.point.value:.12g}: not proven; {point.reason}")
     if left:
@@ -250,6 +271,7 @@ def _point_columns(points: Sequence[CertifiedPoint], digits: int) -> dict[str, C
     texts = {
         "kind": [point.kind for point in points],
         "proven": ["yes" if point.exists else "no" for point in points],
+        "formal": ["yes" if point.is_formal else "no" for point in points],
         "statement": [point.statement or point.reason for point in points],
     }
     columns = {name: np.array(column, dtype=object) for name, column in texts.items()}

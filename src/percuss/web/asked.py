@@ -39,6 +39,11 @@ MOST_VALUES, MOST_POINTS = 8192, 2_000_000
 MOST_STARTS = 1024
 MOST_IMPACTS, MOST_PERIODS = 6, 6
 MODEL = ("oscillator", "forcing")
+NAMES = {
+    "diagram": "a diagram needs",
+    "response": "a response chart needs",
+    "basins": "basins need",
+}
 
 
 def asked_study(question: Question) -> Study:
@@ -71,6 +76,8 @@ def asked_study(question: Question) -> Study:
     if question.kind == "motion":
         digits = digits_of(question)
         return motion if digits is None else replace(motion, certify=Certify(digits))
+    if not question.tables.get("forcing", {}).get("harmonics"):
+        raise BadQuestion(f"{NAMES[question.kind]} a periodic force: add a harmonic in Explore")
     model = {name: question.tables[name] for name in MODEL if name in question.tables}
     found = Found("study", {})
     document = {"study": {"kind": question.kind}, **model, **ASKED[question.kind](question, motion)}

@@ -54,7 +54,7 @@ def answer_response(question: Question, handle: Handle) -> Iterator[bytes]:
     Yields
     ------
     bytes
-        A frame: `families`, each with its special points; for the i-th of them arrays ``value{i}``,
+        A frame: `origin`, which values are counted from; `families`, each with its special points; for the i-th of them arrays ``value{i}``,
         ``amplitude{i}``, ``speed{i}``, ``impacts{i}``, ``periods{i}``, ``stable{i}``,
         ``admissible{i}`` and a start on each orbit, ``x{i}``, ``v{i}``, ``t{i}``.
 
@@ -67,11 +67,13 @@ def answer_response(question: Question, handle: Handle) -> Iterator[bytes]:
     asked = asked_study(question)
     low, high = range_of(question, "low", "high")
     path = path_of(question, study_of(question.tables))
+    origin = 0.5 * (low + high)
     header = {"id": question.id, "kind": question.kind, "path": path, "low": low, "high": high}
+    header["origin"] = origin
     branches: list[Branch] = []
     for branch, share in _first_families(asked, path, (low, high), handle):
         branches.append(branch)
-        families, arrays = _columns(branches)
+        families, arrays = _columns(branches, origin)
         yield frame({**header, "done": False, "share": share, "families": families}, arrays)
     if handle.is_stopped:
         return
@@ -79,7 +81,7 @@ def answer_response(question: Question, handle: Handle) -> Iterator[bytes]:
     if handle.is_stopped:
         return
     KEPT.put(asked, found)
-    families, arrays = _columns(found.branches, found.amplitude)
+    families, arrays = _columns(found.branches, origin, found.amplitude)
     told = {"families": families, "n_missed": len(found.missed)}
     yield frame({**header, "done": True, "share": 1.0, **told}, arrays)
 
@@ -134,16 +136,16 @@ def _holds(branch: Branch, orbit: PeriodicOrbit, value: float) -> bool:
 
 
 def _columns(
-    branches: Sequence[Branch], amplitudes: Sequence[Floats] | None = None
+    branches: Sequence[Branch], origin: float, amplitudes: Sequence[Floats] | None = None
 ) -> tuple[list[dict[str, object]], dict[str, Floats]]:
-    """Return the families of a chart and their columns, numbered."""
+    """Return the families of a chart and their columns, numbered; values from an origin."""
     families: list[dict[str, object]] = []
     arrays: dict[str, Floats] = {}
     for i, branch in enumerate(branches):
         families.append({"special": [[p.kind, p.value, p.row] for p in branch.special_points]})
         speeds = np.nan_to_num(branch.impact_velocity, nan=-np.inf).max(axis=1, initial=-np.inf)
         columns = {
-            "value": branch.values,
+            "value": branch.values - origin,
             "amplitude": amplitudes[i] if amplitudes else _amplitudes(branch),
             "speed": np.where(np.isfinite(speeds), speeds, np.nan),
             "stable": branch.is_stable,

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import PercussError
+from percuss.model.stops import SoftStop, Wall
 from percuss.motion.outcome import Outcome
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
@@ -31,6 +32,8 @@ MOST_IMPACTS = 20_000
 NEAR = 0.25
 # A clearance within so many times the residual of an orbit is 0.
 MARGIN_ERRORS = 100.0
+# What is counted at each kind of stop.
+HITS = (("impact", Wall), ("entry", SoftStop))
 # Motions whose periods are very long or very full are followed for so long [s].
 PATIENCE = 1.0
 
@@ -47,7 +50,7 @@ def answer_facts(question: Question) -> bytes:
     -------
     bytes
         A frame: `orbit`, its counts, multipliers and clearance, None where none was found; x, v of
-        one round of it; `exponent`, as `percuss.web.settling.exponent_of` returns it; `change`, how
+        one round of it; `hits`, whether its count is of impacts, of entries, or of both; `exponent`, as `percuss.web.settling.exponent_of` returns it; `change`, how
         far the motion is from where it was a round of the orbit before.
 
     Raises
@@ -61,7 +64,9 @@ def answer_facts(question: Question) -> bytes:
         return frame({**header, "orbit": None, "exponent": None, "change": None})
     run = _settled(study)
     orbit = _nearest(study, run)
+    stops = study.oscillator.stops
     header |= {
+        "hits": [name for name, kind in HITS if any(isinstance(stop, kind) for stop in stops)],
         "orbit": None if orbit is None else _told(orbit),
         "exponent": exponent_of(study, run),
         "change": None if orbit is None else change_of(study, run, orbit.n_periods),

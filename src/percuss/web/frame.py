@@ -20,6 +20,8 @@ def frame(header: Mapping[str, object], arrays: Mapping[str, ArrayLike] | None =
 
     Four bytes tell the length of the header (little endian), a multiple of 4; then the header, in
     JSON, with the names and lengths of the arrays under ``arrays``; then the arrays, float32.
+    Where the header has an ``origin``, arrays called ``value...`` are counted from it, so that
+    neighbours in a narrow range stay apart.
 
     Parameters
     ----------

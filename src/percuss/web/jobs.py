@@ -67,7 +67,8 @@ def _diagram(question: Question, handle: Handle) -> Iterator[bytes]:
     ((path, axis),) = own.over.items()
     values = axis_values(axis)
     low, high = range_of(question, "low", "high")
-    header = {"path": path, "n_points": own.points, "low": low, "high": high}
+    origin = 0.5 * (low + high)
+    header = {"path": path, "n_points": own.points, "low": low, "high": high, "origin": origin}
     done, parts, failed, reason = 0, [], 0, ""
     for level in levels_of(np.arange(len(values)), FIRST_VALUES):
         begin, done = done / len(values), done + len(level)
@@ -81,7 +82,7 @@ def _diagram(question: Question, handle: Handle) -> Iterator[bytes]:
         failed, reason = failed + len(reasons), reason or next(iter(reasons), "")
         told = {"failed": failed, "reason": plain(reason)}
         arrays = {
-            "value": found[path].values,
+            "value": found[path].values - origin,
             "period": found["period"].values[0],
             **{name: found[name].values[0].ravel() for name in ("x", "v")},
         }

@@ -224,5 +224,5 @@ def range_of(question: Question, low: str, high: str) -> tuple[float, float]:
     ends = (question.number(low, 0.0, -1e6, 1e6), question.number(high, 1.0, -1e6, 1e6))
     if ends[0] >= ends[1]:
         below, above = FIELDS[low], FIELDS[high]
-        raise BadQuestion(f"{below} = {ends[0]:g} is not below {above} = {ends[1]:g}")
+        raise BadQuestion(f"{below} = {ends[0]:.16g} is not below {above} = {ends[1]:.16g}")
     return ends

@@ -38,7 +38,7 @@ def exponent_of(study: Study, run: Trajectory) -> dict[str, object] | None:
     dict or None
         `value` [1/time], None for minus infinity: a contact ends all memory; `error`, its standard
         error; `is_chaotic`, whether it is above 0 beyond that error and beyond what a growth by a
-        power of the time makes; `n_periods`, what it is taken over. None where it takes too long or
+        power of the time makes; `is_settling`, whether it is as far below 0; `n_periods`, what it is taken over. None where it takes too long or
         there is none.
 
     Examples
@@ -78,6 +78,7 @@ def exponent_of(study: Study, run: Trajectory) -> dict[str, object] | None:
         "value": value if math.isfinite(value) else None,
         "error": error,
         "is_chaotic": bool(value > least),
+        "is_settling": bool(value < -least),
         "n_periods": PERIODS,
     }
 

@@ -7,6 +7,7 @@ import { Job } from "./job.js";
 import { changedSince, sampledAt } from "./made_of.js";
 import { limitsOf, numberOf, pathsOf, startAt } from "./models.js";
 import { Plot } from "./plots.js";
+import { digitsOf } from "./scales.js";
 import { get, isStudy, put, settingsOf } from "./state.js";
 
 const KINDS = [
@@ -19,7 +20,7 @@ const OF = {
 };
 const LABELS = { x: "x", v: "v", amplitude: "amplitude", speed: "largest impact speed" };
 const ABOUT = {
-  diagram: "Where the motion is once a forcing period after settling: one point is an orbit of one period, two of two, a cloud is chaos.",
+  diagram: "Where the motion is once a forcing period after settling: one point is an orbit of one period, two of two, a cloud is chaos or a long transient.",
   response: "All periodic orbits that are found, stable solid and unstable dashed, (impacts, forcing periods); squares are bifurcations and grazes.",
 };
 const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, isComputed: false };
@@ -218,7 +219,8 @@ export class Diagram {
 
   /** Compute the part that is zoomed into. */
   #refine() {
-    const [low, high] = this.plot.limits.x.map((end) => Number(end.toPrecision(8)));
+    const ends = this.plot.limits.x;
+    const [low, high] = ends.map((end) => Number(end.toPrecision(Math.max(8, digitsOf(ends)))));
     Object.assign(this.settings, { low, high, path: this.asked.path });
     this.key = "";
     this.#fields(this.app.store.value.study);
@@ -310,7 +312,7 @@ export class Diagram {
 
   #read(x, y) {
     const name = this.asked?.path.split(".").at(-1) ?? "parameter";
-    const place = (at) => `${name} = ${shown(at.x, 6)}, ${this.drawn ?? "y"} = ${shown(at.y, 5)}`;
+    const place = (at) => `${name} = ${shown(at.x, digitsOf(this.plot.limits.x))}, ${this.drawn ?? "y"} = ${shown(at.y, 5)}`;
     if (!this.families) return place({ x, y });
     const mark = nearestMark(this.families.marks, { x, y }, this.plot.limits);
     if (mark) return `${mark.kind} at ${place(mark)}: ${orbitText(mark.at)}`;
@@ -323,12 +325,13 @@ export class Diagram {
     const { path, study } = this.asked;
     const found = this.families ? this.#orbitNear(x, y) : this.#pointNear(x, y);
     const value = found?.value ?? x;
-    // Arrays hold single precision, bifurcations come in double.
-    const next = put(study, path, String(Number(value.toPrecision(found?.isMark ? 12 : 7))));
+    // Arrays hold seven digits of the range, bifurcations come in double.
+    const digits = digitsOf([this.asked.low, this.asked.high], 1e-6);
+    const next = put(study, path, String(Number(value.toPrecision(found?.isMark ? Math.max(12, digits) : digits))));
     const start = found && !path.startsWith("start.") ? { start: { ...next.start, ...found.start } } : {};
     this.app.open({ ...next, ...start });
     const from = found?.start?.t0 && Number(found.start.t0) !== 0 ? `, on the orbit from t0 = ${found.start.t0} on` : "";
-    say(this.app.root, `opened ${path.split(".").at(-1)} = ${shown(value, 6)}${from}`);
+    say(this.app.root, `opened ${path.split(".").at(-1)} = ${shown(value, digitsOf(this.plot.limits.x))}${from}`);
   }
 
   #orbitNear(x, y) {

@@ -130,13 +130,16 @@ export class Explore {
         answer: (header, arrays) => {
           if (this.store.value.study !== study) return;
           this.known = { study, header, arrays };
-          this.facts.showOrbit(header.orbit);
+          this.facts.showOrbit(header.orbit, header.hits);
           if (this.study !== study) return;
           this.#takeOrbit();
           this.facts.showSettling(header);
           this.#drawPortrait();
         },
-        fault: () => this.facts.showOrbit(null),
+        fault: () => {
+          // After a wrong value the cards are of the motion before.
+          if (!this.root.classList.contains("stale")) this.facts.showOrbit(null);
+        },
       },
     );
   }

@@ -33,14 +33,15 @@ export class Facts {
   }
 
   showMotion(header) {
-    const events = [count(header.n_impacts, "impact")];
-    if (header.n_crossings) events.push(count(header.n_crossings, "crossing"));
+    // Without walls only entries are counted, also in the pattern of the times.
+    const events = header.n_impacts > 0 || header.n_entries === 0 ? [count(header.n_impacts, "impact")] : [];
+    if (header.n_entries) events.push(hits(header.n_entries, ["entry"]));
     if (header.n_grazes) events.push(count(header.n_grazes, "graze"));
     const isCut = header.outcome.includes("interrupted") || header.outcome.includes("max_impacts");
     const patience = isCut ? "; the page follows a second of computing or 50,000 impacts" : "";
     this.outcome.show(OUTCOMES[header.outcome] ?? header.outcome, `${events.join(", ")}; computed in ${shown(header.milliseconds, 2)} ms${patience}`);
     const { kind, n_impacts: impacts, n_periods: periods } = header.impact_times;
-    const pattern = impacts ? `${count(impacts, "impact")} in ${count(periods, "forcing period")}` : "";
+    const pattern = impacts ? `${hits(impacts, header.n_impacts > 0 ? ["impact"] : ["entry"])} in ${count(periods, "forcing period")}` : "";
     this.kind = kind;
     this.pattern = pattern;
     this.times.show(KINDS[kind] ?? kind, pattern);
@@ -56,15 +57,23 @@ export class Facts {
   }
 
   /** Say how fast neighbours part, and of impact times without a period whether that is chaos. */
-  showSettling({ exponent, change, orbit }) {
+  showSettling({ exponent, change, orbit, hits: counted }) {
     const parts = this.pattern ? [this.pattern] : [];
     let name = KINDS[this.kind] ?? this.kind;
     if (this.kind === "no_period_found") {
+      const isNear = orbit && orbit.stability === "asymptotic" && change !== null && change !== undefined;
       if (exponent?.is_chaotic) name = "chaotic";
-      else if (orbit && orbit.stability === "asymptotic" && change > ALIKE) {
+      else if (isNear && change <= ALIKE) {
+        // Early impacts are off the pattern, the last ones repeat.
+        name = "periodic";
+        parts.push(`${roundOf(orbit, counted)} in the end, alike to ${shown(Math.max(change, 1e-15), 1)}`);
+      } else if (exponent?.value === null) {
+        name = "settles from contact to contact";
+        parts.push("its impact times show no period yet: follow it longer");
+      } else if (isNear || exponent?.is_settling) {
         name = "not settled yet";
-        parts.push(`a change of ${shown(change, 2)} in the last round`);
-      } else parts.push("neither chaos nor a period is seen");
+        parts.push(isNear ? `a change of ${shown(change, 2)} in the last round: follow it longer` : "neighbours meet, so there is no chaos: follow it longer");
+      } else if (exponent) parts.push("neighbours neither part nor meet fast enough to tell");
     }
     if (exponent) parts.push(exponentText(exponent));
     this.times.show(name, parts.join("; "));
@@ -73,24 +82,36 @@ export class Facts {
   }
 
   /** undefined: not known yet; null: none found. */
-  showOrbit(orbit) {
+  showOrbit(orbit, counted) {
     if (orbit === undefined || orbit === null) {
       this.orbit.show(orbit === null ? "none found" : "…", "");
       return;
     }
     const name = nameOf(orbit);
-    const round = `${orbit.sticks ? "chatter and contact" : count(orbit.n_impacts, "impact")} in ${count(orbit.n_periods, "forcing period")}`;
     const multipliers = orbit.multipliers.map(([re, im]) => (im ? `${shown(re, 3)} ${im > 0 ? "+" : "−"} ${shown(Math.abs(im), 3)}i` : shown(re, 3)));
     const clearance = orbit.grazes ? "grazes" : orbit.grazing_margin === null ? "no turning point near a stop" : `clearance ${shown(orbit.grazing_margin, 3)}`;
     const formal = orbit.admissible ? "" : "formal, no motion follows it: it passes through a stop; ";
-    this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${round}; ${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
+    const passed = orbit.stability === "unstable" ? "the motion cannot stay on it; " : "";
+    this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${roundOf(orbit, counted)}; ${passed}${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
   }
 }
 
 const nameOf = ({ sticks, n_impacts: impacts, n_periods: periods }) => `(${sticks ? "∞" : impacts}, ${periods})`;
 
+/** Say what happens in one round of an orbit. */
+function roundOf({ sticks, n_impacts: impacts, n_periods: periods }, counted) {
+  return `${sticks ? "chatter and contact" : hits(impacts, counted)} in ${count(periods, "forcing period")}`;
+}
+
+/** Count impacts on walls, entries into soft stops, or both together. */
+function hits(n, counted = ["impact"]) {
+  const [one, many] = counted.includes("entry") ? ["entry into a stop", "entries into a stop"] : ["impact", "impacts"];
+  const and = counted.length > 1 ? (n === 1 ? "impact or " : "impacts and ") : "";
+  return `${n} ${and}${n === 1 ? one : many}`;
+}
+
 function exponentText({ value, error }) {
-  if (value === null) return "largest exponent −∞: a contact ends all memory";
+  if (value === null) return "largest exponent −∞: each contact ends all memory of the start";
   const sign = value > 0 ? "+" : value < 0 ? "−" : "";
   // An error far below the digits that are shown says nothing more.
   const doubt = error > 1e-3 * Math.abs(value) ? ` ± ${shown(error, 1)}` : "";

@@ -21,6 +21,12 @@ export function numberField(label, value, change, { min = -MOST, max = MOST, ste
       if (reason === "") change(numberOf(input.value));
     },
   });
+  // Ends of a narrow range have many digits.
+  const widen = () => {
+    input.style.minWidth = `${Math.min(18, input.value.length) + 3}ch`;
+  };
+  input.addEventListener("input", widen);
+  widen();
   const field = Object.assign(element("label", {}, element("span", {}, label), input, message), {
     complain(reason) {
       message.textContent = reason;

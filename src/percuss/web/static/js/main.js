@@ -7,6 +7,7 @@ import { Explore } from "./explore.js";
 import { Gallery } from "./gallery.js";
 import { makeHelp, makeMenu, makeTabs } from "./head.js";
 import { Paper } from "./paper.js";
+import { digitsOf } from "./scales.js";
 import { decodeLink, encode, Store } from "./state.js";
 
 export { Questions } from "./transport.js";
@@ -61,7 +62,7 @@ class App {
   /** Keep in the link which part a plot shows; null for all. */
   keepZoom(name, zoom) {
     const { [name]: _, ...rest } = this.store.value.zooms ?? {};
-    const rounded = (ends) => ends.map((end) => Number(end.toPrecision(8)));
+    const rounded = (ends) => ends.map((end) => Number(end.toPrecision(Math.max(8, digitsOf(ends)))));
     this.store.set({ zooms: zoom === null ? rest : { ...rest, [name]: { x: rounded(zoom.x), y: rounded(zoom.y) } } }, "zoom");
   }
 

@@ -4,7 +4,7 @@ import uPlot from "../vendor/uPlot.esm.js";
 import { element, shown } from "./dom.js";
 import { drawLayer, drawLine } from "./draw.js";
 import { attach } from "./gestures.js";
-import { bisect, decadesOf, extentOf, grown, power } from "./scales.js";
+import { bisect, decadesOf, digitsOf, extentOf, grown, power, tickTexts } from "./scales.js";
 
 const css = (root, name) => getComputedStyle(root).getPropertyValue(name).trim();
 const FACE = 'system-ui, "Segoe UI", Roboto, sans-serif';
@@ -199,8 +199,17 @@ export class Plot {
         y: { auto: false, distr: log ? 3 : 1, min: this.limits.y[0], max: this.limits.y[1] },
       },
       axes: [
-        { ...axis(this.options.x, 34), values: (_, ticks) => ticks.map((tick) => shown(tick, 6)) },
-        { ...axis(this.options.y, 60), ...kept, values: (_, ticks) => ticks.map((tick) => (log ? power(tick) : shown(tick, 6))) },
+        {
+          ...axis(this.options.x, 34),
+          // Long labels stand farther apart.
+          space: (_chart, _axis, low, high) => this.enlarged * Math.max(50, 8 * (digitsOf([low, high], 0.05) + 2)),
+          values: (_, ticks) => tickTexts(ticks),
+        },
+        {
+          ...axis(this.options.y, 60), ...kept,
+          size: (_, texts) => this.enlarged * Math.max(60, 30 + 7 * Math.max(0, ...(texts ?? []).map((text) => text.length))),
+          values: (_, ticks) => (log ? ticks.map(power) : tickTexts(ticks)),
+        },
       ],
       series: [{}, { show: true, paths: () => null, points: { show: false } }],
       cursor: {

@@ -1,5 +1,7 @@
 // Ranges, ticks and distances of plots.
 
+import { shown } from "./dom.js";
+
 /** Return the index of the value in an increasing array that is nearest. */
 export function bisect(values, wanted) {
   let low = 0;
@@ -10,6 +12,18 @@ export function bisect(values, wanted) {
     else high = middle;
   }
   return wanted - values[low] < values[high] - wanted ? low : high;
+}
+
+/** Return how many digits tell values of a range apart that are a part of its width apart. */
+export function digitsOf([low, high], part = 1e-4) {
+  const size = Math.max(Math.abs(low), Math.abs(high)) / ((high - low) * part);
+  return Number.isFinite(size) ? Math.min(16, Math.max(6, Math.ceil(Math.log10(size)) + 1)) : 6;
+}
+
+/** Return ticks with the digits that tell them apart. */
+export function tickTexts(ticks) {
+  const digits = ticks.length > 1 ? digitsOf([ticks[0], ticks.at(-1)], 0.5 / (ticks.length - 1)) : 6;
+  return ticks.map((tick) => shown(tick, digits));
 }
 
 /** Return the ends of all layers and lines but those aside, with some room around them. */
