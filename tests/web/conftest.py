@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import os
 import shutil
-import socket
-import threading
-import time
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
-import uvicorn
 from playwright.sync_api import (
     Browser,
     ConsoleMessage,
@@ -20,6 +16,7 @@ from playwright.sync_api import (
     ViewportSize,
     sync_playwright,
 )
+from tests.web.serving import served
 
 from percuss.web.app import create_app
 
@@ -40,17 +37,8 @@ QUIET = (
 @pytest.fixture(scope="session")
 def address() -> Iterator[str]:
     """Address of a running server, without a report."""
-    listening = socket.socket()
-    listening.bind(("127.0.0.1", 0))
-    server = uvicorn.Server(uvicorn.Config(create_app(), log_level="warning"))
-    thread = threading.Thread(target=server.run, args=([listening],), daemon=True)
-    thread.start()
-    while not server.started:
-        time.sleep(0.01)
-    yield f"127.0.0.1:{listening.getsockname()[1]}"
-    server.should_exit = True
-    thread.join(timeout=20)
-    listening.close()
+    with served(create_app()) as address:
+        yield address
 
 
 @pytest.fixture(scope="session")

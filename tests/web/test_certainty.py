@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-import socket
-import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import uvicorn
 from playwright.sync_api import Browser, Page, expect
 from tests.web.hands import WAIT, compute, field, fill, middle, set_box, view_of
+from tests.web.serving import served
 
 from percuss.web import proof
 from percuss.web.app import create_app
@@ -164,17 +161,8 @@ def with_report(tmp_path: Path) -> Iterator[str]:
         for k, grade in ((1, "certified"), (2, "numerical"))
     ]  # fmt: skip
     (tmp_path / "claims.json").write_text(json.dumps(rows), encoding="utf-8")
-    listening = socket.socket()
-    listening.bind(("127.0.0.1", 0))
-    server = uvicorn.Server(uvicorn.Config(create_app(report=tmp_path), log_level="warning"))
-    thread = threading.Thread(target=server.run, args=([listening],), daemon=True)
-    thread.start()
-    while not server.started:
-        time.sleep(0.01)
-    yield f"http://127.0.0.1:{listening.getsockname()[1]}/"
-    server.should_exit = True
-    thread.join(timeout=20)
-    listening.close()
+    with served(create_app(report=tmp_path)) as address:
+        yield f"http://{address}/"
 
 
 def test_verdicts_of_the_paper_say_how_certain_they_are(browser: Browser, with_report: str) -> None:

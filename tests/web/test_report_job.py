@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import socket
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import uvicorn
 from playwright.sync_api import Browser, expect
 from tests.web.hands import WAIT
+from tests.web.serving import served
 from tests.web.test_server import fetched
 
 from percuss.web import report_job
@@ -32,17 +30,8 @@ folder.mkdir()
 @pytest.fixture
 def own_address(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     monkeypatch.setattr(report_job, "COMMAND", (sys.executable, "-c", WRITES))
-    listening = socket.socket()
-    listening.bind(("127.0.0.1", 0))
-    server = uvicorn.Server(uvicorn.Config(create_app(), log_level="warning"))
-    thread = threading.Thread(target=server.run, args=([listening],), daemon=True)
-    thread.start()
-    while not server.started:
-        time.sleep(0.01)
-    yield f"127.0.0.1:{listening.getsockname()[1]}"
-    server.should_exit = True
-    thread.join(timeout=20)
-    listening.close()
+    with served(create_app()) as address:
+        yield address
 
 
 def ended(job: ReportJob) -> dict[str, object]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from flint import arb, ctx
 
 from percuss.certified.chain import Link
-from percuss.certified.first_root import Search
-from percuss.certified.law import coarse_bits, law_of
+from percuss.certified.law import coarse_bits
 from percuss.certified.numbers import precision
 from percuss.certified.shooting import Shooting, States
-from percuss.certified.step import LEAST, flight_of, levels_of
+from percuss.certified.step import flight_of, levels_of, search_along, width_of
 from percuss.certified.undecided import Undecided
 
 __all__ = ["admissible_of"]
@@ -44,19 +43,8 @@ def _meets_first(
         with precision(coarse):
             flight = flight_of(system, start, whole=True)
             levels = levels_of(system, start.region)
-            started = next(level for level in levels if level.bound == start.bound)
-            law = law_of(system)
-            width = 1.0 / max([flight.region.pace, *law.paces, 1e-6])
-            least = max(LEAST, 2.0 ** (-0.45 * coarse) * width)
-            search = Search(
-                flight,
-                levels,
-                started,
-                1,
-                width=width,
-                least=least,
-                sharp=coarse > coarse_bits(system),
-            )
+            width = width_of(system, flight)
+            search = search_along(system, flight, levels, start.bound, 1, width)
             try:
                 bracket = search.first(2.0 * float(s.upper()))
             except Undecided:

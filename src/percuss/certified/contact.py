@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from percuss.certified.first_root import Bracket, Level, Search
+from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import Push
 from percuss.certified.law import Law, coarse_bits, constant_of, law_of
 from percuss.certified.numbers import ball, between, precision, span, time_ball, upper
-from percuss.certified.step import LEAST
+from percuss.certified.step import search_along
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided
 from percuss.model.exact import Phase
@@ -154,17 +154,8 @@ def _release(system: System, hold: Hold, end: arb, coarse: int) -> Released:
             return Released(None, for_ever=True)
         longest = upper(end - since) if end.is_finite() else float("inf")
         whole = _period(system)
-        started = level if hold.order else None
-        width = 1.0 / _pace(push)
-        search = Search(
-            push,
-            [level],
-            started,
-            hold.order,
-            width=width,
-            least=max(LEAST, 2.0 ** (-0.45 * coarse) * width),
-            sharp=coarse > coarse_bits(system),
-        )
+        started = hold.bound if hold.order else None
+        search = search_along(system, push, [level], started, hold.order, 1.0 / _pace(push))
         bracket = search.first(min(longest, whole))
         if bracket is None:
             # A whole period without a root has none ever.

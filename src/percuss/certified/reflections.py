@@ -18,11 +18,18 @@ from dataclasses import dataclass, field
 from flint import arb, ctx
 
 from percuss.certified.cloud import Cloud
-from percuss.certified.first_root import Bracket, Search
+from percuss.certified.first_root import Bracket
 from percuss.certified.flight import Flight
-from percuss.certified.law import coarse_bits, law_of
+from percuss.certified.law import coarse_bits
 from percuss.certified.numbers import ball, precision
-from percuss.certified.step import LEAST, Departure, flight_of, landed, levels_of
+from percuss.certified.step import (
+    Departure,
+    flight_of,
+    landed,
+    levels_of,
+    search_along,
+    width_of,
+)
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided
 
@@ -45,17 +52,8 @@ def first_impact(system: System, start: Departure, longest: float) -> tuple[Brac
         with precision(coarse):
             whole = flight_of(system, start, whole=True)
             levels = levels_of(system, start.region)
-            started = next(level for level in levels if level.bound == start.bound)
-            width = 1.0 / max([whole.region.pace, *law_of(system).paces, 1e-6])
-            search = Search(
-                whole,
-                levels,
-                started,
-                start.order,
-                width=width,
-                least=max(LEAST, 2.0 ** (-0.45 * coarse) * width),
-                sharp=coarse > coarse_bits(system),
-            )
+            width = width_of(system, whole)
+            search = search_along(system, whole, levels, start.bound, start.order, width)
             try:
                 bracket = search.first(longest)
             except Undecided:

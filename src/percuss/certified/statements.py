@@ -20,11 +20,10 @@ from flint import arb, ctx
 
 from percuss.certified.at_rest import first_push
 from percuss.certified.balls import Ball
-from percuss.certified.first_root import Search
 from percuss.certified.flight import Flight
 from percuss.certified.law import Law, coarse_bits, law_of
 from percuss.certified.numbers import ball, precision
-from percuss.certified.step import LEAST, levels_of
+from percuss.certified.step import levels_of, search_along, width_of
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
 from percuss.errors import ParameterError
@@ -287,16 +286,9 @@ class _Eigenset:
             with precision(coarse):
                 flight = self._flight(turns, self.sign * speed, order)
                 levels = levels_of(self.system, 0)
-                width = 1.0 / max([flight.region.pace, *self.law.paces])
-                search = Search(
-                    flight,
-                    levels,
-                    levels[0],
-                    order,
-                    width=width,
-                    least=max(LEAST, 2.0 ** (-0.45 * coarse) * width),
-                    sharp=coarse > coarse_bits(self.system),
-                )
+                width = width_of(self.system, flight)
+                bound = levels[0].bound
+                search = search_along(self.system, flight, levels, bound, order, width)
                 try:
                     bracket = search.first(2.0 * float(half))
                 except Undecided:

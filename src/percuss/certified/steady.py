@@ -8,13 +8,12 @@ from fractions import Fraction
 from flint import acb, arb, ctx
 
 from percuss.certified.chain import region_of_row
-from percuss.certified.first_root import Search
 from percuss.certified.flight import Flight, propagator
 from percuss.certified.law import Law, coarse_bits, constant_of, law_of
 from percuss.certified.multipliers import completed
 from percuss.certified.numbers import ball, precision
 from percuss.certified.proof import Proof
-from percuss.certified.step import LEAST, levels_of
+from percuss.certified.step import levels_of, search_along, width_of
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided
 from percuss.model.exact import as_fraction
@@ -99,17 +98,7 @@ def _admissible(
             inside = [level.sign * (flight.x0 - level.at) for level in levels]
             if any(gap < 0 for gap in inside):
                 return False, "it starts beyond a stop"
-            width = 1.0 / max([flight.region.pace, *law_of(system).paces])
-            least = max(LEAST, 2.0 ** (-0.45 * coarse) * width)
-            search = Search(
-                flight,
-                levels,
-                None,
-                1,
-                width=width,
-                least=least,
-                sharp=coarse > coarse_bits(system),
-            )
+            search = search_along(system, flight, levels, None, 1, width_of(system, flight))
             try:
                 found = search.first(float(period.upper()) * 1.000001)
             except Undecided as open_question:

@@ -9,7 +9,7 @@ from flint import arb, ctx
 
 from percuss.certified.cloud import Cloud, Matrix, Pair, applied
 from percuss.certified.first_root import Bracket, Level, Search
-from percuss.certified.flight import Flight, Propagator, propagator
+from percuss.certified.flight import Curve, Flight, Propagator, propagator
 from percuss.certified.landing import solve
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import ball, precision, time_ball, upper
@@ -103,6 +103,47 @@ def levels_of(system: System, region: int) -> list[Level]:
     return found
 
 
+def width_of(system: System, flight: Flight) -> float:
+    """Return about how long a stretch of a flight can be, for the quickest part of the motion."""
+    return 1.0 / max([flight.region.pace, *law_of(system).paces, 1e-6])
+
+
+def search_along(
+    system: System,
+    curve: Curve,
+    levels: list[Level],
+    started: int | None,
+    order: int,
+    width: float,
+) -> Search:
+    """Return the search along a curve, at the working precision.
+
+    Parameters
+    ----------
+    system
+        The exact system.
+    curve
+        The curve.
+    levels
+        The levels.
+    started
+        The bound on which the curve starts, None for one inside.
+    order
+        Order of the first derivative there that is not zero.
+    width
+        About how long a stretch can be.
+    """
+    return Search(
+        curve,
+        levels,
+        next((level for level in levels if level.bound == started), None),
+        order,
+        width=width,
+        least=max(LEAST, 2.0 ** (-0.45 * ctx.prec) * width),
+        sharp=ctx.prec > coarse_bits(system),
+    )
+
+
 def first_arrival(system: System, start: Departure, end: arb, width: float) -> Arrival | None:
     """Return where a departure first meets a bound, None if it does not before an instant.
 
@@ -140,16 +181,7 @@ def _arrival(
         levels = levels_of(system, start.region)
         if not levels or _never_reaches(whole, levels, start):
             return None
-        started = next((level for level in levels if level.bound == start.bound), None)
-        search = Search(
-            whole,
-            levels,
-            started,
-            start.order,
-            width=width,
-            least=max(LEAST, 2.0 ** (-0.45 * coarse) * width),
-            sharp=coarse > coarse_bits(system),
-        )
+        search = search_along(system, whole, levels, start.bound, start.order, width)
         began = start.cloud.box()[0] if start.time is None else time_ball(start.time)
         longest = upper(end - began) if end.is_finite() else float("inf")
         bracket = search.first(longest)

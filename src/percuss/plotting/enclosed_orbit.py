@@ -88,8 +88,11 @@ def _title(proven: CertifiedOrbit) -> str:
         False: "passes through a stop",
         None: "may pass through a stop",
     }
-    alone = "alone" if proven.isolated else "one of a family"
-    return f"proven: {alone}, {known[proven.admissible]}, {proven.stability}"
+    alone = "alone with these events" if proven.isolated else "one of a family"
+    stability = proven.stability
+    if stability == "undecided":
+        stability = "stability undecided"
+    return f"proven: {alone}, {known[proven.admissible]}, {stability}"
 
 
 def _beside(ax: Axes) -> tuple[Axes, Axes]:

@@ -21,7 +21,7 @@ from percuss.web.frame import frame
 from percuss.web.question import Question, motion_of, study_of
 from percuss.web.settling import change_of, exponent_of
 
-__all__ = ["answer_facts", "nearest_orbit"]
+__all__ = ["answer_facts"]
 
 # Periods after which a motion is near its attractor, and those looked at for a return.
 SETTLING, LOOKED_AT = 200, 64
@@ -98,28 +98,12 @@ def _told(orbit: PeriodicOrbit) -> dict[str, object]:
     }
 
 
-def nearest_orbit(study: Study) -> PeriodicOrbit | None:
-    """Return the periodic orbit that the end of a motion comes nearest to.
-
-    Parameters
-    ----------
-    study
-        The motion; it is followed for longer than the study says, to come near its attractor.
-
-    Returns
-    -------
-    PeriodicOrbit or None
-        The one found from the closest return of the motion to where it was whole periods before;
-        None without a forcing period, where the motion takes too long to follow, or where no return
-        leads to an orbit.
-    """
-    force = study.forcing
-    if force is None or force.period is None:
-        return None
-    return _nearest(study, _settled(study))
-
-
 def _nearest(study: Study, run: Trajectory) -> PeriodicOrbit | None:
+    """Return the periodic orbit that the end of a settled motion comes nearest to.
+
+    It is found from the closest return of the motion to where it was whole periods before; None
+    where no return leads to an orbit.
+    """
     force = study.forcing
     if force is None or force.period is None or run.outcome is Outcome.interrupted:
         # A search follows such periods again and again: there is no time for it.
