@@ -22,7 +22,7 @@ from percuss.model.harmonics import Component
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import SoftStop, Wall
 
-__all__ = ["Lines", "law", "lines"]
+__all__ = ["Lines", "law", "lines", "turns_per_time"]
 
 # The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
 # radians: there the cubic through a step's ends is off by 1/384 of the amplitude at most.
@@ -109,7 +109,7 @@ def _pair(numerator: int, denominator: int) -> tuple[float, float]:
     return high, (numerator * q - p * denominator) / (denominator * q)
 
 
-def _turns(value: Fraction, halves: int) -> tuple[float, float]:
+def turns_per_time(value: Fraction, halves: int) -> tuple[float, float]:
     """Return a rate over so many times pi as the sum of two floats."""
     return _pair(value.numerator * PI.denominator, value.denominator * halves * PI.numerator)
 
@@ -184,13 +184,13 @@ def _fill_header(
         p, q = period.as_integer_ratio()
         row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(q, p)
     else:
-        row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _turns(frequency, 2)
+        row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = turns_per_time(frequency, 2)
 
 
 def _fill_harmonic(row: at.Table, component: Component) -> None:
     row[at.COSINE], row[at.SINE] = component.cos, component.sin
     row[at.OMEGA] = float(component.omega)
-    row[at.TURNS], row[at.TURNS_LOW] = _turns(component.omega, 2)
+    row[at.TURNS], row[at.TURNS_LOW] = turns_per_time(component.omega, 2)
     row[at.AMPLITUDE] = math.hypot(component.cos, component.sin)
 
 
@@ -232,7 +232,7 @@ def _fill_motion(row: at.Table, region: _Region) -> None:
     discriminant = stiffness - damping**2
     rate = _root(abs(discriminant))
     row[at.STIFFNESS], row[at.DAMPING], row[at.RATE] = k, a, float(rate)
-    row[at.HALF_TURNS], row[at.HALF_TURNS_LOW] = _turns(rate, 4)
+    row[at.HALF_TURNS], row[at.HALF_TURNS_LOW] = turns_per_time(rate, 4)
     row[at.TWICE_PER_RATE] = 2.0 / row[at.RATE] if rate else 0.0
     row[at.PER_STIFFNESS] = float(1 / stiffness) if stiffness else 0.0
     if discriminant < 0:

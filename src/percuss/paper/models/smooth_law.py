@@ -1,22 +1,20 @@
-"""The bilinear oscillator with its kink rounded, followed by a Runge-Kutta method of SciPy."""
+"""The bilinear oscillator with its kink rounded, followed by Runge-Kutta steps."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from percuss.errors import MissingExtraError, ParameterError
-from percuss.model.exact import as_float
+from percuss.errors import ParameterError
 from percuss.model.forcing import Forcing
+from percuss.paper.models.runge_kutta import Spring, harmonics_of, integrate
 
-__all__ = ["Method", "Rounding", "growth_rate", "rounded_magnitude", "smooth_motion"]
+__all__ = ["Rounding", "growth_rate", "rounded_magnitude", "smooth_motion"]
 
 Rounding = Literal["parabola", "hyperbola"]
-Method = Literal["DOP853", "Radau"]
 Floats = NDArray[np.float64]
 
 _ROUNDINGS = ("parabola", "hyperbola")
@@ -102,8 +100,7 @@ def smooth_motion(
     stiffness_above: float = 1.0,
     damping: float = 0.0,
     rounding: Rounding = "parabola",
-    method: Method = "DOP853",
-    tolerance: float = 1e-12,
+    tolerance: float = 1e-14,
 ) -> tuple[Floats, Floats]:
     """Follow the oscillator with the smoothed law.
 
@@ -125,11 +122,8 @@ def smooth_motion(
         a [1/time].
     rounding
         Which curve rounds the kink.
-    method
-        SciPy's explicit Runge-Kutta method of order 8, or its implicit one of order 5 for a
-        very stiff k-.
     tolerance
-        Relative tolerance of a step, and absolute in units of length and of velocity.
+        Of a step, in units of length and of velocity (`runge_kutta.runge_kutta`).
 
     Returns
     -------
@@ -140,8 +134,6 @@ def smooth_motion(
     ------
     ParameterError
         If the radius is negative or the rounding is unknown.
-    MissingExtraError
-        If SciPy is not installed.
 
     Examples
     --------
@@ -154,17 +146,17 @@ def smooth_motion(
     """
     _check(radius, rounding)
     times = np.asarray(t, dtype=np.float64)
-    law = _law(force, stiffness_above, stiffness_below, damping, radius, rounding)
-    done = _solve_ivp()(
-        law,
-        (times[0], times[-1]),
-        [x0, v0],
-        method=method,
-        t_eval=times,
-        rtol=tolerance,
-        atol=tolerance,
+    spring = Spring(
+        float(stiffness_above),
+        float(stiffness_below),
+        float(damping),
+        float(radius),
+        rounding == "hyperbola",
     )
-    return np.asarray(done.y[0]), np.asarray(done.y[1])
+    motion = np.empty((len(times), 2))
+    motion[0] = x0, v0
+    integrate(motion, times, spring, harmonics_of(force), tolerance)
+    return motion[:, 0].copy(), motion[:, 1].copy()
 
 
 def _check(radius: float, rounding: str) -> None:
@@ -172,42 +164,3 @@ def _check(radius: float, rounding: str) -> None:
         raise ParameterError("radius", radius, "not a finite length >= 0")
     if rounding not in _ROUNDINGS:
         raise ParameterError("rounding", rounding, 'neither "parabola" nor "hyperbola"')
-
-
-def _law(
-    force: Forcing,
-    above: float,
-    below: float,
-    damping: float,
-    radius: float,
-    rounding: Rounding,
-) -> Callable[[float, Floats], tuple[float, float]]:
-    """Return (t, (x, v)) -> (x', v'), in plain floats: SciPy calls it for one point at a time."""
-    parts = [(as_float(part.omega), part.cos, part.sin) for part in force.components()]
-    constant = as_float(force.constant)
-    mean, half = 0.5 * (above + below), 0.5 * (below - above)
-    square = radius * radius
-
-    def slope(t: float, state: Floats) -> tuple[float, float]:
-        x, v = float(state[0]), float(state[1])
-        if rounding == "hyperbola":
-            magnitude = math.sqrt(x * x + square)
-        elif abs(x) < radius:
-            magnitude = (x * x + square) / (2.0 * radius)
-        else:
-            magnitude = abs(x)
-        push = constant - mean * x + half * magnitude - 2.0 * damping * v
-        for omega, cosine, sine in parts:
-            push += cosine * math.cos(omega * t) + sine * math.sin(omega * t)
-        return v, push
-
-    return slope
-
-
-def _solve_ivp() -> Any:
-    """Return SciPy's integrator: imported here, since nothing else in percuss needs SciPy."""
-    try:
-        from scipy.integrate import solve_ivp
-    except ImportError as missing:
-        raise MissingExtraError("the smoothed force law needs SciPy", "paper") from missing
-    return solve_ivp

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.ensembles.lyapunov import lyapunov_exponents
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
@@ -22,10 +23,12 @@ __all__ = [
     "bound_use",
     "chaotic_errors",
     "crossing_errors",
+    "expected_gain",
     "grazing_errors",
     "grazing_jump",
     "horizons",
     "stiff_errors",
+    "time_gained",
     "wall_delay",
 ]
 
@@ -40,10 +43,14 @@ TIMES = np.concatenate(([0.0], np.linspace(1.0, 20.0, 200)))
 # Under cos 1.7 t from (1/2, 0.8): before the second impact, away from the first.
 STIFF_OMEGA, STIFF_SPEED, STIFF_TIME = 1.7, 0.8, 4.0
 # Under cos 2.6 t from (0, 0.3), where neighbours part exponentially.
-CHAOTIC_OMEGA, CHAOTIC_SPEED = 2.6, 0.3
+CHAOTIC_OMEGA, CHAOTIC_SPEED = "2.6", 0.3
 CHAOTIC_RADII = (1e-2, 1e-3, 1e-4, 1e-5)
 CHAOTIC_END = 140.0
 FAR = 0.1
+# Motions for the statistics, how many periods their starts lie apart, and how long each may take.
+CHAOTIC_STARTS, APART, LONGEST = 40, 20, 1000.0
+EXPONENT_PERIODS = 20_000
+_CHAOTIC = bilinear_oscillator(stiffness_below=BELOW)
 
 
 def _bilinear() -> Trajectory:
@@ -219,32 +226,92 @@ def chaotic_errors(
         Times, and the (radii, times) magnitudes of the difference of the displacements.
     """
     times = np.arange(0.0, t_end, 0.05)
-    osc = bilinear_oscillator(stiffness_below=BELOW)
     force = cosine(CHAOTIC_OMEGA)
-    exact = simulate(osc, force, v0=CHAOTIC_SPEED, t_end=t_end)(times)[0]
-    errors = np.empty((len(radii), len(times)))
-    for row, radius in enumerate(radii):
-        x, _ = smooth_motion(
-            force,
-            times,
-            0.0,
-            CHAOTIC_SPEED,
-            stiffness_below=BELOW,
-            radius=radius,
-            tolerance=1e-11,
-        )
-        errors[row] = np.abs(x - exact)
-    return times, errors
+    exact = simulate(_CHAOTIC, force, v0=CHAOTIC_SPEED, t_end=t_end)(times)[0]
+    smooth = [
+        smooth_motion(force, times, 0.0, CHAOTIC_SPEED, stiffness_below=BELOW, radius=radius)[0]
+        for radius in radii
+    ]
+    return times, np.abs(np.array(smooth) - exact)
 
 
-def horizons() -> Floats:
-    """Return until when the smoothed motion stays within 0.1 of a chaotic bilinear one.
+@cache
+def horizons(n_starts: int = CHAOTIC_STARTS) -> Floats:
+    """Return until when smoothed motions stay within 0.1 of chaotic bilinear ones.
+
+    The starts lie on one chaotic motion, `APART` periods apart. A single horizon says little: it
+    hangs on the rounding of the last bits.
+
+    Parameters
+    ----------
+    n_starts
+        How many motions.
 
     Returns
     -------
     array
-        A time for each of `CHAOTIC_RADII`; infinite where it stays so to the end.
+        (n_starts, radii) times for `CHAOTIC_RADII`; infinite beyond `LONGEST`.
     """
-    times, errors = chaotic_errors()
-    far = errors > FAR
-    return np.where(far.any(axis=1), times[far.argmax(axis=1)], math.inf)
+    period = 2.0 * math.pi / float(CHAOTIC_OMEGA)
+    instants = APART * period * np.arange(1, n_starts + 1)
+    force = cosine(CHAOTIC_OMEGA)
+    guide = simulate(_CHAOTIC, force, v0=CHAOTIC_SPEED, t_end=instants[-1])
+    return np.array(
+        [
+            [_horizon(float(x), float(v), radius) for radius in CHAOTIC_RADII]
+            for x, v in zip(*guide(instants), strict=True)
+        ]
+    )
+
+
+def _horizon(x0: float, v0: float, radius: float) -> float:
+    force, window = cosine(CHAOTIC_OMEGA), np.linspace(0.0, 40.0, 161)
+    exact = _chaotic(x0, v0)
+    state = x0, v0
+    for begin in np.arange(0.0, LONGEST, window[-1]):
+        times = begin + window
+        x, v = smooth_motion(force, times, *state, stiffness_below=BELOW, radius=radius)
+        far = np.abs(x - exact(times)[0]) > FAR
+        if far.any():
+            return float(times[far.argmax()])
+        state = float(x[-1]), float(v[-1])
+    return math.inf
+
+
+@lru_cache(maxsize=1)
+def _chaotic(x0: float, v0: float) -> Trajectory:
+    return simulate(_CHAOTIC, cosine(CHAOTIC_OMEGA), x0=x0, v0=v0, t_end=LONGEST)
+
+
+def time_gained() -> tuple[float, float]:
+    """Return the mean time that a tenth of the radius gains, with its standard error.
+
+    Each start gives one value, the mean over three tenths, and all values are of one chaotic sea.
+
+    Returns
+    -------
+    tuple of float
+        Mean and standard error [time].
+    """
+    found = horizons()
+    gained = (found[:, -1] - found[:, 0]) / (found.shape[1] - 1)
+    return float(gained.mean()), float(gained.std(ddof=1) / math.sqrt(len(gained)))
+
+
+@cache
+def expected_gain() -> tuple[float, float]:
+    """Return 2 ln 10 / lambda, the time in which errors grow a hundredfold, with its standard error.
+
+    lambda is the larger Lyapunov exponent of the bilinear oscillator on the chaotic motion.
+
+    Returns
+    -------
+    tuple of float
+        Time and standard error [time].
+    """
+    found = lyapunov_exponents(
+        _CHAOTIC, cosine(CHAOTIC_OMEGA), start=(0.0, CHAOTIC_SPEED), periods=EXPONENT_PERIODS
+    )
+    rate, error = float(found.exponents[0]), float(found.errors[0])
+    time = 2.0 * math.log(10.0) / rate
+    return time, time * error / rate
