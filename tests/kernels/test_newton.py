@@ -4,33 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from tests.kernels.uncompiled import python_of
 
 import percuss as pc
 from percuss.kernels.law import FIRST_HARMONIC
-from percuss.kernels.newton import SETTLED, SINGULAR, SPENT, advance, eliminate, iterate
+from percuss.kernels.newton import SETTLED, SINGULAR, SPENT, advance, iterate
 from percuss.model.law import law
-
-
-@pytest.mark.parametrize("size", [1, 2, 5, 11])
-def test_elimination_solves_what_numpy_solves(size: int) -> None:
-    random = np.random.default_rng(size)
-    matrix, residual = random.normal(size=(size, size)), random.normal(size=size)
-    # A zero on the diagonal needs a pivot.
-    matrix[0, 0] = 0.0 if size > 1 else 1.0
-    expected = np.linalg.solve(matrix, -residual)
-
-    for solver in (eliminate, python_of(eliminate)):
-        found = residual.copy()
-        assert solver(matrix.copy(), found)
-        np.testing.assert_allclose(found, expected, rtol=1e-11)
-
-
-def test_elimination_refuses_a_singular_matrix() -> None:
-    matrix = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [5.0, 7.0, 9.0]])
-
-    assert not eliminate(matrix, np.ones(3))
-    assert not eliminate(np.full((2, 2), math.nan), np.ones(2))
 
 
 def test_a_step_leaves_every_flight_a_tenth_of_its_duration() -> None:

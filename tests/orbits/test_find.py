@@ -11,6 +11,8 @@ import percuss as pc
 from percuss.kernels.law import DAMPING
 from percuss.model.law import law
 from percuss.orbits import single_impact_orbits
+from percuss.orbits.orbit.chain import chain_of_stops
+from percuss.orbits.orbit.newton import solve
 
 COCO = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
 ABOVE = pc.impact_oscillator("0.8", side="above")
@@ -363,3 +365,23 @@ def test_motions_that_grow_for_ever_are_no_orbit_however_fast() -> None:
         pc.find_orbit(
             pc.impact_oscillator(), pc.sine(1), n_impacts=2, n_periods=1, guess=(0.185, 25)
         )
+
+
+def test_free_motion_that_only_dies_out_at_a_wall_is_no_orbit() -> None:
+    """Newton's method goes down to no velocity at all, where the equations have no numbers left."""
+    wall = pc.Wall(at=0, side="above", restitution="0.9")
+    osc = pc.Oscillator(stiffness=1, damping=0, stops=(wall,))
+
+    with pytest.raises(pc.ConvergenceError, match="no orbit with 1 impact found"):
+        pc.find_orbit(osc, None)
+    with pytest.raises(pc.ConvergenceError, match="no orbit with 1 impact"):
+        pc.find_orbit(osc, None, guess=(0.0, -1e-200))
+
+
+def test_equations_without_numbers_end_newtons_method() -> None:
+    osc = pc.impact_oscillator("0.8")
+    table = law(osc, pc.cosine("2.5"))
+    chain = chain_of_stops(osc, table, (0,))
+
+    for guess in ([0.0, 1e200, 1e200], [math.nan, 1.0, 1.0], [0.0, 2.5, math.inf]):
+        assert not solve(table, chain, np.array(guess), 2.5).converged

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 
+from percuss.kernels.arithmetic import exponential
 from percuss.kernels.compile import kernel
 from percuss.kernels.doubled import later
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, move, set_phases
@@ -69,7 +70,7 @@ def bound_of_fourth(law: Law, region: int, second: float, third: float, width: f
     quickest = law[region, QUICKEST]
     force = law[0, FORCE_BOUND + 2]
     energy = abs(third) + quickest * abs(second) + force * width
-    return force + quickest * energy * math.exp(2.0 * quickest * width)
+    return force + quickest * energy * exponential(2.0 * quickest * width)
 
 
 @kernel

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from percuss.kernels.compile import formula
 from percuss.kernels.doubled import nearest
 
-PER_LN_2 = 1.0 / math.log(2.0)
+PER_LN_2 = 1.4426950408889634
 # ln 2 in two parts, of which the first has 32 bits: its product with the exponent is exact.
 LN_2_HIGH, LN_2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 # Below this the answer is 0 beside anything it is added to, and its exponent still a double's.

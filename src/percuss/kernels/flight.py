@@ -78,7 +78,9 @@ def force_derivative(law: Law, phases: Table, order: int) -> float:
         quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
         # A derivative turns the phasor (part, quadrature) by a quarter and scales it by w.
         turned = quadrature if order & 1 else part
-        scale = law[harmonic, OMEGA] ** order
+        scale = 1.0
+        for _ in range(order):
+            scale *= law[harmonic, OMEGA]
         total += -scale * turned if order & 2 else scale * turned
     return total
 

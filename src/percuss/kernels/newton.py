@@ -6,6 +6,7 @@ import math
 
 from percuss.kernels.compile import kernel
 from percuss.kernels.law import Law, Table
+from percuss.kernels.linear import eliminate
 from percuss.kernels.record import Integers
 from percuss.kernels.shooting import shoot
 
@@ -89,37 +90,6 @@ def advance(unknowns: Table, step: Table, n: int) -> float:
 
 
 @kernel
-def eliminate(matrix: Table, residual: Table) -> bool:
-    """Solve matrix x = -residual in place, x into ``residual``; tell whether it could be done."""
-    n = matrix.shape[0]
-    largest = 0.0
-    for i in range(n):
-        residual[i] = -residual[i]
-        for k in range(n):
-            largest = max(largest, abs(matrix[i, k]))
-    for k in range(n):
-        pivot = k
-        for i in range(k + 1, n):
-            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
-                pivot = i
-        if not abs(matrix[pivot, k]) > WEAK * largest:
-            return False
-        for j in range(k, n):
-            matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
-        residual[k], residual[pivot] = residual[pivot], residual[k]
-        for i in range(k + 1, n):
-            ratio = matrix[i, k] / matrix[k, k]
-            for j in range(k + 1, n):
-                matrix[i, j] -= ratio * matrix[k, j]
-            residual[i] -= ratio * residual[k]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            residual[k] -= matrix[k, j] * residual[j]
-        residual[k] /= matrix[k, k]
-    return True
-
-
-@kernel
 def copy(source: Table, target: Table) -> None:
     """Write one row of numbers into another."""
     for i in range(source.shape[0]):
@@ -150,7 +120,9 @@ def iterate(
     while steps > 0:
         if not size < math.inf:
             return LOST, least, steps
-        if not eliminate(matrix, residual):
+        for i in range(2 * n + 1):
+            residual[i] = -residual[i]
+        if not eliminate(matrix, residual, WEAK):
             return SINGULAR, least, steps
         moved = advance(unknowns, residual, n)
         steps -= 1

@@ -15,9 +15,13 @@ loses no digits where it is used (docs/theory/flight.md).
 
 from __future__ import annotations
 
-import math
-
 from percuss.kernels.angles import cos_sin
+from percuss.kernels.arithmetic import (
+    cosine_sine,
+    exponential,
+    exponential_less_one,
+    exponentials,
+)
 from percuss.kernels.compile import kernel
 from percuss.kernels.law import (
     DAMPING,
@@ -59,24 +63,25 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
     damping = law[region, DAMPING]
     rate = law[region, RATE]
     if law[region, OVERDAMPED] == 1.0:
-        slow = math.exp(law[region, SLOW_ROOT] * s)
-        shrink = math.expm1(-2.0 * rate * s)
+        slow = exponential(law[region, SLOW_ROOT] * s)
+        shrink = exponential_less_one(-2.0 * rate * s)
         blow = slow * (-shrink) / (2.0 * rate)
         even = slow * (1.0 + 0.5 * shrink)
         if law[region, QUICKEST] * s < SERIES_LIMIT:
             force = force_series(damping, law[region, STIFFNESS], s)
         elif abs(law[region, SLOW_ROOT]) < -0.5 * law[region, FAST_ROOT]:
-            fast = math.expm1(law[region, FAST_ROOT] * s) / law[region, FAST_ROOT]
+            fast = exponential_less_one(law[region, FAST_ROOT] * s) / law[region, FAST_ROOT]
             late = s
             if law[region, SLOW_ROOT] != 0.0:
-                late = math.expm1(law[region, SLOW_ROOT] * s) / law[region, SLOW_ROOT]
+                late = exponential_less_one(law[region, SLOW_ROOT] * s) / law[region, SLOW_ROOT]
             force = (late - fast) / (2.0 * rate)
         else:
             force = (1.0 - even - damping * blow) * law[region, PER_STIFFNESS]
         return blow, even, force
     shrink = 1.0
+    lost = 0.0
     if damping > 0.0:
-        shrink = math.exp(-damping * s)
+        shrink, lost = exponentials(-damping * s)
     if rate == 0.0:
         blow = shrink * s
         even = shrink
@@ -93,8 +98,7 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
         force = square * law[region, PER_STIFFNESS]
     else:
         # 1 - even, without the cancellation of small damping near a whole period.
-        lost = shrink * square - math.expm1(-damping * s)
-        force = (lost - damping * blow) * law[region, PER_STIFFNESS]
+        force = (shrink * square - lost - damping * blow) * law[region, PER_STIFFNESS]
     return blow, even, force
 
 
@@ -198,10 +202,11 @@ def near_response(
         near_re, near_im = quotient(turn[0] - even - root_re, turn[1] - root_im, gap_re, gap_im)
     else:
         # exp(r1 s) times (exp(gap s) - 1) / gap, or s where the gap is closed.
-        half = math.sin(0.5 * gap_im * s)
-        grow = math.expm1(gap_re * s)
-        top_re = grow * math.cos(gap_im * s) - 2.0 * half * half
-        top_im = (1.0 + grow) * math.sin(gap_im * s)
+        _, half = cosine_sine(0.5 * gap_im * s)
+        cosine, sine = cosine_sine(gap_im * s)
+        grow = exponential_less_one(gap_re * s)
+        top_re = grow * cosine - 2.0 * half * half
+        top_im = (1.0 + grow) * sine
         mean_re = s
         mean_im = 0.0
         if gap_re != 0.0 or gap_im != 0.0:

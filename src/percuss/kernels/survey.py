@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from percuss.kernels.arithmetic import arctangent, hypotenuse, logarithm
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.doubled import turns
 from percuss.kernels.flight import Start, acceleration_and_jerk, move
@@ -183,7 +184,7 @@ def move_neighbour(
     """
     stretch, x, v = stretched(law, region, s, jump, tally)
     tally[STRETCHED] += stretch
-    lost = math.log(restitution) if restitution > 0.0 else -math.inf
+    lost = logarithm(restitution) if restitution > 0.0 else -math.inf
     tally[SHRUNK] += 2.0 * (lost - law[region, DAMPING] * s)
     tally[AHEAD_X] = x
     tally[AHEAD_V] = v
@@ -204,11 +205,11 @@ def stretched(
         if i == count - 1:
             matrix = product(jump, matrix)
         x, v = matrix[0] * x + matrix[1] * v, matrix[2] * x + matrix[3] * v
-        size = math.hypot(x, v)
+        size = hypotenuse(x, v)
         if size == 0.0:
             # A contact forgets where the mass came from.
             return -math.inf, 0.0, 0.0
-        total += math.log(size)
+        total += logarithm(size)
         x /= size
         v /= size
     return total, x, v
@@ -231,7 +232,7 @@ def strobe_neighbour(
         stretch, x, v = stretched(law, region, s, (1.0, 0.0, 0.0, 1.0), tally)
         shrunk = tally[SHRUNK] - 2.0 * law[region, DAMPING] * s
         # What is held has lost its neighbours.
-        write_point(tally, points, tally[STRETCHED] + stretch, shrunk, math.atan2(v, x))
+        write_point(tally, points, tally[STRETCHED] + stretch, shrunk, arctangent(v, x))
 
 
 @kernel

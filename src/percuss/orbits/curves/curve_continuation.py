@@ -154,7 +154,7 @@ def _curve(
         kind=kind,
         paths=cast("tuple[str, str]", equations.equations.paths),
         values=np.array([equations.values(point.z) for point in points]),
-        arclength=np.append(0.0, np.cumsum(np.linalg.norm(steps, axis=1))),
+        arclength=np.append(0.0, np.cumsum(np.sqrt((steps * steps).sum(axis=1)))),
         multipliers=np.array([orbit.multipliers for orbit in orbits]),
         stability=np.array([orbit.stability for orbit in orbits]),
         admissible=np.array([orbit.admissible for orbit in orbits]) & (np.array(speeds) > 0.0),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError
 from percuss.kernels.law import Law
+from percuss.numerics import directions, dot, matmul, norm
 from percuss.orbits.curves.return_equations import return_equations, unknowns_from_events
 from percuss.orbits.families.equations import OrbitEquations
 from percuss.orbits.families.family import solved
@@ -112,7 +113,7 @@ class CurveEquations(ABC):
         """Return the unit tangent of a curve with these derivatives, on the side of another."""
         right = np.append(np.zeros(len(before) - 1), 1.0)
         found = solved(np.vstack([derivatives, before]), right)
-        return np.asarray(found / np.linalg.norm(found))
+        return np.asarray(found / norm(found))
 
     def corrected(self, guess: Floats, normal: Floats) -> Floats:
         """Return the point of the curve in the plane through a guess with this normal.
@@ -145,7 +146,7 @@ class CurveEquations(ABC):
         step = np.zeros(len(z))
         least, worse = np.inf, 0
         for k in range(MOST_STEPS):
-            residual = np.append(self.residual(z), normal @ (z - guess))
+            residual = np.append(self.residual(z), dot(normal, z - guess))
             size = float(np.abs(residual).max())
             worse += size > 0.5 * least
             if not size < 1e3 * least:
@@ -155,7 +156,7 @@ class CurveEquations(ABC):
             if least < ENOUGH or (worse and least < SOLVED) or worse > 2:
                 break
             if k:
-                matrix = matrix + np.outer(residual, step / (step @ step))
+                matrix = matrix + np.outer(residual, step / dot(step, step))
             step = -solved(matrix, residual)
             z = z + step
         return best, least
@@ -183,8 +184,8 @@ class MultiplierCurve(CurveEquations):
 
     def _edge(self, z: Floats) -> None:
         """Take the null vectors at a point as the border of the matrix."""
-        left, _, right = np.linalg.svd(self._returns(z[:-2], self.table(z)))
-        self._border = left[:, -1], right[-1]
+        returns = self._returns(z[:-2], self.table(z))
+        self._border = directions(returns.T)[1][-1], directions(returns)[1][-1]
 
     def _returns_of(self, matrix: Floats) -> Floats:
         equations = self.equations
@@ -198,7 +199,7 @@ class MultiplierCurve(CurveEquations):
     def settle(self, z: Floats, derivatives: Floats) -> None:
         """Take a point, with its derivatives, as the one near which the next are looked for."""
         left, right = self._null(self._returns(z[:-2], self.table(z)))
-        sizes = np.linalg.norm(left), np.linalg.norm(right)
+        sizes = norm(left), norm(right)
         self._border = left / sizes[0], right / sizes[1]
         matrix = derivatives.copy()
         # With null vectors of size 1 for its border, g changes by their former sizes.
@@ -233,7 +234,7 @@ class MultiplierCurve(CurveEquations):
         for k in range(len(unknowns)):
             unit = np.zeros(len(unknowns))
             unit[k] = 1.0
-            slopes.append(-psi @ self._change(unknowns, table, unit) @ q)
+            slopes.append(-dot(psi, matmul(self._change(unknowns, table, unit), q)))
         return np.vstack([matrix, slopes])
 
     def _change(self, unknowns: Floats, table: Law, direction: Floats) -> Floats:
@@ -260,6 +261,6 @@ class MultiplierCurve(CurveEquations):
         """Return psi' F_uu q q, whose zeros are cusps (Kuznetsov 2004, section 8.2)."""
         unknowns, table = z[:-2], self.table(z)
         psi, q = self._null(self._returns(unknowns, table))
-        psi, q = psi / np.linalg.norm(psi), q / np.linalg.norm(q)
+        psi, q = psi / norm(psi), q / norm(q)
         along = unknowns_from_events(q)
-        return float(psi @ self._change(unknowns, table, along) @ q)
+        return dot(psi, matmul(self._change(unknowns, table, along), q))

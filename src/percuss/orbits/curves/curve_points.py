@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.model.stops import SoftStop
+from percuss.numerics import norm
 from percuss.orbits.curves.curve import CurveKind, CurvePoint, CurvePointKind
 from percuss.orbits.curves.curve_equations import CurveEquations
 from percuss.orbits.curves.curve_zeros import find_curve_zero
@@ -55,7 +56,7 @@ def curve_points_between(
 
 def _between(equations: CurveEquations, a: Point, b: Point, part: float) -> Point:
     chord = b.z - a.z
-    z = equations.corrected(a.z + part * chord, chord / np.linalg.norm(chord))
+    z = equations.corrected(a.z + part * chord, chord / norm(chord))
     return Point(z, a.tangent, *equations.told(z))
 
 
@@ -75,7 +76,7 @@ def _points_of_piece(
     last: Found | None = None
     for name, zero in zeros:
         it, detail = _meaning(equations, kind, name)
-        same = last is not None and float(np.linalg.norm(zero.z - last[1].z)) < SAME
+        same = last is not None and norm(zero.z - last[1].z) < SAME
         if last is not None and same and last[0].kind == it:
             continue
         if last is not None:

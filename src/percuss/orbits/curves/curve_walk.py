@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import PercussError
+from percuss.numerics import directions, dot, norm
 from percuss.orbits.curves.curve import CurveKind, CurvePoint
 from percuss.orbits.curves.curve_equations import CurveEquations
 from percuss.orbits.curves.curve_points import curve_points_between, lost_stop, met_stop
@@ -66,8 +67,8 @@ class CurveWalk:
         ConvergenceError
             If there is none.
         """
-        _, _, directions = np.linalg.svd(self.equations.derivatives(guess))
-        point = self._point(self.equations.corrected(guess, directions[-1]), directions[-1])
+        _, rows = directions(self.equations.derivatives(guess))
+        point = self._point(self.equations.corrected(guess, rows[-1]), rows[-1])
         self._start_derivatives = self._derivatives
         return point
 
@@ -100,7 +101,7 @@ class CurveWalk:
             self.equations.settle(found.z, self._derivatives)
             if len(rows) > 5 and self._is_back(start, found, way, here):
                 return rows, "the curve closed", True
-            bend = (found.tangent - here.tangent) / float(np.linalg.norm(found.z - here.z))
+            bend = (found.tangent - here.tangent) / norm(found.z - here.z)
             here = found
         return rows, f"max_points = {self.max_points} reached", False
 
@@ -117,7 +118,7 @@ class CurveWalk:
 
     def _step(self, here: Point, bend: Floats, step: float) -> tuple[Point | None, float, str]:
         """Return the next point and the step to try after it."""
-        moved = float(np.linalg.norm(here.tangent[-2:]))
+        moved = norm(here.tangent[-2:])
         step = min(step, LONGEST_STEP, self.largest / max(moved, 1e-9))
         why = "the curve bends"
         while step > LEAST_STEP:
@@ -133,7 +134,7 @@ class CurveWalk:
                 # The end is approached.
                 found = None
             if found is not None:
-                straight = float(here.tangent @ found.tangent) > STRAIGHT
+                straight = dot(here.tangent, found.tangent) > STRAIGHT
                 return found, step * LONGER if straight else step, ""
             step *= 0.5
         return None, step, f"no step of {LEAST_STEP:g} beyond {self._told(here)}: {why}"
@@ -156,10 +157,10 @@ class CurveWalk:
         if normal is not here.tangent:
             k = int(np.argmax(normal))
             z[k] = guess[k]
-        if (np.abs(z[-2:] - 0.5) > 0.5).any() or np.linalg.norm(z - guess) > 0.5 * step:
+        if (np.abs(z[-2:] - 0.5) > 0.5).any() or norm(z - guess) > 0.5 * step:
             return None
         found = self._point(z, here.tangent)
-        return found if here.tangent @ found.tangent > TURNED else None
+        return found if dot(here.tangent, found.tangent) > TURNED else None
 
     def _point(self, z: Floats, before: Floats) -> Point:
         self._derivatives = self.equations.derivatives(z)
@@ -171,6 +172,6 @@ class CurveWalk:
         """Tell whether the last step passed the start, whole periods apart."""
         apart = start.z - found.z
         apart[0] -= round(apart[0])
-        step = float(np.linalg.norm(found.z - before.z))
-        same_way = way * float(start.tangent @ found.tangent) > TURNED
-        return same_way and float(np.linalg.norm(apart)) < 0.6 * step
+        step = norm(found.z - before.z)
+        same_way = way * dot(start.tangent, found.tangent) > TURNED
+        return same_way and norm(apart) < 0.6 * step

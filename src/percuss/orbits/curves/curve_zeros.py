@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import PercussError
+from percuss.numerics import norm
 from percuss.orbits.curves.curve_equations import CurveEquations
 from percuss.orbits.families.conditions import Point
 from percuss.orbits.families.locating import Zero, changes_sign
@@ -42,7 +43,7 @@ def find_curve_zero(equations: CurveEquations, a: Point, b: Point, name: str) ->
         None if it gets lost.
     """
     chord = b.z - a.z
-    length = float(np.linalg.norm(chord))
+    length = norm(chord)
     low, high = (0.0, a.conditions[name], a.z), (1.0, b.conditions[name], b.z)
     size = abs(low[1]) + abs(high[1])
     best = high if abs(high[1]) < abs(low[1]) else low
@@ -83,7 +84,7 @@ def _first_found(
     start, chord = line
     for part in parts:
         try:
-            return part, equations.corrected(start + part * chord, chord / np.linalg.norm(chord))
+            return part, equations.corrected(start + part * chord, chord / norm(chord))
         except PercussError:
             continue
     return None

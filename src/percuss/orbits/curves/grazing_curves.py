@@ -21,6 +21,7 @@ from percuss.kernels.law import N_HARMONICS, PERIOD, Law
 from percuss.kernels.shooting import place
 from percuss.kernels.tangent import propagator
 from percuss.motion.reach import steady
+from percuss.numerics import determinant
 from percuss.orbits.curves.curve_equations import CurveEquations
 from percuss.orbits.curves.return_equations import return_equations
 from percuss.orbits.curves.touch_chain import Others, elastic, is_on_wall, room_beside, touched
@@ -126,7 +127,7 @@ class GrazingCurve(CurveEquations):
         for name, multiplier in (("one", 1.0), ("minus one", -1.0)):
             n, mirror = self.others.n, self.others.mirror
             returns = return_equations(matrix, n, multiplier, mirror)
-            found[name] = float(np.linalg.det(returns))
+            found[name] = determinant(returns)
         if is_on_wall(table, self.touch):
             found["return"] = self._return(z[:-2], table)
         return found
@@ -139,7 +140,7 @@ class GrazingCurve(CurveEquations):
         n = self.equations.n
         _, matrix = self.equations.shot(unknowns, table)
         once_round = return_equations(matrix, n, 0.0)[: 2 * n - 1, 1:]
-        return float(np.linalg.det(once_round))
+        return determinant(once_round)
 
 
 class SteadyGrazingCurve(CurveEquations):

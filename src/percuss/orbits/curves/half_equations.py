@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from percuss.errors import ConvergenceError
 from percuss.kernels.law import Law
 from percuss.kernels.record import Integers
+from percuss.numerics import matmul
 from percuss.orbits.families.equations import OrbitEquations, Ranges
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
@@ -66,9 +67,9 @@ class HalfEquations(OrbitEquations):
 
     def shot(self, unknowns: Floats, table: Law) -> tuple[Floats, Floats]:
         """Return scaled residuals and their derivative by the scaled unknowns, under a law."""
-        residual, matrix = self.whole.shot(self._copies @ unknowns, table)
+        residual, matrix = self.whole.shot(matmul(self._copies, unknowns), table)
         kept = np.append(np.arange(2 * self.n), 4 * self.n)
-        return residual[kept], (matrix @ self._copies)[kept]
+        return residual[kept], matmul(matrix, self._copies)[kept]
 
     def orbit_at(self, unknowns: Floats, values: tuple[float, ...]) -> PeriodicOrbit:
         """Return the orbit of a solution.
@@ -78,7 +79,7 @@ class HalfEquations(OrbitEquations):
         ConvergenceError
             If the second half does not mirror the first: the system is not symmetric.
         """
-        whole = self._copies @ unknowns
+        whole = matmul(self._copies, unknowns)
         residual, _ = self.whole.shot(whole, self.table_at(values))
         apart = float(np.abs(residual).max())
         if apart > MIRRORED:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import PercussError
+from percuss.numerics import dot, norm
 from percuss.orbits.families.conditions import Point, condition, conditions_of
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.locating import Zero, changes_sign, find_zero
@@ -54,7 +55,7 @@ def _birth_between(family: Family, a: Point, b: Point) -> Birth | None:
     has turned round.
     """
     parts = _parting(family, a), _parting(family, b)
-    if parts[0] is None or parts[1] is None or float(parts[0] @ parts[1]) >= 0.0:
+    if parts[0] is None or parts[1] is None or dot(parts[0], parts[1]) >= 0.0:
         return None
     return "mirrored" if a.orbit.n_periods % 2 else "doubled"
 
@@ -80,7 +81,7 @@ def birth_passed(family: Family, a: Point, b: Point) -> Zero | None:
     one, other = _parting(family, a), _parting(family, b)
     if birth is None or one is None or other is None:
         return None
-    part = float(np.linalg.norm(one) / np.linalg.norm(one - other))
+    part = norm(one) / norm(one - other)
     z = a.z + part * (b.z - a.z)
     rough = Zero(part, z, family.orbit(z), (a.z, b.z), goes_through=False)
     return located_birth(family, rough, birth)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import Phase
+from percuss.numerics import solve_linear
 from percuss.orbits.families.conditions import conditions_of
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.ranges import checked_range, own_value
@@ -211,7 +212,7 @@ def _error(family: Family, point: SpecialPoint, before: float, value: float) -> 
     held = np.append(np.zeros(len(start) - 1), 1.0)
     residual, matrix = family.residual(start, point.value)
     again = start.copy()
-    again[:-1] -= np.linalg.solve(matrix, residual)
+    again[:-1] -= solve_linear(matrix, residual)
     orbits = point.orbit, family.orbit(family.corrected(again, held))
     here, there = (conditions_of(family, orbit)["minus one"] for orbit in orbits)
     # The condition falls from its value at the start of the family to zero.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase
+from percuss.numerics import norm
 from percuss.orbits.families.branch import Branch
 from percuss.orbits.families.conditions import Point
 from percuss.orbits.families.family import Family
@@ -148,5 +149,5 @@ def _padded(rows: list[Floats]) -> Floats:
 def _apart(one: Point, other: Point) -> float:
     """Return the distance of two points; by the parameter where their events differ."""
     if one.family is other.family:
-        return float(np.linalg.norm(other.z - one.z))
+        return norm(other.z - one.z)
     return abs(float(other.z[-1] - one.z[-1]))

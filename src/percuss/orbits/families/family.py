@@ -12,6 +12,7 @@ from percuss.kernels.shooting import AT, place
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
+from percuss.numerics import dot, least_squares, norm, solve_linear
 from percuss.orbits.families.corners import stop_that_is_moved
 from percuss.orbits.families.equations import OrbitEquations
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -22,6 +23,9 @@ Floats = NDArray[np.float64]
 
 # Scaled residuals of a solution, as a part of its own size: rounding of a chain is some 1e-15.
 SOLVED = 1e-12
+# Residuals that are rounded by more than the orbit is large: no step from there leads anywhere,
+# though it may lead back where an unknown enters linearly and its digits cancel by chance.
+LOST = 2.0**52
 # Where another family crosses Newton's method gains a factor of two a step only.
 MOST_STEPS, MOST_BESIDE_OTHERS = 12, 40
 # Scaled step of the central difference by the parameter: h^2 and 1e-16/h are both small.
@@ -171,7 +175,7 @@ class Family(OrbitEquations):
         for _ in range(MOST_BESIDE_OTHERS if beside_others else MOST_STEPS):
             residual, matrix = self.residual(z, self.value(z))
             size = float(np.abs(residual).max(initial=0.0))
-            if not np.isfinite(size):
+            if not size < LOST:
                 break
             if size < SOLVED * self.size(z) and (size >= 0.5 * least or size < 1e-15):
                 return z
@@ -179,7 +183,7 @@ class Family(OrbitEquations):
             if fixed:
                 z[:-1] -= solved(matrix, residual)
             else:
-                right = np.append(-residual, normal @ (guess - z))
+                right = np.append(-residual, dot(normal, guess - z))
                 z = z + bordered(matrix, slope, normal, right, WEAK if beside_others else 0.0)
         residual, _ = self.residual(z, self.value(z))
         worst = float(np.abs(residual).max(initial=0.0))
@@ -192,7 +196,7 @@ class Family(OrbitEquations):
         _, matrix = self.residual(z, self.value(z))
         slope = self.slope(z, known)
         found = bordered(matrix, slope, before, np.append(np.zeros(len(z) - 1), 1.0))
-        return np.asarray(found / np.linalg.norm(found))
+        return np.asarray(found / norm(found))
 
     def size(self, z: Floats) -> float:
         """Return how much larger the velocities are than those of the first orbit, at least 1."""
@@ -217,7 +221,7 @@ def solved(matrix: Floats, right: Floats, weak: float = 0.0) -> Floats:
     """Solve linear equations; of least norm where they are singular, or weaker than this."""
     if weak == 0.0:
         try:
-            return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
-        except np.linalg.LinAlgError:
+            return solve_linear(matrix, right)
+        except ConvergenceError:
             weak = WEAK
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=weak)[0], dtype=np.float64)
+    return least_squares(matrix, right, weak)

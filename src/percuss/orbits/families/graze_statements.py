@@ -7,6 +7,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.numerics import determinant
+
 __all__ = ["Scenario", "consequence"]
 
 Scenario: TypeAlias = Literal["continuous", "jump", "undecided"]
@@ -43,9 +45,9 @@ def consequence(monodromy: NDArray[np.float64], *, is_wall: bool) -> tuple[Scena
     a jump: an impact moves the mass so that it comes back to the wall faster, again and again; \
 what attracts beyond the graze is elsewhere
     """
-    trace, determinant = float(np.trace(monodromy)), float(np.linalg.det(monodromy))
-    discriminant = 0.25 * trace * trace - determinant
-    if abs(trace) > 1.0 + determinant:
+    trace, area = float(np.trace(monodromy)), determinant(monodromy)
+    discriminant = 0.25 * trace * trace - area
+    if abs(trace) > 1.0 + area:
         return "undecided", "the orbit is unstable without the touch; what follows is not local"
     if not is_wall:
         words = "continuous: the map's correction is of order 3/2 in the depth, the multipliers "
@@ -56,7 +58,7 @@ what attracts beyond the graze is elsewhere
         words = "a velocity at the touch does not come back to the stop after a period: resonant"
         return "undecided", words
     if discriminant < -NEAR:
-        return _of_complex(trace, determinant, transfer)
+        return _of_complex(trace, area, transfer)
     larger = 0.5 * trace + np.sqrt(max(discriminant, 0.0)) * np.sign(trace)
     if larger <= 0.0 or transfer < 0.0:
         words = "a jump: an impact moves the mass so that it comes back to the wall faster, again "

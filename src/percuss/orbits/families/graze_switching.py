@@ -7,6 +7,7 @@ import numpy as np
 from percuss.errors import ConvergenceError, PercussError
 from percuss.kernels import record as columns
 from percuss.kernels.record import Integers
+from percuss.numerics import norm
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.meetings import is_soft, orbit_beyond
 from percuss.orbits.families.ranges import own_value
@@ -125,7 +126,7 @@ def _with_impacts(
             except PercussError:
                 continue
             found = family.orbit(z)
-            if np.linalg.norm(z - guess) < BENT * size and (family.into_stops(found) > 0.0).all():
+            if norm(z - guess) < BENT * size and (family.into_stops(found) > 0.0).all():
                 return found
         size *= SHORTER
     return None

@@ -23,6 +23,7 @@ from percuss.kernels.tangent import neighbours
 from percuss.model.exact import as_float
 from percuss.model.law import law, lines
 from percuss.model.paths import get_parameter
+from percuss.numerics import determinant
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.graze_statements import Scenario, consequence
 from percuss.orbits.families.touches import (
@@ -34,6 +35,7 @@ from percuss.orbits.families.touches import (
     without,
 )
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.stability import multipliers_of
 
 __all__ = ["GrazeAnalysis", "analysed_graze"]
 
@@ -151,7 +153,7 @@ def analysed_graze(orbit: PeriodicOrbit, path: str) -> GrazeAnalysis:
     monodromy = _around(table, base, touch, half=mirrored)
     rate = _depth_rate(base, path, touch)
     order, coefficient = _jump(table, touch, acceleration)
-    fixed = float(np.linalg.det(np.eye(2) - monodromy))
+    fixed = determinant(np.eye(2) - monodromy)
     is_wall = order == 0.5
     impact_rate = math.nan
     beyond = rate > 0.0
@@ -172,7 +174,7 @@ def analysed_graze(orbit: PeriodicOrbit, path: str) -> GrazeAnalysis:
         order=order,
         coefficient=coefficient,
         monodromy=monodromy,
-        multipliers=np.linalg.eigvals(monodromy).astype(np.complex128),
+        multipliers=multipliers_of(monodromy, determinant(monodromy)),
         transfer=float(monodromy[0, 1]),
         depth_rate=rate,
         impact_rate=impact_rate,

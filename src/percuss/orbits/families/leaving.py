@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import PercussError
+from percuss.numerics import norm
 from percuss.orbits.families.conditions import Point, condition, conditions_of, leaves_soft_stop
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.locating import Zero, changes_sign, find_zero
@@ -61,7 +62,7 @@ def until_left(family: Family, a: Point, b: Point) -> tuple[Point, list[tuple[st
 
 def _coming(family: Family, zero: Zero, chord: Floats) -> Floats:
     """Return the unit direction of the chord, with the sign of the parameter's way to the graze."""
-    along = chord / np.linalg.norm(chord)
+    along = chord / norm(chord)
     try:
         before = family.corrected(zero.z - BEFORE * along, along, beside_others=True)
         way = float(zero.z[-1] - before[-1])

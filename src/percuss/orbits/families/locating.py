@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError, PercussError
+from percuss.numerics import norm
 from percuss.orbits.families.conditions import Point
 from percuss.orbits.families.family import Family
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -56,7 +57,7 @@ def find_zero(
     direction more weakly, and solving them so takes longer.
     """
     chord = b.z - a.z
-    length = float(np.linalg.norm(chord))
+    length = norm(chord)
     normal = chord / length
     tolerance = CLOSE / length
 
@@ -66,7 +67,7 @@ def find_zero(
             z = family.corrected(guess, normal, beside_others=beside_others)
         except ConvergenceError:
             z = family.corrected(guess, normal, beside_others=not beside_others)
-        if float(np.linalg.norm(z - guess)) > length:
+        if norm(z - guess) > length:
             raise ConvergenceError("Newton's method leaves the chord", z, math.nan, "look aside")
         orbit = family.orbit(z)
         return test(z, orbit), z, orbit

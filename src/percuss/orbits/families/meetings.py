@@ -19,6 +19,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.law import EDGE, N_HARMONICS
 from percuss.kernels.record import Integers
 from percuss.model.law import law
+from percuss.numerics import norm
 from percuss.orbits.families.family import WEAK, Family, bordered
 from percuss.orbits.families.touches import Touch, acceleration_at, touches_of, without
 from percuss.orbits.orbit.making import orbit_of_solution
@@ -66,7 +67,7 @@ def orbit_beyond(family: Family, orbit: PeriodicOrbit, value: float) -> Periodic
         guess = z + step * tangent
         try:
             found = other.corrected(guess, tangent)
-            if np.linalg.norm(found - guess) < BENT * step and 0.0 <= found[-1] <= 1.0:
+            if norm(found - guess) < BENT * step and 0.0 <= found[-1] <= 1.0:
                 return other.orbit(found)
         except PercussError:
             pass
@@ -181,7 +182,7 @@ def _with_meetings(
     other = Family(touching, family.path, family.low, family.high)
     opened = [[0.0], [row[3] for row in rows], [row[4] for row in rows]]
     direction = np.append(np.concatenate(opened) / other.scale, 0.0)
-    direction /= np.linalg.norm(direction)
+    direction /= norm(direction)
     z = other.corrected(other.start(touching, value), direction, beside_others=True)
     _, matrix = other.residual(z, value)
     right = np.append(np.zeros(len(z) - 1), 1.0)
@@ -189,7 +190,7 @@ def _with_meetings(
     tangent = bordered(matrix, other.slope(z), direction, right, WEAK)
     # The parameter goes with the square of the velocity: what is left of it is a sign.
     tangent[-1] = 0.0
-    tangent /= np.linalg.norm(tangent)
+    tangent /= norm(tangent)
     beside = other.corrected(z + OPENED * tangent, tangent, beside_others=True)
     tangent[-1] = math.copysign(TINY, beside[-1] - z[-1])
     return other, z, tangent

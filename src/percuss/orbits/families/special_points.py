@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from percuss.errors import PercussError
 from percuss.model.law import law
+from percuss.numerics import norm
 from percuss.orbits.families.births import birth_of, birth_passed, located_birth
 from percuss.orbits.families.conditions import Point, condition, conditions_of, leaves_soft_stop
 from percuss.orbits.families.corners import corner_between
@@ -245,7 +246,7 @@ def _has_multiplier(zero: Zero, edge: float) -> bool:
 
 
 def _is_at(zero: Zero, other: Point) -> bool:
-    return float(np.linalg.norm(zero.z - other.z)) < SAME
+    return norm(zero.z - other.z) < SAME
 
 
 def _is_slow(family: Family, orbit: PeriodicOrbit) -> bool:

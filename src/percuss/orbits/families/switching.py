@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter
+from percuss.numerics import directions, matmul, norm
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.graze_switching import orbit_past_graze
 from percuss.orbits.families.rounds import doubled, doubled_unknowns, halves_differ, once_round
@@ -119,7 +120,7 @@ def _stepped_off(
         guess = start + size * direction
         try:
             found = family.corrected(guess, direction)
-            if np.linalg.norm(found - guess) < BENT * size:
+            if norm(found - guess) < BENT * size:
                 return family.orbit(found)
             why = "the family bends away"
         except PercussError as error:
@@ -133,17 +134,17 @@ def _across(family: Family, start: Floats, tangent: Floats | None) -> Floats:
     """Return the unit direction that the equations leave free and that is not the tangent's."""
     _, matrix = family.residual(start, family.value(start))
     slope = family.slope(start)
-    _, sizes, directions = np.linalg.svd(np.column_stack([matrix, slope]))
-    if sizes[-1] > FREE * sizes[0]:
+    sizes, rows = directions(np.column_stack([matrix, slope]))
+    if sizes[-2] > FREE * sizes[0]:
         what = f"the orbit at {family.path} = {family.value(start):.12g} has no second direction"
         raise ConvergenceError(what, None, np.nan, "take a special point of a branch")
-    free = directions[-2:]
+    free = rows[-2:]
     if tangent is None:
-        along = free @ np.append(np.zeros(len(start) - 1), 1.0)
+        along = free[:, -1].copy()
     else:
-        along = free @ (tangent / np.append(family.scale, family.high - family.low))
-    along /= np.linalg.norm(along)
-    across = np.array([-along[1], along[0]]) @ free
+        along = matmul(free, tangent / np.append(family.scale, family.high - family.low))
+    along /= norm(along)
+    across = along[0] * free[1] - along[1] * free[0]
     # One and the same side on every machine.
     largest = int(np.argmax(np.abs(across)))
     return np.asarray(across * np.sign(across[largest]))

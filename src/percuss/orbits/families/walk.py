@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from percuss.errors import ParameterError, PercussError
 from percuss.model.stops import SoftStop
+from percuss.numerics import dot, norm
 from percuss.orbits.families.conditions import Point, conditions_of, leaves_soft_stop
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.meetings import start_beyond
@@ -123,7 +124,7 @@ class Walk:
         corner = corner_point(self.family, here, self.family.value(found.z), is_end=False)
         if corner is not None:
             new.append((corner[1], corner[0]))
-            new.sort(key=lambda row: float(np.linalg.norm(row[0].z - here.z)))
+            new.sort(key=lambda row: norm(row[0].z - here.z))
         return new
 
     def _corner(self, here: Point) -> Row | None:
@@ -232,7 +233,7 @@ class Walk:
                 exact = self.family.tangent(here.z, here.tangent)
                 here = dataclasses.replace(here, tangent=exact)
             if found is not None:
-                straight = float(here.tangent @ found.tangent) > STRAIGHT
+                straight = dot(here.tangent, found.tangent) > STRAIGHT
                 longest = min(self.largest * self.family.size(found.z), step * LONGER)
                 return found, longest if straight else step, ""
             step *= 0.5
@@ -254,16 +255,16 @@ class Walk:
             normal = np.zeros(len(guess))
             normal[-1] = 1.0
         z = self.family.corrected(guess, normal)
-        if not 0.0 <= z[-1] <= 1.0 or np.linalg.norm(z - guess) > 0.5 * step:
+        if not 0.0 <= z[-1] <= 1.0 or norm(z - guess) > 0.5 * step:
             return None
         stepped = SHORT < abs(z[-1] - here.z[-1]) < LONG
         known = self.family.value(here.z) if stepped else None
         orbit = self.family.orbit(z)
         tangent = self.family.tangent(z, here.tangent, known)
-        if known is not None and here.tangent @ tangent < STRAIGHT:
+        if known is not None and dot(here.tangent, tangent) < STRAIGHT:
             tangent = self.family.tangent(z, here.tangent)
         found = Point(z, tangent, orbit, conditions_of(self.family, orbit), self.family)
-        return found if here.tangent @ found.tangent > TURNED else None
+        return found if dot(here.tangent, found.tangent) > TURNED else None
 
     def _is_back(self, start: Point, found: Point, way: float, before: Point) -> bool:
         """Tell whether the last step passed the start, whole periods apart."""
@@ -272,9 +273,9 @@ class Walk:
         apart = start.z - found.z
         if len(apart) > 1:
             apart[0] -= round(apart[0])
-        step = float(np.linalg.norm(found.z - before.z))
-        same_way = way * float(start.tangent @ found.tangent) > TURNED
-        return same_way and float(np.linalg.norm(apart)) < 0.6 * step
+        step = norm(found.z - before.z)
+        same_way = way * dot(start.tangent, found.tangent) > TURNED
+        return same_way and norm(apart) < 0.6 * step
 
     def _is_back_by_others(self, start: Point, found: Point, before: Point) -> bool:
         """Tell whether the last step passed the start after other events have come and gone."""

@@ -30,6 +30,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.numerics import atan2, directions, dot, matmul, solve_linear
 from percuss.orbits.orbit.chain import chain_of_stops, entry, row_of_region
 from percuss.orbits.orbit.making import orbit_of_solution
 from percuss.orbits.orbit.newton import Solution, solve
@@ -158,7 +159,7 @@ def equations_of(
     # Where the free motion returns by itself the force leaves nothing but rounding.
     response = table[region + 1]
     gain = math.hypot(response[at.GAIN_RE], response[at.GAIN_IM])
-    most = 0.5 * period**2 if gain == 0.0 else min(0.5 * period**2, 2.0 * gain)
+    most = 0.5 * period * period if gain == 0.0 else min(0.5 * period * period, 2.0 * gain)
     matrix[np.abs(matrix) < ROUNDING * most * np.array([[1.0], [omega]])] = 0.0
     of_one = np.array([-force * rise, -force * blow])
     of_velocity = np.array([-kept * blow, 1.0 - kept * (even - drag)])
@@ -172,22 +173,25 @@ def _on_circle(
     matrix: Floats, of_one: Floats, of_velocity: Floats, amplitude: float
 ) -> tuple[Points, Floats, float]:
     """Return all (p, q, U) with M (p, q) = b + d U on the circle, and the quadratic for U."""
-    left, sizes, right = np.linalg.svd(matrix)
+    sizes, right = directions(matrix)
     unknown = np.full(3, np.nan)
     if sizes[0] == 0.0:
         return [], unknown, -math.inf
     if sizes[1] > SINGULAR * sizes[0]:
-        one, slope = np.linalg.solve(matrix, np.column_stack([of_one, of_velocity])).T
-        c2, c1, c0 = slope @ slope, 2.0 * (one @ slope), one @ one - amplitude**2
+        one, slope = solve_linear(matrix, of_one), solve_linear(matrix, of_velocity)
+        c2, c1 = dot(slope, slope), 2.0 * dot(one, slope)
+        c0 = dot(one, one) - amplitude * amplitude
         points = [(*(one + slope * u), u) for u in _real_roots(c2, c1, c0)]
         return points, np.array([c2, c1, c0]), float(c1 * c1 - 4.0 * c2 * c0)
     # What the force cannot do at all must come from U; then one coordinate is left free.
-    of_u = float(left[:, 1] @ of_velocity)
+    onto = matmul(matrix, right[0]) / sizes[0]
+    across = np.array([-onto[1], onto[0]])
+    of_u = dot(across, of_velocity)
     if of_u == 0.0:
         return [], unknown, -math.inf
-    u = -float(left[:, 1] @ of_one) / of_u
-    fixed = float(left[:, 0] @ (of_one + of_velocity * u)) / sizes[0]
-    free = amplitude**2 - fixed**2
+    u = -dot(across, of_one) / of_u
+    fixed = dot(onto, of_one + of_velocity * u) / float(sizes[0])
+    free = amplitude * amplitude - fixed * fixed
     others = _real_roots(1.0, 0.0, -free)
     points = [(*(fixed * right[0] + other * right[1]), u) for other in others]
     return points, unknown, 4.0 * free
@@ -209,7 +213,7 @@ def cycle_of(table: Law, p: float, q: float) -> float:
     """Return the cycle at which the force's part in phase is p and in quadrature q."""
     row = table[at.FIRST_HARMONIC]
     # p + i q = (C + i S) exp(-i w t).
-    angle = math.atan2(row[at.SINE], row[at.COSINE]) - math.atan2(q, p)
+    angle = atan2(float(row[at.SINE]), float(row[at.COSINE])) - atan2(float(q), float(p))
     cycle = (angle / (2.0 * math.pi)) % 1.0
     return cycle if cycle < 1.0 else 0.0
 

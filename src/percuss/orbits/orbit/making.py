@@ -17,6 +17,7 @@ from percuss.kernels.tangent import neighbours
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
+from percuss.numerics import dot, exp, matmul
 from percuss.orbits.orbit.chain import is_wall
 from percuss.orbits.orbit.impacts import impacts_of_record
 from percuss.orbits.orbit.newton import Solution
@@ -102,7 +103,7 @@ def determinant_of(table: Law, chain: Integers, durations: Floats) -> tuple[floa
     factors = [factor(table, int(row[BEFORE]), int(row[AT])) for row in chain]
     dampings = table[chain[:, AFTER], DAMPING]
     conservative = all(abs(value) == 1.0 for value in factors) and not dampings.any()
-    decay = math.exp(-2.0 * float(dampings @ durations))
+    decay = exp(-2.0 * dot(dampings, durations))
     return float(np.prod(np.square(factors))) * decay, conservative
 
 
@@ -156,5 +157,5 @@ def _monodromy(table: Law, events: Table, marks: Integers) -> Floats:
         neighbours(table, events[flight], marks[flight], end, True, phases, out)
         # NaN where an impact has no speed.
         with np.errstate(invalid="ignore"):
-            whole = out.reshape(2, 2) @ whole
+            whole = matmul(out.reshape(2, 2), whole)
     return whole

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.errors import ConvergenceError
 from percuss.kernels.law import N_HARMONICS, Law
 from percuss.kernels.newton import (
     SINGULAR,
@@ -18,6 +19,7 @@ from percuss.kernels.newton import (
 )
 from percuss.kernels.record import Integers
 from percuss.kernels.shooting import AT, BEFORE, factor
+from percuss.numerics import directions, inverse, is_finite, least_squares, norm
 
 __all__ = ["Solution", "solve"]
 
@@ -136,8 +138,9 @@ class _System:
                 return best, least
             # Directions that the equations hold so weakly are left as they are.
             self.at(unknowns)
-            found_step = np.linalg.lstsq(self.matrix, -self.residual, rcond=WEAK)[0]
-            step = np.asarray(found_step, dtype=np.float64)
+            if not is_finite(self.matrix, self.residual):
+                return best, least
+            step = least_squares(self.matrix, -self.residual, WEAK)
             steps -= 1
             if advance(unknowns, step, self.n) < SMALLEST_STEP:
                 return best, least
@@ -157,9 +160,12 @@ class _System:
     def stands_still(self, unknowns: Floats) -> bool:
         """Tell whether a flight ends where it starts: zero duration solves its equation too.
 
-        A short hop comes back with the opposite velocity.
+        A short hop comes back with the opposite velocity. Free motion whose events all have no
+        velocity is rest, or a free oscillation that touches: no motion with impacts.
         """
         lasting, speeds = unknowns[1 : 1 + self.n].tolist(), unknowns[1 + self.n :].tolist()
+        if self.period == 0.0 and not any(speeds):
+            return True
         for i in range(self.n):
             if lasting[i] >= SHORT * sum(lasting):
                 continue
@@ -177,9 +183,11 @@ class _System:
         as large as the unknowns; at a solution, even a double one, it is small.
         """
         self.at(unknowns)
+        if not is_finite(self.matrix, self.residual):
+            return False
         if np.abs(self.residual).max() < ROUNDING:
             return True
-        step = np.linalg.lstsq(self.matrix, self.residual, rcond=ROUNDING)[0]
+        step = least_squares(self.matrix, self.residual, ROUNDING)
         return float(np.abs(step).max()) < FAR
 
     def is_on_family(self, unknowns: Floats) -> bool:
@@ -187,8 +195,8 @@ class _System:
         self.at(unknowns)
         if _is_regular(self.matrix):
             return False
-        _, sizes, directions = np.linalg.svd(self.matrix)
-        weak = directions[sizes < math.sqrt(WEAK) * sizes[0]]
+        sizes, rows = directions(self.matrix)
+        weak = rows[sizes < math.sqrt(WEAK) * sizes[0]]
         return any(self._goes_on(unknowns, direction) for direction in weak)
 
     def _goes_on(self, unknowns: Floats, direction: Floats) -> bool:
@@ -202,8 +210,7 @@ class _System:
 def _is_regular(matrix: Floats) -> bool:
     """Tell whether no direction is weak, by norms that bound the singular values: faster."""
     try:
-        inverse = np.linalg.inv(matrix)
-    except np.linalg.LinAlgError:
+        sizes = norm(matrix) * norm(inverse(matrix))
+    except ConvergenceError:
         return False
-    sizes = float(np.linalg.norm(matrix) * np.linalg.norm(inverse))
     return sizes * math.sqrt(WEAK) < 1.0

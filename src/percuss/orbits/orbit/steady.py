@@ -18,6 +18,7 @@ from percuss.model.law import law, lines
 from percuss.model.oscillator import Oscillator
 from percuss.motion.reach import steady
 from percuss.motion.tables import Impacts
+from percuss.numerics import exp
 from percuss.orbits.orbit.chain import row_of_region
 from percuss.orbits.orbit.passages import Turns, margin_of, passages_of, turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -113,7 +114,7 @@ def _orbit(
     table = law(osc, force)
     monodromy = np.array(propagator(table, region, period)).reshape(2, 2)
     damping = float(table[region, at.DAMPING])
-    determinant = math.exp(-2.0 * damping * period)
+    determinant = exp(-2.0 * damping * period)
     turns = _one_period_of(turns_of(table, events, marks, x0, 1.5 * period), period)
     passages = passages_of(osc, turns)
     none = np.empty(0)

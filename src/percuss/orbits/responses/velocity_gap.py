@@ -35,6 +35,17 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameter
+from percuss.numerics import (
+    atan2,
+    cos,
+    directions,
+    inverse,
+    is_finite,
+    matmul,
+    norm,
+    sin,
+    solve_linear,
+)
 from percuss.orbits.finding.single_impact import (
     cycle_of,
     equations_of,
@@ -120,7 +131,7 @@ class VelocityGap:
             (k,), k = 0, 1 or 2.
         """
         (q00, q01), (_, q11) = self.form
-        below = (q01 * gap) ** 2 - q11 * (q00 * gap**2 - 1.0)
+        below = q01 * gap * (q01 * gap) - q11 * (q00 * gap * gap - 1.0)
         if below < 0.0:
             return np.empty(0)
         roots = (-q01 * gap + np.array([1.0, -1.0]) * math.sqrt(below)) / q11
@@ -179,27 +190,27 @@ def velocity_gap_curve(
     """
     _check(osc, force, n_periods, n_points)
     map_, rest, way = _map(osc, force, n_periods)
-    inverse = np.linalg.inv(map_)
+    inverse_map = inverse(map_)
     # Columns (gap, velocity) as functions of the angle: towards the wall both are positive.
-    axes = way * inverse
+    axes = way * inverse_map
     angles = _physical_half(axes[1], n_points)
-    gap, velocity = axes @ np.array([np.cos(angles), np.sin(angles)])
+    circle = np.array([cos(angles), sin(angles)])
+    gap, velocity = matmul(axes, circle)
     velocity[[0, -1]] = 0.0
-    widths = axes @ axes.T
+    widths = matmul(axes, axes.T)
     table = law(osc, force)
     amplitude = float(table[at.FIRST_HARMONIC, at.AMPLITUDE])
-    circle = amplitude * np.array([np.cos(angles), np.sin(angles)])
-    cycle = np.array([cycle_of(table, p, q) for p, q in circle.T])
+    cycle = np.array([cycle_of(table, p, q) for p, q in (amplitude * circle).T])
     orbits = [_orbit(osc, force, n_periods, rest + way * g, c, way * v)
               for g, v, c in zip(gap.tolist(), velocity.tolist(), cycle.tolist(), strict=True)]  # fmt: skip
     return VelocityGap(
         n_periods=n_periods,
         equilibrium=rest,
-        form=np.asarray(map_.T @ map_),
-        graze=float(1.0 / np.linalg.norm(map_[:, 0])),
+        form=matmul(map_.T, map_),
+        graze=1.0 / norm(map_[:, 0]),
         fold=math.copysign(math.sqrt(widths[0, 0]), widths[0, 1]),
         fold_velocity=abs(float(widths[0, 1])) / math.sqrt(widths[0, 0]),
-        largest_velocity=float(np.linalg.norm(axes[1])),
+        largest_velocity=norm(axes[1]),
         gap=gap,
         velocity=velocity,
         cycle=cycle,
@@ -237,7 +248,7 @@ def _map(osc: Oscillator, force: Forcing, n_periods: int) -> tuple[Floats, float
     if amplitude == 0.0 or _is_singular(matrix / scale[:, np.newaxis]):
         reason = f"the free motion closes after {n_periods} forcing periods, or there is no force"
         raise ParameterError("n_periods", n_periods, f"{reason}: there is no ellipse")
-    found = np.linalg.solve(matrix, right) / amplitude
+    found = solve_linear(matrix, right) / amplitude
     if _is_singular(found * scale):
         reason = "the ellipse degenerates into lines: impacts are elastic and nothing is damped,"
         raise ParameterError("osc", osc, f"{reason} or a whole number of free periods passes")
@@ -245,13 +256,15 @@ def _map(osc: Oscillator, force: Forcing, n_periods: int) -> tuple[Floats, float
 
 
 def _is_singular(matrix: Floats) -> bool:
-    sizes = np.linalg.svd(matrix, compute_uv=False)
-    return bool(not np.isfinite(sizes).all() or sizes[1] <= SINGULAR * sizes[0])
+    if not is_finite(matrix):
+        return True
+    sizes, _ = directions(matrix)
+    return bool(sizes[1] <= SINGULAR * sizes[0])
 
 
 def _physical_half(of_velocity: Floats, n_points: int) -> Floats:
     """Return the angles at which a cosine and a sine with these factors are not negative."""
-    middle = math.atan2(of_velocity[1], of_velocity[0])
+    middle = atan2(float(of_velocity[1]), float(of_velocity[0]))
     return np.linspace(middle - 0.5 * math.pi, middle + 0.5 * math.pi, n_points)
 
 

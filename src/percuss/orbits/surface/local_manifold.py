@@ -9,6 +9,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.numerics import hypot, solve_linear
+
 __all__ = ["TOLERANCE", "LocalManifold", "local_manifold"]
 
 Floats = NDArray[np.float64]
@@ -103,7 +105,7 @@ def _with_defect(
     s = local.reach * np.array([1.0, 0.7, 0.3, -1.0, -0.7, -0.3])
     missed = apart(forth(local.at(s / local.multiplier)), local.at(s)) / scale
     # Without an image it misses by any length.
-    defect = np.nan_to_num(np.hypot(missed[:, 0], missed[:, 1]), nan=np.inf).max()
+    defect = np.nan_to_num(hypot(missed[:, 0], missed[:, 1]), nan=np.inf).max()
     return replace(local, defect=float(defect))
 
 
@@ -119,8 +121,8 @@ def _bend(
     """Return h, from the terms of second order of the map: (J - lambda^2) h = -F''(e, e) / 2."""
     points = forth(saddle + step * np.array([[-1.0], [1.0]]) * direction)
     sides = apart(np.broadcast_to(saddle, (2, 2)), points)
-    second = sides.sum(axis=0) / step**2
+    second = sides.sum(axis=0) / (step * step)
     if not np.isfinite(second).all():
         return np.zeros(2)
-    found = np.linalg.solve(jacobian - multiplier**2 * np.eye(2), -0.5 * second)
+    found = solve_linear(jacobian - multiplier * multiplier * np.eye(2), -0.5 * second)
     return np.asarray(found)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError, ParameterError
+from percuss.numerics import inverse, matmul
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.surface.growing import Grower, Grown, GrowthEnd, grow
 from percuss.orbits.surface.local_manifold import TOLERANCE, LocalManifold, PointMap, local_manifold
@@ -329,11 +330,15 @@ def _local(
     """Return the map that stretches a manifold, and the manifold next to its saddle."""
     jacobian = saddles.jacobians[i]
     if kind == "stable":
-        jacobian, multiplier = np.linalg.inv(jacobian), 1.0 / multiplier
+        jacobian, multiplier = inverse(jacobian), 1.0 / multiplier
     turns = len(saddles.points)
     if multiplier < 0.0:
         # Points change sides from one turn to the next: two turns keep them.
-        turns, jacobian, multiplier = 2 * turns, jacobian @ jacobian, multiplier**2
+        turns, jacobian, multiplier = (
+            2 * turns,
+            matmul(jacobian, jacobian),
+            multiplier * multiplier,
+        )
     step = place.forth if kind == "unstable" else place.back
 
     def forth(points: Floats) -> Floats:

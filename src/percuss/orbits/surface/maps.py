@@ -23,6 +23,7 @@ from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import start_faults
 from percuss.model.stops import Wall
+from percuss.numerics import matmul
 from percuss.orbits.orbit.short_runs import ShortRuns
 
 __all__ = ["ImpactMap", "StroboscopicMap", "impact_map", "stroboscopic_map"]
@@ -174,7 +175,7 @@ class ImpactMap:
         end = np.array([[-1.0 / before, 0.0], [-kept * pull / before, kept]])
         period = float(runs.law[0, PERIOD])
         scale = np.array([[1.0, 1.0 / period], [period, 1.0]])
-        return np.asarray(scale * (end @ matrix @ begin)).reshape(-1)
+        return np.asarray(scale * matmul(matmul(end, matrix), begin)).reshape(-1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
+from percuss.numerics import directions, matmul
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.surface.maps import impact_map, stroboscopic_map
 
@@ -47,7 +48,7 @@ class SaddlePoints:
         found = np.empty_like(self.points)
         for i, matrix in enumerate(self.jacobians):
             scaled = matrix * self.scale / self.scale[:, None]
-            vector = np.linalg.svd(scaled - multiplier * np.eye(2))[2][-1]
+            vector = directions(scaled - multiplier * np.eye(2))[1][-1]
             # Pointing to greater x or cycle, or upwards.
             first = vector[0] if abs(vector[0]) > 1e-12 else vector[1]
             found[i] = math.copysign(1.0, first) * vector * self.scale
@@ -147,6 +148,6 @@ def _turns(steps: Floats) -> Floats:
     for i in range(len(steps)):
         turn = np.eye(2)
         for step in np.roll(steps, -i, axis=0):
-            turn = step @ turn
+            turn = matmul(step, turn)
         found.append(turn)
     return np.array(found)

@@ -1,0 +1,284 @@
+"""Elementary functions from sums and products alone, so that each machine gives the same bits.
+
+The C library's differ between its versions and, where it has variants with fused multiplication,
+between processors; NumPy's and a compiler's vector forms differ from both. What IEEE 754 rounds
+correctly, + - * / and the square root, is the same everywhere, and kernels are compiled without
+contraction. Methods and coefficients are those of fdlibm (Sun Microsystems 1993); all answers
+are right to one unit in the last place.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from percuss.kernels.angles import C1, C2, C3, C4, C5, C6, S1, S2, S3, S4, S5, S6
+from percuss.kernels.compile import kernel
+from percuss.kernels.decay import (
+    BIAS,
+    E2,
+    E3,
+    E4,
+    E5,
+    E6,
+    E7,
+    E8,
+    E9,
+    E10,
+    E11,
+    E12,
+    E13,
+    LN_2_HIGH,
+    LN_2_LOW,
+    MANTISSA,
+    PER_LN_2,
+)
+from percuss.kernels.doubled import nearest, two_product, two_sum
+from percuss.kernels.law import Table
+
+# What `evaluate` computes.
+EXPONENTIAL, EXPONENTIAL_LESS_ONE, LOGARITHM, COSINE, SINE, TANGENT, ARCTANGENT, HYPOTENUSE = range(
+    8
+)
+
+# exp(x) is infinite above the first, 0 below the second.
+LARGEST, LEAST = 709.782712893384, -745.1332191019412
+# Beyond these powers of two the 1 of exp(x) - 1, or exp(x), is below rounding.
+ONE_LOST = 60.0
+
+# Coefficients of log(1 + f) in s = f / (2 + f), error below 2**-58.
+L1, L2, L3 = 6.666666666666735130e-01, 3.999999999940941908e-01, 2.857142874366239149e-01
+L4, L5, L6 = 2.222219843214978396e-01, 1.818357216161805012e-01, 1.531383769920937332e-01
+L7 = 1.479819860511658591e-01
+ROOT_HALF = 0.7071067811865476
+
+# pi/2 in three doubles, and 2/pi.
+QUARTER, QUARTER_LOW = 1.5707963267948966, 6.123233995736766e-17
+QUARTER_LEAST = -1.4973849048591698e-33
+PER_QUARTER = 0.6366197723675814
+# Above it an ulp is half a radian or more: the remainder by the double 2 pi stands for the angle.
+LARGEST_ANGLE = 2.0**51
+
+# atan(x) = x - x (odd and even part of a polynomial in x^2), abs(x) < 7/16.
+A0, A1, A2 = 3.33333333333329318027e-01, -1.99999999998764832476e-01, 1.42857142725034663711e-01
+A3, A4, A5 = -1.11111104054623557880e-01, 9.09088713343650656196e-02, -7.69187620504482999495e-02
+A6, A7, A8 = 6.66107313738753120669e-02, -5.83357013379057348645e-02, 4.97687799461593236017e-02
+A9, A10 = -3.65315727442169155270e-02, 1.62858201153657823623e-02
+# atan of 1/2, 1, 3/2 and infinity in two doubles, and pi.
+ATAN_HIGH = (
+    4.63647609000806093515e-01,
+    7.85398163397448278999e-01,
+    9.82793723247329054082e-01,
+    1.57079632679489655800e00,
+)
+ATAN_LOW = (
+    2.26987774529616870924e-17,
+    3.06161699786838301793e-17,
+    1.39033110312309984516e-17,
+    6.12323399573676603587e-17,
+)
+HALF_TURN, HALF_TURN_LOW = 3.141592653589793, 1.2246467991473532e-16
+
+# Squares of sizes between these neither overflow nor lose digits.
+SMALL, LARGE = 2.0**-400, 2.0**400
+UP, DOWN = 2.0**600, 2.0**-600
+
+
+@kernel
+def exponentials(x: float) -> tuple[float, float]:
+    """Return exp(x) and exp(x) - 1."""
+    if not x <= LARGEST:
+        return (x, x) if math.isnan(x) else (math.inf, math.inf)
+    if x < LEAST:
+        return 0.0, -1.0
+    halvings = nearest(x * PER_LN_2)
+    high = x - halvings * LN_2_HIGH
+    low = halvings * LN_2_LOW
+    r = high - low
+    rest = (high - r) - low
+    square = r * r
+    fourth = square * square
+    second = (E2 + r * E3) + square * (E4 + r * E5)
+    middle = (E6 + r * E7) + square * (E8 + r * E9)
+    last = (E10 + r * E11) + square * (E12 + r * E13)
+    # exp(r + rest) - 1 = r + small.
+    small = square * (second + fourth * (middle + fourth * last)) + (rest + r * rest)
+    whole, error = two_sum(1.0, r)
+    # In two steps: a power of two may lie beyond the doubles, above and below.
+    half = np.int64(0.5 * halvings)
+    other = np.int64(halvings) - half
+    scale = np.int64((half + BIAS) << MANTISSA).view(np.float64)
+    scale_2 = np.int64((other + BIAS) << MANTISSA).view(np.float64)
+    found = ((whole + (error + small)) * scale) * scale_2
+    if halvings > ONE_LOST:
+        return found, found
+    if halvings < -ONE_LOST:
+        return found, -1.0
+    scale *= scale_2
+    total, error = two_sum(scale - 1.0, scale * r)
+    return found, total + (error + scale * small)
+
+
+@kernel
+def exponential(x: float) -> float:
+    """Return exp(x)."""
+    return exponentials(x)[0]
+
+
+@kernel
+def exponential_less_one(x: float) -> float:
+    """Return exp(x) - 1."""
+    return exponentials(x)[1]
+
+
+@kernel
+def logarithm(x: float) -> float:
+    """Return the natural logarithm; -inf of 0, NaN of less."""
+    if not x > 0.0:
+        return -math.inf if x == 0.0 else math.nan
+    if x == math.inf:
+        return x
+    mantissa, doublings = math.frexp(x)
+    if mantissa < ROOT_HALF:
+        mantissa *= 2.0
+        doublings -= 1
+    f = mantissa - 1.0
+    s = f / (2.0 + f)
+    z = s * s
+    w = z * z
+    series = w * (L2 + w * (L4 + w * L6)) + z * (L1 + w * (L3 + w * (L5 + w * L7)))
+    half = 0.5 * f * f
+    return doublings * LN_2_HIGH - ((half - (s * (half + series) + doublings * LN_2_LOW)) - f)
+
+
+@kernel
+def cosine_sine(x: float) -> tuple[float, float]:
+    """Return cos(x) and sin(x)."""
+    if not abs(x) <= LARGEST_ANGLE:
+        if not abs(x) < math.inf:
+            return math.nan, math.nan
+        x %= 4.0 * QUARTER
+    quarter = nearest(x * PER_QUARTER)
+    # What is left of the angle, as a pair: each product is exact, the first difference too.
+    product, error = two_product(quarter, QUARTER)
+    product_2, error_2 = two_product(quarter, QUARTER_LOW)
+    total, low = two_sum(x - product, -error)
+    total, low_2 = two_sum(total, -product_2)
+    low += low_2 - (error_2 + quarter * QUARTER_LEAST)
+    if abs(total) > 0.8:
+        # Of a large angle the quotient itself is rounded to the wrong side.
+        once = math.copysign(1.0, total)
+        quarter += once
+        total, low_2 = two_sum(total, -once * QUARTER)
+        low += low_2 - once * QUARTER_LOW
+    angle = total + low
+    low -= angle - total
+    z = angle * angle
+    square = z * z
+    sine = S2 + z * S3 + square * (S4 + z * (S5 + z * S6))
+    cube = z * angle
+    sine = angle - ((z * (0.5 * low - cube * sine) - low) - cube * S1)
+    half = 0.5 * z
+    rest = square * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * C6)))))
+    whole = 1.0 - half
+    cosine = whole + (((1.0 - whole) - half) + (rest - angle * low))
+    turned = int(quarter) & 3
+    if turned & 1:
+        cosine, sine = sine, cosine
+    if (turned + 1) & 2:
+        cosine = -cosine
+    if turned & 2:
+        sine = -sine
+    return cosine, sine
+
+
+@kernel
+def arctangent(y: float, x: float) -> float:
+    """Return the angle of the point (x, y), in [-pi, pi]."""
+    if math.isnan(x) or math.isnan(y):
+        return math.nan
+    up = abs(y)
+    along = abs(x)
+    if up == math.inf and along == math.inf:
+        up = along = 1.0
+    if up == 0.0 and along == 0.0:
+        angle = 0.0
+    elif up > along * 2.0**66:
+        return math.copysign(QUARTER, y)
+    else:
+        ratio = up / along
+        k = -1
+        if ratio >= 2.4375:
+            k = 3
+            ratio = -along / up
+        elif ratio >= 1.1875:
+            k = 2
+            ratio = (ratio - 1.5) / (1.0 + 1.5 * ratio)
+        elif ratio >= 0.6875:
+            k = 1
+            ratio = (ratio - 1.0) / (ratio + 1.0)
+        elif ratio >= 0.4375:
+            k = 0
+            ratio = (2.0 * ratio - 1.0) / (2.0 + ratio)
+        z = ratio * ratio
+        w = z * z
+        even = z * (A0 + w * (A2 + w * (A4 + w * (A6 + w * (A8 + w * A10)))))
+        odd = w * (A1 + w * (A3 + w * (A5 + w * (A7 + w * A9))))
+        angle = ratio - ratio * (even + odd)
+        if k >= 0:
+            angle = ATAN_HIGH[k] - ((ratio * (even + odd) - ATAN_LOW[k]) - ratio)
+    if math.copysign(1.0, x) < 0.0:
+        angle = HALF_TURN - (angle - HALF_TURN_LOW)
+    return math.copysign(angle, y)
+
+
+@kernel
+def hypotenuse(x: float, y: float) -> float:
+    """Return sqrt(x^2 + y^2), without overflow on the way."""
+    x = abs(x)
+    y = abs(y)
+    if math.isinf(x) or math.isinf(y):
+        return math.inf
+    larger = max(x, y)
+    smaller = min(x, y)
+    if math.isnan(x) or math.isnan(y):
+        return math.nan
+    back = 1.0
+    if larger > LARGE:
+        larger *= DOWN
+        smaller *= DOWN
+        back = UP
+    elif larger < SMALL:
+        larger *= UP
+        smaller *= UP
+        back = DOWN
+    if smaller <= larger * 2.0**-54:
+        return (larger + smaller) * back
+    found = math.sqrt(larger * larger + smaller * smaller)
+    # What its square misses by, exactly but for one rounding (Borges 2019).
+    square, error = two_product(found, found)
+    first, error_1 = two_product(larger, larger)
+    second, error_2 = two_product(smaller, smaller)
+    missing = ((first - square) + second) + ((error_1 + error_2) - error)
+    return (found + missing / (2.0 * found)) * back
+
+
+@kernel
+def evaluate(which: int, x: Table, y: Table, out: Table) -> None:
+    """Write a function of each of some numbers; ``y`` is the second argument of two, or ``x``."""
+    for i in range(x.shape[0]):
+        if which <= EXPONENTIAL_LESS_ONE:
+            out[i] = exponentials(x[i])[which]
+        elif which == LOGARITHM:
+            out[i] = logarithm(x[i])
+        elif which == ARCTANGENT:
+            out[i] = arctangent(x[i], y[i])
+        elif which == HYPOTENUSE:
+            out[i] = hypotenuse(x[i], y[i])
+        else:
+            cosine, sine = cosine_sine(x[i])
+            if which == COSINE:
+                out[i] = cosine
+            else:
+                out[i] = sine if which == SINE else sine / cosine

@@ -1,0 +1,232 @@
+"""Elementary functions of numbers and arrays, from `percuss.kernels.arithmetic`.
+
+NumPy's differ in the last digit between processors: it takes vector forms where it can, and the
+C library's elsewhere. These give the same bits for numbers and arrays of any shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.kernels import arithmetic
+from percuss.kernels.compile import uncompiled
+
+__all__ = [
+    "atan2",
+    "cos",
+    "exp",
+    "expm1",
+    "geometric",
+    "hypot",
+    "log",
+    "phasor",
+    "power",
+    "sin",
+    "tan",
+]
+
+Floats = NDArray[np.float64]
+
+# Up to so many numbers plain Python is faster than the first call of a kernel in a process.
+FEW = 16
+
+_exponentials = uncompiled(arithmetic.exponentials)
+_cosine_sine = uncompiled(arithmetic.cosine_sine)
+
+
+def _tangent(x: float) -> float:
+    cosine, sine = _cosine_sine(x)
+    return float(sine / cosine)
+
+
+_PLAIN: dict[int, Callable[..., float]] = {
+    arithmetic.EXPONENTIAL: lambda x: _exponentials(x)[0],
+    arithmetic.EXPONENTIAL_LESS_ONE: lambda x: _exponentials(x)[1],
+    arithmetic.LOGARITHM: uncompiled(arithmetic.logarithm),
+    arithmetic.COSINE: lambda x: _cosine_sine(x)[0],
+    arithmetic.SINE: lambda x: _cosine_sine(x)[1],
+    arithmetic.TANGENT: _tangent,
+    arithmetic.ARCTANGENT: uncompiled(arithmetic.arctangent),
+    arithmetic.HYPOTENUSE: uncompiled(arithmetic.hypotenuse),
+}
+
+
+def _evaluated(which: int, *given: Any) -> Any:
+    if all(isinstance(value, float | int) for value in given):
+        return float(_PLAIN[which](*(float(value) for value in given)))
+    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in given))
+    flat = [np.ascontiguousarray(array).reshape(-1) for array in arrays]
+    out = np.empty(flat[0].shape)
+    if len(out) <= FEW:
+        for i, values in enumerate(zip(*(array.tolist() for array in flat), strict=True)):
+            out[i] = _PLAIN[which](*values)
+    else:
+        arithmetic.evaluate(which, flat[0], flat[-1], out)
+    return out.reshape(arrays[0].shape)[()]
+
+
+@overload
+def exp(x: float) -> float: ...
+@overload
+def exp(x: Floats) -> Floats: ...
+def exp(x: Any) -> Any:
+    """Return the exponential.
+
+    Examples
+    --------
+    >>> exp(0.0)
+    1.0
+    """
+    return _evaluated(arithmetic.EXPONENTIAL, x)
+
+
+@overload
+def expm1(x: float) -> float: ...
+@overload
+def expm1(x: Floats) -> Floats: ...
+def expm1(x: Any) -> Any:
+    """Return the exponential less one, to full relative precision.
+
+    Examples
+    --------
+    >>> expm1(1e-20)
+    1e-20
+    """
+    return _evaluated(arithmetic.EXPONENTIAL_LESS_ONE, x)
+
+
+@overload
+def log(x: float) -> float: ...
+@overload
+def log(x: Floats) -> Floats: ...
+def log(x: Any) -> Any:
+    """Return the natural logarithm; -inf of 0 and NaN of negative numbers, without a warning.
+
+    Examples
+    --------
+    >>> log(1.0), log(0.0)
+    (0.0, -inf)
+    """
+    return _evaluated(arithmetic.LOGARITHM, x)
+
+
+@overload
+def cos(x: float) -> float: ...
+@overload
+def cos(x: Floats) -> Floats: ...
+def cos(x: Any) -> Any:
+    """Return the cosine.
+
+    Examples
+    --------
+    >>> cos(0.0)
+    1.0
+    """
+    return _evaluated(arithmetic.COSINE, x)
+
+
+@overload
+def sin(x: float) -> float: ...
+@overload
+def sin(x: Floats) -> Floats: ...
+def sin(x: Any) -> Any:
+    """Return the sine.
+
+    Examples
+    --------
+    >>> sin(0.0)
+    0.0
+    """
+    return _evaluated(arithmetic.SINE, x)
+
+
+@overload
+def tan(x: float) -> float: ...
+@overload
+def tan(x: Floats) -> Floats: ...
+def tan(x: Any) -> Any:
+    """Return the tangent.
+
+    Examples
+    --------
+    >>> tan(0.0)
+    0.0
+    """
+    return _evaluated(arithmetic.TANGENT, x)
+
+
+@overload
+def atan2(y: float, x: float) -> float: ...
+@overload
+def atan2(y: Floats, x: Floats) -> Floats: ...
+def atan2(y: Any, x: Any) -> Any:
+    """Return the angle of the point (x, y), in [-pi, pi].
+
+    Examples
+    --------
+    >>> atan2(1.0, 0.0)
+    1.5707963267948966
+    """
+    return _evaluated(arithmetic.ARCTANGENT, y, x)
+
+
+@overload
+def hypot(x: float, y: float) -> float: ...
+@overload
+def hypot(x: Floats, y: Floats) -> Floats: ...
+def hypot(x: Any, y: Any) -> Any:
+    """Return sqrt(x^2 + y^2), without overflow on the way.
+
+    Examples
+    --------
+    >>> hypot(3.0, 4.0)
+    5.0
+    """
+    return _evaluated(arithmetic.HYPOTENUSE, x, y)
+
+
+def phasor(angle: Floats | float) -> NDArray[np.complex128]:
+    """Return exp(i angle), an array of the shape of the angles.
+
+    Examples
+    --------
+    >>> phasor(0.0)
+    array(1.+0.j)
+    """
+    angles = np.asarray(angle, dtype=np.float64)
+    found = np.empty(angles.shape, dtype=np.complex128)
+    found.real, found.imag = cos(angles), sin(angles)
+    return found
+
+
+@overload
+def power(base: float, exponent: float) -> float: ...
+@overload
+def power(base: float, exponent: Floats) -> Floats: ...
+def power(base: Any, exponent: Any) -> Any:
+    """Return a power of a positive number, to some 1e-16 of the size of its logarithm.
+
+    Examples
+    --------
+    >>> round(power(10.0, 0.5) ** 2, 14)
+    10.0
+    """
+    return exp(exponent * log(base))
+
+
+def geometric(first: float, last: float, count: int) -> Floats:
+    """Return positive numbers of one ratio, both ends exactly as given.
+
+    Examples
+    --------
+    >>> geometric(1.0, 100.0, 3).round(12)
+    array([  1.,  10., 100.])
+    """
+    found: Floats = first * exp(np.linspace(0.0, log(last / first), count))
+    found[-1:] = last
+    found[:1] = first
+    return found

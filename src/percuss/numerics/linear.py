@@ -1,0 +1,244 @@
+"""Linear algebra of small real matrices: sums in a fixed order, and no matrix without numbers.
+
+BLAS and LAPACK choose their order of summation by the processor, and what they do with an
+infinite or missing entry is anything: an error of their own, a warning on the terminal, no end.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ConvergenceError
+from percuss.kernels import linear as kernels
+
+__all__ = [
+    "determinant",
+    "directions",
+    "dot",
+    "inverse",
+    "is_finite",
+    "least_squares",
+    "matmul",
+    "norm",
+    "solve_linear",
+]
+
+Floats = NDArray[np.float64]
+
+# Squares of sizes with exponents in between neither overflow nor vanish.
+MOST_DOUBLINGS = 400
+
+
+def is_finite(*arrays: Floats) -> bool:
+    """Return whether all entries of all arrays are finite numbers.
+
+    Examples
+    --------
+    >>> is_finite(np.eye(2), np.array([np.inf]))
+    False
+    """
+    return all(bool(np.isfinite(array).all()) for array in arrays)
+
+
+def dot(a: Floats, b: Floats) -> float:
+    """Return the sum of the products of two vectors' entries.
+
+    Examples
+    --------
+    >>> dot(np.array([1.0, 2.0]), np.array([3.0, 4.0]))
+    11.0
+    """
+    return float((a * b).sum())
+
+
+def norm(a: Floats) -> float:
+    """Return the root of the sum of the squares of all entries, without overflow on the way.
+
+    Examples
+    --------
+    >>> norm(np.array([3.0, 4.0]))
+    5.0
+    """
+    largest = float(np.abs(a).max(initial=0.0))
+    if largest == 0.0 or not math.isfinite(largest):
+        return largest
+    doublings = math.frexp(largest)[1]
+    if abs(doublings) < MOST_DOUBLINGS:
+        return math.sqrt(float((a * a).sum()))
+    b = np.ldexp(a, -doublings)
+    return math.ldexp(math.sqrt(float((b * b).sum())), doublings)
+
+
+def matmul(a: Floats, b: Floats) -> Floats:
+    """Return the product of a matrix with a matrix or a vector, or of a vector with a matrix.
+
+    Examples
+    --------
+    >>> matmul(np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([1.0, 1.0]))
+    array([3., 7.])
+    """
+    if b.ndim == 1:
+        return np.asarray((a * b).sum(axis=-1))
+    return np.asarray((a[..., :, None] * b).sum(axis=-2))
+
+
+def solve_linear(matrix: Floats, right: Floats) -> Floats:
+    """Solve a square system of linear equations.
+
+    Parameters
+    ----------
+    matrix
+        (n, n) array.
+    right
+        (n,) array, or (n, m) for m systems at once.
+
+    Returns
+    -------
+    array
+        Of the shape of ``right``.
+
+    Raises
+    ------
+    ConvergenceError
+        If the matrix is singular, or an entry no finite number.
+
+    Examples
+    --------
+    >>> solve_linear(np.array([[2.0, 0.0], [0.0, 4.0]]), np.array([2.0, 2.0]))
+    array([1. , 0.5])
+    """
+    _check(matrix, right)
+    columns = right.reshape(len(right), -1).T
+    found = np.empty(columns.shape)
+    for i, column in enumerate(columns):
+        found[i] = column
+        if not kernels.eliminate(np.array(matrix, dtype=np.float64), found[i], 0.0):
+            what = f"the {len(matrix)} linear equations are singular"
+            raise ConvergenceError(what, None, math.nan, "move a little away from this point")
+    return np.ascontiguousarray(found.T).reshape(right.shape)
+
+
+def inverse(matrix: Floats) -> Floats:
+    """Return the inverse of a square matrix.
+
+    Raises
+    ------
+    ConvergenceError
+        If it is singular, or an entry no finite number.
+
+    Examples
+    --------
+    >>> inverse(np.array([[2.0, 0.0], [0.0, 4.0]]))
+    array([[0.5 , 0.  ],
+           [0.  , 0.25]])
+    """
+    return solve_linear(matrix, np.eye(len(matrix)))
+
+
+def determinant(matrix: Floats) -> float:
+    """Return the determinant of a square matrix, NaN where an entry is no finite number.
+
+    Examples
+    --------
+    >>> determinant(np.array([[1.0, 2.0], [3.0, 4.0]]))
+    -2.0
+    """
+    if not is_finite(matrix):
+        return math.nan
+    if len(matrix) == 2:
+        (a, b), (c, d) = matrix.tolist()
+        return float(a * d - b * c)
+    pivots = np.array(matrix, dtype=np.float64)
+    sign = kernels.eliminate(pivots, np.zeros(len(pivots)), 0.0)
+    return float(math.prod(np.diag(pivots).tolist(), start=sign))
+
+
+def directions(matrix: Floats) -> tuple[Floats, Floats]:
+    """Return the singular values and the directions that they belong to.
+
+    Parameters
+    ----------
+    matrix
+        (m, n) array.
+
+    Returns
+    -------
+    sizes : array
+        (n,), the largest first.
+    directions : array
+        (n, n), orthonormal rows; those without a size span what the matrix takes to zero.
+
+    Raises
+    ------
+    ConvergenceError
+        If an entry is no finite number.
+
+    Examples
+    --------
+    >>> sizes, rows = directions(np.array([[0.0, 2.0], [0.0, 0.0]]))
+    >>> sizes, rows[0]
+    (array([2., 0.]), array([0., 1.]))
+    """
+    sizes, _, rows = _turned(matrix)
+    return sizes, rows
+
+
+def least_squares(matrix: Floats, right: Floats, weak: float) -> Floats:
+    """Return the least of the vectors that solve linear equations best.
+
+    Parameters
+    ----------
+    matrix
+        (m, n) array.
+    right
+        (m,) array.
+    weak
+        Singular values below this part of the largest count as zero.
+
+    Returns
+    -------
+    array
+        (n,).
+
+    Raises
+    ------
+    ConvergenceError
+        If an entry is no finite number.
+
+    Examples
+    --------
+    >>> least_squares(np.array([[1.0, 1.0]]), np.array([2.0]), 1e-12)
+    array([1., 1.])
+    """
+    _check(matrix, right)
+    sizes, images, rows = _turned(matrix)
+    found = np.zeros(matrix.shape[1])
+    for size, image, row in zip(sizes.tolist(), images, rows, strict=True):
+        if size > weak * sizes[0]:
+            # In two steps: the square of a size may lie beyond the doubles.
+            found += dot(image / size, right) / size * row
+    return found
+
+
+def _check(*arrays: Floats) -> None:
+    if not is_finite(*arrays):
+        what = "linear equations have entries that are no finite numbers"
+        raise ConvergenceError(what, None, math.nan, "start nearer to the solution")
+
+
+def _turned(matrix: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return singular values, images of the directions, and the directions themselves."""
+    _check(matrix)
+    n = matrix.shape[1]
+    # A power of two takes squares into the middle of the doubles, and no digit off.
+    doublings = math.frexp(float(np.abs(matrix).max(initial=0.0)))[1]
+    images, rows = np.ldexp(np.ascontiguousarray(matrix.T), -doublings), np.eye(n)
+    if not kernels.orthogonalise(images, rows):
+        what = f"no singular values of a matrix of {matrix.shape} found"
+        raise ConvergenceError(what, None, math.nan, "start nearer to the solution")
+    sizes = np.sqrt((images * images).sum(axis=1))
+    order = np.argsort(-sizes, kind="stable")
+    return np.ldexp(sizes[order], doublings), np.ldexp(images[order], doublings), rows[order]
