@@ -195,7 +195,7 @@ def begin(
         region += 1 + n
     heading = v
     if v == 0.0:
-        heading = push(law, constant_force(law, region, x), phases)
+        heading = push(law, constant_force(law, region, x), (state[T], state[T_LOW]), phases)
     if heading == 0.0:
         # Nothing ever moves it.
         state[FREE_BELOW] = math.inf
@@ -317,7 +317,7 @@ def strike(
     note(state, counters, events, marks, IMPACT, bound, v, state[V])
     counters[N_IMPACTS] += 1
     if speed == 0.0:
-        if side * push(law, state[FORCE], phases) >= 0.0:
+        if side * push(law, state[FORCE], (state[T], state[T_LOW]), phases) >= 0.0:
             counters[TOUCHED] = -1 if side > 0.0 else 1
             note(state, counters, events, marks, CONTACT, bound, 0.0, 0.0)
         return
@@ -348,7 +348,7 @@ def stay(
     normal = counters[TOUCHED]
     longest = (t_end - state[T]) - state[T_LOW]
     instant = (state[T], state[T_LOW])
-    released, s = release_time(
+    released, s, free = release_time(
         law, float(normal), state[FORCE], instant, state[HELD], longest, phases
     )
     if s > longest:
@@ -362,6 +362,7 @@ def stay(
     set_phases(law, state[T], state[T_LOW], phases)
     # The force is zero at a release; what rounding has left of it would decide the take-off.
     state[FORCE] = -force_and_slopes(law, phases)[0]
+    state[FREE_BELOW if normal > 0 else FREE_ABOVE] = free
     bound = int(law[region, NUMBER]) + (1 if normal < 0 else 0)
     note(state, counters, events, marks, RELEASE, bound, 0.0, 0.0)
     return MOVING
