@@ -226,7 +226,10 @@ def fine_zero(
 
 @kernel
 def pulled_for(law: Law, sign: float, force: float, here: tuple[float, float]) -> float:
-    """Return a time over which the wall provably pulls from an instant on, 0 if none is seen."""
+    """Return a time over which the wall provably pulls from an instant on.
+
+    Where none is seen it is next to none, after which a flight's departure is not asked about.
+    """
     width = quiet_time(law)
     for _ in range(BISECTIONS):
         if pressing_shape(law, force, -sign, here, width) == PRESSES:
@@ -234,4 +237,4 @@ def pulled_for(law: Law, sign: float, force: float, here: tuple[float, float]) -
         if pressing_shape(law, force, sign, here, width) == FALLS:
             return width
         width *= 0.5
-    return 0.0
+    return width
