@@ -128,7 +128,7 @@ def test_release_is_where_the_force_next_changes_sign(
     s = 0.0
     released = False
     while not released and s < math.inf:
-        released, s = release_time(table, 1.0, at_wall, (start, 0.0), s, math.inf, phases)
+        released, s, _ = release_time(table, 1.0, at_wall, (start, 0.0), s, math.inf, phases)
 
     assert released
     # The phase is known to an ulp of the double `start`; the force's rounding by its slope.
@@ -142,7 +142,7 @@ def test_force_that_only_touches_zero_does_not_release(start: float) -> None:
     osc, force = pc.impact_oscillator(0.5), pc.cosine(1.0, constant=-1.0)
     table, _, at_wall, phases = wall_and_phases(osc, force, start)
 
-    released, s = release_time(table, 1.0, at_wall, (start, 0.0), 0.0, math.inf, phases)
+    released, s, _ = release_time(table, 1.0, at_wall, (start, 0.0), 0.0, math.inf, phases)
 
     assert (released, s) == (False, math.inf)
 
@@ -152,7 +152,7 @@ def test_contact_begun_at_a_zero_of_the_force_lasts_to_the_next_one() -> None:
     osc, force = pc.impact_oscillator(0.5), pc.sine(1.0, amplitude=-1.0)
     table, _, at_wall, phases = wall_and_phases(osc, force, 0.0)
 
-    released, s = release_time(table, 1.0, at_wall, (0.0, 0.0), 0.0, math.inf, phases)
+    released, s, _ = release_time(table, 1.0, at_wall, (0.0, 0.0), 0.0, math.inf, phases)
 
     assert released
     assert s == pytest.approx(math.pi, rel=1e-15)

@@ -6,6 +6,15 @@ import math
 
 from percuss.kernels.compile import kernel
 from percuss.kernels.doubled import later
+from percuss.kernels.fine_force import (
+    FALLS,
+    PRESSES,
+    UNDECIDED,
+    VANISHES,
+    fine_force,
+    fine_tolerance,
+    pressing_shape,
+)
 from percuss.kernels.flight import force_and_slopes, force_derivative, set_phases
 from percuss.kernels.law import DAMPING, FORCE_BOUND, LOWER, PERIOD, QUICKEST, UPPER, Law, Table
 
@@ -21,21 +30,32 @@ FORCE_ROUNDING = 8 * ULP
 LAST_ORDER = 11
 # Steps towards a release before the search hands back.
 RELEASE_STEPS = 4096
+# Pieces of a stretch on which doubles leave the sign of the force open, and halvings to a zero.
+FINE_STEPS = 2000
+# A zero is simple where the force falls over the time in which its slope may change by so much
+# more than the doubt about it: rounding then moves the zero by less than 1e-6 of that time.
+SIMPLE_ZERO = 1e6
+BISECTIONS = 60
 
 
 @kernel
-def push(law: Law, force: float, phases: Table) -> float:
+def push(law: Law, force: float, instant: tuple[float, float], phases: Table) -> float:
     """Return the first derivative of x that is not zero, at rest at the place of ``force``.
 
     Its sign is the direction in which the mass sets off; 0 if nothing ever moves it. The force's
-    derivatives decide, for x^(m + 2) = f^(m) as long as all before it vanish.
+    derivatives decide, for x^(m + 2) = f^(m) as long as all before it vanish. One that is lost in
+    the rounding of its terms is computed again in pairs of doubles. ``phases`` are those at the
+    ``instant``.
     """
+    constant = force
     for order in range(LAST_ORDER):
-        value = force_derivative(law, phases, order)
-        if order == 0:
-            value += force
-        if value != 0.0:
+        value = force_derivative(law, phases, order) + constant
+        if abs(value) > FORCE_ROUNDING * (law[0, FORCE_BOUND + order] + abs(constant)):
             return value
+        value = fine_force(law, constant, instant, order)
+        if abs(value) > fine_tolerance(law, constant, instant, order):
+            return value
+        constant = 0.0
     return 0.0
 
 
@@ -90,41 +110,131 @@ def release_time(
     begin: float,
     longest: float,
     phases: Table,
-) -> tuple[bool, float]:
-    """Return (True, time) of a contact's release, or (False, time up to which there is none).
+) -> tuple[bool, float, float]:
+    """Return (True, time, free) of a contact's release, or (False, time of no release up to, 0).
 
     The contact began at ``instant`` and is known to last up to ``begin``. Each step stays where
     the force towards the wall is positive by the bound of its second derivative. It releases
-    where it changes sign, not where it touches zero. ``phases`` is scratch; ``sign`` is +1 for a
-    wall below and -1 for one above.
+    where it changes sign, not where it touches zero. Where doubles leave the sign open, pairs of
+    doubles decide (`fine_release`); ``free`` is then a time after the release over which the
+    wall is known to pull. ``phases`` is scratch; ``sign`` is +1 for a wall below and -1 for one
+    above.
     """
     bend = law[0, FORCE_BOUND + 2]
     tolerance = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
-    if sign * force + law[0, FORCE_BOUND] <= tolerance:
-        return False, math.inf
+    steep = FORCE_ROUNDING * law[0, FORCE_BOUND + 1]
+    # Held for ever; where the greatest force is zero to within its rounding, only if a period of
+    # search could not tell.
+    most = sign * force + law[0, FORCE_BOUND]
+    if most < -tolerance or (most <= 0.0 and law[0, PERIOD] == 0.0):
+        return False, math.inf, 0.0
     s = begin
     for _ in range(RELEASE_STEPS):
         if s > longest:
             break
         if law[0, PERIOD] > 0.0 and s > 1.01 * law[0, PERIOD]:
-            return False, math.inf
+            return False, math.inf, 0.0
         t, t_low = later(instant[0], instant[1], s)
         set_phases(law, t, t_low, phases)
-        harmonic, slope, curve = force_and_slopes(law, phases)
+        harmonic, slope, _ = force_and_slopes(law, phases)
         pressing = -sign * (force + harmonic)
         slope = -sign * slope
-        curve = -sign * curve
         # Where the force falls by more than the tolerance in one ulp of s, that ulp decides.
-        if pressing > tolerance + abs(slope) * ULP * s:
+        doubt = tolerance + abs(slope) * ULP * s
+        if pressing > doubt:
             # Divided first: the squares of small forces would underflow.
             back = slope / bend
             s += back + math.sqrt(back * back + 2.0 * (pressing / bend))
             continue
-        if slope < 0.0 and (curve <= 0.0 or pressing - 0.5 * slope * slope / curve < -tolerance):
-            s = max(begin, s - pressing / slope)
-            return True, s
-        if pressing < -tolerance:
-            return True, s
-        # It touches zero, or leaves it upwards: on to where it is seen to be positive again.
-        s += 2.0 * max(0.0, -slope) / bend + math.sqrt(8.0 * (tolerance / bend))
-    return False, s
+        # The slope keeps its sign to the zero and as far beyond as doubles leave it open.
+        back = slope / bend
+        if slope < -steep and back * back > SIMPLE_ZERO * ((abs(pressing) + tolerance) / bend):
+            return True, max(begin, s - pressing / slope), 0.0
+        # Some way on in any case: as far as doubles would not see a force that touches zero.
+        least = s + math.sqrt(8.0 * (tolerance / bend))
+        released, s, free = fine_release(law, sign, force, instant, s, longest, doubt)
+        if released or s > longest:
+            return released, s, free
+        s = max(s, least)
+    return False, s, 0.0
+
+
+@kernel
+def fine_release(
+    law: Law,
+    sign: float,
+    force: float,
+    instant: tuple[float, float],
+    s: float,
+    longest: float,
+    doubt: float,
+) -> tuple[bool, float, float]:
+    """Go on from s as `release_time` does, where the pressing force is within ``doubt`` of zero.
+
+    The stretch is cut into pieces on which the force provably presses, or falls and so has one
+    zero at most, or vanishes within the rounding of pairs of doubles. Returns as soon as doubles
+    tell the sign again, with the time up to which there is no release.
+    """
+    width = quiet_time(law)
+    for _ in range(FINE_STEPS):
+        if s > longest:
+            break
+        here = later(instant[0], instant[1], s)
+        pressing = -sign * fine_force(law, force, here, 0)
+        if pressing > 2.0 * doubt:
+            break
+        if pressing < -fine_tolerance(law, force, here, 0):
+            return True, s, pulled_for(law, sign, force, here)
+        shape = pressing_shape(law, force, sign, here, width)
+        if shape == UNDECIDED and width > 8.0 * ULP * s:
+            width *= 0.5
+            continue
+        there = later(instant[0], instant[1], s + width)
+        end = -sign * fine_force(law, force, there, 0)
+        if shape not in (PRESSES, VANISHES) and end < -fine_tolerance(law, force, there, 0):
+            right = s + width
+            s, free = fine_zero(law, sign, force, instant, s, right)
+            return True, s, free
+        s += width
+        width *= 2.0
+    return False, s, 0.0
+
+
+@kernel
+def quiet_time(law: Law) -> float:
+    """Return a time over which the force changes little, to begin with."""
+    slope = law[0, FORCE_BOUND + 1]
+    return law[0, FORCE_BOUND] / slope if slope > 0.0 else 1.0
+
+
+@kernel
+def fine_zero(
+    law: Law, sign: float, force: float, instant: tuple[float, float], left: float, right: float
+) -> tuple[float, float]:
+    """Return the zero of the force between two times, by bisection, and the rest up to ``right``."""
+    end = right
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (left + right)
+        if not left < middle < right:
+            break
+        if -sign * fine_force(law, force, later(instant[0], instant[1], middle), 0) > 0.0:
+            left = middle
+        else:
+            right = middle
+    return right, end - right
+
+
+@kernel
+def pulled_for(law: Law, sign: float, force: float, here: tuple[float, float]) -> float:
+    """Return a time over which the wall provably pulls from an instant on.
+
+    Where none is seen it is next to none, after which a flight's departure is not asked about.
+    """
+    width = quiet_time(law)
+    for _ in range(BISECTIONS):
+        if pressing_shape(law, force, -sign, here, width) == PRESSES:
+            return width
+        if pressing_shape(law, force, sign, here, width) == FALLS:
+            return width
+        width *= 0.5
+    return width

@@ -7,7 +7,11 @@ that the phase of a harmonic comes out with 16 digits at any instant.
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 from percuss.kernels.compile import kernel
+
+Pair: TypeAlias = tuple[float, float]
 
 # Adding and subtracting 1.5 * 2**52 rounds a double below 2**51 to the nearest integer.
 ROUNDER = 6755399441055744.0
@@ -41,6 +45,28 @@ def two_product(a: float, b: float) -> tuple[float, float]:
     b_low = b - b_high
     error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
     return product, error
+
+
+@kernel
+def plus(a: Pair, b: Pair) -> Pair:
+    """Return the sum of two pairs, to 2**-104 of the sizes of both."""
+    total, error = two_sum(a[0], b[0])
+    return two_sum(total, error + (a[1] + b[1]))
+
+
+@kernel
+def times(a: Pair, b: Pair) -> Pair:
+    """Return the product of two pairs, to a relative 2**-102."""
+    product, error = two_product(a[0], b[0])
+    return two_sum(product, error + (a[0] * b[1] + a[1] * b[0]))
+
+
+@kernel
+def over(a: Pair, n: float) -> Pair:
+    """Return a pair divided by a double, to a relative 2**-102."""
+    quotient = a[0] / n
+    product, error = two_product(quotient, n)
+    return two_sum(quotient, (((a[0] - product) - error) + a[1]) / n)
 
 
 @kernel

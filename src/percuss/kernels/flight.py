@@ -141,9 +141,18 @@ def uncertainty(law: Law, region: int, start: Start, phases: Table, s: float) ->
     It is the error of evaluation and that of a relative rounding of the starting velocity and of
     each force, which no later care can undo.
     """
+    return uncertainties(law, region, start, phases, s)[0]
+
+
+@kernel
+def uncertainties(
+    law: Law, region: int, start: Start, phases: Table, s: float
+) -> tuple[float, float]:
+    """Return bounds on the rounding errors of displacement and velocity (see `uncertainty`)."""
     _, _, v0, force = start
     blow, even, rise = free_response(law, region, s)
     size = abs(v0 * blow) + abs(force * rise)
+    speed = abs(v0) * (abs(even) + law[region, DAMPING] * abs(blow)) + abs(force * blow)
     n = phases.shape[0]
     for j in range(n):
         response = region + 1 + j
@@ -159,9 +168,12 @@ def uncertainty(law: Law, region: int, start: Start, phases: Table, s: float) ->
                     + terms / omega**2
                 )
         size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
+        # Q' = S + i w Q.
+        speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(blow) + 2.0 * omega * limit)
     # A growing exponential has the rounding of its exponent as well.
     growth = max(0.0, law[region, SLOW_ROOT] * s)
-    return ROUNDING * size * (1.0 + growth / 16.0)
+    rounding = 1.0 + growth / 16.0
+    return ROUNDING * size * rounding, ROUNDING * speed * rounding
 
 
 @kernel

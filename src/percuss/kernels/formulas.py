@@ -53,6 +53,10 @@ from percuss.kernels.record import HUGE
 from percuss.kernels.response import SERIES_LIMIT
 from percuss.kernels.search import THIRD, WALK_SLACK
 
+# Least speed of a plain landing times a step, as a part of the slack of the walk: 2e-6 of the size
+# of the motion, above what rounding makes of a speed (docs/theory/first-event.md, section 7).
+SLOWEST = 2e5
+
 # A flight's beginning: the constant force, the harmonic one
 # and its derivative by the frequency, and the velocity.
 Begin: TypeAlias = tuple[float, float, float, float]
@@ -275,12 +279,16 @@ def is_first(
     fourth: float,
     slack: float,
 ) -> bool:
-    """Tell whether a landing on the step that begins at s is plainly the first (see `meeting`)."""
+    """Tell whether a landing on the step that begins at s is plainly the first (see `meeting`).
+
+    And plainly one with a speed: a slower one may be rounding (`slow_landing`).
+    """
     end, speed, _ = landed
     width = end - s
     third = THIRD * width
     least = fourth * width**4 * (1.0 / 287.0) + (slack if s > 0.0 else 0.0)
-    return here[0] + third * here[1] > least and -third * speed > least and end <= s + step
+    fast = -speed * step > SLOWEST * slack
+    return fast and here[0] + third * here[1] > least and -third * speed > least and end <= s + step
 
 
 @formula

@@ -161,7 +161,9 @@ def turn(lane: Lane, room: Room, wish: Wish) -> int:
         free = (state[FREE_BELOW], state[FREE_ABOVE])
         longest = (plan[UNTIL] - state[T]) - state[T_LOW]
         found = next_event(law, region, x, start, phases[0], phases[1], phases[2], free, longest)
-        status = arrive(law, state, counters, phases[0], events, marks, grazes, found, longest)
+        status = arrive(
+            law, state, counters, phases[0], phases[1], events, marks, grazes, found, longest
+        )
     if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
         gather(lane, room, wish, region, x, start, held, counters[N_EVENTS])
     if counters[N_IMPACTS] >= wish[0] and status == MOVING:

@@ -12,12 +12,13 @@ import math
 import numpy as np
 
 from percuss.kernels.compile import kernel
-from percuss.kernels.contact import chatter_time, push, release_time
+from percuss.kernels.contact import FORCE_ROUNDING, chatter_time, push, release_time
 from percuss.kernels.doubled import later
 from percuss.kernels.flight import constant_force, force_and_slopes, set_phases
 from percuss.kernels.law import (
     EDGE,
     FIRST_HARMONIC,
+    FORCE_BOUND,
     LOWER,
     LOWER_ENTRY,
     LOWER_FORCE,
@@ -67,6 +68,7 @@ from percuss.kernels.record import (
     REACHED_LIMIT,
     REGION,
     RELEASE,
+    SLOW_LANDING,
     SPENT,
     START,
     T_LOW,
@@ -79,6 +81,7 @@ from percuss.kernels.record import (
     X,
 )
 from percuss.kernels.search import PAUSE, next_event
+from percuss.kernels.slow_landing import is_fast, rest_at_landing
 from percuss.kernels.touch import GRAZE, NONE
 
 # Plain impacts between two looks at the patience.
@@ -129,7 +132,9 @@ def march(
             longest = (t_end - state[T]) - state[T_LOW]
             region = counters[REGION]
             found = next_event(law, region, state[X], start, phases, arrival, walker, free, longest)
-            status = arrive(law, state, counters, phases, events, marks, grazes, found, longest)
+            status = arrive(
+                law, state, counters, phases, arrival, events, marks, grazes, found, longest
+            )
         if counters[N_IMPACTS] >= max_impacts and status == MOVING:
             return REACHED_LIMIT
     return status
@@ -195,7 +200,7 @@ def begin(
         region += 1 + n
     heading = v
     if v == 0.0:
-        heading = push(law, constant_force(law, region, x), phases)
+        heading = push(law, constant_force(law, region, x), (state[T], state[T_LOW]), phases)
     if heading == 0.0:
         # Nothing ever moves it.
         state[FREE_BELOW] = math.inf
@@ -221,13 +226,14 @@ def arrive(
     state: Table,
     counters: Integers,
     phases: Table,
+    arrival: Table,
     events: Table,
     marks: Integers,
     grazes: Table,
     found: tuple[int, float, float, float, float, tuple[float, float]],
     longest: float,
 ) -> int:
-    """Go through what `next_event` has found."""
+    """Go through what `next_event` has found; ``arrival`` is scratch."""
     region = counters[REGION]
     verdict, s, side, value, error, free = found
     if verdict == NONE or s > longest:
@@ -237,24 +243,32 @@ def arrive(
         return MOVING
     t, t_low = later(state[T], state[T_LOW], s)
     if verdict == GRAZE:
-        i = counters[N_GRAZES]
-        grazes[i, GRAZE_T] = t
-        grazes[i, GRAZE_T_LOW] = t_low
-        grazes[i, GRAZE_BOUND] = law[region, NUMBER] + (1.0 if side > 0.0 else 0.0)
-        grazes[i, GRAZE_CLEARANCE] = value
-        grazes[i, GRAZE_ERROR] = error
-        counters[N_GRAZES] = i + 1
+        bound = law[region, NUMBER] + (1.0 if side > 0.0 else 0.0)
+        note_graze(counters, grazes, (t, t_low), bound, value, error)
         return MOVING
     if not abs(value) < HUGE:
         return OVERFLOW
+    is_wall = law[region, LOWER_KIND if side < 0.0 else UPPER_KIND] == WALL
+    rests = False
+    errors = (0.0, 0.0, 0.0)
+    distance = law[region, LOWER if side < 0.0 else UPPER] - state[X]
+    start = (state[T], state[T_LOW], state[V], state[FORCE])
+    if is_wall and not is_fast(law, region, start, distance, s, value):
+        rests, s, errors = rest_at_landing(
+            law, region, start, phases, arrival, (-side, distance), (s, value), longest
+        )
     t, t_low = later(t, t_low, error)
+    if rests:
+        t, t_low = later(state[T], state[T_LOW], s)
     state[T] = t
     state[T_LOW] = t_low
     state[FREE_BELOW] = 0.0
     state[FREE_ABOVE] = 0.0
     # Afresh from the instant: turned along from flight to flight they would drift from it.
     set_phases(law, t, t_low, phases)
-    if law[region, LOWER_KIND if side < 0.0 else UPPER_KIND] == WALL:
+    if rests:
+        rest(law, state, counters, phases, events, marks, grazes, side, value, errors)
+    elif is_wall:
         strike(law, state, counters, phases, events, marks, side, value)
     else:
         cross(law, state, counters, events, marks, side, value, phases.shape[0])
@@ -317,7 +331,7 @@ def strike(
     note(state, counters, events, marks, IMPACT, bound, v, state[V])
     counters[N_IMPACTS] += 1
     if speed == 0.0:
-        if side * push(law, state[FORCE], phases) >= 0.0:
+        if side * push(law, state[FORCE], (state[T], state[T_LOW]), phases) >= 0.0:
             counters[TOUCHED] = -1 if side > 0.0 else 1
             note(state, counters, events, marks, CONTACT, bound, 0.0, 0.0)
         return
@@ -331,6 +345,40 @@ def strike(
         set_phases(law, state[T], state[T_LOW], phases)
         counters[TOUCHED] = -1 if side > 0.0 else 1
         note(state, counters, events, marks, CONTACT, bound, error, 0.0)
+
+
+@kernel
+def rest(
+    law: Law,
+    state: Table,
+    counters: Integers,
+    phases: Table,
+    events: Table,
+    marks: Integers,
+    grazes: Table,
+    side: float,
+    v: float,
+    errors: tuple[float, float, float],
+) -> None:
+    """Come to rest at a wall: a contact where the force holds the mass there, else a graze.
+
+    ``errors`` are those of `rest_at_landing`.
+    """
+    region = counters[REGION]
+    bound = int(law[region, NUMBER]) + (1 if side > 0.0 else 0)
+    state[X] = law[region, UPPER if side > 0.0 else LOWER]
+    state[FORCE] = law[region, UPPER_FORCE if side > 0.0 else LOWER_FORCE]
+    state[V] = 0.0
+    note(state, counters, events, marks, SLOW_LANDING, bound, v, 0.0)
+    pressing = side * (state[FORCE] + force_and_slopes(law, phases)[0])
+    # Within the rounding of the force the contact's release decides, from where the mass would
+    # beyond doubt be in the wall.
+    if pressing >= -FORCE_ROUNDING * (abs(state[FORCE]) + law[0, FORCE_BOUND]):
+        counters[TOUCHED] = -1 if side > 0.0 else 1
+        state[HELD] = errors[1]
+        note(state, counters, events, marks, CONTACT, bound, errors[0], 0.0)
+        return
+    note_graze(counters, grazes, (state[T], state[T_LOW]), float(bound), 0.0, errors[2])
 
 
 @kernel
@@ -348,7 +396,7 @@ def stay(
     normal = counters[TOUCHED]
     longest = (t_end - state[T]) - state[T_LOW]
     instant = (state[T], state[T_LOW])
-    released, s = release_time(
+    released, s, free = release_time(
         law, float(normal), state[FORCE], instant, state[HELD], longest, phases
     )
     if s > longest:
@@ -362,6 +410,7 @@ def stay(
     set_phases(law, state[T], state[T_LOW], phases)
     # The force is zero at a release; what rounding has left of it would decide the take-off.
     state[FORCE] = -force_and_slopes(law, phases)[0]
+    state[FREE_BELOW if normal > 0 else FREE_ABOVE] = free
     bound = int(law[region, NUMBER]) + (1 if normal < 0 else 0)
     note(state, counters, events, marks, RELEASE, bound, 0.0, 0.0)
     return MOVING
@@ -388,3 +437,22 @@ def note(
     marks[i, BOUND] = bound
     marks[i, NEXT_REGION] = counters[REGION]
     counters[N_EVENTS] = i + 1
+
+
+@kernel
+def note_graze(
+    counters: Integers,
+    grazes: Table,
+    instant: tuple[float, float],
+    bound: float,
+    clearance: float,
+    error: float,
+) -> None:
+    """Write a graze into the record."""
+    i = counters[N_GRAZES]
+    grazes[i, GRAZE_T] = instant[0]
+    grazes[i, GRAZE_T_LOW] = instant[1]
+    grazes[i, GRAZE_BOUND] = bound
+    grazes[i, GRAZE_CLEARANCE] = clearance
+    grazes[i, GRAZE_ERROR] = error
+    counters[N_GRAZES] = i + 1

@@ -11,7 +11,8 @@ Integers: TypeAlias = NDArray[np.int64]
 
 # What an event is: column KIND of the marks.
 # (As int64 and not int, for which numba would compile a function anew for each value.)
-IMPACT, CROSSING, CONTACT, RELEASE, START = (np.int64(kind) for kind in range(5))
+# After a SLOW_LANDING, whose speed is lost in its own rounding, the mass is at rest on the wall.
+IMPACT, CROSSING, CONTACT, RELEASE, START, SLOW_LANDING = (np.int64(kind) for kind in range(6))
 
 # Why `march` came back.
 MOVING, REACHED_END, REACHED_LIMIT, AT_REST, OVERFLOW, NO_MORE, FULL, SPENT = range(8)
