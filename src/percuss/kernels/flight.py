@@ -139,9 +139,22 @@ def uncertainty(law: Law, region: int, start: Start, phases: Table, s: float) ->
     It is the error of evaluation and that of a relative rounding of the starting velocity and of
     each force, which no later care can undo.
     """
+    return ROUNDING * sizes(law, region, start, phases, s)[0] * growth_of_rounding(law, region, s)
+
+
+@kernel
+def growth_of_rounding(law: Law, region: int, s: float) -> float:
+    """Return the factor of what a growing exponential adds: the rounding of its exponent."""
+    return 1.0 + max(0.0, law[region, SLOW_ROOT] * s) / 16.0
+
+
+@kernel
+def sizes(law: Law, region: int, start: Start, phases: Table, s: float) -> tuple[float, float]:
+    """Return the sums of the magnitudes of the terms of y and of v a time s after the start."""
     _, _, v0, force = start
     blow, even, rise = free_response(law, region, s)
     size = abs(v0 * blow) + abs(force * rise)
+    speed = abs(v0) * (abs(even) + law[region, DAMPING] * abs(blow)) + abs(force * blow)
     n = phases.shape[0]
     for j in range(n):
         response = region + 1 + j
@@ -157,9 +170,9 @@ def uncertainty(law: Law, region: int, start: Start, phases: Table, s: float) ->
                     + terms / omega**2
                 )
         size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
-    # A growing exponential has the rounding of its exponent as well.
-    growth = max(0.0, law[region, SLOW_ROOT] * s)
-    return ROUNDING * size * (1.0 + growth / 16.0)
+        # Q' = S + i w Q.
+        speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(blow) + omega * limit)
+    return size, speed
 
 
 @kernel

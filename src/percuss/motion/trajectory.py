@@ -18,6 +18,7 @@ from percuss.model.law import law, lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.motion.energetics import energy_at, forces_at
+from percuss.motion.error_bounds import ContactErrors
 from percuss.motion.outcome import Outcome
 from percuss.motion.tables import (
     NO_CONTACTS,
@@ -89,6 +90,8 @@ class Trajectory:
         """Make a trajectory of what the engine wrote down, from an exact start or its floats."""
         table, (x0, v0), events, marks, grazes = record
         t0 = float(events[0, columns.EVENT_T])
+        start = Start(x0, v0, t0) if start is None else start
+        errors = ContactErrors(oscillator, forcing, start, events, marks)
         return cls(
             oscillator=oscillator,
             forcing=forcing,
@@ -99,9 +102,9 @@ class Trajectory:
             outcome=outcome,
             impacts=_impacts(oscillator, table, events, marks),
             crossings=_crossings(oscillator, events, marks),
-            contacts=_contacts(oscillator, events, marks),
+            contacts=_contacts(oscillator, events, marks, errors),
             grazes=_grazes(oscillator, grazes),
-            start=Start(x0, v0, t0) if start is None else start,
+            start=start,
             _events=events,
             _marks=marks,
         )
@@ -356,7 +359,9 @@ def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers) -
     return Crossings(t=t, v=v, stop=np.array(stop, dtype=np.int64), direction=direction)
 
 
-def _contacts(oscillator: Oscillator, events: Table, marks: columns.Integers) -> Contacts:
+def _contacts(
+    oscillator: Oscillator, events: Table, marks: columns.Integers, errors: ContactErrors
+) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
     if len(which) == 0:
@@ -371,8 +376,7 @@ def _contacts(oscillator: Oscillator, events: Table, marks: columns.Integers) ->
         release=release,
         stop=_stop_of_bound(oscillator)[marks[which, columns.BOUND]],
         n_impacts=np.cumsum(kind == columns.IMPACT)[which],
-        # The summation's own error is far below what a float can tell of the instant.
-        error_bound=events[which, columns.V_BEFORE] + np.spacing(np.abs(start)),
+        _errors=errors,
     )
 
 
