@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from percuss.ensembles import status_of_store as status_of_store
     from percuss.ensembles import sweep as sweep
     from percuss.errors import ConvergenceError as ConvergenceError
+    from percuss.errors import LimitWarning as LimitWarning
     from percuss.errors import MissingExtraError as MissingExtraError
     from percuss.errors import OutputError as OutputError
     from percuss.errors import ParameterError as ParameterError
@@ -118,6 +119,7 @@ __all__ = [
     "ImpactMap",
     "ImpactTimes",
     "Impacts",
+    "LimitWarning",
     "LyapunovExponents",
     "ManifoldBranch",
     "Manifolds",
@@ -200,6 +202,7 @@ _HOMES = {
     ),
     "percuss.errors": (
         "ConvergenceError",
+        "LimitWarning",
         "MissingExtraError",
         "OutputError",
         "ParameterError",

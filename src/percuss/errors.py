@@ -9,6 +9,7 @@ from collections.abc import Iterable
 
 __all__ = [
     "ConvergenceError",
+    "LimitWarning",
     "MissingExtraError",
     "OutputError",
     "ParameterError",
@@ -80,6 +81,13 @@ class ConvergenceError(PercussError, RuntimeError):
     def __str__(self) -> str:
         missed = "" if self.last is None else f"; the last iterate misses by {self.residual:.3g}"
         return f"{self.what}{missed}: {self.advice}"
+
+
+class LimitWarning(UserWarning):
+    """A computation ended at a limit that nobody asked for; its result is true, but shorter.
+
+    The message tells the limit, how far the computation came, and the keyword that moves it.
+    """
 
 
 class StudyError(PercussError, ValueError):

@@ -205,6 +205,17 @@ def test_growth_beyond_all_bounds_is_told_as_simulate_tells_it(start: tuple[floa
     assert overflow == (run.outcome == pc.Outcome.overflow) == (start[1] == 1e160)
 
 
+@pytest.mark.parametrize("t_end", [340.0, 400.0, 1e4])
+def test_growth_without_an_event_is_told_as_simulate_tells_it(t_end: float) -> None:
+    osc = pc.Oscillator(-1.0, 0.0, (pc.Wall(-1.0, "below"),))
+    run = pc.simulate(osc, pc.cosine(2.0), 1.0, 0.0, t_end=t_end)
+
+    lanes = lanes_of(osc, pc.cosine(2.0), np.array([[1.0, 0.0, 0.0]]), t_end)
+
+    overflow = lanes.status[0] == columns.OVERFLOW
+    assert overflow == (run.outcome == pc.Outcome.overflow) == (t_end > 346.0)
+
+
 def test_a_limit_of_impacts_ends_a_lane() -> None:
     lanes = lanes_of(*CHAOS, STARTS, math.inf, max_impacts=300)
 

@@ -51,3 +51,26 @@ def test_no_start_leads_beyond_the_wall(count: int) -> None:
         if deepest(osc, force, x0, v0, 30.0) > 1e-11:
             wrong.append((osc, force, x0, v0))
     assert wrong == []
+
+
+@pytest.mark.parametrize("side", ["below", "above"])
+@pytest.mark.parametrize("restitution", [0.01, 0.3, 0.6, 0.9])
+def test_summed_tail_of_a_chatter_hops_and_never_lies_beyond_the_wall(
+    restitution: float, side: str
+) -> None:
+    sign = 1.0 if side == "below" else -1.0
+    osc = pc.impact_oscillator(restitution, wall=0.3 * sign, side=side)  # type: ignore[arg-type]
+    force = pc.cosine(1.3, amplitude=sign, constant=-1.2 * sign)
+    run = pc.simulate(osc, force, 0.3 * sign, 0.7 * sign, t_end=40.0)
+
+    assert len(run.contacts) > 0
+    for end, count in zip(run.contacts.start, run.contacts.n_impacts, strict=True):
+        begin, speed = run.impacts.t[count - 1], abs(run.impacts.v_after[count - 1])
+        x, v = run(np.linspace(begin, end, 1001))
+        height = sign * x - 0.3
+        assert height.min() >= 0.0
+        # The first hop is the highest: under the constant force it rises to v T (1 - r) / 4.
+        rise = speed * (end - begin) * (1.0 - restitution) / 4.0
+        assert height.max() <= rise * 1.001 + 1e-16
+        assert np.abs(v).max() <= speed
+        assert (np.diff(np.sign(v)) != 0).sum() >= 2

@@ -3,6 +3,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -133,6 +134,61 @@ def test_each_limit_has_its_outcome() -> None:
         assert run.outcome.value in repr(run)
         assert np.isfinite(run.t_end)
         assert np.isfinite(run.sample(3).x).all()
+
+
+@pytest.mark.parametrize("t0", [0.0, 0.3, -7.1])
+def test_time_outside_the_run_by_its_rounding_is_the_end_and_more_is_refused(t0: float) -> None:
+    run = pc.simulate(pc.impact_oscillator(0.8), pc.cosine(2.0), 0.1, 0.3, t0, periods=7)
+    ulp = float(np.spacing(max(abs(t0), abs(run.t_end))))
+
+    for end, way in ((run.t0, -1.0), (run.t_end, 1.0)):
+        for n in (1, 4):
+            assert [float(part) for part in run(end + way * n * ulp)] == [
+                float(part) for part in run(end)
+            ]
+        for n in (6, 1000):
+            with pytest.raises(pc.ParameterError, match="outside the run"):
+                run([end, end + way * n * ulp])
+    with pytest.raises(pc.ParameterError, match="outside the run"):
+        run(math.nan)
+
+
+@pytest.mark.parametrize("omega", ["2.1", "0.7", "3.3"])
+def test_last_strobe_is_there_where_a_run_lasts_whole_periods(omega: str) -> None:
+    for periods in (3, 7, 29):
+        run = pc.simulate(
+            pc.impact_oscillator(0.8), pc.cosine(omega), 0.1, 0.3, 0.1, periods=periods
+        )
+
+        assert run.stroboscopic().sizes["period"] == periods + 1
+
+
+@pytest.mark.parametrize("t_end", [400.0, 1e4])
+@pytest.mark.parametrize("stops", [(), (pc.Wall(-1.0, "below", 0.5),)], ids=["free", "wall"])
+def test_growth_is_kept_up_to_where_it_passes_the_limit(
+    t_end: float, stops: tuple[pc.Wall, ...]
+) -> None:
+    """cosh t from rest passes 1e150 at log(2e150)."""
+    run = pc.simulate(pc.Oscillator(-1.0, 0.0, stops), x0=1.0, t_end=t_end)
+
+    assert run.outcome is pc.Outcome.overflow
+    assert run.t_end == pytest.approx(150 * math.log(10) + math.log(2), rel=1e-12)
+    assert float(run(300.0)[0]) == pytest.approx(math.cosh(300.0), rel=1e-12)
+    assert np.isfinite(run(np.linspace(0.0, run.t_end, 99))).all()
+
+
+def test_limit_that_was_not_asked_for_is_told_with_its_numbers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sys.modules["percuss.motion.simulate"], "MOST_IMPACTS", 50)
+    case = (pc.impact_oscillator(), pc.sine(3), 0.0, 0.51)
+
+    with pytest.warns(pc.LimitWarning, match=r"at t = 157\.\d+ after 50 impacts.*max_impacts"):
+        run = pc.simulate(*case, periods=10**9)
+
+    assert run.outcome is pc.Outcome.reached_max_impacts
+    # What was asked for is no reason to warn.
+    assert len(pc.simulate(*case, max_impacts=50).impacts) == 50
 
 
 def test_run_that_its_watcher_stops_holds_what_was_done() -> None:

@@ -149,6 +149,20 @@ def uncertainties(
     law: Law, region: int, start: Start, phases: Table, s: float
 ) -> tuple[float, float]:
     """Return bounds on the rounding errors of displacement and velocity (see `uncertainty`)."""
+    size, speed = sizes(law, region, start, phases, s)
+    rounding = ROUNDING * growth_of_rounding(law, region, s)
+    return size * rounding, speed * rounding
+
+
+@kernel
+def growth_of_rounding(law: Law, region: int, s: float) -> float:
+    """Return the factor of what a growing exponential adds: the rounding of its exponent."""
+    return 1.0 + max(0.0, law[region, SLOW_ROOT] * s) / 16.0
+
+
+@kernel
+def sizes(law: Law, region: int, start: Start, phases: Table, s: float) -> tuple[float, float]:
+    """Return the sums of the magnitudes of the terms of y and of v a time s after the start."""
     _, _, v0, force = start
     blow, even, rise = free_response(law, region, s)
     size = abs(v0 * blow) + abs(force * rise)
@@ -170,10 +184,7 @@ def uncertainties(
         size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
         # Q' = S + i w Q.
         speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(blow) + 2.0 * omega * limit)
-    # A growing exponential has the rounding of its exponent as well.
-    growth = max(0.0, law[region, SLOW_ROOT] * s)
-    rounding = 1.0 + growth / 16.0
-    return ROUNDING * size * rounding, ROUNDING * speed * rounding
+    return size, speed
 
 
 @kernel

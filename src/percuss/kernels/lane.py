@@ -33,6 +33,7 @@ from percuss.kernels.record import (
     FORCE,
     FREE_ABOVE,
     FREE_BELOW,
+    HUGE,
     IMPACT,
     KIND,
     MOVING,
@@ -40,6 +41,7 @@ from percuss.kernels.record import (
     N_GRAZES,
     N_IMPACTS,
     NEXT_REGION,
+    OVERFLOW,
     REACHED_END,
     REACHED_LIMIT,
     REGION,
@@ -55,6 +57,8 @@ from percuss.kernels.record import (
 )
 from percuss.kernels.search import next_event
 from percuss.kernels.survey import (
+    END_V,
+    END_X,
     SINCE,
     STROBES,
     TANGENTS,
@@ -148,7 +152,7 @@ def skip(lane: Lane, room: Room, wish: Wish) -> int:
 @kernel
 def turn(lane: Lane, room: Room, wish: Wish) -> int:
     """Go to the next event, whatever it is; return MOVING, or why there is none."""
-    law, state, counters, plan, _, _ = lane
+    law, state, counters, plan, tally, _ = lane
     events, marks, grazes, phases = room
     counters[N_EVENTS] = 0
     counters[N_GRAZES] = 0
@@ -166,6 +170,8 @@ def turn(lane: Lane, room: Room, wish: Wish) -> int:
         )
     if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
         gather(lane, room, wish, region, x, start, held, counters[N_EVENTS])
+    if status == REACHED_END and not (abs(tally[END_X]) < HUGE and abs(tally[END_V]) < HUGE):
+        return OVERFLOW
     if counters[N_IMPACTS] >= wish[0] and status == MOVING:
         return REACHED_LIMIT
     return status

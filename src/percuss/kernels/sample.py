@@ -16,6 +16,7 @@ from percuss.kernels.law import (
     HALF_TURNS,
     HALF_TURNS_LOW,
     LOWER,
+    LOWER_RESTITUTION,
     NUMBER,
     OMEGA,
     PER_STIFFNESS,
@@ -28,6 +29,7 @@ from percuss.kernels.law import (
     TURNS_LOW,
     TWICE_PER_RATE,
     UPPER,
+    UPPER_RESTITUTION,
     Law,
     Table,
 )
@@ -36,6 +38,7 @@ from percuss.kernels.record import (
     CONTACT,
     EVENT_T,
     EVENT_T_LOW,
+    IMPACT,
     KIND,
     NEXT_REGION,
     RELEASE,
@@ -119,6 +122,10 @@ def fill(
         force = -force_and_slopes(law, phases)[0]
     moving = marks[event, KIND] != CONTACT
     soonest = math.inf
+    ends = event + 1 < events.shape[0] and marks[event + 1, KIND] == CONTACT
+    if ends and marks[event, KIND] == IMPACT and v0 != 0.0:
+        fill_tail(law, events, marks, x, event, instants, those, motion)
+        return
     if moving and law[region, SIMPLE] == 1.0 and law[region, DAMPING] == 0.0:
         soonest = EARLY / min(law[region, QUICKEST], law[FIRST_HARMONIC, OMEGA])
         undamped_motion(law, region, (t, t_low, v0, force), phases, instants, those, motion)
@@ -133,6 +140,62 @@ def fill(
             motion[0, i] = y
             motion[1, i] = v
         motion[0, i] += x
+        # Between two events nothing lies beyond a bound; rounding may have put it there.
+        if motion[0, i] < law[region, LOWER]:
+            motion[0, i] = law[region, LOWER]
+        elif motion[0, i] > law[region, UPPER]:
+            motion[0, i] = law[region, UPPER]
+
+
+@kernel
+def fill_tail(
+    law: Law,
+    events: Table,
+    marks: Integers,
+    x: float,
+    event: int,
+    instants: Table,
+    those: tuple[int, int],
+    motion: Table,
+) -> None:
+    """Write x and v at those instants between a chatter's last listed impact and its end."""
+    region = int(marks[event, NEXT_REGION])
+    upper = marks[event, BOUND] != law[region, NUMBER]
+    restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
+    t = events[event, EVENT_T]
+    t_low = events[event, EVENT_T_LOW]
+    whole = (events[event + 1, EVENT_T] - t) + (events[event + 1, EVENT_T_LOW] - t_low)
+    for i in range(those[0], those[1]):
+        s = (instants[i] - t) - t_low if instants[i] != t else 0.0
+        y, v = tail_hop(restitution, events[event, V_AFTER], whole, s)
+        motion[0, i] = x + y
+        motion[1, i] = v
+
+
+@kernel
+def tail_hop(restitution: float, v0: float, whole: float, s: float) -> tuple[float, float]:
+    """Return (y, v) a time s after the last listed impact of a chatter that ends at ``whole``.
+
+    The hops of the tail, which are summed and not listed, last and rise less by the restitution
+    from one to the next; so far they are exact to CHATTER_LIMIT of their own size.
+    """
+    left = 1.0 - s / whole
+    if not left > 0.0:
+        return 0.0, 0.0
+    count = max(0, int(math.log(left) / math.log(restitution)))
+    share = restitution**count
+    # The hop in which s lies, whatever the last digit of the logarithms.
+    if left > share and count > 0:
+        count -= 1
+        share = restitution**count
+    elif left <= share * restitution:
+        share *= restitution
+    lasting = whole * share * (1.0 - restitution)
+    if lasting == 0.0:
+        return 0.0, 0.0
+    part = min(max((s - whole * (1.0 - share)) / lasting, 0.0), 1.0)
+    v = v0 * share
+    return v * lasting * part * (1.0 - part), v * (1.0 - 2.0 * part)
 
 
 @kernel

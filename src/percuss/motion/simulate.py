@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from typing import cast
 
 import numpy as np
 
-from percuss.errors import ParameterError
+from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
-from percuss.kernels.law import FIRST_HARMONIC, HALF_TURNS, N_HARMONICS, TURNS, Law, Table
+from percuss.kernels.law import (
+    FIRST_HARMONIC,
+    HALF_TURNS,
+    N_HARMONICS,
+    STIFFNESS,
+    TURNS,
+    Law,
+    Table,
+)
+from percuss.kernels.sample import evaluate
 from percuss.model.exact import Exact, Phase, as_float, plain
 from percuss.model.faults import Fault, phase_faults, raise_first
 from percuss.model.forcing import Forcing
@@ -90,7 +100,13 @@ def simulate(
     -------
     Trajectory
         The motion, its events, and in `outcome` how it ended. Growth without bound, chatter and
-        rest are outcomes, no errors; Ctrl-C ends a run with what was done.
+        rest are outcomes, no errors; Ctrl-C ends a run with what was done. A motion that grows
+        beyond 1e150 is kept up to there, at `t_end`.
+
+    Warns
+    -----
+    LimitWarning
+        If the run ends at ten million impacts without `max_impacts`.
 
     Raises
     ------
@@ -125,6 +141,15 @@ def simulate(
     stopped = march.last_time
     if outcome in (Outcome.reached_t_end, Outcome.at_rest) and end < math.inf:
         stopped = end
+    if outcome is Outcome.overflow or (outcome is Outcome.reached_t_end and march.may_grow):
+        stopped = march.last_moderate(end)
+        outcome = Outcome.overflow if stopped < end else outcome
+    if outcome is Outcome.reached_max_impacts and max_impacts is None:
+        message = (
+            f"the run ended at t = {stopped:.10g} after {limit:,} impacts, the limit without "
+            "max_impacts; give max_impacts to follow it further"
+        )
+        warnings.warn(message, LimitWarning, stacklevel=2)
     start = Start(x0, v0, t0)
     return Trajectory.of_record(osc, force, march.record(), stopped, outcome, start)
 
@@ -214,6 +239,47 @@ class _March:
             return Outcome.interrupted
         finally:
             watch.close()
+
+    @property
+    def may_grow(self) -> bool:
+        """Tell whether the last stretch is a flight that may grow beyond all bounds."""
+        flies = self.counters[columns.TOUCHED] == 0
+        return bool(flies and self.law[self.counters[columns.REGION], STIFFNESS] < 0.0)
+
+    def last_moderate(self, end: float) -> float:
+        """Return up to when, at most ``end``, the last flight stays below HUGE."""
+        low = self.last_time
+        if self._is_moderate(end):
+            return end
+        if not self._is_moderate(low):
+            return low
+        high, step = end, 1.0
+        while self._is_moderate(low + step) and low + step < end:
+            low, step = low + step, 2.0 * step
+        high = min(high, low + step)
+        while low < (middle := 0.5 * (low + high)) < high:
+            low, high = (middle, high) if self._is_moderate(middle) else (low, middle)
+        return low
+
+    def _is_moderate(self, t: float) -> bool:
+        """Tell whether position and velocity at t are below HUGE."""
+        if not t < math.inf:
+            return False
+        n = int(self.counters[columns.N_EVENTS])
+        motion = np.empty((2, 1))
+        with np.errstate(over="ignore", invalid="ignore"):
+            evaluate(
+                self.law,
+                self.events[:n],
+                self.marks[:n],
+                self.start[0],
+                np.array([t]),
+                True,
+                np.empty_like(self.phases),
+                np.empty_like(self.phases),
+                motion,
+            )
+        return bool((np.abs(motion) < columns.HUGE).all())
 
     def _look_far(self, end: float) -> float:
         """Move on the search of a long flight; return how far it is free of events."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,7 +40,7 @@ COLUMNS: dict[str, dict[str, str]] = {
         "release": "time of the release, NaN if it has not come yet",
         "stop": "index of the stop",
         "n_impacts": "number of impacts listed before the contact",
-        "error_bound": "bound of the error of the start",
+        "error_bound": "bound of the whole error of the start",
     },
     "graze": {
         "t": "time of the touch",
@@ -148,16 +150,25 @@ class Contacts:
         (n,) array, index into the oscillator's `stops`.
     n_impacts
         (n,) array, how many of the run's impacts are listed before it.
-    error_bound
-        (n,) array [time], bound on the error of `start` by the summation of the chatter's tail.
-        It does not hold the rounding of the impacts before, which the motion carries on.
     """
 
     start: Floats
     release: Floats
     stop: Numbers
     n_impacts: Numbers
-    error_bound: Floats
+    _errors: Callable[[], Floats] = field(repr=False)
+
+    @property
+    def error_bound(self) -> Floats:
+        """(n,) array [time], bound on the whole error of `start`, computed when first asked for.
+
+        It holds the summation of the chatter's tail and all rounding since the last release or
+        the start of the run, as the flights and impacts in between have carried it
+        (docs/theory/error-bounds.md). It is infinite where rounding may have changed what the
+        motion meets: next to a graze, or once a chaotic motion is lost; and for all contacts
+        after that.
+        """
+        return self._errors()
 
     def to_dataset(self) -> Dataset:
         """Return the columns as an xarray.Dataset over `contact`; its ``to_dataframe`` is pandas'."""
@@ -228,5 +239,5 @@ def _span(t: Floats) -> str:
 _NO_FLOATS = np.empty(0)
 _NO_NUMBERS = np.empty(0, dtype=np.int64)
 NO_CROSSINGS = Crossings(_NO_FLOATS, _NO_FLOATS, _NO_NUMBERS, np.empty(0, dtype="<U3"))
-NO_CONTACTS = Contacts(_NO_FLOATS, _NO_FLOATS, _NO_NUMBERS, _NO_NUMBERS, _NO_FLOATS)
+NO_CONTACTS = Contacts(_NO_FLOATS, _NO_FLOATS, _NO_NUMBERS, _NO_NUMBERS, partial(np.empty, 0))
 NO_GRAZES = Grazes(_NO_FLOATS, _NO_NUMBERS, _NO_FLOATS, _NO_FLOATS)

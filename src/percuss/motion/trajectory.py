@@ -18,6 +18,7 @@ from percuss.model.law import law, lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.motion.energetics import energy_at, forces_at
+from percuss.motion.error_bounds import ContactErrors
 from percuss.motion.outcome import Outcome
 from percuss.motion.tables import (
     NO_CONTACTS,
@@ -37,6 +38,8 @@ __all__ = ["Trajectory"]
 
 Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
+# A time that was computed may miss an end of the run by so many units in its last place.
+ROUNDED = 4.0
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -87,6 +90,8 @@ class Trajectory:
         """Make a trajectory of what the engine wrote down, from an exact start or its floats."""
         table, (x0, v0), events, marks, grazes = record
         t0 = float(events[0, columns.EVENT_T])
+        start = Start(x0, v0, t0) if start is None else start
+        errors = ContactErrors(oscillator, forcing, start, events, marks)
         return cls(
             oscillator=oscillator,
             forcing=forcing,
@@ -97,9 +102,9 @@ class Trajectory:
             outcome=outcome,
             impacts=_impacts(oscillator, table, events, marks),
             crossings=_crossings(oscillator, events, marks),
-            contacts=_contacts(oscillator, events, marks),
+            contacts=_contacts(oscillator, events, marks, errors),
             grazes=_grazes(oscillator, grazes),
-            start=Start(x0, v0, t0) if start is None else start,
+            start=start,
             _events=events,
             _marks=marks,
         )
@@ -139,7 +144,8 @@ class Trajectory:
         Raises
         ------
         ParameterError
-            If a time lies outside the run.
+            If a time lies outside the run by more than the rounding of a time: four units in the
+            last place of the later end. Within that the state at the end is given.
 
         Examples
         --------
@@ -152,9 +158,7 @@ class Trajectory:
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
         instants = np.asarray(t, dtype=np.float64)
         if instants.size and not (instants.min() >= self.t0 and instants.max() <= self.t_end):
-            outside = ~((instants >= self.t0) & (instants <= self.t_end))
-            wrong = float(instants[outside].flat[0])
-            raise ParameterError("t", wrong, f"outside the run, {self.t0!r} to {self.t_end!r}")
+            instants = self._within(instants)
         flat = np.ascontiguousarray(instants).reshape(-1)
         table = law(self.oscillator, self.forcing)
         n = int(table[0, N_HARMONICS])
@@ -171,6 +175,15 @@ class Trajectory:
             motion,
         )
         return motion[0].reshape(instants.shape), motion[1].reshape(instants.shape)
+
+    def _within(self, instants: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the times moved into the run where only their rounding lies outside."""
+        slack = ROUNDED * np.spacing(max(abs(self.t0), abs(self.t_end)))
+        outside = ~((instants >= self.t0 - slack) & (instants <= self.t_end + slack))
+        if outside.any():
+            wrong = float(instants[outside].flat[0])
+            raise ParameterError("t", wrong, f"outside the run, {self.t0!r} to {self.t_end!r}")
+        return np.clip(instants, self.t0, self.t_end)
 
     def sample(self, n: int) -> Dataset:
         """Return x and v at n equidistant times, both ends included.
@@ -229,7 +242,7 @@ class Trajectory:
             raise ParameterError("forcing.period", None, reason)
         count = np.arange(int((self.t_end - self.t0) / period) + 2)
         times = self.t0 + count * period
-        inside = times <= self.t_end
+        inside = times <= self.t_end + ROUNDED * np.spacing(abs(self.t_end))
         x, v = self(times[inside])
         data = {"x": ("period", x), "v": ("period", v), "t": ("period", times[inside])}
         return _dataset(data, {"period": count[inside]}, str(self.outcome.value))
@@ -346,7 +359,9 @@ def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers) -
     return Crossings(t=t, v=v, stop=np.array(stop, dtype=np.int64), direction=direction)
 
 
-def _contacts(oscillator: Oscillator, events: Table, marks: columns.Integers) -> Contacts:
+def _contacts(
+    oscillator: Oscillator, events: Table, marks: columns.Integers, errors: ContactErrors
+) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
     if len(which) == 0:
@@ -361,8 +376,7 @@ def _contacts(oscillator: Oscillator, events: Table, marks: columns.Integers) ->
         release=release,
         stop=_stop_of_bound(oscillator)[marks[which, columns.BOUND]],
         n_impacts=np.cumsum(kind == columns.IMPACT)[which],
-        # The summation's own error is far below what a float can tell of the instant.
-        error_bound=events[which, columns.V_BEFORE] + np.spacing(np.abs(start)),
+        _errors=errors,
     )
 
 

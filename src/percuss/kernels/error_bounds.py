@@ -1,0 +1,578 @@
+"""How far rounding has moved a motion: a bound on the error of the start of each contact.
+
+What each flight and each event rounds away is carried along by the exact linear maps of the
+flights and events that follow, and what is not linear in it is bounded and added, so that the
+bound holds for the motion itself and not to first order. The errors that a state may have are a
+zonotope: the sums of *generators*, each a pair (of x, of v) times a number in [-1, 1]. A contact
+forgets all of them but that of its own instant (docs/theory/error-bounds.md has the proof).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+from percuss.kernels.compile import kernel
+from percuss.kernels.contact import FORCE_ROUNDING
+from percuss.kernels.flight import (
+    ROUNDING,
+    Start,
+    acceleration_and_jerk,
+    constant_force,
+    derivative_bound,
+    force_and_slopes,
+    growth_of_rounding,
+    move,
+    set_phases,
+    sizes,
+)
+from percuss.kernels.landing import ULP
+from percuss.kernels.law import (
+    DAMPING,
+    FORCE_BOUND,
+    LOWER,
+    LOWER_RESTITUTION,
+    NUMBER,
+    ORIGIN,
+    ORIGIN_FORCE,
+    QUICKEST,
+    SLOW_ROOT,
+    STEP,
+    STIFFNESS,
+    UPPER,
+    UPPER_RESTITUTION,
+    Law,
+    Table,
+)
+from percuss.kernels.polynomials import cubic_minimum
+from percuss.kernels.record import (
+    BOUND,
+    CONTACT,
+    EVENT_T,
+    EVENT_T_LOW,
+    IMPACT,
+    KIND,
+    NEXT_REGION,
+    RELEASE,
+    START,
+    V_AFTER,
+    V_BEFORE,
+    Integers,
+)
+from percuss.kernels.response import free_response
+from percuss.kernels.tangent import propagator
+
+# Generators that are kept: with half of them merged whenever room runs out, those that are
+# merged are small beside the rest.
+GENERATORS = 96
+# Generators that one event adds at most.
+ADDED = 8
+# Roundings of a landing's last step, relative to v: those of `landing.is_settled`, and of the sum.
+LANDING = 40 * ULP
+# An error is carried on as long as it moves a velocity by no more than this part of it ...
+PART = 0.25
+# ... and an instant by no more than this part of the quickest motion's own time.
+PHASE = 0.1
+# Looks at one flight before nothing is said about it.
+MOST_LOOKS = 200_000
+# Shortest piece of a flight that is looked at, as a part of it.
+SHORTEST = 1e-9
+
+# A zonotope: the rows x and v of its generators, how many there are as one number, and scratch.
+Errors: TypeAlias = tuple[Table, Integers, Table]
+
+
+@kernel
+def contact_errors(
+    law: Law,
+    events: Table,
+    marks: Integers,
+    x0: float,
+    begins: tuple[float, float, float],
+    phases: Table,
+    arrival: Table,
+    errors: Errors,
+    out: Table,
+) -> None:
+    """Write a bound on the error of each contact's instant into ``out`` (n_contacts,).
+
+    ``events`` and ``marks`` are the record of `march`, ``begins`` the errors of x, v and t at the
+    START; ``phases`` and ``arrival`` (n_harmonics, 2) and ``errors`` are scratch. Where the
+    errors may have changed what happens, infinity is written, for all contacts from there on.
+    """
+    count = 0
+    known = True
+    doubt = 0.0
+    for row in range(events.shape[0]):
+        kind = marks[row, KIND]
+        known = known and total(errors, 0) < math.inf
+        if kind == CONTACT:
+            out[count] = math.inf
+            if known:
+                out[count] = error_of_contact(law, events, marks, row, begins[2], phases, errors)
+                known = out[count] < math.inf
+            count += 1
+        elif kind == START:
+            doubt = start_errors(law, events, marks, x0, begins, phases, errors)
+        elif kind == RELEASE:
+            known = known and events[row, EVENT_T] - events[row - 1, EVENT_T] > out[count - 1]
+            doubt = release_errors(law, events, marks, row, phases, errors)
+        elif known:
+            known = fly(law, events, marks, row, x0, doubt, phases, arrival, errors)
+            doubt = 0.0
+            if known and not (row + 1 < events.shape[0] and marks[row + 1, KIND] == CONTACT):
+                known = leave(law, events, marks, row, x0, phases, errors)
+
+
+@kernel
+def add(errors: Errors, x: float, v: float) -> None:
+    """Add a generator."""
+    rows, count, _ = errors
+    if x != 0.0 or v != 0.0:
+        rows[0, count[0]] = x
+        rows[1, count[0]] = v
+        count[0] += 1
+
+
+@kernel
+def total(errors: Errors, row: int) -> float:
+    """Return the largest error of x (row 0) or v (row 1); infinity where there is none."""
+    rows, count, _ = errors
+    size = 0.0
+    for i in range(count[0]):
+        size += abs(rows[row, i])
+    # A sum that is no number bounds nothing.
+    if not size < math.inf:
+        return math.inf
+    return size
+
+
+@kernel
+def make_room(errors: Errors) -> None:
+    """Merge the smaller half of the generators into two where the next event may need the room.
+
+    The two span the parallelogram, along the largest of those merged, that holds them all.
+    Position and velocity are compared by their own totals.
+    """
+    rows, count, size = errors
+    n = int(count[0])
+    if n + ADDED <= GENERATORS:
+        return
+    scale_x = max(total(errors, 0), 1e-300)
+    scale_v = max(total(errors, 1), 1e-300)
+    # Sorted by insertion: they are nearly in order.
+    for i in range(n):
+        x = rows[0, i]
+        v = rows[1, i]
+        far = abs(x) / scale_x + abs(v) / scale_v
+        k = i
+        while k > 0 and size[0, k - 1] < far:
+            rows[0, k] = rows[0, k - 1]
+            rows[1, k] = rows[1, k - 1]
+            size[0, k] = size[0, k - 1]
+            k -= 1
+        rows[0, k] = x
+        rows[1, k] = v
+        size[0, k] = far
+    half = n // 2
+    along_x = rows[0, half] / scale_x
+    along_v = rows[1, half] / scale_v
+    length = math.sqrt(along_x * along_x + along_v * along_v)
+    if not length > 0.0:
+        count[0] = half
+        return
+    along_x /= length
+    along_v /= length
+    along = 0.0
+    across = 0.0
+    for i in range(half, n):
+        x = rows[0, i] / scale_x
+        v = rows[1, i] / scale_v
+        along += abs(along_x * x + along_v * v)
+        across += abs(along_x * v - along_v * x)
+    count[0] = half
+    add(errors, along * along_x * scale_x, along * along_v * scale_v)
+    add(errors, -across * along_v * scale_x, across * along_x * scale_v)
+
+
+@kernel
+def start_errors(
+    law: Law,
+    events: Table,
+    marks: Integers,
+    x0: float,
+    begins: tuple[float, float, float],
+    phases: Table,
+    errors: Errors,
+) -> float:
+    """Take up the errors of a start; return the doubt of the constant force in its flight."""
+    add(errors, begins[2], 0.0)
+    add(errors, 0.0, begins[1])
+    if not leave(law, events, marks, 0, x0, phases, errors):
+        add(errors, math.inf, 0.0)
+    add(errors, begins[0], 0.0)
+    region = int(marks[0, NEXT_REGION])
+    if x0 == law[region, LOWER] or x0 == law[region, UPPER]:
+        return abs(law[region, STIFFNESS]) * begins[0]
+    pull = abs(law[region, STIFFNESS]) * (abs(x0) + abs(law[region, ORIGIN]))
+    return 2.0 * ULP * (abs(law[region, ORIGIN_FORCE]) + pull)
+
+
+@kernel
+def release_errors(
+    law: Law,
+    events: Table,
+    marks: Integers,
+    row: int,
+    phases: Table,
+    errors: Errors,
+) -> float:
+    """Forget all errors at a release; return the doubt of the constant force after it.
+
+    The flight begins with the force that is zero at the instant found. A motion released a little
+    earlier or later differs from it by that force, and by what it moves in between.
+    """
+    errors[1][0] = 0
+    region = int(marks[row, NEXT_REGION])
+    below = marks[row, BOUND] == law[region, NUMBER]
+    set_phases(law, events[row, EVENT_T], events[row, EVENT_T_LOW], phases)
+    force = constant_force(law, region, law[region, LOWER if below else UPPER])
+    harmonic, slope, _ = force_and_slopes(law, phases)
+    rounding = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
+    doubt = abs(force + harmonic) + rounding
+    # The release is where the force changes sign: as far off as the doubt is of its slope.
+    late = 2.0 * doubt / abs(slope) if slope != 0.0 else math.inf
+    if not law[0, FORCE_BOUND + 2] * late < 0.5 * abs(slope):
+        add(errors, math.inf, 0.0)
+        return 0.0
+    rate = 2.0 * abs(slope)
+    add(errors, rate * late * late * late, 0.0)
+    add(errors, 0.0, rate * late * late)
+    return doubt
+
+
+@kernel
+def place_of(law: Law, marks: Integers, row: int, x0: float) -> float:
+    """Return where the mass is at an event."""
+    region = int(marks[row, NEXT_REGION])
+    if marks[row, KIND] == START:
+        return x0
+    return law[region, LOWER if marks[row, BOUND] == law[region, NUMBER] else UPPER]
+
+
+@kernel
+def fly(
+    law: Law,
+    events: Table,
+    marks: Integers,
+    row: int,
+    x0: float,
+    doubt: float,
+    phases: Table,
+    arrival: Table,
+    errors: Errors,
+) -> bool:
+    """Carry the errors along the flight to the event of a row; False where they are too large.
+
+    Then a generator is (of the instant, of the velocity after the event).
+    """
+    make_room(errors)
+    before = row - 1
+    region = int(marks[before, NEXT_REGION])
+    x = place_of(law, marks, before, x0)
+    t = events[before, EVENT_T]
+    t_low = events[before, EVENT_T_LOW]
+    s = (events[row, EVENT_T] - t) + (events[row, EVENT_T_LOW] - t_low)
+    set_phases(law, t, t_low, phases)
+    force = constant_force(law, region, x)
+    if marks[before, KIND] == RELEASE:
+        force = -force_and_slopes(law, phases)[0]
+    start = (t, t_low, events[before, V_AFTER], force)
+    v = events[row, V_BEFORE]
+    bound = law[region, LOWER if marks[row, BOUND] == law[region, NUMBER] else UPPER]
+    spread = (total(errors, 0), total(errors, 1), doubt)
+    released = marks[before, KIND] == RELEASE
+    ends = (v, events[row, EVENT_T], events[row, EVENT_T_LOW])
+    if not keeps_clear(law, region, start, x, released, s, ends, spread, phases, arrival):
+        return False
+    blow, _, rise = free_response(law, region, s)
+    turn_errors(errors, propagator(law, region, s))
+    add(errors, doubt * abs(rise), doubt * abs(blow))
+    size, speed = sizes(law, region, start, phases, s)
+    rounding = ROUNDING * growth_of_rounding(law, region, s)
+    way = rounding * size + LANDING * abs(v) * s
+    if bound != x:
+        way += ULP * (abs(bound) + abs(x))
+    add(errors, way, 0.0)
+    add(errors, 0.0, rounding * speed + LANDING * abs(v))
+    set_phases(law, events[row, EVENT_T], events[row, EVENT_T_LOW], phases)
+    second, _ = acceleration_and_jerk(law, region, force, phases, bound - x, v)
+    if not meet(law, region, v, second, errors):
+        return False
+    if marks[row, KIND] == IMPACT:
+        upper = marks[row, BOUND] != law[region, NUMBER]
+        restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
+        rows, count, _ = errors
+        for i in range(count[0]):
+            rows[1, i] *= -restitution
+        add(errors, 0.0, 2.0 * ULP * restitution * abs(v))
+    return True
+
+
+@kernel
+def turn_errors(errors: Errors, matrix: tuple[float, float, float, float]) -> None:
+    """Carry each generator through a linear map."""
+    rows, count, _ = errors
+    for i in range(count[0]):
+        x = rows[0, i]
+        v = rows[1, i]
+        rows[0, i] = matrix[0] * x + matrix[1] * v
+        rows[1, i] = matrix[2] * x + matrix[3] * v
+
+
+@kernel
+def meet(law: Law, region: int, v: float, second: float, errors: Errors) -> bool:
+    """Turn errors at the instant of an event into those of the instant and of the velocity there.
+
+    The motion itself meets the bound within ``late`` of it, and once, if its velocity keeps its
+    sign there.
+    """
+    speed = abs(v)
+    far = total(errors, 0)
+    fast = total(errors, 1)
+    late = 1.5 * far / speed if speed > 0.0 else math.inf
+    if not late * law[region, QUICKEST] <= PHASE:
+        return False
+    pull = 2.0 * law[region, DAMPING] * fast + abs(law[region, STIFFNESS]) * far
+    jerk = jerk_near(law, region, speed + fast, abs(second) + pull, late)
+    bend = abs(second) + jerk * late
+    if not fast + (bend + pull) * late <= PART * speed:
+        return False
+    rows, count, _ = errors
+    for i in range(count[0]):
+        delay = -rows[0, i] / v
+        rows[0, i] = delay
+        rows[1, i] += second * delay
+    more = (fast * late + 0.5 * bend * late * late) / speed
+    add(errors, more, abs(second) * more)
+    add(errors, 0.0, (pull + jerk * late) * late)
+    return True
+
+
+@kernel
+def jerk_near(law: Law, region: int, speed: float, bend: float, s: float) -> float:
+    """Return a bound of x''' up to a short time s before and after x' and x'' of these sizes.
+
+    Backwards the damping makes it grow, by less than two as s is short.
+    """
+    return 2.0 * derivative_bound(law, region, law[0, FORCE_BOUND + 1], speed, bend, s)
+
+
+@kernel
+def leave(
+    law: Law, events: Table, marks: Integers, row: int, x0: float, phases: Table, errors: Errors
+) -> bool:
+    """Turn errors of an event's instant and velocity into those of x and v at the instant found.
+
+    The motion itself, which leaves a little earlier or later, is continued to there.
+    """
+    region = int(marks[row, NEXT_REGION])
+    v = events[row, V_AFTER]
+    late = total(errors, 0)
+    fast = total(errors, 1)
+    if not late * law[region, QUICKEST] <= PHASE:
+        return False
+    set_phases(law, events[row, EVENT_T], events[row, EVENT_T_LOW], phases)
+    force = constant_force(law, region, place_of(law, marks, row, x0))
+    second, _ = acceleration_and_jerk(law, region, force, phases, 0.0, v)
+    pull = 2.0 * law[region, DAMPING] * fast
+    bend = abs(second) + pull
+    jerk = jerk_near(law, region, abs(v) + fast + bend * late, bend, late)
+    rows, count, _ = errors
+    for i in range(count[0]):
+        delay = rows[0, i]
+        rows[0, i] = -v * delay
+        rows[1, i] -= second * delay
+    add(errors, (fast + 0.5 * (bend + jerk * late) * late) * late, 0.0)
+    add(errors, 0.0, (pull + jerk * late) * late)
+    return True
+
+
+@kernel
+def keeps_clear(
+    law: Law,
+    region: int,
+    start: Start,
+    x: float,
+    released: bool,
+    s: float,
+    ends: tuple[float, float, float],
+    spread: tuple[float, float, float],
+    phases: Table,
+    arrival: Table,
+) -> bool:
+    """Tell whether all motions within the errors of a flight meet nothing before it ends.
+
+    ``ends`` are the velocity and the instant at the end, ``spread`` the errors of x, v and of the
+    constant force at the start. At first a motion goes away from a bound where it began, at last
+    towards that where it ends; in between it is looked at on steps as long as they may be.
+    """
+    fast = spread[1]
+    _, _, v0, force = start
+    longest = min(s, law[region, STEP]) if law[region, STEP] > 0.0 else s
+    if longest == 0.0:
+        return True
+    second, third = acceleration_and_jerk(law, region, force, phases, 0.0, v0)
+    left = 0.0
+    if x == law[region, LOWER] or x == law[region, UPPER]:
+        if released:
+            second = 0.0
+        left = time_away(law, region, (v0, second, third), fast, longest)
+        if not left > 0.0:
+            return False
+    set_phases(law, ends[1], ends[2], arrival)
+    v1 = ends[0]
+    y1 = 0.0
+    if v1 > 0.0 or v1 < 0.0:
+        y1 = (law[region, UPPER] if v1 > 0.0 else law[region, LOWER]) - x
+    last, _ = acceleration_and_jerk(law, region, force, arrival, y1, v1)
+    right = s - time_away(law, region, (v1, last, 0.0), 0.0, longest)
+    reach = (law[region, LOWER] - x, law[region, UPPER] - x)
+    return is_clear(law, region, start, phases, arrival, reach, (left, right), longest, spread)
+
+
+@kernel
+def time_away(
+    law: Law,
+    region: int,
+    derivatives: tuple[float, float, float],
+    fast: float,
+    longest: float,
+) -> float:
+    """Return for how long a motion goes one way that begins with these first three derivatives.
+
+    The first that is not zero keeps half of its size. 0 where its error may turn it round.
+    """
+    v, second, third = derivatives
+    if v != 0.0:
+        if not fast <= PART * abs(v):
+            return 0.0
+        bend = abs(second) + jerk_near(law, region, abs(v), abs(second), longest) * longest
+        return min(longest, 0.5 * abs(v) / bend) if bend > 0.0 else longest
+    if second != 0.0:
+        jerk = jerk_near(law, region, 0.0, abs(second), longest)
+        return min(longest, 0.5 * abs(second) / jerk) if jerk > 0.0 else longest
+    force_bound = law[0, FORCE_BOUND + 2]
+    snap = 2.0 * derivative_bound(law, region, force_bound, 0.0, abs(third), longest)
+    return min(longest, 0.5 * abs(third) / snap) if snap > 0.0 else 0.0
+
+
+@kernel
+def is_clear(
+    law: Law,
+    region: int,
+    start: Start,
+    phases: Table,
+    arrival: Table,
+    reach: tuple[float, float],
+    span: tuple[float, float],
+    longest: float,
+    spread: tuple[float, float, float],
+) -> bool:
+    """Tell whether a part of a flight keeps farther from both bounds than its errors reach."""
+    left, right = span
+    width = longest
+    y, v = move(law, region, start, phases, left, arrival)
+    second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
+    for _ in range(MOST_LOOKS):
+        if left >= right:
+            return True
+        width = min(width, right - left)
+        end = left + width
+        bow = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
+        y1, v1 = move(law, region, start, phases, end, arrival)
+        room = bow * width**4 / 384.0 + reach_of_errors(law, region, start, phases, end, spread)
+        a = width * v
+        b = width * v1
+        lowest = cubic_minimum(y - reach[0], a, y1 - reach[0], b) if reach[0] > -math.inf else room
+        highest = (
+            cubic_minimum(reach[1] - y, -a, reach[1] - y1, -b) if reach[1] < math.inf else room
+        )
+        if lowest >= room and highest >= room:
+            left = end
+            y = y1
+            v = v1
+            second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
+            width = min(2.0 * width, longest)
+        else:
+            width *= 0.5
+            if not width > SHORTEST * span[1]:
+                return False
+    return False
+
+
+@kernel
+def reach_of_errors(
+    law: Law,
+    region: int,
+    start: Start,
+    phases: Table,
+    s: float,
+    spread: tuple[float, float, float],
+) -> float:
+    """Return a bound on the error of x within a time s of a flight's start, rounding included."""
+    far, fast, doubt = spread
+    rounding = ROUNDING * growth_of_rounding(law, region, s)
+    size = far + s * fast + 0.5 * s * s * doubt
+    if law[region, STIFFNESS] < 0.0:
+        size *= math.exp(law[region, SLOW_ROOT] * s)
+    return 2.0 * (size + rounding * sizes(law, region, start, phases, s)[0])
+
+
+@kernel
+def error_of_contact(
+    law: Law,
+    events: Table,
+    marks: Integers,
+    row: int,
+    late0: float,
+    phases: Table,
+    errors: Errors,
+) -> float:
+    """Return the bound of the error of a contact's instant; infinity where it may not come."""
+    t = events[row, EVENT_T]
+    low = abs(events[row, EVENT_T_LOW])
+    if marks[row - 1, KIND] == START:
+        return late0 + low
+    before = row - 1
+    region = int(marks[before, NEXT_REGION])
+    upper = marks[before, BOUND] != law[region, NUMBER]
+    set_phases(law, events[before, EVENT_T], events[before, EVENT_T_LOW], phases)
+    force = constant_force(law, region, law[region, UPPER if upper else LOWER])
+    harmonic, slope, _ = force_and_slopes(law, phases)
+    side = 1.0 if upper else -1.0
+    pressing = side * (force + harmonic)
+    late = total(errors, 0)
+    whole = (t - events[before, EVENT_T]) + (events[row, EVENT_T_LOW] - events[before, EVENT_T_LOW])
+    # The force presses at all instants at which the contact may begin.
+    change = abs(slope) + law[0, FORCE_BOUND + 2] * late
+    doubt = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
+    if not (doubt + change * late < 0.5 * pressing):
+        return math.inf
+    speed = abs(events[before, V_AFTER])
+    if speed == 0.0:
+        return late + low
+    fast = total(errors, 1) / speed
+    pace = max(abs(slope) / pressing, math.sqrt(law[0, FORCE_BOUND + 2] / pressing))
+    pace = max(pace, law[region, QUICKEST])
+    if not (fast <= PART and pace * late <= PHASE):
+        return math.inf
+    # The time left is in proportion to the speed and to 1 / force, to the order of its smallness.
+    rows, count, _ = errors
+    size = 0.0
+    for i in range(count[0]):
+        gain = -side * rows[1, i] / speed - rows[0, i] * side * slope / pressing
+        size += abs(rows[0, i] + whole * gain)
+    off = fast + pace * late
+    size += whole * (4.0 * off * off + 10.0 * whole * pace * off)
+    return size + events[row, V_BEFORE] + low
