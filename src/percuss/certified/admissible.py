@@ -53,9 +53,10 @@ def _meets_first(
                 continue
             if bracket is None:
                 raise Undecided("precision", "no event was found where the orbit has one")
-            if bracket.level.bound == following.bound and s > bracket.low and s < bracket.high:
+            where = bracket.place_of(s)
+            if where == 0 and bracket.level.bound == following.bound:
                 return True
-            if s > bracket.high:
+            if where == 1:
                 return False
             raise Undecided("graze", "another event lies within the radius of the orbit's")
     raise Undecided("graze", "a turning point touches a stop within the radius")

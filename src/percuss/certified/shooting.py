@@ -65,8 +65,8 @@ class Shooting:
             )
         s = float(until - state[0].mid())
         near = following.bound == self.chain[i].bound
-        low = s * (1.0 - AROUND)
-        bracket = Bracket(level, low, s * (1.0 + AROUND), s, near=near)
+        low, high = s * (1.0 - AROUND), s * (1.0 + AROUND)
+        bracket = Bracket(level, low, high, s, near=near, far=high)
         return landed(self.system, start, whole, bracket, coarse)
 
     def images(self, states: States, coarse: int) -> list[tuple[tuple[arb, arb], Matrix]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from flint import arb, ctx
@@ -210,7 +210,7 @@ def landed(
     level = next(
         level for level in levels_of(system, start.region) if level.bound == bracket.level.bound
     )
-    fine = type(bracket)(level, bracket.low, bracket.high, bracket.guess, bracket.near)
+    fine = replace(bracket, level=level)
     # The series takes derivatives below the order for zero, which starts beside do not fulfil.
     summed = start.order <= 2 or start.time is not None
     first, all_ = solve(point, whole, fine, coarse, summed=summed)
