@@ -14,6 +14,7 @@ __all__ = [
     "between",
     "cos_sin",
     "lower",
+    "order_of",
     "power",
     "precision",
     "rational",
@@ -111,6 +112,27 @@ def rational_cosine(times: Fraction, plus: Fraction) -> Fraction | None:
     (Fraction(1, 2), None)
     """
     return COSINES.get(times % 2) if plus == 0 else None
+
+
+def order_of(one: Phase, other: Phase) -> int:
+    """Return -1, 0 or 1 as one time is before another, the same, or after it; exactly.
+
+    Examples
+    --------
+    >>> order_of("pi", 3.141592653589793), order_of("20*pi", "40*pi/2")
+    (1, 0)
+    """
+    (times, plus), (other_times, other_plus) = angle(one), angle(other)
+    times, plus = times - other_times, plus - other_plus
+    bits = 128
+    # A multiple of pi is no fraction: more bits tell them apart, however close they are.
+    while times:
+        with precision(bits):
+            gap = arb.pi() * ball(times) + ball(plus)
+            if gap > 0 or gap < 0:
+                return 1 if gap > 0 else -1
+        bits *= 2
+    return (plus > 0) - (plus < 0)
 
 
 def upper(value: arb) -> float:

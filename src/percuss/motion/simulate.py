@@ -122,9 +122,9 @@ def simulate(
     march = _March(table, as_float(x0), as_float(v0), as_float(t0), limit)
     watch = Progress(progress, as_float(t0), end, limit)
     outcome = march.run(end, limit, watch)
-    stopped = march.last_time
-    if outcome in (Outcome.reached_t_end, Outcome.at_rest) and end < math.inf:
-        stopped = end
+    stopped: Phase = march.last_time
+    if outcome in (Outcome.reached_t_end, Outcome.at_rest) and t_end is not None:
+        stopped = cast("Phase", plain(t_end))
     start = Start(x0, v0, t0)
     return Trajectory.of_record(osc, force, march.record(), stopped, outcome, start)
 
