@@ -135,10 +135,10 @@ def test_the_image_of_a_ball_of_states_holds_the_images_of_its_ends() -> None:
         equations, states = shooting_of(system_of(orbit.oscillator, orbit.forcing), orbit)
         (t, v), size = states[0], arb(10) ** -10
 
-        ((image_t, image_v), _) = equations.images([(t, v + arb(0, 1e-10))], 100)[0]
+        image_t, image_v = equations.images([(t, v + arb(0, 1e-10))], 100)[0].state
 
         for end in (v - size, v + size):
-            ((there_t, there_v), _) = equations.images([(t, end)], 100)[0]
+            there_t, there_v = equations.images([(t, end)], 100)[0].state
             assert image_t.overlaps(there_t)
             assert image_v.overlaps(there_v)
 

@@ -21,7 +21,7 @@ from percuss.certified.chain import Link
 from percuss.certified.cloud import Matrix, times
 from percuss.certified.law import law_of
 from percuss.certified.orbits import shooting_of
-from percuss.certified.shooting import Shooting, States
+from percuss.certified.shooting import Image, Shooting, States
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
 from percuss.orbits.families.special_points import SpecialPoint
@@ -34,7 +34,7 @@ __all__ = ["HalfShooting", "half_of", "symmetry_breaking_of"]
 class HalfShooting(Shooting):
     """The equations of half a symmetric orbit; the chain is all of it, the period its half."""
 
-    def images(self, states: States, coarse: int) -> list[tuple[tuple[arb, arb], Matrix]]:
+    def images(self, states: States, coarse: int) -> list[Image]:
         """Return the images of the states, the last mirrored, and their derivatives."""
         found = []
         for i, state in enumerate(states):
@@ -45,14 +45,25 @@ class HalfShooting(Shooting):
             by_t, by_v = there.derivative
             t, v = there.box
             derivative = by_t, (kept * by_v[0], kept * by_v[1])
-            found.append(((t - (self.period if closes else 0), kept * v), derivative))
+            image = t - (self.period if closes else 0), kept * v
+            found.append(Image(image, derivative, there.lasts, there.alone))
         return found
 
     def breaking(self, states: States) -> arb:
-        """Return 1 + trace + determinant of the mirrored map over half an orbit."""
+        """Return 1 + trace + determinant of the mirrored map over half an orbit.
+
+        Raises
+        ------
+        Undecided
+            If the flights' roots may be others than the events of the orbit.
+        """
         product: Matrix = (arb(1), arb(0)), (arb(0), arb(1))
-        for _, block in self.images(states, ctx.prec):
-            product = times(block, product)
+        following = [*(t for t, _ in states[1:]), states[0][0] + self.period]
+        images = self.images(states, ctx.prec)
+        for image, (t, _), until in zip(images, states, following, strict=True):
+            if not image.alone.contains(until - t):
+                raise Undecided("precision", "a flight's root may be another one than the orbit's")
+            product = times(image.derivative, product)
         (a, b), (c, d) = product
         return 1 + a + d + (a * d - b * c)
 
