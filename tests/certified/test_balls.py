@@ -79,3 +79,16 @@ def test_a_radius_is_rounded_up() -> None:
         with ctx.workprec(200):
             assert arb(upwards(exact)).mid() * (1 + arb(2) ** -50) >= exact
             assert arb(upwards(exact)) < exact * arb("1.02")
+
+
+def test_a_number_at_the_end_of_a_ball_may_lie_in_it_and_is_not_claimed_to() -> None:
+    # The end is 1/3 to 8192 bits: the balls that it is compared in hold both of its sides.
+    with ctx.workprec(8192):
+        end = (arb(1) / 3).mid()
+    with ctx.workprec(10_000):
+        ball = Ball(arb(end + 1, 1))
+
+    assert ball.may_contain("1/3")
+    assert not ball.contains("1/3")
+    assert ball.contains("1/2")
+    assert not ball.may_contain("-1/2")

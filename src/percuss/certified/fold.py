@@ -13,6 +13,7 @@ from fractions import Fraction
 import numpy as np
 from flint import arb, arb_mat, arb_series, ctx
 
+from percuss.certified.admissible import admissible_of
 from percuss.certified.branch import (
     exact_ball,
     exact_value,
@@ -156,8 +157,11 @@ class CurveResidual(Residual):
         return self.curve.with_column(super().derivative(z), z, self.eta)
 
 
-def fold_of(point: SpecialPoint, path: str, digits: int) -> arb:
-    """Return a ball of the parameter at a fold."""
+def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
+    """Return a ball of the parameter at a fold.
+
+    And whether the orbits of the stretch pass through no stop, None where that is open.
+    """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
     equations, guess = shooting_of(system, point.orbit)
     z = [value for state in guess for value in state]
@@ -189,7 +193,8 @@ def fold_of(point: SpecialPoint, path: str, digits: int) -> arb:
         signs.append(bool(found > 0))
     if signs[0] == signs[1]:
         raise Undecided("precision", "the parameter does not turn on this stretch")
-    return curves.box[along]
+    states, value = curve.split(curves.box, whole)
+    return value, admissible_of(curve.equations(value), pairs(states))[0]
 
 
 def _solved(curve: Curve, middle: list[arb], eta: arb) -> Solved:

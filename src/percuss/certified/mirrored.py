@@ -16,6 +16,7 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
+from percuss.certified.admissible import admissible_of
 from percuss.certified.branch import boxed, exact_ball, root_of, system_at, system_over
 from percuss.certified.chain import Link
 from percuss.certified.cloud import Matrix, times
@@ -73,8 +74,11 @@ def half_of(system: System, chain: list[Link], n_periods: int) -> HalfShooting:
     return HalfShooting(system, chain, law_of(system).period(n_periods) / 2)
 
 
-def symmetry_breaking_of(point: SpecialPoint, path: str, digits: int) -> arb:
-    """Return a ball of the parameter in which symmetric orbits lose their symmetry."""
+def symmetry_breaking_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
+    """Return a ball of the parameter in which symmetric orbits lose their symmetry.
+
+    And whether the orbits at all values in it pass through no stop, None where that is open.
+    """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
     equations, guess = shooting_of(system, point.orbit)
     chain, n_periods = equations.chain, point.orbit.n_periods
@@ -97,11 +101,11 @@ def symmetry_breaking_of(point: SpecialPoint, path: str, digits: int) -> arb:
     low, high = zero - width, zero + width
     all_ = half_of(system_over(system, path, low, high), chain, n_periods)
     middle = at(zero, guess)[1]
-    trial = boxed(all_, middle)[1]
+    box, trial = boxed(all_, middle)
     signs = [_sign(*at(end, middle), trial) for end in (low, high)]
     if signs[0] == signs[1]:
         raise Undecided("precision", "no multiplier goes through -1 on the stretch")
-    return exact_ball(low).union(exact_ball(high))
+    return exact_ball(low).union(exact_ball(high)), admissible_of(all_, box)[0]
 
 
 def _sign(equations: HalfShooting, states: States, trial: States) -> bool:
