@@ -79,3 +79,16 @@ def test_a_radius_is_rounded_up() -> None:
         with ctx.workprec(200):
             assert arb(upwards(exact)).mid() * (1 + arb(2) ** -50) >= exact
             assert arb(upwards(exact)) < exact * arb("1.02")
+
+
+def test_a_number_that_no_comparison_tells_from_a_ball_may_lie_in_it_and_is_not_claimed_to() -> (
+    None
+):
+    # 1/3 to all bits that are compared in, without a radius: it is not 1/3.
+    with ctx.workprec(8192):
+        ball = Ball((arb(1) / 3).mid())
+
+    assert ball.may_contain("1/3")
+    assert not ball.contains("1/3")
+    assert not ball.may_contain("1/2")
+    assert Ball(arb("0.5", 0.25)).contains("1/3")

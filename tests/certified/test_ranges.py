@@ -141,3 +141,14 @@ def test_a_range_that_is_too_wide_is_told() -> None:
     assert not proven.complete
     assert "the range of forcing.harmonics.0.amplitude is too wide" in proven.reason
     assert "too wide" not in pc.certify(run).reason
+
+
+def test_a_range_that_is_too_wide_is_told_as_that_and_not_as_an_impact_without_velocity() -> None:
+    osc, force = pc.impact_oscillator("1/2"), pc.cosine(2)
+    run = pc.simulate(osc, force, v0=1, max_impacts=2)
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+
+    for what in (run, orbit):
+        proven = pc.certify(what, over={"forcing.amplitude": ("0.99", "1.01")}, most_bits=128)
+        assert "the balls are too wide: the instant of an event is known to" in proven.reason
+        assert "velocity" not in proven.reason

@@ -7,7 +7,10 @@ from flint import arb, ctx
 
 import percuss as pc
 from percuss.certified.orbits import shooting_of
+from percuss.certified.shooting import Image, Residual
 from percuss.certified.system import system_of
+from percuss.certified.touch import Turn, _same
+from percuss.certified.undecided import Undecided
 
 IMPACTING = pc.impact_oscillator("0.7", wall="1.5", side="above", damping="0.05")
 
@@ -135,10 +138,10 @@ def test_the_image_of_a_ball_of_states_holds_the_images_of_its_ends() -> None:
         equations, states = shooting_of(system_of(orbit.oscillator, orbit.forcing), orbit)
         (t, v), size = states[0], arb(10) ** -10
 
-        ((image_t, image_v), _) = equations.images([(t, v + arb(0, 1e-10))], 100)[0]
+        image_t, image_v = equations.images([(t, v + arb(0, 1e-10))], 100)[0].state
 
         for end in (v - size, v + size):
-            ((there_t, there_v), _) = equations.images([(t, end)], 100)[0]
+            there_t, there_v = equations.images([(t, end)], 100)[0].state
             assert image_t.overlaps(there_t)
             assert image_v.overlaps(there_v)
 
@@ -158,3 +161,46 @@ def test_a_point_of_formal_orbits_stays_formal() -> None:
     assert "formal" in repr(proven)
     assert not pc.certify(point).is_formal
     assert "formal" not in repr(pc.certify(point))
+
+
+def test_whether_the_orbit_at_a_graze_passes_through_a_stop_is_open() -> None:
+    point = points(impacting(1), "oscillator.stops.0.at", 0.5, 2.5)["grazing"]
+
+    proven = pc.certify(point)
+
+    assert proven.exists
+    assert proven.is_formal is None
+    assert "is open" in repr(proven)
+
+
+def test_the_word_of_a_float_run_is_not_taken_for_a_proof_that_an_orbit_is_a_motion() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    point = points(orbit, "forcing.omega", 2.3, 2.8)["period_doubling"]
+    told = dataclasses.replace(point.orbit, admissible=not point.orbit.admissible)
+    other = dataclasses.replace(point, orbit=told)
+
+    assert other.admissible is not point.admissible
+    assert pc.certify(other).is_formal is pc.certify(point).is_formal is False
+
+
+def test_turning_points_at_the_ends_of_a_branch_that_may_be_two_are_left_open() -> None:
+    turn = Turn(arb(1), arb(1, 0.125), arb(0, 1))
+    near, far = Turn(arb(1.0625), arb(1, 1), arb(1)), Turn(arb(2), arb(2, 1), arb(-1))
+
+    assert _same(turn, [near, near]) == (near.clearance, near.clearance)
+    with pytest.raises(Undecided, match="may be two"):
+        _same(turn, [near, far])
+
+
+def test_a_value_and_a_derivative_of_two_roots_of_a_flight_are_no_proof() -> None:
+    # At the point the flight has its root at 1; on the box it is another, at 2, that is followed.
+    one = (arb(1), arb(0)), (arb(0), arb(1))
+    at_1 = Image((arb(0), arb(0)), one, arb(1), arb(1, 0.25))
+    at_2 = Image((arb(0), arb(0)), one, arb(2), arb(2, 0.25))
+    found = [at_1, at_2, at_1]
+    residual = Residual(lambda _: [found.pop(0)])
+
+    residual.value([arb(0), arb(0)])
+    with pytest.raises(Undecided, match="two roots"):
+        residual.derivative([arb(0, 1), arb(0, 1)])
+    residual.derivative([arb(0, 1), arb(0, 1)])

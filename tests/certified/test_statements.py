@@ -139,3 +139,44 @@ def test_a_critical_velocity_has_the_digits_that_were_asked_for() -> None:
 def test_digits_are_a_whole_number_from_1_on(digits: int) -> None:
     with pytest.raises(ParameterError, match="digits"):
         critical_velocity(WALL, pc.sine(3), "0.1", 1, digits=digits)
+
+
+def falling(amount: Fraction) -> pc.Forcing:
+    """A force whose even harmonics add -4/3 of the amount to the velocity at each impact."""
+    b = Fraction(1, 3)
+    return pc.sine(2, -2 * b / 5 - amount) + pc.sine(4, b)
+
+
+@pytest.mark.parametrize("exponent", [20, 80])
+def test_a_gain_of_velocity_at_a_hairs_breadth_of_zero_has_its_sign(exponent: int) -> None:
+    hair = Fraction(1, 10**exponent)
+
+    for side, holds in ((1, False), (0, True), (-1, True)):
+        verdict = keeps_eigenset(WALL, falling(side * hair), 2)
+        assert verdict.holds is holds, (side, verdict)
+        # Two impacts do not ask whether it falls; nor do a million at this rate.
+        assert keeps_eigenset(WALL, falling(side * hair), 2, n_impacts=2).holds is True
+        assert keeps_eigenset(WALL, falling(side * hair), 2, n_impacts=10**6).holds is True
+
+
+def test_a_velocity_that_runs_out_exactly_at_the_last_flight_is_told_in_rationals() -> None:
+    # V falls by 1/3 + 1e-60 an impact: with 1 it has run out before the fourth flight by 3e-60.
+    gain = Fraction(1, 3) + Fraction(1, 10**60)
+    force = pc.sine(2, amplitude=-gain * Fraction(3, 4)) + pc.sine(3, "0.0001")
+
+    last = keeps_eigenset(WALL, force, 1, n_impacts=4)
+
+    assert last.holds is False
+
+
+def test_a_gain_whose_sign_no_ball_tells_is_claimed_for_a_number_of_impacts_only() -> None:
+    # Place and velocity of these are zero at the start, the velocity by sines that are irrational:
+    # 3/6 - 10/30 - 1/6, and 2 sin(pi/3) (3/3 - 20/15 + 1/3).
+    parts = ((3, 2, "pi/3"), (-10, 4, "pi/3"), (1, 2, "2*pi/3"))
+    force = pc.Forcing(tuple(pc.Harmonic(*part) for part in parts))
+
+    forever = keeps_eigenset(WALL, force, 20)
+
+    assert forever.holds is None
+    assert "whether the velocity falls" in forever.reason
+    assert keeps_eigenset(WALL, force, 20, n_impacts=1000).holds is True

@@ -15,18 +15,24 @@ __all__ = ["admissible_of"]
 
 
 def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str]:
-    """Tell whether each flight of an orbit meets its event first; None where that stays open."""
-    n = len(states)
+    """Tell whether each flight of an orbit meets its event first; None where that stays open.
+
+    One flight that does not is enough, whatever is open of the others.
+    """
+    n, open_ = len(states), ""
     for i, state in enumerate(states):
         following = (i + 1) % n
         until = states[following][0] + (equations.period if following == 0 else arb(0))
+        # Of half an orbit, the chain is all of it.
+        link = equations.chain[(i + 1) % len(equations.chain)]
         try:
-            first = _meets_first(equations, i, state, until - state[0], equations.chain[following])
+            first = _meets_first(equations, i, state, until - state[0], link)
         except Undecided as question:
-            return None, f"flight {i}: {question.reason}"
+            open_ = open_ or f"flight {i}: {question.reason}"
+            continue
         if not first:
             return False, f"flight {i} passes through a stop before its end"
-    return True, ""
+    return (None, open_) if open_ else (True, "")
 
 
 def _meets_first(
@@ -53,9 +59,10 @@ def _meets_first(
                 continue
             if bracket is None:
                 raise Undecided("precision", "no event was found where the orbit has one")
-            if bracket.level.bound == following.bound and s > bracket.low and s < bracket.high:
+            where = bracket.place_of(s)
+            if where == 0 and bracket.level.bound == following.bound:
                 return True
-            if s > bracket.high:
+            if where == 1:
                 return False
             raise Undecided("graze", "another event lies within the radius of the orbit's")
     raise Undecided("graze", "a turning point touches a stop within the radius")

@@ -14,7 +14,7 @@ from flint import arb
 
 from percuss.certified.flight import Push
 from percuss.certified.law import Law, constant_of
-from percuss.certified.numbers import ball
+from percuss.certified.numbers import ball, rational_cosine
 from percuss.certified.undecided import Undecided
 from percuss.model.exact import Phase, angle
 
@@ -22,17 +22,6 @@ __all__ = ["first_push", "first_push_at", "rests_for_ever"]
 
 # The force's derivatives that are looked at before it counts as undecided.
 LAST_ORDER = 12
-# cos(pi q) where it is rational, for q in [0, 2).
-COSINES = {
-    Fraction(0): Fraction(1),
-    Fraction(1, 3): Fraction(1, 2),
-    Fraction(1, 2): Fraction(0),
-    Fraction(2, 3): Fraction(-1, 2),
-    Fraction(1): Fraction(-1),
-    Fraction(4, 3): Fraction(-1, 2),
-    Fraction(3, 2): Fraction(0),
-    Fraction(5, 3): Fraction(1, 2),
-}
 
 
 def rests_for_ever(law: Law, region: int, x: Fraction) -> bool:
@@ -40,7 +29,7 @@ def rests_for_ever(law: Law, region: int, x: Fraction) -> bool:
     if law.system.moved is not None:
         return False
     amplitudes = (law.system.numbers[tone.amplitude] for tone in law.system.tones)
-    return _constant(law, region, x) == 0 and not any(amplitudes)
+    return _still(law, region, x) == 0 and not any(amplitudes)
 
 
 def first_push_at(
@@ -107,14 +96,10 @@ def first_push(
     raise Undecided("force", f"{LAST_ORDER} derivatives of the force are zero where it rests")
 
 
-def _constant(law: Law, region: int, x: Fraction) -> Fraction:
+def _still(law: Law, region: int, x: Fraction) -> Fraction:
     """Return the force without harmonics on a mass at rest."""
-    numbers, here = law.system.numbers, law.system.regions[region]
-    total = numbers["forcing.constant"] - numbers["oscillator.stiffness"] * x
-    for i in here.active:
-        path = f"oscillator.stops.{i}"
-        total += numbers[f"{path}.stiffness"] * (numbers[f"{path}.at"] - x)
-    return total
+    here = law.system.regions[region]
+    return law.system.constant(here) - law.system.stiffness(here) * x
 
 
 def _derivative(law: Law, region: int, x: Fraction, time: Phase, order: int) -> Fraction | None:
@@ -122,12 +107,12 @@ def _derivative(law: Law, region: int, x: Fraction, time: Phase, order: int) -> 
     if law.system.moved is not None:
         return None
     times, plus = angle(time)
-    total = _constant(law, region, x) if order == 0 else Fraction(0)
+    total = _still(law, region, x) if order == 0 else Fraction(0)
     for tone in law.system.tones:
         omega = law.system.frequency(tone)
         turn = tone.phase[0] + omega * times + Fraction(order, 2)
-        cosine = COSINES.get(turn % 2)
-        if tone.phase[1] + omega * plus != 0 or cosine is None:
+        cosine = rational_cosine(turn, tone.phase[1] + omega * plus)
+        if cosine is None:
             return None
         total += law.system.numbers[tone.amplitude] * omega**order * cosine
     return total

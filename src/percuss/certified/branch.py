@@ -6,13 +6,13 @@ import dataclasses
 from collections.abc import Callable
 from fractions import Fraction
 
-from flint import arb, arb_mat, ctx
+from flint import arb, ctx
 
 from percuss.certified.chain import Link
 from percuss.certified.krawczyk import krawczyk
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import ball
-from percuss.certified.shooting import Shooting, States, matrix_of, residual_of
+from percuss.certified.shooting import Residual, Shooting, States, pairs
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
 from percuss.model.paths import replace_parameter
@@ -81,20 +81,9 @@ def boxed(equations: Shooting, point: States) -> tuple[States, States]:
     """
     coarse = min(ctx.prec, coarse_bits(equations.system) + MORE)
 
-    def value(z: list[arb]) -> arb_mat:
-        states = pairs(z)
-        return residual_of(states, [image for image, _ in equations.images(states, coarse)])
-
-    def derivative(z: list[arb]) -> arb_mat:
-        return matrix_of([block for _, block in equations.images(pairs(z), coarse)])
-
-    solved = krawczyk(value, derivative, [x for state in point for x in state])
+    residual = Residual(lambda z: equations.images(pairs(z), coarse))
+    solved = krawczyk(residual.value, residual.derivative, [x for state in point for x in state])
     return pairs(solved.box), pairs(solved.trial)
-
-
-def pairs(z: list[arb]) -> States:
-    """Return a vector as instants and velocities."""
-    return [(z[i], z[i + 1]) for i in range(0, len(z), 2)]
 
 
 def root_of(function: Callable[[Fraction], arb], start: Fraction, step: Fraction) -> Fraction:

@@ -147,7 +147,7 @@ def certify(
             raise ParameterError("start", start, "not a Start; give pc.Start(x0, v0, t0)")
         begin = what.start if start is None else start
         if start is not None or t_end is not None or max_impacts is not None:
-            end = what.t_end if t_end is None and max_impacts is None else t_end
+            end = what.end if t_end is None and max_impacts is None else t_end
             x0, v0, t0 = begin.x0, begin.v0, begin.t0
             raise_first(start_faults(what.oscillator, x0, v0, t0, end, max_impacts))
         limits = cast("Phase | None", plain(t_end)), cast("int | None", plain(max_impacts))

@@ -11,6 +11,7 @@ from fractions import Fraction
 
 from flint import arb
 
+from percuss.certified.admissible import admissible_of
 from percuss.certified.branch import boxed, equations_over, exact_ball, root_of, solution_at
 from percuss.certified.chain import Link
 from percuss.certified.orbits import monodromy_over, shooting_of
@@ -22,8 +23,11 @@ from percuss.orbits.families.special_points import SpecialPoint
 __all__ = ["crossing_of"]
 
 
-def crossing_of(point: SpecialPoint, path: str, digits: int) -> arb:
-    """Return a ball of the parameter in which the trace goes through its value."""
+def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
+    """Return a ball of the parameter in which the trace goes through its value.
+
+    And whether the orbits at all values in it pass through no stop, None where that is open.
+    """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
     equations, guess = shooting_of(system, point.orbit)
     chain, n_periods = equations.chain, point.orbit.n_periods
@@ -50,12 +54,12 @@ def _enclosed(
     zero: Fraction,
     guess: States,
     digits: int,
-) -> arb:
+) -> tuple[arb, bool | None]:
     width = max(abs(zero), Fraction(1, 10**3)) / 10 ** (digits + 2)
     low, high = zero - width, zero + width
     all_ = equations_over(system, chain, n_periods, path, low, high)
     _, middle = solution_at(system, chain, n_periods, path, zero, guess)
-    _, trial = boxed(all_, middle)
+    box, trial = boxed(all_, middle)
     signs = []
     for end in (low, high):
         there, states = solution_at(system, chain, n_periods, path, end, middle)
@@ -71,7 +75,7 @@ def _enclosed(
         signs.append(bool(found > 0))
     if signs[0] == signs[1]:
         raise Undecided("precision", "the trace does not go through its value on the stretch")
-    return exact_ball(low).union(exact_ball(high))
+    return exact_ball(low).union(exact_ball(high)), admissible_of(all_, box)[0]
 
 
 def _goes_round_twice(point: SpecialPoint) -> bool:

@@ -51,11 +51,7 @@ def returns_reversed(system: System, region_number: int, bound: int) -> bool:
     k, a = system.stiffness(region), system.damping(region)
     if a != 0 or not k > 0:
         return False
-    constant = system.numbers["forcing.constant"]
-    for i in region.active:
-        path = f"oscillator.stops.{i}"
-        constant += system.numbers[f"{path}.stiffness"] * system.numbers[f"{path}.at"]
-    if system.bounds[bound].at * k != constant:
+    if not system.is_equilibrium(region, system.bounds[bound].at):
         return False
     roots = [odd_root(system.frequency(tone) ** 2 / k) for tone in system.tones]
     return all(root is not None and root >= 3 for root in roots)

@@ -49,7 +49,19 @@ class Level(NamedTuple):
 class Bracket:
     """Where the first root is: between two exact times, at a level, and the only one there.
 
-    ``near`` tells that the stretch begins at the start of a curve on its level.
+    Attributes
+    ----------
+    level
+        The level.
+    low, high
+        Between these there is no root but the first one.
+    guess
+        About where it is.
+    near
+        Whether the stretch begins at the start of a curve on its level.
+    far
+        Before this the root lies: the end of the stretch that was tested. It is later than
+        ``high`` by what the stretch overlaps with the next one; the root may lie between them.
     """
 
     level: Level
@@ -57,6 +69,18 @@ class Bracket:
     high: Time
     guess: Time
     near: bool
+    far: Time
+
+    def place_of(self, s: arb) -> int | None:
+        """Tell where a time is, for certain: 1 after the first root, 0 in the bracket, -1 before.
+
+        A root in the bracket is the first one. None where the ball leaves it open.
+        """
+        if s > self.low and s < self.high:
+            return 0
+        if s > self.far:
+            return 1
+        return -1 if s < self.low else None
 
 
 class Search:
@@ -139,7 +163,7 @@ class Search:
             # The remainder's quotient by s^m has R'/s^m - m R/s^(m+1) for a slope.
             slope_rest = (n + 1 + m) * rest
             if free and deflated.falls_through(rest, slope_rest, h, n + 1 - m):
-                return Bracket(level, 0.0, h, deflated.root(h), near=True), h
+                return Bracket(level, 0.0, h, deflated.root(h), near=True, far=h), h
             h *= 0.5
             if h < self.least:
                 raise Undecided("graze", "the start leaves its stop too slowly to be told")
@@ -164,11 +188,13 @@ class Search:
                 )
                 if not through:
                     break
-                # However this is rounded, it lies before left + over.
+                # However these are rounded, one is before left + over and the other is not.
                 end, guess = left + (h + 0.5 * extra), left + stretch.root(h)
                 if self.sharp:
-                    end, guess = end.mid(), guess.mid()
-                pending = Bracket(level, left, end, guess, near=False)
+                    end, guess, far = end.mid(), guess.mid(), (left + over).upper()
+                else:
+                    far = math.nextafter(left + over, math.inf)
+                pending = Bracket(level, left, end, guess, near=False, far=far)
             else:
                 return h, pending
             h *= 0.5

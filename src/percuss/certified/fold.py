@@ -13,10 +13,10 @@ from fractions import Fraction
 import numpy as np
 from flint import arb, arb_mat, arb_series, ctx
 
+from percuss.certified.admissible import admissible_of
 from percuss.certified.branch import (
     exact_ball,
     exact_value,
-    pairs,
     root_of,
     system_at,
     system_over,
@@ -26,7 +26,7 @@ from percuss.certified.flight import Flight
 from percuss.certified.krawczyk import Solved, krawczyk
 from percuss.certified.law import Law, constant_of, law_of
 from percuss.certified.orbits import monodromy_over, shooting_of
-from percuss.certified.shooting import Shooting, greatest, matrix_of, residual_of
+from percuss.certified.shooting import Image, Residual, Shooting, greatest, matrix_of, pairs
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
 from percuss.orbits.families.special_points import SpecialPoint
@@ -64,18 +64,14 @@ class Curve:
         z[self.along] = eta
         return z, value
 
-    def value(self, w: list[arb], eta: arb) -> arb_mat:
-        """Return by how much the orbit misses itself."""
-        z, value = self.split(w, eta)
-        equations, states = self.equations(value), pairs(z)
-        return residual_of(states, [image for image, _ in equations.images(states, self.coarse())])
+    def residual(self, eta: arb) -> CurveResidual:
+        """Return the equations, with the other coordinates and the parameter as unknowns."""
+        return CurveResidual(self, eta)
 
-    def derivative(self, w: list[arb], eta: arb) -> arb_mat:
-        """Return the derivative by the other coordinates and the parameter."""
+    def with_column(self, matrix: arb_mat, w: list[arb], eta: arb) -> arb_mat:
+        """Return a derivative with that by the parameter in place of that by the coordinate."""
         z, value = self.split(w, eta)
-        equations, states = self.equations(value), pairs(z)
-        matrix = matrix_of([block for _, block in equations.images(states, self.coarse())])
-        column = self._by_parameter(equations, states, value)
+        column = self._by_parameter(self.equations(value), pairs(z), value)
         table = matrix.tolist()
         for row, entry in zip(table, column, strict=True):
             row[self.along] = entry
@@ -128,9 +124,11 @@ class Curve:
     def solution(self, eta: arb, guess: list[arb]) -> list[arb]:
         """Return the orbit and the parameter at a value of the coordinate."""
         w = [value.mid() for value in guess]
+        residual = self.residual(eta)
         for _ in range(MOST_STEPS):
             try:
-                step = self.derivative(w, eta).mid().solve(self.value(w, eta).mid())
+                missed = residual.value(w).mid()
+                step = residual.derivative(w).mid().solve(missed)
             except ZeroDivisionError:
                 break
             w = [(value - step[k, 0]).mid() for k, value in enumerate(w)]
@@ -139,8 +137,31 @@ class Curve:
         raise Undecided("precision", "Newton's method finds no orbit along the fold")
 
 
-def fold_of(point: SpecialPoint, path: str, digits: int) -> arb:
-    """Return a ball of the parameter at a fold."""
+class CurveResidual(Residual):
+    """The equations at a value of the coordinate; the parameter is the unknown in its place."""
+
+    def __init__(self, curve: Curve, eta: arb) -> None:
+        super().__init__(self._images)
+        self.curve, self.eta = curve, eta
+
+    def _images(self, w: list[arb]) -> list[Image]:
+        z, value = self.curve.split(w, self.eta)
+        return self.curve.equations(value).images(pairs(z), self.curve.coarse())
+
+    def value(self, z: list[arb]) -> arb_mat:
+        """Return by how much the orbit misses itself."""
+        return self._missed(z, self.curve.split(z, self.eta)[0])
+
+    def derivative(self, z: list[arb]) -> arb_mat:
+        """Return the derivative by the other coordinates and the parameter."""
+        return self.curve.with_column(super().derivative(z), z, self.eta)
+
+
+def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
+    """Return a ball of the parameter at a fold.
+
+    And whether the orbits of the stretch pass through no stop, None where that is open.
+    """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
     equations, guess = shooting_of(system, point.orbit)
     z = [value for state in guess for value in state]
@@ -172,12 +193,14 @@ def fold_of(point: SpecialPoint, path: str, digits: int) -> arb:
         signs.append(bool(found > 0))
     if signs[0] == signs[1]:
         raise Undecided("precision", "the parameter does not turn on this stretch")
-    return curves.box[along]
+    states, value = curve.split(curves.box, whole)
+    return value, admissible_of(curve.equations(value), pairs(states))[0]
 
 
 def _solved(curve: Curve, middle: list[arb], eta: arb) -> Solved:
     """Return the boxes of the orbits for a ball of the coordinate."""
-    return krawczyk(lambda w: curve.value(w, eta), lambda w: curve.derivative(w, eta), middle)
+    residual = curve.residual(eta)
+    return krawczyk(residual.value, residual.derivative, middle)
 
 
 def _turning(curve: Curve, w: list[arb], eta: arb) -> arb:
@@ -190,7 +213,7 @@ def _turning(curve: Curve, w: list[arb], eta: arb) -> arb:
 
 def _null_coordinate(equations: Shooting, states: list[tuple[arb, arb]]) -> int:
     """Return the coordinate that changes most where the equations are singular."""
-    matrix = matrix_of([block for _, block in equations.images(states, ctx.prec)])
+    matrix = matrix_of([image.derivative for image in equations.images(states, ctx.prec)])
     n = matrix.nrows()
     floats = np.array([[float(matrix[i, j]) for j in range(n)] for i in range(n)])
     speed = max(abs(float(v)) for _, v in states)

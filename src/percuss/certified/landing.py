@@ -32,11 +32,15 @@ class TooManyTerms(Exception):  # noqa: N818
 
 
 class Landing(NamedTuple):
-    """The time of flight, and velocity and acceleration at its end."""
+    """The time of flight, and velocity and acceleration at its end.
+
+    Within ``alone`` each of the flights has this root only.
+    """
 
     s: arb
     v: arb
     a: arb
+    alone: arb
 
 
 class Roots(NamedTuple):
@@ -47,7 +51,13 @@ class Roots(NamedTuple):
 
 
 def solve(
-    point: Flight, whole: Flight, bracket: Bracket, bits: int, *, summed: bool = True
+    point: Flight,
+    whole: Flight,
+    bracket: Bracket,
+    bits: int,
+    *,
+    summed: bool = True,
+    apart: arb | None = None,
 ) -> Roots:
     """Return the landings in a bracket of a flight and of all flights near it.
 
@@ -63,16 +73,28 @@ def solve(
         Precision for the whole.
     summed
         Whether short hops may be summed by their series.
+    apart
+        How far from it other roots are to be excluded, where that can be done; None for what
+        the proof needs.
+
+    Raises
+    ------
+    Undecided
+        If the balls leave open whether these are the roots, of one and the same branch.
     """
     pace = pace_of(whole)
     if summed and bracket.near and min(bracket.high, 2.0 * bracket.guess) * pace < SHORT:
         with contextlib.suppress(TooManyTerms):
-            return roots_near(point, whole, bracket, bits)
+            return roots_near(point, whole, bracket, bits, apart)
     level = bracket.level
     start = newton(point, level, bracket.guess, bracket)
     first = _landing(point, level, start, pace)
     with precision(bits):
-        second = _landing(whole, level, +start, pace)
+        second = _landing(whole, level, +start, pace, apart)
+        if not second.alone.contains(first.s):
+            second = _landing(whole, level, +start, pace, 4 * (first.s - start).abs_upper())
+        if not second.alone.contains(first.s):
+            raise Undecided("precision", "two roots of a flight are not told apart")
         if not (second.s > bracket.low and second.s < bracket.high):
             raise Undecided("precision", "the set of flights is as wide as its bracket")
         if not (first.s > bracket.low and first.s < bracket.high):
@@ -103,28 +125,44 @@ def newton(flight: Flight, level: Level, guess: float, bracket: Bracket) -> arb:
     return s
 
 
-def _landing(flight: Flight, level: Level, s: arb, pace: float) -> Landing:
+def _landing(
+    flight: Flight, level: Level, s: arb, pace: float, apart: arb | None = None
+) -> Landing:
     """Return the crossing nearest to s, proven by an interval Newton step."""
     (x, v, a, j), size = flight.derivatives(s, 3)
     gap = x - level.at
     if not (v > 0 or v < 0):
         raise Undecided("graze", "an impact may be without velocity")
-    trial = 2 * gap.abs_upper() / v.abs_lower()
-    for _ in range(ROUNDS):
-        if not trial * pace < NARROW:
-            break
-        fourth = fourth_around(flight, s, trial, size)
-        bend = span(a.abs_upper() + trial * (j.abs_upper() + trial * fourth))
-        slope = v + bend * trial
-        if slope.contains(0):
-            break
-        step = -(gap / slope)
-        if step.abs_upper() <= trial:
-            jerk = j + span(trial * fourth)
-            mean = a + step * span(jerk.abs_upper())
-            return Landing(s + step, v + step * mean, a + step * jerk)
-        trial = trial * 4
-    raise Undecided("graze", "an impact may be without velocity, within the radius")
+    question = Undecided("precision", "no interval step holds the instant of an event")
+    for start in _trials(2 * gap.abs_upper() / v.abs_lower(), apart):
+        trial = start
+        for _ in range(ROUNDS):
+            if not trial * pace < NARROW:
+                reason = "the balls are too wide: the instant of an event is known to within "
+                reason += f"{float(trial):.2g}, and the bounds need {NARROW / pace:.2g}"
+                question = Undecided("precision", reason)
+                break
+            fourth = fourth_around(flight, s, trial, size)
+            bend = span(a.abs_upper() + trial * (j.abs_upper() + trial * fourth))
+            slope = v + bend * trial
+            if slope.contains(0):
+                reason = "the velocity of an event may be zero at some of the instants that it may "
+                reason += f"be at, within {float(trial):.2g}"
+                question = Undecided("graze", reason)
+                break
+            step = -(gap / slope)
+            if step.abs_upper() <= trial:
+                jerk = j + span(trial * fourth)
+                mean = a + step * span(jerk.abs_upper())
+                alone = s + span(trial)
+                return Landing(s + step, v + step * mean, a + step * jerk, alone)
+            trial = trial * 4
+    raise question
+
+
+def _trials(needed: arb, apart: arb | None) -> list[arb]:
+    """Return half-widths to begin with: first that in which other roots are to be excluded."""
+    return [needed] if apart is None or apart <= needed else [needed.max(apart), needed]
 
 
 def fourth_around(flight: Flight, s: arb, trial: arb, size: float) -> float:
@@ -133,7 +171,9 @@ def fourth_around(flight: Flight, s: arb, trial: arb, size: float) -> float:
     return 1.05 * flight.bound(4, float(s), 1.001 * float(trial), size)
 
 
-def roots_near(point: Flight, whole: Flight, bracket: Bracket, bits: int) -> Roots:
+def roots_near(
+    point: Flight, whole: Flight, bracket: Bracket, bits: int, apart: arb | None = None
+) -> Roots:
     """Return the landings of hops far shorter than all times of the motion.
 
     They return to the level that they left; their Taylor series at the start, divided by s^m
@@ -146,7 +186,12 @@ def roots_near(point: Flight, whole: Flight, bracket: Bracket, bits: int) -> Roo
     s = first.newton(bracket.guess)
     landing = first.landing(s)
     with precision(bits):
-        second = _Series(whole, sign, m, longest, bits).landing(+s)
+        series = _Series(whole, sign, m, longest, bits)
+        second = series.landing(+s, apart)
+        if not second.alone.contains(landing.s):
+            second = series.landing(+s, 4 * (landing.s - s).abs_upper())
+        if not second.alone.contains(landing.s):
+            raise Undecided("precision", "two roots of a flight are not told apart")
         for found in (landing, second):
             if not (found.s > bracket.low and found.s < bracket.high):
                 raise Undecided("precision", "a hop is as short as its radius")
@@ -202,27 +247,34 @@ class _Series:
                 return s
         return s
 
-    def landing(self, s: arb) -> Landing:
+    def landing(self, s: arb, apart: arb | None = None) -> Landing:
         """Return the crossing nearest to s, proven by an interval Newton step."""
         m = self.m
         value = self.divided(s) + self.rest(s, 0) / s**m
         slopes = self.divided.derivative()
-        trial = 2 * value.abs_upper() / slopes(s).abs_lower()
-        for _ in range(ROUNDS):
-            around = s + span(trial)
-            if not around < self.longest:
-                break
-            # R'/s^m - m R/s^(m+1) is the slope of the remainder's quotient.
-            rest = self.rest(around, 1) / around**m + m * self.rest(around, 0) / around ** (m + 1)
-            slope = slopes(around) + rest
-            if slope.contains(0):
-                break
-            step = -(value / slope)
-            if step.abs_upper() <= trial:
-                at = s + step
-                speeds = self.whole.derivative()
-                v = speeds(at) + self.rest(at, 1)
-                a = speeds.derivative()(at) + self.rest(at, 2)
-                return Landing(at, self.sign * v, self.sign * a)
-            trial = trial * 4
-        raise Undecided("graze", "a hop may end without velocity, within the radius")
+        question = Undecided("precision", "no interval step holds the end of a hop")
+        for start in _trials(2 * value.abs_upper() / slopes(s).abs_lower(), apart):
+            trial = start
+            for _ in range(ROUNDS):
+                around = s + span(trial)
+                if not around < self.longest:
+                    reason = "the balls are too wide for the end of a hop, by the hop itself"
+                    question = Undecided("precision", reason)
+                    break
+                # R'/s^m - m R/s^(m+1) is the slope of the remainder's quotient.
+                rest = self.rest(around, 0)
+                rest = self.rest(around, 1) / around**m + m * rest / around ** (m + 1)
+                slope = slopes(around) + rest
+                if slope.contains(0):
+                    reason = "a hop may end without velocity, within the radius"
+                    question = Undecided("graze", reason)
+                    break
+                step = -(value / slope)
+                if step.abs_upper() <= trial:
+                    at = s + step
+                    speeds = self.whole.derivative()
+                    v = speeds(at) + self.rest(at, 1)
+                    a = speeds.derivative()(at) + self.rest(at, 2)
+                    return Landing(at, self.sign * v, self.sign * a, around)
+                trial = trial * 4
+        raise question

@@ -180,13 +180,12 @@ class Law:
 
     def _sums(self, region: Region) -> tuple[Number, Number, Number]:
         """Return stiffness, damping and constant force, of rationals as long as none is moved."""
-        numbers, parts = self.system.numbers, [f"oscillator.stops.{i}" for i in region.active]
+        parts = [f"oscillator.stops.{i}" for i in region.active]
         paths = ["oscillator.stiffness", "oscillator.damping", "forcing.constant"]
         if not any((self._path or "").startswith(path) for path in (*paths, *parts)):
-            springs = sum(numbers[f"{p}.stiffness"] * numbers[f"{p}.at"] for p in parts)
-            constant = numbers["forcing.constant"] + springs
-            k, a = self.system.stiffness(region), self.system.damping(region)
-            return ball(k), ball(a), ball(constant)
+            system = self.system
+            sums = system.stiffness(region), system.damping(region), system.constant(region)
+            return ball(sums[0]), ball(sums[1]), ball(sums[2])
         stiffness, damping, push = (self.number(path) for path in paths)
         for path in parts:
             spring = self.number(f"{path}.stiffness")

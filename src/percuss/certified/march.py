@@ -82,7 +82,7 @@ class _Walk:
         fastest = max([region.pace for region in self.law.regions] + self.law.paces)
         # With neither springs nor harmonics there is no time to compare with.
         self.width = 1.0 / fastest if fastest > 1e-38 else 1.0
-        self.record = Record(ctx.prec, self.width)
+        self.record = Record(ctx.prec, self.width, end=limits.t_end)
 
     def go_on(self) -> bool:
         """Go to the next event; tell whether there may be more."""
@@ -123,7 +123,7 @@ class _Walk:
     def begin(self, start: Start) -> None:
         """Find out how the motion sets off."""
         x, v = on_stop(self.system, start), as_fraction(start.v0)
-        self.record.until = time_ball(start.t0)
+        self.record.until, self.record.begin = time_ball(start.t0), start.t0
         self._check_inside(start, x)
         bound = next((i for i, b in enumerate(self.system.bounds) if b.at == x), None)
         region = self._region_at(x)
@@ -210,12 +210,18 @@ class _Walk:
                 raise Undecided("no_event", "the motion provably meets no stop again")
             return self._finish(Ending.reached_t_end)
         t, v = found.box
-        if self._beyond(t):
-            return False
+        if t > self.limits.end:
+            return self._finish(Ending.reached_t_end)
         self._count()
         if not found.sign * v < 0:
             self._graze(found)
         bound = self.system.bounds[found.bound]
+        if not t < self.limits.end:
+            if bound.wall is not None:
+                self._list_impact(bound.wall, t, v)
+            else:
+                self._list_crossing(found)
+            return self._finish_open(t, "impact" if bound.wall is not None else "crossing")
         if bound.wall is not None:
             self._strike(found.bound, t, v, (start, found))
         else:
@@ -229,19 +235,12 @@ class _Walk:
         if done >= MOST_EVENTS:
             raise Undecided("most_events", f"{MOST_EVENTS} events, the most that are listed")
 
-    def _beyond(self, t: arb) -> bool:
-        """Tell whether an event comes after the end, which ends the march."""
-        end = self.limits.end
-        if t < end:
-            return False
-        if t > end:
-            self._finish(Ending.reached_t_end)
-        else:
-            self._finish(
-                Ending.impact_at_t_end, t.lower().max(self.record.pieces[-1].start.lower())
-            )
-            self.record.reason = "an event lies within its radius of t_end; it is not listed"
-        return True
+    def _finish_open(self, t: arb, event: str) -> bool:
+        """End with an event of which it is open whether it comes by t_end."""
+        began = self.record.pieces[-1].start.lower()
+        self._finish(Ending.impact_at_t_end, t.lower().max(began))
+        self.record.reason = f"whether the last {event} that is listed comes by t_end is open"
+        return False
 
     def _finish(self, ending: Ending, until: arb | None = None) -> bool:
         self.record.ending = ending
@@ -257,7 +256,7 @@ class _Walk:
         self.record.grazes.append(GrazeRow(found.box[0], self._stop_at(found.bound), arb(0)))
         raise Undecided("graze", "an impact may be without velocity, within the radius")
 
-    def _cross(self, start: Departure, found: Arrival) -> None:
+    def _list_crossing(self, found: Arrival) -> None:
         t, v = found.box
         bound = self.system.bounds[found.bound]
         up = found.sign < 0
@@ -267,9 +266,21 @@ class _Walk:
             self.record.crossings.append(CrossingRow(t, v, stop, direction))
         if any((self.system.oscillator.stops[stop].side == "above") == up for stop in bound.edges):
             self.record.n_entries += 1
-        region = self._above(found.bound) if up else self._below(found.bound)
+
+    def _cross(self, start: Departure, found: Arrival) -> None:
+        self._list_crossing(found)
+        t, bound = found.box[0], self.system.bounds[found.bound]
+        region = self._above(found.bound) if found.sign < 0 else self._below(found.bound)
         cloud = start.cloud.image(found.point, found.derivative)
         self._depart(Departure(region, bound.at, cloud, found.bound), t)
+
+    def _list_impact(self, wall: int, t: arb, v: arb) -> arb:
+        """Write down an impact, and return the velocity after it."""
+        r = self.system.numbers[f"oscillator.stops.{wall}.restitution"]
+        after = -ball(r) * v if r else arb(0)
+        self.record.impacts.append(ImpactRow(t, v, after, wall))
+        self.record.n_entries += 1
+        return after
 
     def _strike(self, bound: int, t: arb, v: arb, flight: tuple[Departure, Arrival] | None) -> None:
         """Rebound from a wall; flight is None for an impact at the start."""
@@ -278,9 +289,7 @@ class _Walk:
         assert self.now is not None
         path = f"oscillator.stops.{wall}.restitution"
         exact, r = self.system.numbers[path], ball(self.system.numbers[path])
-        after = -r * v if exact else arb(0)
-        self.record.impacts.append(ImpactRow(t, v, after, wall))
-        self.record.n_entries += 1
+        after = self._list_impact(wall, t, v)
         region, at = self.now.region, self.system.bounds[bound].at
         if exact == 0:
             self._land(region, bound, t, self.now.time if flight is None else None)
@@ -343,10 +352,12 @@ class _Walk:
             if found.for_ever:
                 return self._finish(Ending.at_rest)
             return self._finish(Ending.reached_t_end)
-        if self._beyond(found.t):
-            return False
+        if found.t > end:
+            return self._finish(Ending.reached_t_end)
         self._count()
         self.record.contacts[-1] = self.record.contacts[-1]._replace(release=found.t)
+        if not found.t < end:
+            return self._finish_open(found.t, "release")
         x = self.system.bounds[hold.bound].at
         cloud = Cloud.of(found.t, arb(0))
         self._depart(Departure(hold.region, x, cloud, hold.bound, 3), found.t)

@@ -16,12 +16,13 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
+from percuss.certified.admissible import admissible_of
 from percuss.certified.branch import boxed, exact_ball, root_of, system_at, system_over
 from percuss.certified.chain import Link
 from percuss.certified.cloud import Matrix, times
 from percuss.certified.law import law_of
 from percuss.certified.orbits import shooting_of
-from percuss.certified.shooting import Shooting, States
+from percuss.certified.shooting import Image, Shooting, States
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
 from percuss.orbits.families.special_points import SpecialPoint
@@ -34,7 +35,7 @@ __all__ = ["HalfShooting", "half_of", "symmetry_breaking_of"]
 class HalfShooting(Shooting):
     """The equations of half a symmetric orbit; the chain is all of it, the period its half."""
 
-    def images(self, states: States, coarse: int) -> list[tuple[tuple[arb, arb], Matrix]]:
+    def images(self, states: States, coarse: int) -> list[Image]:
         """Return the images of the states, the last mirrored, and their derivatives."""
         found = []
         for i, state in enumerate(states):
@@ -45,14 +46,25 @@ class HalfShooting(Shooting):
             by_t, by_v = there.derivative
             t, v = there.box
             derivative = by_t, (kept * by_v[0], kept * by_v[1])
-            found.append(((t - (self.period if closes else 0), kept * v), derivative))
+            image = t - (self.period if closes else 0), kept * v
+            found.append(Image(image, derivative, there.lasts, there.alone))
         return found
 
     def breaking(self, states: States) -> arb:
-        """Return 1 + trace + determinant of the mirrored map over half an orbit."""
+        """Return 1 + trace + determinant of the mirrored map over half an orbit.
+
+        Raises
+        ------
+        Undecided
+            If the flights' roots may be others than the events of the orbit.
+        """
         product: Matrix = (arb(1), arb(0)), (arb(0), arb(1))
-        for _, block in self.images(states, ctx.prec):
-            product = times(block, product)
+        following = [*(t for t, _ in states[1:]), states[0][0] + self.period]
+        images = self.images(states, ctx.prec)
+        for image, (t, _), until in zip(images, states, following, strict=True):
+            if not image.alone.contains(until - t):
+                raise Undecided("precision", "a flight's root may be another one than the orbit's")
+            product = times(image.derivative, product)
         (a, b), (c, d) = product
         return 1 + a + d + (a * d - b * c)
 
@@ -62,8 +74,11 @@ def half_of(system: System, chain: list[Link], n_periods: int) -> HalfShooting:
     return HalfShooting(system, chain, law_of(system).period(n_periods) / 2)
 
 
-def symmetry_breaking_of(point: SpecialPoint, path: str, digits: int) -> arb:
-    """Return a ball of the parameter in which symmetric orbits lose their symmetry."""
+def symmetry_breaking_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
+    """Return a ball of the parameter in which symmetric orbits lose their symmetry.
+
+    And whether the orbits at all values in it pass through no stop, None where that is open.
+    """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
     equations, guess = shooting_of(system, point.orbit)
     chain, n_periods = equations.chain, point.orbit.n_periods
@@ -86,11 +101,11 @@ def symmetry_breaking_of(point: SpecialPoint, path: str, digits: int) -> arb:
     low, high = zero - width, zero + width
     all_ = half_of(system_over(system, path, low, high), chain, n_periods)
     middle = at(zero, guess)[1]
-    trial = boxed(all_, middle)[1]
+    box, trial = boxed(all_, middle)
     signs = [_sign(*at(end, middle), trial) for end in (low, high)]
     if signs[0] == signs[1]:
         raise Undecided("precision", "no multiplier goes through -1 on the stretch")
-    return exact_ball(low).union(exact_ball(high))
+    return exact_ball(low).union(exact_ball(high)), admissible_of(all_, box)[0]
 
 
 def _sign(equations: HalfShooting, states: States, trial: States) -> bool:

@@ -14,9 +14,11 @@ __all__ = [
     "between",
     "cos_sin",
     "lower",
+    "order_of",
     "power",
     "precision",
     "rational",
+    "rational_cosine",
     "span",
     "time_ball",
     "upper",
@@ -25,6 +27,17 @@ __all__ = [
 # More than the rounding of a conversion to a float.
 UP, DOWN = 1.0 + 2.0**-50, 1.0 - 2.0**-50
 TINY = 5e-324
+# cos(pi q) where it is rational, for q in [0, 2); there are no others (Niven's theorem).
+COSINES = {
+    Fraction(0): Fraction(1),
+    Fraction(1, 3): Fraction(1, 2),
+    Fraction(1, 2): Fraction(0),
+    Fraction(2, 3): Fraction(-1, 2),
+    Fraction(1): Fraction(-1),
+    Fraction(4, 3): Fraction(-1, 2),
+    Fraction(3, 2): Fraction(0),
+    Fraction(5, 3): Fraction(1, 2),
+}
 # Arb's precision is one for the whole process: one thread at a time works with it.
 _LOCK = threading.RLock()
 
@@ -88,6 +101,38 @@ def cos_sin(times: Fraction, plus: Fraction) -> tuple[arb, arb]:
     else:
         sine, cosine = (arb.pi() * ball(times) + ball(plus)).sin_cos()
     return cosine, sine
+
+
+def rational_cosine(times: Fraction, plus: Fraction) -> Fraction | None:
+    """Return the cosine of ``times * pi + plus`` where it is rational, else None.
+
+    Examples
+    --------
+    >>> rational_cosine(Fraction(7, 3), Fraction(0)), rational_cosine(Fraction(1, 4), Fraction(0))
+    (Fraction(1, 2), None)
+    """
+    return COSINES.get(times % 2) if plus == 0 else None
+
+
+def order_of(one: Phase, other: Phase) -> int:
+    """Return -1, 0 or 1 as one time is before another, the same, or after it; exactly.
+
+    Examples
+    --------
+    >>> order_of("pi", 3.141592653589793), order_of("20*pi", "40*pi/2")
+    (1, 0)
+    """
+    (times, plus), (other_times, other_plus) = angle(one), angle(other)
+    times, plus = times - other_times, plus - other_plus
+    bits = 128
+    # A multiple of pi is no fraction: more bits tell them apart, however close they are.
+    while times:
+        with precision(bits):
+            gap = arb.pi() * ball(times) + ball(plus)
+            if gap > 0 or gap < 0:
+                return 1 if gap > 0 else -1
+        bits *= 2
+    return (plus > 0) - (plus < 0)
 
 
 def upper(value: arb) -> float:

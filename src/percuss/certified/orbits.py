@@ -11,14 +11,14 @@ from percuss.certified.branch import equations_at, system_at
 from percuss.certified.chain import chain_of
 from percuss.certified.cloud import Matrix, times
 from percuss.certified.families import family_orbit
-from percuss.certified.krawczyk import Solved, krawczyk, unique_in
+from percuss.certified.krawczyk import krawczyk, unique_in
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.multipliers import Monodromy, monodromy_of
-from percuss.certified.numbers import precision
+from percuss.certified.numbers import precision, upper
 from percuss.certified.orbit_result import CertifiedOrbit, orbit_of_proof, unproven
 from percuss.certified.proof import Proof
 from percuss.certified.ranges import Over, system_for, too_wide
-from percuss.certified.shooting import Shooting, States, matrix_of, residual_of
+from percuss.certified.shooting import Residual, Shooting, States, pairs
 from percuss.certified.steady import steady_proof
 from percuss.certified.sticking import sticking_proof
 from percuss.certified.system import System, system_of
@@ -101,22 +101,18 @@ def _isolated(system: System, orbit: PeriodicOrbit) -> Proof:
     point = [value for state in solution for value in state]
     coarse = coarse_bits(system)
 
-    def value(z: list[arb]) -> object:
-        states = _pairs(z)
-        return residual_of(states, [image for image, _ in equations.images(states, coarse)])
-
-    def derivative(z: list[arb]) -> object:
-        return matrix_of([block for _, block in equations.images(_pairs(z), coarse)])
-
-    solved: Solved = krawczyk(value, derivative, point)  # type: ignore[arg-type]
-    states = _pairs(solved.box)
+    residual = Residual(lambda z: equations.images(pairs(z), coarse))
+    solved = krawczyk(residual.value, residual.derivative, point)
+    states = pairs(solved.box)
     monodromy, images = monodromy_over(equations, states)
     admissible, reason = admissible_of(equations, states)
-    speed = max(abs(float(v)) for _, v in states)
+    # Of the true period and greatest velocity, none of which is larger than these.
+    scales = upper(equations.period), max(upper(v) for _, v in states)
     unique = 0.0
     for width in WIDTHS:
-        sizes = [arb(width * scale) for _ in states for scale in (orbit.period, speed)]
-        if unique_in(derivative, value, point, sizes):  # type: ignore[arg-type]
+        sizes = [arb(width * scale) for _ in states for scale in scales]
+        holds = (abs(x - z) < size for x, z, size in zip(solved.box, point, sizes, strict=True))
+        if all(holds) and unique_in(residual.derivative, residual.value, point, sizes):
             unique = width
             break
     return Proof(
@@ -141,12 +137,14 @@ def _middle(equations: Shooting, orbit: PeriodicOrbit) -> Shooting:
     return equations_at(system_at(system, path, (low + high) / 2), equations.chain, orbit.n_periods)
 
 
-def _pairs(z: list[arb]) -> States:
-    return [(z[i], z[i + 1]) for i in range(0, len(z), 2)]
-
-
 def monodromy_over(equations: Shooting, states: States) -> tuple[Monodromy, list[arb]]:
-    """Return the derivative over one orbit, and the velocities before the events."""
+    """Return the derivative over one orbit, and the velocities before the events.
+
+    Raises
+    ------
+    Undecided
+        If the flights' roots may be others than the events of the orbit.
+    """
     product: Matrix | None = None
     n = len(states)
     before = [arb(0)] * n
@@ -155,6 +153,8 @@ def monodromy_over(equations: Shooting, states: States) -> tuple[Monodromy, list
         following = (i + 1) % n
         until = states[following][0] + (equations.period if following == 0 else arb(0))
         there = equations.arrival(i, state, until, ctx.prec)
+        if not there.alone.contains(until - state[0]):
+            raise Undecided("precision", "a flight's root may be another one than the orbit's")
         before[following] = there.box[1]
         kept = equations.chain[following].kept(equations.system)
         by_t, by_v = there.derivative

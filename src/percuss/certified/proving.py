@@ -95,10 +95,10 @@ def _limits_of(run: Trajectory) -> tuple[Phase | None, int | None]:
     if run.outcome is Outcome.at_rest and run.t_end in run.contacts.start:
         # It had no other end.
         return None, None
-    if run.outcome in (Outcome.reached_max_impacts, Outcome.no_more_impacts):
+    if run.outcome in (Outcome.reached_max_impacts, Outcome.no_more_impacts, Outcome.interrupted):
         # Just after the last event, which the float's instant may miss by its rounding.
         return run.t_end + 1e-9 * max(1.0, abs(run.t_end)), None
-    return run.t_end, None
+    return run.end, None
 
 
 def _bits(record: Record, digits: int) -> tuple[float, float]:

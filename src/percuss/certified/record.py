@@ -12,6 +12,7 @@ from flint import arb
 
 from percuss.certified.contact import Hold, Hops
 from percuss.certified.step import Departure
+from percuss.model.exact import Phase
 
 __all__ = ["ContactRow", "CrossingRow", "Ending", "GrazeRow", "ImpactRow", "Piece", "Record"]
 
@@ -28,7 +29,7 @@ class Ending(Enum):
     reached_t_end = "proven up to t_end"
     reached_max_impacts = "proven up to max_impacts (impacts and entries into soft stops)"
     at_rest = "the mass provably came to rest at a stop for good"
-    impact_at_t_end = "proven up to t_end but for an impact there, within the radius"
+    impact_at_t_end = "proven up to t_end; the last event lies within its radius of it"
     graze = "the proof ends at a touch that the balls cannot decide"
     force = "the proof ends at rest on a stop, where the sign of the force is open"
     chatter = "the proof ends in a chatter whose end lies within the radius, or too far"
@@ -84,7 +85,8 @@ class Piece(NamedTuple):
 class Record:
     """Events and pieces of a march, and how it ended.
 
-    ``width`` is a time in which little changes: the scale of instants near 0.
+    ``width`` is a time in which little changes: the scale of instants near 0. ``begin`` and ``end``
+    are the times of start and limit where they are known exactly.
     """
 
     bits: int
@@ -98,6 +100,8 @@ class Record:
     ending: Ending = Ending.reached_t_end
     reason: str = ""
     n_entries: int = 0
+    begin: Phase | None = None
+    end: Phase | None = None
     _earliest: list[float] = field(default_factory=list, repr=False)
 
     @property

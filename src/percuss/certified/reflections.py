@@ -147,8 +147,9 @@ class Rounds:
                 apart = (self.t - self.times[zero] + bracket.guess) / self.half
                 turns = round(float(apart))
                 s = self.times[zero] + turns * self.half - self.t
-            if s > bracket.low and s < bracket.high:
+            where = bracket.place_of(s)
+            if where == 0:
                 return zero, turns
-            if not (s > bracket.high or s < bracket.low):
+            if where is None:
                 raise Undecided("precision", "whether a flight ends at a known zero is open")
         return None

@@ -105,7 +105,11 @@ class CertifiedRun:
 
     @property
     def complete(self) -> bool:
-        """Whether the motion is proven to the end that was asked for."""
+        """Whether the motion is proven to the end that was asked for.
+
+        Where the outcome is `Ending.impact_at_t_end`, all events up to t_end are listed, and
+        whether the last of them comes by then is open.
+        """
         return self.outcome in _COMPLETE
 
     @property
@@ -254,11 +258,7 @@ class CertifiedRun:
         count = int(length * float(frequency) / (2.0 * math.pi) + 1e-9) + 1
         times = [pi_times(2 * k / frequency) + self.start.t0 for k in range(count)]
         with precision(self.precision):
-            times = [
-                t
-                for t in times
-                if is_proven(self._record, time_ball(t)) and not time_ball(t) > last.arb
-            ]
+            times = [t for t in times if is_proven(self._record, t) and not time_ball(t) > last.arb]
         return self._dataset("period", np.arange(len(times)), times)
 
     def forces(self, t: ArrayLike | Phase) -> Dataset:

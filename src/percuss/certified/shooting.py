@@ -6,8 +6,9 @@ next, and the last to the first, a whole number of periods later.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from flint import arb, arb_mat, ctx
 
@@ -19,13 +20,77 @@ from percuss.certified.step import Arrival, Departure, flight_of, landed, levels
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided
 
-__all__ = ["Shooting", "States"]
+__all__ = ["Image", "Residual", "Shooting", "States", "pairs"]
 
 # Instants and velocities after the events, in turn.
 States: TypeAlias = list[tuple[arb, arb]]
 # How far from its guess a flight time may be, as a part of itself.
 AROUND = 2.0**-6
+# How far around a flight time other roots are excluded at least, as a part of it, where they can.
+APART = 2.0**-20
 MOST_STEPS = 60
+
+
+class Image(NamedTuple):
+    """Where the flights from an event lead: instant and velocity after the next one.
+
+    Attributes
+    ----------
+    state, derivative
+        The image, and its derivative on the whole set.
+    lasts, alone
+        How long the flights last, and a ball in which each of them has this root only.
+    """
+
+    state: tuple[arb, arb]
+    derivative: Matrix
+    lasts: arb
+    alone: arb
+
+
+class Residual:
+    """The equations F(z) - z and their derivative, of one and the same root of each flight.
+
+    Flights may have other roots next to it: to the value at a point belongs the derivative on a
+    box around it only where the root of the point is the one that all flights of the box have.
+
+    Parameters
+    ----------
+    images
+        The images of the states after the events, in a vector or a box of them.
+    """
+
+    def __init__(self, images: Callable[[list[arb]], list[Image]]) -> None:
+        self.images = images
+        self.lasts: list[arb] = []
+
+    def value(self, z: list[arb]) -> arb_mat:
+        """Return by how much the states miss themselves, and note the flights' roots."""
+        return self._missed(z, z)
+
+    def _missed(self, unknowns: list[arb], z: list[arb]) -> arb_mat:
+        found = self.images(unknowns)
+        self.lasts = [image.lasts for image in found]
+        return residual_of(pairs(z), [image.state for image in found])
+
+    def derivative(self, z: list[arb]) -> arb_mat:
+        """Return the derivative on a box.
+
+        Raises
+        ------
+        Undecided
+            If the last value may be of other roots.
+        """
+        found = self.images(z)
+        for image, lasts in zip(found, self.lasts, strict=False):
+            if not image.alone.contains(lasts):
+                raise Undecided("precision", "value and derivative may be of two roots of a flight")
+        return matrix_of([image.derivative for image in found])
+
+
+def pairs(z: list[arb]) -> States:
+    """Return a vector as instants and velocities."""
+    return [(z[i], z[i + 1]) for i in range(0, len(z), 2)]
 
 
 @dataclass(frozen=True)
@@ -63,14 +128,17 @@ class Shooting:
                 for level in levels_of(self.system, following.before)
                 if level.bound == following.bound
             )
+        lasts = until - state[0]
         s = float(until - state[0].mid())
         near = following.bound == self.chain[i].bound
-        low = s * (1.0 - AROUND)
-        bracket = Bracket(level, low, s * (1.0 + AROUND), s, near=near)
-        return landed(self.system, start, whole, bracket, coarse)
+        low, high = s * (1.0 - AROUND), s * (1.0 + AROUND)
+        bracket = Bracket(level, low, high, s, near=near, far=high)
+        # So far that it holds the flight of the orbit itself, and of others in its box.
+        apart = (2 * (lasts - s).abs_upper()).max(arb(abs(s) * APART))
+        return landed(self.system, start, whole, bracket, coarse, apart)
 
-    def images(self, states: States, coarse: int) -> list[tuple[tuple[arb, arb], Matrix]]:
-        """Return, for each event, the image of the state after it and the derivative of that."""
+    def images(self, states: States, coarse: int) -> list[Image]:
+        """Return the images of the states after the events, and their derivatives."""
         found = []
         n = len(states)
         for i, state in enumerate(states):
@@ -82,7 +150,8 @@ class Shooting:
             # Of all of the state: a coordinate along a fold is a ball.
             t, v = there.box
             derivative = by_t, (kept * by_v[0], kept * by_v[1])
-            found.append(((t - (self.period if following == 0 else 0), kept * v), derivative))
+            image = t - (self.period if following == 0 else 0), kept * v
+            found.append(Image(image, derivative, there.lasts, there.alone))
         return found
 
     def newton(self, states: States) -> States:
@@ -99,8 +168,8 @@ class Shooting:
         enough, before = arb(2) ** -int(0.6 * ctx.prec), arb.pos_inf()
         for _ in range(MOST_STEPS):
             found = self.images(now, ctx.prec)
-            residual = residual_of(now, [point for point, _ in found])
-            matrix = matrix_of([derivative for _, derivative in found])
+            residual = residual_of(now, [image.state for image in found])
+            matrix = matrix_of([image.derivative for image in found])
             try:
                 step = matrix.mid().solve(residual.mid())
             except ZeroDivisionError:

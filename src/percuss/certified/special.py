@@ -56,8 +56,9 @@ class CertifiedPoint:
     wanted_digits, precision
         The digits that were asked for, and the bits that were worked with.
     is_formal
-        Whether the orbit there passes through a stop, as its branch in doubles has it: then what is
-        proven is about the formal equations, no motion.
+        Whether the orbit there passes through a stop: then what is proven is about the formal
+        equations, no motion. True and False are proven, of all orbits over the ball; None is open,
+        as at a graze, where no ball tells a touch from a passage.
     """
 
     kind: str
@@ -68,14 +69,18 @@ class CertifiedPoint:
     reason: str
     wanted_digits: int
     precision: int
-    is_formal: bool
+    is_formal: bool | None
     point: SpecialPoint = field(repr=False)
 
     def __repr__(self) -> str:
         """Tell in a line what is proven."""
         if not self.exists:
             return f"<CertifiedPoint: {self.kind} not proven; {self.reason}>"
-        formal = "; formal, the orbit passes through a stop" if self.is_formal else ""
+        formal = {
+            True: "; formal, the orbit passes through a stop",
+            False: "",
+            None: "; whether the orbit passes through a stop is open",
+        }[self.is_formal]
         return f"<CertifiedPoint: {self.kind} at {self.path} = {self.value.text()}{formal}>"
 
 
@@ -85,10 +90,12 @@ def certify_point(
     """Prove a special point; see `percuss.certify`."""
     path = long_form(point.path, point.orbit.oscillator, point.orbit.forcing)
     work = bits or math.ceil(digits / math.log10(2)) + FIRST_MARGIN
-    formal = not point.admissible
 
-    def told(value: Ball, statement: str, reason: str) -> CertifiedPoint:
+    def told(
+        value: Ball, statement: str, reason: str, admissible: bool | None = None
+    ) -> CertifiedPoint:
         exists = not reason
+        formal = None if admissible is None else not admissible
         return CertifiedPoint(
             point.kind, path, exists, value, statement, reason, digits, work, formal, point
         )
@@ -96,36 +103,37 @@ def certify_point(
     while True:
         try:
             with precision(work):
-                value, statement = _proof(point, path, digits)
+                value, admissible, statement = _proof(point, path, digits)
         except Undecided as question:
             if bits is not None or 2 * work > most_bits or question.kind in HOPELESS:
                 return told(Ball(arb.nan()), "", question.reason or question.kind)
             work *= 2
             continue
-        return told(value, statement, "")
+        return told(Ball(value), statement, "", admissible)
 
 
-def _proof(point: SpecialPoint, path: str, digits: int) -> tuple[Ball, str]:
+def _proof(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None, str]:
+    """Return the parameter, whether the orbits there pass through no stop, and what is proven."""
     if math.isinf(point.orbit.n_impacts):
         reason = "the orbit sticks: it has infinitely many impacts, its equations finitely many"
         raise Undecided("kind", reason)
     if point.kind == "fold":
-        return Ball(fold_of(point, path, digits)), (
+        return *fold_of(point, path, digits), (
             "on a smooth curve of orbits, along which the parameter is extremal in the ball, a "
             "multiplier goes through 1 there"
         )
     if point.kind in ("period_doubling", "strong_resonance"):
-        return Ball(crossing_of(point, path, digits)), (
+        return *crossing_of(point, path, digits), (
             "on a smooth branch of orbits over the ball, the trace goes through the value of a "
             f"{point.kind.replace('_', ' ')} there"
         )
     if point.kind == "symmetry_breaking":
-        return Ball(symmetry_breaking_of(point, path, digits)), (
+        return *symmetry_breaking_of(point, path, digits), (
             "on a smooth branch of symmetric orbits over the ball, a multiplier of the map over "
             "half of them goes through -1 there, and orbits without the symmetry branch off"
         )
     if point.kind == "grazing":
-        return Ball(touch_of(point, path, digits)), (
+        return *touch_of(point, path, digits), (
             "on a smooth branch of orbits over the ball, a turning point passes the stop there"
         )
     if point.kind == "corner":
@@ -134,7 +142,7 @@ def _proof(point: SpecialPoint, path: str, digits: int) -> tuple[Ball, str]:
     raise Undecided("kind", reason)
 
 
-def _corner(point: SpecialPoint, path: str, digits: int) -> tuple[Ball, str]:
+def _corner(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None, str]:
     """Return the place of the stop that another is moved to, exactly, and what is proven beside."""
     orbit = point.orbit
     met = [orbit.oscillator.stops[i].at for i in set(orbit.sequence)]
@@ -146,9 +154,13 @@ def _corner(point: SpecialPoint, path: str, digits: int) -> tuple[Ball, str]:
     beside = certify_orbit(orbit, digits, 2**10, None)
     if not beside.exists:
         raise Undecided("kind", f"the orbit beside the corner is not proven; {beside.reason}")
-    return Ball(ball(others.pop())), (
-        "two stops that the orbit meets lie at one place there, exactly; what is proven of the "
-        f"orbits is the one at {float(moved):.17g}, beside it"
+    return (
+        ball(others.pop()),
+        beside.admissible,
+        (
+            "two stops that the orbit meets lie at one place there, exactly; what is proven of the "
+            f"orbits is the one at {float(moved):.17g}, beside it"
+        ),
     )
 
 

@@ -11,7 +11,7 @@ from percuss.certified.cloud import Pair, applied
 from percuss.certified.contact import Hold, Hops
 from percuss.certified.flight import propagator
 from percuss.certified.law import law_of
-from percuss.certified.numbers import between, precision, time_ball
+from percuss.certified.numbers import between, order_of, precision, time_ball
 from percuss.certified.record import Ending, Record
 from percuss.certified.step import Departure, flight_of
 from percuss.certified.system import System
@@ -25,12 +25,16 @@ FLOAT_BITS = 64
 TO_THE_END = (Ending.reached_t_end, Ending.at_rest)
 
 
-def is_proven(record: Record, t: arb) -> bool:
-    """Tell whether an instant, not before the start, lies within what is proven for certain."""
-    if record.ending in TO_THE_END:
-        return not t > record.until
-    # What follows an event may have an event of its own within the radius.
-    return bool(t <= record.until)
+def is_proven(record: Record, time: Phase) -> bool:
+    """Tell whether a time lies within what is proven, for certain."""
+    if record.begin is not None and order_of(time, record.begin) < 0:
+        return False
+    if record.ending in TO_THE_END and record.end is not None:
+        return order_of(time, record.end) <= 0
+    with precision(max(FLOAT_BITS, ctx.prec)):
+        # A float is exact here, however few bits were worked with. What follows an event may
+        # have an event of its own within the radius.
+        return bool(time_ball(time) <= record.until)
 
 
 def state_at(system: System, record: Record, time: Phase) -> Pair:
@@ -43,10 +47,7 @@ def state_at(system: System, record: Record, time: Phase) -> Pair:
     """
     t = time_ball(time)
     pieces = record.pieces
-    with precision(max(FLOAT_BITS, ctx.prec)):
-        # A float is exact here, however few bits were worked with.
-        known = is_proven(record, time_ball(time))
-    if not pieces or t < pieces[0].start or not known:
+    if not pieces or t < pieces[0].start or not is_proven(record, time):
         first = pieces[0].start if pieces else record.until
         reason = f"outside of what is proven, {float(first):.12g} to {float(record.until):.12g}"
         raise ParameterError("t", time, reason)

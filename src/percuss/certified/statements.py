@@ -7,7 +7,8 @@ t0: if that is zero, the mass is back at the wall exactly, and the velocity afte
 changed by -2 P', with P' the velocity of what the even harmonics alone do at t0. So the instants
 t0 + k pi/sqrt(K) are impacts, unless one comes earlier. Flights two apart differ by
 (V' - V) sin(sqrt(K) s)/sqrt(K) only: where the velocity does not fall, the first two flights
-decide for all, and where it falls the last two (Dyskin et al. 2012, sections 3 and 4).
+decide for all, and where it falls the last two (Dyskin et al. 2012, sections 3 and 4). Whether it
+falls is told in rationals where the harmonics' sines are rational at t0, however little it does.
 """
 
 from __future__ import annotations
@@ -18,16 +19,16 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
-from percuss.certified.at_rest import first_push
+from percuss.certified.at_rest import first_push_at
 from percuss.certified.balls import Ball
 from percuss.certified.flight import Flight
 from percuss.certified.law import Law, coarse_bits, law_of
-from percuss.certified.numbers import ball, precision
+from percuss.certified.numbers import ball, precision, rational_cosine, time_ball
 from percuss.certified.step import levels_of, search_along, width_of
-from percuss.certified.system import System, system_of
+from percuss.certified.system import System, Tone, system_of
 from percuss.certified.undecided import Undecided
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, angle, as_fraction, plain
+from percuss.model.exact import Exact, Phase, angle, as_fraction, pi_times, plain
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 
@@ -205,15 +206,13 @@ class _Eigenset:
     """The flights of a start on the wall, if the closed form holds."""
 
     def __init__(self, system: System, v0: Fraction, t0: Phase) -> None:
-        self.system, self.v0 = system, v0
-        self.times, self.plus = angle(t0)
+        self.system, self.v0, self.t0 = system, v0, t0
         if len(system.bounds) != 1 or system.bounds[0].wall is None:
             raise Undecided("precision", "not one wall alone")
         self.sign = 1 if system.regions[0].lower == 0 else -1
-        self.root, multiples = self._multiples()
+        self.root, self.multiples = self._multiples()
         self.law: Law = law_of(system)
-        self.turns = self.law.turns_at(t0)
-        self.gain = self._gain(multiples)
+        self.gain = self._gain()
 
     def _multiples(self) -> tuple[Fraction, list[int]]:
         """Return the stiffness, and each harmonic's frequency as a multiple of its root."""
@@ -223,7 +222,7 @@ class _Eigenset:
             raise Undecided("precision", "not a spring without damping")
         if system.numbers["oscillator.stops.0.restitution"] != 1:
             raise Undecided("precision", "not an elastic wall")
-        if system.bounds[0].at * k != system.numbers["forcing.constant"]:
+        if not system.is_equilibrium(region, system.bounds[0].at):
             raise Undecided("precision", "the wall is not at the equilibrium")
         found = []
         for tone in system.tones:
@@ -235,51 +234,101 @@ class _Eigenset:
             found.append(root)
         return k, found
 
-    def _gain(self, multiples: list[int]) -> arb:
-        """Return by how much the velocity off the wall grows at each impact."""
-        flight = self._flight(self.turns, arb(0))
-        place, speed = arb(0), arb(0)
-        for wave, n in zip(flight.waves, multiples, strict=True):
-            if n % 2 == 0:
-                place, speed = place + wave.p, speed + wave.omega * wave.q
-        if not place.is_zero():
+    def _gain(self) -> Fraction | arb:
+        """Return by how much the velocity off the wall grows at each impact.
+
+        As a fraction wherever it is one that is known, so that its sign is as well.
+        """
+        pairs = list(zip(self.system.tones, self.multiples, strict=True))
+        even = [tone for tone, n in pairs if n % 2 == 0]
+        place = self._at_start(even, 0)
+        if place is None or place != 0:
             raise Undecided("precision", "the even harmonics do not vanish at the start, exactly")
-        return -2 * speed * self.sign
+        speed = self._at_start(even, 1)
+        if speed is None:
+            waves = self._flight(self.law.turns_at(self.t0), arb(0)).waves
+            speeds = [
+                w.omega * w.q for w, n in zip(waves, self.multiples, strict=True) if n % 2 == 0
+            ]
+            return -2 * self.sign * sum(speeds, arb(0))
+        return -2 * self.sign * speed
+
+    def _at_start(self, tones: list[Tone], order: int) -> Fraction | None:
+        """Return place (order 0) or velocity (1) of what harmonics alone do at the start.
+
+        None where it is not surely rational.
+        """
+        times, plus = angle(self.t0)
+        total = Fraction(0)
+        for tone in tones:
+            omega = self.system.frequency(tone)
+            turn = tone.phase[0] + omega * times + Fraction(order, 2)
+            cosine = rational_cosine(turn, tone.phase[1] + omega * plus)
+            if cosine is None:
+                return None
+            apart = self.root - omega * omega
+            total += self.system.numbers[tone.amplitude] * omega**order * cosine / apart
+        return total
 
     def verdict(self, n_impacts: float) -> Verdict:
-        """Return the verdict for so many impacts."""
-        speed = self.sign * ball(self.v0)
+        """Return the verdict for so many impacts.
+
+        Flights of the same harmonics differ by their velocity only, and the distance to the wall
+        grows with it: the slowest of these decide, the first two where the velocity does not
+        fall, the last two where it does. Where that is open, all four do.
+        """
         if self.gain < 0 and math.isinf(n_impacts):
             reason = "the velocity falls from impact to impact, until they leave the eigenset"
             return Verdict(False, n_impacts, reason)
-        first = 0
-        if self.gain < 0:
-            first = max(0, int(n_impacts) - 2)
-        for k in (first, first + 1)[: int(min(n_impacts, 2))]:
-            clear = self._is_clear(k, speed + k * self.gain)
-            if not clear:
+        rises, falls = bool(self.gain >= 0), bool(self.gain < 0)
+        if not (rises or falls) and math.isinf(n_impacts):
+            raise Undecided("precision", "whether the velocity falls from impact to impact is open")
+        first = [] if falls else [0, 1]
+        last = [] if rises else [int(n_impacts) - 2, int(n_impacts) - 1]
+        deciding = sorted({k for k in (*first, *last) if 0 <= k < n_impacts})
+        if any(self._velocity(k) < 0 for k in deciding):
+            reason = "the velocity is used up before the last of these impacts"
+            return Verdict(False, n_impacts, reason)
+        for k in deciding:
+            if not self._is_clear(k):
                 earlier = f"flight {k} meets the wall before half a natural period"
                 return Verdict(False, n_impacts, earlier)
-        which = "the first two" if first == 0 else "the last two"
+        which = "the first two" if rises else "the last two" if falls else "the first and last two"
         reason = f"{which} flights meet the wall after half a natural period and not before"
         return Verdict(True, n_impacts, f"{reason}, and those decide for all")
+
+    def _start_of(self, k: int) -> Phase:
+        """Return the instant at which a flight begins, half natural periods after the start."""
+        if not self.system.tones:
+            # Nothing depends on it, and the root of the stiffness may be irrational.
+            return self.t0
+        natural = self.system.frequency(self.system.tones[0]) / self.multiples[0]
+        return pi_times(k / natural) + self.t0
+
+    def _velocity(self, k: int) -> arb:
+        """Return the velocity off the wall with which a flight begins; its sign where it is known.
+
+        The sum of rationals is rounded once: zero is zero, and no sign is lost.
+        """
+        start = self.sign * self.v0
+        if isinstance(self.gain, Fraction):
+            return ball(start + k * self.gain)
+        return ball(start) + k * self.gain
 
     def _flight(self, turns: list[tuple[arb, arb]], v: arb, order: int = 1) -> Flight:
         return Flight(self.law, 0, turns, self.law.places[0], v, order)
 
-    def _is_clear(self, k: int, speed: arb) -> bool:
+    def _is_clear(self, k: int) -> bool:
         """Tell whether a flight meets the wall first after half a natural period."""
-        turns = [
-            (cosine, sine) if self._even(tone) or k % 2 == 0 else (-cosine, -sine)
-            for (cosine, sine), tone in zip(self.turns, self.system.tones, strict=True)
-        ]
+        speed = self._velocity(k)
+        time = self._start_of(k)
+        turns = self.law.turns_at(time)
         order = 1
         if speed.is_zero():
-            order, way = first_push(self.law, 0, self.law.places[0], turns)
+            place = self.system.bounds[0].at
+            order, way = first_push_at(self.law, 0, place, time_ball(time), time)
             if way != self.sign:
                 return False
-        elif speed < 0:
-            return False
         half = arb.pi() / ball(self.root).sqrt()
         tries = sorted({coarse_bits(self.system), ctx.prec})
         for coarse in tries:
@@ -295,13 +344,10 @@ class _Eigenset:
                     if coarse == tries[-1]:
                         raise
                     continue
-            if bracket is not None and half > bracket.low and half < bracket.high:
+            where = None if bracket is None else bracket.place_of(half)
+            if where == 0:
                 return True
-            if bracket is not None and half > bracket.high:
+            if where == 1:
                 return False
             raise Undecided("precision", "the first impact is not told from half a period")
         raise Undecided("graze", "a turning point touches the wall within the radius")
-
-    def _even(self, tone: object) -> bool:
-        ratio = self.system.frequency(tone) ** 2 / self.root  # type: ignore[arg-type]
-        return math.isqrt(ratio.numerator) % 2 == 0

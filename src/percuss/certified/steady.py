@@ -19,7 +19,7 @@ from percuss.certified.undecided import Undecided
 from percuss.model.exact import as_fraction
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["steady_flight", "steady_proof"]
+__all__ = ["steady_admissible", "steady_flight", "steady_proof"]
 
 
 def steady_flight(law: Law, region_number: int, place: Fraction | None = None) -> Flight:
@@ -66,7 +66,7 @@ def steady_proof(system: System, orbit: PeriodicOrbit) -> Proof:
     determinant = arb(1) if damping == 0 else (-2 * ball(damping) * period).exp()
     one_minus = 1 - trace + determinant
     alone = bool(one_minus > 0 or one_minus < 0)
-    admissible, reason = _admissible(system, number, period, place)
+    admissible, reason = steady_admissible(system, number, period, place)
     monodromy = completed(matrix, trace, determinant, conservative=damping == 0)
     if not law.regions[number].spring:
         # One multiplier is 1 exactly: any place will do.
@@ -86,8 +86,8 @@ def steady_proof(system: System, orbit: PeriodicOrbit) -> Proof:
     )
 
 
-def _admissible(
-    system: System, number: int, period: arb, place: Fraction
+def steady_admissible(
+    system: System, number: int, period: arb, place: Fraction | None = None
 ) -> tuple[bool | None, str]:
     """Tell whether the steady motion stays inside its region for a period."""
     question = ""

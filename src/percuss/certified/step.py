@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from flint import arb, ctx
@@ -73,6 +73,8 @@ class Arrival:
         Of instant and velocity by those of the departure, on the whole cloud.
     box
         Instant and velocity of all.
+    lasts, alone
+        Time of flight of all, and a wider ball in which each of them has this root only.
     """
 
     bound: int
@@ -80,6 +82,8 @@ class Arrival:
     point: Pair
     derivative: Matrix
     box: Pair
+    lasts: arb
+    alone: arb
 
 
 def flight_of(system: System, start: Departure, *, whole: bool) -> Flight:
@@ -191,7 +195,12 @@ def _arrival(
 
 
 def landed(
-    system: System, start: Departure, whole: Flight, bracket: Bracket, coarse: int
+    system: System,
+    start: Departure,
+    whole: Flight,
+    bracket: Bracket,
+    coarse: int,
+    apart: arb | None = None,
 ) -> Arrival:
     """Return the arrival in a bracket.
 
@@ -205,22 +214,25 @@ def landed(
         Where the root is.
     coarse
         Bits for all but the root of the flight from the middle.
+    apart
+        How far from it other roots are to be excluded, where that can be done.
     """
     point = flight_of(system, start, whole=False)
     level = next(
         level for level in levels_of(system, start.region) if level.bound == bracket.level.bound
     )
-    fine = type(bracket)(level, bracket.low, bracket.high, bracket.guess, bracket.near)
+    fine = replace(bracket, level=level)
     # The series takes derivatives below the order for zero, which starts beside do not fulfil.
     summed = start.order <= 2 or start.time is not None
-    first, all_ = solve(point, whole, fine, coarse, summed=summed)
+    first, all_ = solve(point, whole, fine, coarse, summed=summed, apart=apart)
     with precision(coarse):
         by = propagator(whole.region, all_.s)
         derivative = event_derivative(by, (whole.v0, whole.a0), (all_.v, all_.a))
         dt, dv = applied(derivative, applied(start.cloud.axes, start.cloud.spread))
     began = start.cloud.middle[0] if start.time is None else time_ball(start.time)
     at = began + first.s, first.v
-    return Arrival(level.bound, level.sign, at, derivative, (at[0] + dt, at[1] + dv))
+    box = at[0] + dt, at[1] + dv
+    return Arrival(level.bound, level.sign, at, derivative, box, all_.s, all_.alone)
 
 
 def event_derivative(by: Propagator, before: Pair, after: Pair) -> Matrix:

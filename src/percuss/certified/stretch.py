@@ -21,6 +21,8 @@ __all__ = ["BallStretch", "FloatStretch", "Stretch"]
 # Above the rounding of the float operations of a test, relative to its terms.
 ROUNDING = 2.0**-44
 UP = 1.0001
+# With an error below this no sum of the tests is beyond the floats.
+LARGEST = 1e280
 ROWS = [[math.comb(n, j) for j in range(n + 1)] for n in range(16)]
 
 
@@ -65,7 +67,7 @@ class FloatStretch(NamedTuple):
         for value, radius in zip(mids, radii, strict=True):
             total += (radius + ROUNDING * abs(value)) * power
             power *= h
-        return UP * total
+        return UP * total if total < LARGEST else math.inf
 
     def root(self, h: float) -> float:
         """Return about where a falling polynomial is zero on [0, h]."""

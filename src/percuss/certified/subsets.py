@@ -94,11 +94,11 @@ def _verdict(system: System, m: int, v0: arb) -> Verdict:
             raise Undecided("graze", "an impact has no velocity, within the radius")
         start = Departure(0, system.bounds[0].at, Cloud.of(t, v), 0)
         bracket, _, _ = first_impact(system, start, 1.01 * gap * math.pi)
-        lasts = gap * pi
-        if lasts > bracket.high:
+        where = bracket.place_of(gap * pi)
+        if where == 1:
             earlier = f"{name} flight {k // 2} meets the wall before {gap} pi"
             return Verdict(False, math.inf, earlier)
-        if not (lasts > bracket.low and lasts < bracket.high):
+        if where != 0:
             raise Undecided("precision", f"the end of {name} flight {k // 2} is open")
     reason = f"{len(flights)} flights end on Y_{m} and not before, and those decide for all"
     return Verdict(True, math.inf, reason)

@@ -99,6 +99,16 @@ class System:
         """Return a and all dashpots of the stops that act."""
         return self._sum(region, "damping")
 
+    def constant(self, region: Region) -> Fraction:
+        """Return the constant force, that of the springs of the stops that act at x = 0 with it."""
+        paths = (f"oscillator.stops.{i}" for i in region.active)
+        springs = sum(self.numbers[f"{p}.stiffness"] * self.numbers[f"{p}.at"] for p in paths)
+        return self.numbers["forcing.constant"] + springs
+
+    def is_equilibrium(self, region: Region, x: Fraction) -> bool:
+        """Tell whether constant force and springs of a region cancel at a place, exactly."""
+        return self.stiffness(region) * x == self.constant(region)
+
     def _sum(self, region: Region, name: str) -> Fraction:
         own = self.numbers[f"oscillator.{name}"]
         return own + sum(self.numbers[f"oscillator.stops.{i}.{name}"] for i in region.active)

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 from flint import arb
 
+from percuss.certified.admissible import admissible_of
 from percuss.certified.branch import (
     boxed,
     equations_over,
@@ -24,10 +26,10 @@ from percuss.certified.branch import (
 from percuss.certified.chain import Link, chain_of, region_of_row
 from percuss.certified.flight import Flight
 from percuss.certified.landing import NARROW, fourth_around, pace_of
-from percuss.certified.law import law_of
+from percuss.certified.law import constant_of, law_of
 from percuss.certified.numbers import span
-from percuss.certified.shooting import States
-from percuss.certified.steady import steady_flight
+from percuss.certified.shooting import Shooting, States
+from percuss.certified.steady import steady_admissible, steady_flight
 from percuss.certified.step import flight_of
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
@@ -38,6 +40,17 @@ from percuss.orbits.orbit.passages import turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["touch_of"]
+
+
+class Turn(NamedTuple):
+    """A turning point: when, where it is the only one, and how far from the stop.
+
+    The distance is negative beyond the stop; times are since the start of the flight.
+    """
+
+    s: arb
+    alone: arb
+    clearance: arb
 
 
 @dataclass(frozen=True)
@@ -64,9 +77,15 @@ class Branch:
     bound: int
     s: float
 
-    def clearance(self, flight: Flight, system: System) -> arb:
-        """Return how far the turning point is from the stop, negative beyond it."""
-        s = arb(self.s)
+    def turn(self, flight: Flight, system: System, near: arb) -> Turn:
+        """Return the turning point near a time of all flights, proven by an interval Newton step.
+
+        Raises
+        ------
+        Undecided
+            If it is not enclosed.
+        """
+        s = near
         for _ in range(60):
             (_, v, a), _ = flight.derivatives(s, 2)
             if v.abs_lower() < 4 * v.rad():
@@ -83,47 +102,83 @@ class Branch:
                 sign = 1 if system.regions[self.region].lower == self.bound else -1
                 moved = step * span(v.abs_upper())
                 at = law_of(system).places[self.bound]
-                return sign * (x + moved - at)
+                return Turn(s + step, s + span(trial), sign * (x + moved - at))
             trial = 4 * trial
         raise Undecided("precision", "the turning point was not enclosed")
 
     def at(self, value: Fraction) -> arb:
-        """Return the clearance at a value of the parameter."""
+        """Return about the clearance at a value of the parameter."""
         system = system_at(self.system, self.path, value)
         if not self.chain:
-            return self.clearance(steady_flight(law_of(system), self.region), system)
-        equations, states = solution_at(
+            flight = steady_flight(law_of(system), self.region)
+            return self.turn(flight, system, arb(self.s)).clearance
+        there, states = solution_at(
             self.system, self.chain, self.n_periods, self.path, value, self.guess
         )
-        inside, _ = boxed(equations, states)
-        start = equations.departure(self.flight, inside[self.flight])
-        return self.clearance(flight_of(equations.system, start, whole=True), equations.system)
+        return self._turn_of(there, boxed(there, states)[0], arb(self.s)).clearance
 
-    def over(self, low: Fraction, high: Fraction) -> None:
-        """Prove that orbit and turning point go on smoothly from low to high."""
+    def over(self, low: Fraction, high: Fraction) -> tuple[arb, arb, bool | None]:
+        """Prove that orbit and turning point go on smoothly from low to high.
+
+        Returns
+        -------
+        tuple
+            The clearances at low and high of this one turning point; and whether all of these
+            orbits pass through no stop, None where that is open.
+
+        Raises
+        ------
+        Undecided
+            If the balls leave it open.
+        """
         if not self.chain:
             system = system_over(self.system, self.path, low, high)
-            self.clearance(steady_flight(law_of(system), self.region), system)
-            return
+            turn = self.turn(steady_flight(law_of(system), self.region), system, arb(self.s))
+            period = law_of(system).period(1)
+            admissible = steady_admissible(system, self.region, constant_of(period))[0]
+            ends = []
+            for end in (low, high):
+                there = system_at(self.system, self.path, end)
+                flight = steady_flight(law_of(there), self.region)
+                ends.append(self.turn(flight, there, turn.s.mid()))
+            return *_same(turn, ends), admissible
         all_ = equations_over(self.system, self.chain, self.n_periods, self.path, low, high)
         middle = (low + high) / 2
         _, states = solution_at(
             self.system, self.chain, self.n_periods, self.path, middle, self.guess
         )
         box, trial = boxed(all_, states)
+        turn = self._turn_of(all_, box, arb(self.s))
+        ends = []
         for end in (low, high):
-            there, at_end = solution_at(
+            equations, at_end = solution_at(
                 self.system, self.chain, self.n_periods, self.path, end, states
             )
-            for outer, inner in zip(trial, boxed(there, at_end)[0], strict=True):
+            inside = boxed(equations, at_end)[0]
+            for outer, inner in zip(trial, inside, strict=True):
                 if not all(b.contains(s) for b, s in zip(outer, inner, strict=True)):
                     raise Undecided("precision", "the ends of the branch lie outside of its box")
-        start = all_.departure(self.flight, box[self.flight])
-        self.clearance(flight_of(all_.system, start, whole=True), all_.system)
+            ends.append(self._turn_of(equations, inside, turn.s.mid()))
+        return *_same(turn, ends), admissible_of(all_, box)[0]
+
+    def _turn_of(self, equations: Shooting, states: States, near: arb) -> Turn:
+        start = equations.departure(self.flight, states[self.flight])
+        flight = flight_of(equations.system, start, whole=True)
+        return self.turn(flight, equations.system, near)
 
 
-def touch_of(point: SpecialPoint, path: str, digits: int) -> arb:
-    """Return a ball of the parameter in which a turning point passes a stop."""
+def _same(turn: Turn, ends: list[Turn]) -> tuple[arb, arb]:
+    """Return the clearances at both ends, if the turning point there is that of all the branch."""
+    if not all(turn.alone.contains(end.s) for end in ends):
+        raise Undecided("precision", "the turning points at the ends may be two")
+    return ends[0].clearance, ends[1].clearance
+
+
+def touch_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
+    """Return a ball of the parameter in which a turning point passes a stop.
+
+    And whether the orbits pass through no stop otherwise: None, unless it is proven that they do.
+    """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
     impact = point.detail.startswith("an impact")
     branch = (_without_impact if impact else _with_passage)(system, path, point.orbit)
@@ -131,11 +186,10 @@ def touch_of(point: SpecialPoint, path: str, digits: int) -> arb:
     zero = root_of(branch.at, value, (abs(value) + 1) / 10**9)
     width = max(abs(zero), Fraction(1, 10**3)) / 10 ** (digits + 2)
     low, high = zero - width, zero + width
-    branch.over(low, high)
-    before, after = branch.at(low), branch.at(high)
+    before, after, admissible = branch.over(low, high)
     if not ((before > 0 and after < 0) or (before < 0 and after > 0)):
         raise Undecided("precision", "the turning point does not pass the stop on the stretch")
-    return exact_ball(low).union(exact_ball(high))
+    return exact_ball(low).union(exact_ball(high)), admissible
 
 
 def _without_impact(system: System, path: str, orbit: PeriodicOrbit) -> Branch:

@@ -126,7 +126,7 @@ def motion_text(run: Trajectory) -> str:
     str
         A study with every number of model and start as it was given; it ends where the run ended.
     """
-    limit: Table = {"t_end": float(run.t_end)}
+    limit: Table = {"t_end": number(run.end)}
     if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
         # Stops that share an edge are entered together, at one time.
         entries = run.crossings.t[run.crossings.direction == "in"]

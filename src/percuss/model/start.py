@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import cast
 
-from percuss.model.exact import PI, Exact, Phase, angle, as_float, as_fraction, plain
+from percuss.model.exact import Exact, Phase, PiTimes, angle, as_float, as_fraction, plain
 from percuss.model.faults import (
     Fault,
     dotted,
@@ -178,8 +179,8 @@ def periods_faults(
     return []
 
 
-def end_after_periods(force: Forcing, t0: Phase, periods: Exact) -> float:
-    """Return the time so many forcing periods after t0, rounded once.
+def end_after_periods(force: Forcing, t0: Phase, periods: Exact) -> PiTimes:
+    """Return the time so many forcing periods after t0, exactly.
 
     Parameters
     ----------
@@ -192,23 +193,21 @@ def end_after_periods(force: Forcing, t0: Phase, periods: Exact) -> float:
 
     Returns
     -------
-    float
+    PiTimes
         The time [time].
 
     Examples
     --------
     >>> from percuss.model import sine
     >>> end_after_periods(sine(3), 0.0, 10)
-    20.943951023931955
+    pi_times(20, 3)
     """
-    # From the exact frequency where there is one: 2 pi rounds once, not once a period.
     if force.frequency is not None:
-        period = 2 * PI / force.frequency
+        times, plus = 2 / force.frequency, Fraction(0)
     else:
         times, plus = angle(cast("Phase", force.given_period))
-        period = times * PI + plus
-    times, plus = angle(t0)
-    return float(times * PI + plus + as_fraction(periods) * period)
+    n = as_fraction(periods)
+    return PiTimes(n * times, n * plus) + t0
 
 
 def _wall_faults(osc: Oscillator, name: str, x0: Exact) -> list[Fault]:

@@ -138,15 +138,16 @@ def simulate(
     march = _March(table, as_float(x0), as_float(v0), as_float(t0), limit)
     watch = Progress(progress, as_float(t0), end, limit)
     outcome = march.run(end, limit, watch)
-    stopped = march.last_time
-    if outcome in (Outcome.reached_t_end, Outcome.at_rest) and end < math.inf:
-        stopped = end
+    stopped: Phase = march.last_time
+    if outcome in (Outcome.reached_t_end, Outcome.at_rest) and t_end is not None:
+        stopped = cast("Phase", plain(t_end))
     if outcome is Outcome.overflow or (outcome is Outcome.reached_t_end and march.may_grow):
-        stopped = march.last_moderate(end)
-        outcome = Outcome.overflow if stopped < end else outcome
+        last = march.last_moderate(end)
+        if outcome is Outcome.overflow or last < end:
+            stopped, outcome = last, Outcome.overflow
     if outcome is Outcome.reached_max_impacts and max_impacts is None:
         message = (
-            f"the run ended at t = {stopped:.10g} after {limit:,} impacts, the limit without "
+            f"the run ended at t = {march.last_time:.10g} after {limit:,} impacts, the limit without "
             "max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=2)

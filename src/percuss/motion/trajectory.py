@@ -13,6 +13,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
 from percuss.kernels.sample import cycles, evaluate
+from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.law import law, lines
 from percuss.model.oscillator import Oscillator
@@ -56,6 +57,8 @@ class Trajectory:
         The same as it was given: ``v0="0.45"`` is 9/20 here.
     t_end
         Time up to which the motion is known [time].
+    end
+        The same as it was given: ``t_end="20*pi"`` is 20 pi here.
     outcome
         How the run ended.
     impacts, crossings, contacts, grazes
@@ -74,6 +77,7 @@ class Trajectory:
     contacts: Contacts
     grazes: Grazes
     start: Start = field(repr=False)
+    end: Phase = field(repr=False)
     _events: Table = field(repr=False)
     _marks: columns.Integers = field(repr=False)
 
@@ -83,7 +87,7 @@ class Trajectory:
         oscillator: Oscillator,
         forcing: Forcing | None,
         record: tuple[Law, tuple[float, float], Table, columns.Integers, Table],
-        t_end: float,
+        t_end: Phase,
         outcome: Outcome,
         start: Start | None = None,
     ) -> Trajectory:
@@ -98,13 +102,14 @@ class Trajectory:
             x0=x0,
             v0=v0,
             t0=t0,
-            t_end=t_end,
+            t_end=as_float(t_end),
             outcome=outcome,
             impacts=_impacts(oscillator, table, events, marks),
             crossings=_crossings(oscillator, events, marks),
             contacts=_contacts(oscillator, events, marks, errors),
             grazes=_grazes(oscillator, grazes),
             start=start,
+            end=t_end,
             _events=events,
             _marks=marks,
         )

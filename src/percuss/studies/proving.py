@@ -200,7 +200,11 @@ def _point_rows(points: Sequence[CertifiedPoint], left: int) -> dict[str, str]:
     for point in points:
         name = point.kind.replace("_", " ")
         if point.exists:
-            formal = ", formal, the orbit passes through a stop" if point.is_formal else ""
+            formal = {
+                True: ", formal, the orbit passes through a stop",
+                False: "",
+                None: ", whether the orbit passes through a stop is open",
+            }[point.is_formal]
             value = _shown(point.value, point.wanted_digits)
             lines.append(f"{name} at {value}{formal}: {point.statement}")
         else:
@@ -271,7 +275,7 @@ def _point_columns(points: Sequence[CertifiedPoint], digits: int) -> dict[str, C
     texts = {
         "kind": [point.kind for point in points],
         "proven": ["yes" if point.exists else "no" for point in points],
-        "formal": ["yes" if point.is_formal else "no" for point in points],
+        "formal": [{True: "yes", False: "no", None: "open"}[point.is_formal] for point in points],
         "statement": [point.statement or point.reason for point in points],
     }
     columns = {name: np.array(column, dtype=object) for name, column in texts.items()}

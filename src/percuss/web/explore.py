@@ -61,7 +61,7 @@ def followed(study: Study) -> Followed:
         start.x0,
         start.v0,
         start.t0,
-        t_end=motion.t_end(study.forcing),
+        t_end=motion.end(study.forcing),
         max_impacts=limit,
         progress=lambda _done, _total: time.monotonic() - began < PATIENCE,
     )

@@ -104,9 +104,14 @@ class Motion:
     start: Start
     limits: Limits
 
-    def t_end(self, forcing: Forcing | None) -> float | None:
+    def end(self, forcing: Forcing | None) -> PhaseValue | None:
         """Return the time of the end, None if only the number of impacts limits the run."""
         return end_time(self.limits, forcing, self.start.t0)
+
+    def t_end(self, forcing: Forcing | None) -> float | None:
+        """Return the same as a float."""
+        end = self.end(forcing)
+        return None if end is None else as_float(end)
 
     def tables(self) -> dict[str, object]:
         """Return ``[start]`` and ``[run]``."""
@@ -138,7 +143,7 @@ class Motion:
             start.x0,
             start.v0,
             start.t0,
-            t_end=self.t_end(study.forcing),
+            t_end=self.end(study.forcing),
             max_impacts=self.limits.max_impacts,
             progress=means.progress,
         )
@@ -189,10 +194,10 @@ def _draw(run: Trajectory, study: Study, figure: Any) -> None:
     plot_motion(run, figure, title=study.title, window=window, units=units)
 
 
-def end_time(run: Limits, forcing: Forcing | None, t0: PhaseValue) -> float | None:
-    """Return the time at which a run ends; None without `t_end` and without periods."""
+def end_time(run: Limits, forcing: Forcing | None, t0: PhaseValue) -> PhaseValue | None:
+    """Return the time at which a run ends, exactly; None without `t_end` and without periods."""
     if run.t_end is not None:
-        return as_float(run.t_end)
+        return run.t_end
     if run.periods is None or forcing is None or forcing.period is None:
         return None
     return end_after_periods(forcing, t0, run.periods)
