@@ -215,7 +215,7 @@ def stable_motions(seed: int) -> Iterator[tuple[pc.Trajectory, int, int]]:
 def times_of(run: pc.Trajectory) -> NDArray[np.float64]:
     if len(run.impacts):
         return run.impacts.t
-    return run.crossings.t[run.crossings.direction == "in"]
+    return np.asarray(run.crossings.t[run.crossings.direction == "in"])
 
 
 def check_stable_motions(seed: int, count: int) -> None:
