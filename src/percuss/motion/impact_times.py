@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.errors import ParameterError
+from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
+from percuss.model.stops import Wall
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.growth import CERTAIN, Growth, fit_power_law
+from percuss.motion.patterns import FEWEST, REPETITIONS, ROUNDINGS, TOLERANCE, find_pattern
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["ImpactTimes", "Kind", "classify_impact_times"]
@@ -21,21 +24,13 @@ Kind: TypeAlias = Literal[
     "eigenset",
     "eigenset_subset",
     "periodic",
+    "settling",
     "approaching_eigenset",
     "no_period_found",
     "too_few",
 ]
 
 Floats = NDArray[np.float64]
-
-# Fewer times show no pattern: a period is believed when it is seen three times.
-FEWEST = 6
-REPETITIONS = 3
-# Times count as equal within this part of the eigenset's spacing, or of the mean interval; runs
-# of 1e6 impacts keep their times to 1e-9.
-TOLERANCE = 1e-8
-# An approach is seen as long as the last intervals are off by so many units of the last digit.
-ROUNDINGS = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,17 +44,21 @@ class ImpactTimes:
         "eigenset_subset": at some of them only; "periodic"; "approaching_eigenset": not on it,
         but ever nearer to its intervals; "no_period_found"; "too_few".
     n_impacts, n_periods
-        The smallest pattern that repeats: so many impacts in so many forcing periods; 0 where
-        there is none, n_periods also where the forcing has no period.
+        The smallest pattern that repeats, or that the times settle to: so many impacts in so
+        many forcing periods; 0 where there is none, n_periods also where the forcing has no
+        period.
     rate
         For "approaching_eigenset" the exponent p of the law t^-p that the distance of the
         intervals from the eigenset's spacing follows, by least squares as in `growth`; t is
-        counted from the first impact. NaN otherwise.
+        counted from the first impact. For "settling" the rate of the law exp(-rate t) that the
+        distance from the pattern follows [1/time]: minus the logarithm of the largest multiplier
+        of the orbit, over its period. NaN otherwise.
     deviation
-        Largest distance of a time from the pattern [time]; for "approaching_eigenset" that of
-        the last intervals from the eigenset's. NaN without a pattern.
+        Largest difference between a repetition and the pattern [time]: of the times that repeat;
+        for "settling" of the last repetition; for "approaching_eigenset" of the last intervals
+        from the eigenset's. NaN without a pattern.
     n_used
-        How many times the answer rests on: all, or the tail that repeats.
+        How many times the answer rests on: all, or the tail that repeats or settles.
     """
 
     kind: Kind
@@ -75,8 +74,12 @@ def classify_impact_times(
 ) -> ImpactTimes:
     """Tell what kind of set the impact times of a run form.
 
-    Without walls, the entries into soft stops are taken. A period is looked for in the last two
-    thirds, so that a transient may come first, and is believed if it is seen three times.
+    Without walls, the entries into soft stops are taken. A transient may come first: a period is
+    believed if the last three repetitions agree, within 1e-8 of the mean interval or the rounding
+    of the times. Before they do, and where there are losses, the pattern is named that the times
+    settle to: the smallest whose deviations fall geometrically over twelve repetitions at least.
+    Without losses no motion settles (areas of the phase plane are kept), so that deviations which
+    neither vanish nor grow, as those of a quasi-periodic motion, are no pattern.
 
     Parameters
     ----------
@@ -101,6 +104,13 @@ def classify_impact_times(
     >>> run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.45, t_end=200.0)
     >>> classify_impact_times(run).kind
     'periodic'
+
+    A motion that loses a factor of 0.8 in each of its last periods:
+
+    >>> run = pc.simulate(pc.impact_oscillator(0.8), pc.cosine(2.1), v0=0.3, periods=40)
+    >>> found = classify_impact_times(run)
+    >>> found.kind, found.n_impacts, found.n_periods, round(found.rate * 2 * np.pi / 2.1, 2)
+    ('settling', 1, 1, 0.22)
     """
     if isinstance(run, Trajectory):
         osc, force = run.oscillator, run.forcing
@@ -120,14 +130,31 @@ def classify_impact_times(
     on_eigenset = None if spacing is None else _eigenset(times, spacing, period)
     if on_eigenset is not None:
         return on_eigenset
-    # First, since late in an approach the intervals differ by less than any tolerance.
-    approaching = None if spacing is None else _approaching(times, spacing)
+    is_dissipative = _loses_energy(osc)
+    # First, since late in an approach the intervals differ by less than any tolerance. A power of
+    # the time belongs to conservative motion; with losses the deviations fall geometrically.
+    approaching = None if spacing is None or is_dissipative else _approaching(times, spacing)
     if approaching is not None:
         return approaching
-    repeating = _periodic(times, period)
-    if repeating is not None:
-        return repeating
+    found = find_pattern(times, period, is_dissipative=is_dissipative)
+    if found is not None:
+        return ImpactTimes(
+            "settling" if found.is_settling else "periodic",
+            found.n_impacts,
+            found.n_periods,
+            found.rate,
+            found.deviation,
+            found.n_used,
+        )
     return ImpactTimes("no_period_found", 0, 0, np.nan, np.nan, len(times))
+
+
+def _loses_energy(osc: Oscillator) -> bool:
+    """Return whether areas of the phase plane shrink: by damping, dashpots or restitution."""
+    return as_float(osc.damping) > 0.0 or any(
+        as_float(stop.restitution) < 1.0 if isinstance(stop, Wall) else as_float(stop.damping) > 0.0
+        for stop in osc.stops
+    )
 
 
 def _spacing(osc: Oscillator) -> float | None:
@@ -171,20 +198,6 @@ def _shortest_pattern(gaps: Floats) -> int:
         if (gaps[n:] == gaps[:-n]).all():
             return n
     return 0
-
-
-def _periodic(times: Floats, period: float | None) -> ImpactTimes | None:
-    tail = times[len(times) // 3 :]
-    mean = float(tail[-1] - tail[0]) / (len(tail) - 1)
-    for n in range(1, (len(tail) - 1) // REPETITIONS + 1):
-        lags = tail[n:] - tail[:-n]
-        spread = float(lags.max() - lags.min())
-        if spread > TOLERANCE * n * mean:
-            continue
-        n_periods = _whole_periods(float(lags.mean()), period)
-        if period is None or n_periods:
-            return ImpactTimes("periodic", n, n_periods, np.nan, spread, len(tail))
-    return None
 
 
 def _whole_periods(time: float, period: float | None) -> int:

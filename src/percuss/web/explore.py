@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.motion.impact_times import TOLERANCE, classify_impact_times
+from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import fast_amplitudes
 from percuss.motion.trajectory import Trajectory
@@ -35,8 +36,6 @@ MOST_IMPACTS = 50_000
 MOST_TERMS = 1_600_000
 # Of the spectrum: points of the transform, and how far it is shown, in the highest frequency.
 TRANSFORMED, REACH = 4096, 8.0
-# A part of a pattern is looked for in so many rounds of it.
-ROUNDS = 3
 # Impacts that are shown in the section: the last ones.
 SHOWN_IMPACTS = 4000
 
@@ -187,31 +186,12 @@ def _events(run: Trajectory) -> Floats:
 
 def _class_of(run: Trajectory) -> dict[str, object]:
     found = classify_impact_times(run)
-    n, n_periods = found.n_impacts, found.n_periods
-    if found.kind == "periodic":
-        times = (
-            run.impacts.t if len(run.impacts) else run.crossings.t[run.crossings.direction == "in"]
-        )
-        n, n_periods = _smallest(times[-found.n_used :], n, n_periods)
-    return {"kind": found.kind, "n_impacts": n, "n_periods": n_periods}
-
-
-def _smallest(times: Floats, n: int, n_periods: int) -> tuple[int, int]:
-    """Return the smallest part of a pattern that repeats, in its last rounds, as well as it has to.
-
-    While a motion still comes nearer its orbit a multiple of the pattern is found first: more
-    impacts are allowed to be off by more, and the way to the orbit may turn about it.
-    """
-    times = times[-(ROUNDS * n + 1) :]
-    allowed = TOLERANCE * n * float(times[-1] - times[0]) / (len(times) - 1)
-    for parts in range(n, 1, -1):
-        if n % parts or n_periods % parts:
-            continue
-        lags = times[n // parts :] - times[: -(n // parts)]
-        # Equal lags are each a whole part of the time of the pattern.
-        if float(lags.max() - lags.min()) <= allowed:
-            return n // parts, n_periods // parts
-    return n, n_periods
+    return {
+        "kind": found.kind,
+        "n_impacts": found.n_impacts,
+        "n_periods": found.n_periods,
+        "rate": found.rate if math.isfinite(found.rate) else None,
+    }
 
 
 def _contacts(run: Trajectory) -> list[list[float]]:

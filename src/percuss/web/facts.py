@@ -17,9 +17,9 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits import PeriodicOrbit, find_orbit
 from percuss.studies.study import Study
+from percuss.web.exponent import exponent_of
 from percuss.web.frame import frame
 from percuss.web.question import Question, motion_of, study_of
-from percuss.web.settling import change_of, exponent_of
 
 __all__ = ["answer_facts"]
 
@@ -50,8 +50,8 @@ def answer_facts(question: Question) -> bytes:
     -------
     bytes
         A frame: `orbit`, its counts, multipliers and clearance, None where none was found; x, v of
-        one round of it; `hits`, whether its count is of impacts, of entries, or of both; `exponent`, as `percuss.web.settling.exponent_of` returns it; `change`, how
-        far the motion is from where it was a round of the orbit before.
+        one round of it; `hits`, whether its count is of impacts, of entries, or of both;
+        `exponent`, as `percuss.web.exponent.exponent_of` returns it.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def answer_facts(question: Question) -> bytes:
     study = study_of(question.tables)
     header: dict[str, object] = {"id": question.id, "kind": "facts"}
     if study.forcing is None or study.forcing.period is None:
-        return frame({**header, "orbit": None, "exponent": None, "change": None})
+        return frame({**header, "orbit": None, "exponent": None})
     run = _settled(study)
     orbit = _nearest(study, run)
     stops = study.oscillator.stops
@@ -69,7 +69,6 @@ def answer_facts(question: Question) -> bytes:
         "hits": [name for name, kind in HITS if any(isinstance(stop, kind) for stop in stops)],
         "orbit": None if orbit is None else _told(orbit),
         "exponent": exponent_of(study, run),
-        "change": None if orbit is None else change_of(study, run, orbit.n_periods),
     }
     if orbit is None:
         return frame(header)

@@ -78,6 +78,7 @@ def _words(times: ImpactTimes) -> str:
             f"{within(times.deviation)}"
         )
     return {
+        "settling": f"settling towards {times.n_impacts} in {times.n_periods} forcing periods",
         "eigenset": f"the eigenset {within(times.deviation)}",
         "no_period_found": f"without a period among the {times.n_used} examined",
     }.get(times.kind, times.kind.replace("_", " "))

@@ -171,10 +171,13 @@ class Motion:
 def impact_times_words(times: ImpactTimes) -> str:
     """Return the class of the impact times in words."""
     pattern = f"{times.n_impacts} in {times.n_periods} forcing periods"
+    if not times.n_periods:
+        pattern = f"every {times.n_impacts}"
     return {
         "eigenset": f"the eigenset, within {times.deviation:.1e}",
         "eigenset_subset": f"a part of the eigenset, within {times.deviation:.1e}",
-        "periodic": f"periodic: {pattern if times.n_periods else f'every {times.n_impacts}'}",
+        "periodic": f"periodic: {pattern}",
+        "settling": f"settling towards {pattern}, as exp(-{times.rate:.3g} t)",
         "approaching_eigenset": f"approaching the eigenset, now within {times.deviation:.1e}",
         "no_period_found": f"no period found in {times.n_used}",
         "too_few": f"too few to tell: {times.n_used}",

@@ -133,7 +133,7 @@ export class Explore {
           this.facts.showOrbit(header.orbit, header.hits);
           if (this.study !== study) return;
           this.#takeOrbit();
-          this.facts.showSettling(header);
+          this.facts.showExponent(header);
           this.#drawPortrait();
         },
         fault: () => {
@@ -167,7 +167,7 @@ export class Explore {
     this.spectrum.show([{ x: arrays.omega, y: arrays.amplitude, colour: "--curve" }], [], null, isHeld);
     if (!arrays.amplitude.some((value) => value > 0)) this.spectrum.say("nothing moves in the later part");
     this.facts.showMotion(header);
-    if (known !== null) this.facts.showSettling(known.header);
+    if (known !== null) this.facts.showExponent(known.header);
     // For whoever measures how long a slider takes.
     this.root.dataset.drawn = String(performance.now());
     this.root.dispatchEvent(new CustomEvent("drawn", { detail: { asked: this.asked }, bubbles: true }));

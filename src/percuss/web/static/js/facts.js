@@ -7,6 +7,7 @@ const KINDS = {
   eigenset: "on the eigenset",
   eigenset_subset: "on a subset of the eigenset",
   periodic: "periodic",
+  settling: "settling",
   approaching_eigenset: "approaching the eigenset",
   too_few: "too few to tell",
   no_period_found: "no period found",
@@ -16,8 +17,6 @@ const OUTCOMES = {
   "the run reached t_end": "followed to its end",
   "the run reached max_impacts (impacts and entries into soft stops)": "followed to its last impact",
 };
-// Below this the last rounds are alike to all digits that are shown.
-const ALIKE = 1e-8;
 
 /** The line of facts. */
 export class Facts {
@@ -40,8 +39,9 @@ export class Facts {
     const isCut = header.outcome.includes("interrupted") || header.outcome.includes("max_impacts");
     const patience = isCut ? "; the page follows a second of computing or 50,000 impacts" : "";
     this.outcome.show(OUTCOMES[header.outcome] ?? header.outcome, `${events.join(", ")}; computed in ${shown(header.milliseconds, 2)} ms${patience}`);
-    const { kind, n_impacts: impacts, n_periods: periods } = header.impact_times;
-    const pattern = impacts ? `${hits(impacts, header.n_impacts > 0 ? ["impact"] : ["entry"])} in ${count(periods, "forcing period")}` : "";
+    const { kind, n_impacts: impacts, n_periods: periods, rate } = header.impact_times;
+    const repeated = impacts ? `${hits(impacts, header.n_impacts > 0 ? ["impact"] : ["entry"])} in ${count(periods, "forcing period")}` : "";
+    const pattern = kind === "settling" ? `towards ${repeated}, the rest falls as exp(−${shown(rate, 2)} t)` : repeated;
     this.kind = kind;
     this.pattern = pattern;
     this.times.show(KINDS[kind] ?? kind, pattern);
@@ -57,22 +57,17 @@ export class Facts {
   }
 
   /** Say how fast neighbours part, and of impact times without a period whether that is chaos. */
-  showSettling({ exponent, change, orbit, hits: counted }) {
+  showExponent({ exponent, orbit }) {
     const parts = this.pattern ? [this.pattern] : [];
     let name = KINDS[this.kind] ?? this.kind;
     if (this.kind === "no_period_found") {
-      const isNear = orbit && orbit.stability === "asymptotic" && change !== null && change !== undefined;
       if (exponent?.is_chaotic) name = "chaotic";
-      else if (isNear && change <= ALIKE) {
-        // Early impacts are off the pattern, the last ones repeat.
-        name = "periodic";
-        parts.push(`${roundOf(orbit, counted)} in the end, alike to ${shown(Math.max(change, 1e-15), 1)}`);
-      } else if (exponent?.value === null) {
+      else if (exponent?.value === null) {
         name = "settles from contact to contact";
         parts.push("its impact times show no period yet: follow it longer");
-      } else if (isNear || exponent?.is_settling) {
+      } else if (exponent?.is_settling) {
         name = "not settled yet";
-        parts.push(isNear ? `a change of ${shown(change, 2)} in the last round: follow it longer` : "neighbours meet, so there is no chaos: follow it longer");
+        parts.push("neighbours meet, so there is no chaos: follow it longer");
       } else if (exponent) parts.push("neighbours neither part nor meet fast enough to tell");
     }
     if (exponent) parts.push(exponentText(exponent));

@@ -1,10 +1,8 @@
-"""Whether a motion is chaotic, or still on its way: exponent and change of a finite run."""
+"""Whether neighbours of a motion part or meet: the largest exponent of a finite run."""
 
 from __future__ import annotations
 
 import math
-
-import numpy as np
 
 from percuss.errors import PercussError
 from percuss.motion.outcome import Outcome
@@ -12,7 +10,7 @@ from percuss.motion.trajectory import Trajectory
 from percuss.studies.study import Study
 from percuss.web.question import motion_of
 
-__all__ = ["change_of", "exponent_of"]
+__all__ = ["exponent_of"]
 
 # Forcing periods left out, and those that the exponent is taken over.
 TRANSIENT, PERIODS = 200, 1000
@@ -38,8 +36,8 @@ def exponent_of(study: Study, run: Trajectory) -> dict[str, object] | None:
     dict or None
         `value` [1/time], None for minus infinity: a contact ends all memory; `error`, its standard
         error; `is_chaotic`, whether it is above 0 beyond that error and beyond what a growth by a
-        power of the time makes; `is_settling`, whether it is as far below 0; `n_periods`, what it is taken over. None where it takes too long or
-        there is none.
+        power of the time makes; `is_settling`, whether it is as far below 0; `n_periods`, what it
+        is taken over. None where it takes too long or there is none.
 
     Examples
     --------
@@ -81,19 +79,3 @@ def exponent_of(study: Study, run: Trajectory) -> dict[str, object] | None:
         "is_settling": bool(value < -least),
         "n_periods": PERIODS,
     }
-
-
-def change_of(study: Study, run: Trajectory, n_periods: int) -> float | None:
-    """Return how far a motion is at its end from where it was so many periods before.
-
-    The larger of the differences of x and of v; None where it was not followed for so long.
-    """
-    force = study.forcing
-    if force is None or force.period is None or n_periods < 1:
-        return None
-    end = min(motion_of(study).t_end(force) or run.t_end, run.t_end)
-    before = end - n_periods * force.period
-    if before < run.t0:
-        return None
-    x, v = run([before, end])
-    return float(np.maximum(abs(x[1] - x[0]), abs(v[1] - v[0])))
