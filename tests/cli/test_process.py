@@ -111,3 +111,44 @@ def test_help_loads_nothing_slow(arguments: list[str], tmp_path: Path) -> None:
 
     assert (done.returncode, done.stderr) == (0, "set()\n")
     assert done.stdout
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+def test_a_title_that_the_terminal_has_no_letters_for_is_shown_with_marks_in_their_place(
+    encoding: str, tmp_path: Path
+) -> None:
+    title = "Übung \u22121 ω"
+    text = f'[study]\ntitle = "{title}"\n{LONG}'.replace("5_000_000", "3")
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+
+    done = subprocess.run(
+        [*PERCUSS, "run", "study.toml"],
+        cwd=tmp_path,
+        capture_output=True,
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": encoding},
+    )
+
+    assert done.returncode == 0
+    assert b"Traceback" not in done.stderr
+    assert done.stdout.splitlines()[0] == title.encode(encoding, errors="replace")
+    assert f'title = "{title}"' in load_record(tmp_path / "study" / "motion.nc").study
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--port", "99999"], "port = 99999: not a whole number from 0 to 65535"),
+        (["--port", "-1"], "port = -1: not a whole number from 0 to 65535"),
+        (["--host", "x" * 70], "cannot listen there"),
+        (["--host", "no such host"], "cannot listen there"),
+    ],
+)
+def test_the_page_refuses_an_address_that_is_none_in_one_sentence(
+    options: list[str], message: str, tmp_path: Path
+) -> None:
+    done = percuss("serve", "--no-open", *options, folder=tmp_path)
+
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
