@@ -74,7 +74,7 @@ lock:
 	$(LOCK) --group build --group dev --extra all -o requirements/dev.txt
 	$(LOCK) --group build --group docs --extra all -c requirements/dev.txt -o requirements/docs.txt
 	$(LOCK) --group build --extra certified --extra paper --extra web -c requirements/dev.txt -o requirements/run.txt
-	$(LOCK) --group build --extra benchmark -c requirements/dev.txt -o requirements/benchmark.txt
+	$(LOCK) --group build --extra benchmark --extra certified --extra web -c requirements/dev.txt -o requirements/benchmark.txt
 
 clean:
 	rm -rf demo dist docs/_build docs/gallery .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

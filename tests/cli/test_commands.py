@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -175,3 +176,34 @@ def test_an_unknown_template_is_one_sentence() -> None:
 
 def test_the_version_is_the_packages() -> None:
     assert percuss("--version") == (0, f"percuss {pc.__version__}\n", "")
+
+
+def test_new_makes_no_folders() -> None:
+    status, out, err = percuss("new", "no/such/folder/x.toml")
+
+    assert (status, out) == (2, "")
+    assert err == "no/such/folder: no such folder; make it first\n"
+    assert not Path("no").exists()
+
+
+def test_the_templates_are_told_in_the_help_and_in_a_list() -> None:
+    _, shown, _ = percuss("new", "--help")
+    status, listed, _ = percuss("new", "--list")
+
+    words = re.findall(r"\w+", shown)
+    assert set(template_names()) <= set(words)
+    assert status == 0
+    assert [line.split()[0] for line in listed.splitlines()] == template_names()
+    assert "a ball that bounces on a shaking table" in listed
+    assert Path("study.toml").read_text() == STUDY
+
+
+def test_a_file_of_another_kind_is_one_error() -> None:
+    Path("letter.toml").write_text("Dear reader,\n\nthis is prose,\nand no study.\n\nYours\n" * 9)
+
+    status, out, err = percuss("run", "letter.toml")
+
+    assert (status, out) == (2, "")
+    assert err.startswith("letter.toml:1: not a TOML file: ")
+    assert err.endswith('; "percuss new" writes a study to begin with\n')
+    assert err.count("\n") == 1

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
+from tests.children import begun, interrupt
 from typer.testing import CliRunner
 
 import percuss as pc
@@ -95,16 +95,12 @@ def test_no_orbit_is_one_sentence() -> None:
 
 def test_ctrl_c_leaves_a_store_that_the_same_command_goes_on_with(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "percuss", "run", "basins.toml", "--store", "run.zarr"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               env={**os.environ, "COLUMNS": "200"})  # fmt: skip
-    try:
+    with begun(command, env={**os.environ, "COLUMNS": "200"}) as process:
         # The first chunk that is done says that the work has begun.
         while process.poll() is None and not list(tmp_path.glob("run.zarr/done/c/*")):
             time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
+        interrupt(process)
         out, err = process.communicate(timeout=120)
-    finally:
-        process.kill()
 
     assert process.returncode == 130, err
     assert "files           none" in out

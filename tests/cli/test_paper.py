@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
+from tests.children import begun, interrupt
 from typer.testing import CliRunner
 
 from percuss.cli import app
@@ -42,7 +40,7 @@ def test_an_unknown_name_is_one_sentence_that_lists_the_known_ones() -> None:
     status, out, err = paper("--only", "fig16")
 
     assert (status, out) == (2, "")
-    assert err.startswith("only = 'fig16': no figure or statement; known are ")
+    assert err.startswith("only = 'fig16': no figure or statement; did you mean \"fig")
     assert err.count("\n") == 1
     assert ", fig15, " in err
     assert "table2" in err
@@ -73,24 +71,14 @@ def test_a_folder_that_cannot_be_written_is_one_sentence() -> None:
 
 
 def test_ctrl_c_keeps_the_finished_figures_and_a_report(tmp_path: Path) -> None:
-    process = subprocess.Popen(
-        [sys.executable, "-m", "percuss", "paper", "--out", "out"],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
+    command = [sys.executable, "-m", "percuss", "paper", "--out", "out"]
+    with begun(command, cwd=tmp_path) as process:
         for _ in range(600):
             if list(tmp_path.glob("out/*.svg")):
                 break
             time.sleep(0.1)
-        # As a terminal does: to this process and to those that it began.
-        os.killpg(process.pid, signal.SIGINT)
+        interrupt(process)
         out, err = process.communicate(timeout=120)
-    finally:
-        process.kill()
 
     assert process.returncode == 130
     assert "Traceback" not in err

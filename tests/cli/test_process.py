@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from tests.children import begun, finished, interrupt
 
 import percuss as pc
 from percuss.io import load_netcdf, load_record
@@ -42,9 +41,7 @@ csv = false
 
 
 def percuss(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*PERCUSS, *arguments], cwd=folder, capture_output=True, text=True, check=False
-    )
+    return finished([*PERCUSS, *arguments], cwd=folder)
 
 
 def test_the_module_is_the_command(tmp_path: Path) -> None:
@@ -66,24 +63,12 @@ def test_bad_input_ends_with_status_2_and_without_a_traceback(tmp_path: Path) ->
 
 def test_ctrl_c_keeps_what_was_done_and_ends_with_status_130(tmp_path: Path) -> None:
     (tmp_path / "long.toml").write_text(LONG)
-    process = subprocess.Popen(
-        [*PERCUSS, "run", "long.toml"],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        # Shows the bar although nobody looks.
-        env={**os.environ, "FORCE_COLOR": "1", "TERM": "xterm"},
-    )
-    try:
-        # The bar, which appears after two seconds, says that the run has begun.
+    with begun([*PERCUSS, "run", "long.toml"], cwd=tmp_path) as process:
+        # Lines come by the clock, the first one after two seconds, in a pipe too.
         assert process.stderr is not None
-        assert process.stderr.read(1)
-        time.sleep(0.2)
-        process.send_signal(signal.SIGINT)
+        assert any(line.startswith("simulating") for line in process.stderr)
+        interrupt(process)
         out, err = process.communicate(timeout=120)
-    finally:
-        process.kill()
 
     assert process.returncode == 130
     assert "Traceback" not in err
@@ -105,9 +90,48 @@ def test_help_loads_nothing_slow(arguments: list[str], tmp_path: Path) -> None:
         "print(slow & set(sys.modules), file=sys.stderr)"
     )
 
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    done = finished([sys.executable, "-c", code], cwd=tmp_path)
 
     assert (done.returncode, done.stderr) == (0, "set()\n")
     assert done.stdout
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+def test_a_title_that_the_terminal_has_no_letters_for_is_shown_with_marks_in_their_place(
+    encoding: str, tmp_path: Path
+) -> None:
+    title = "Übung \u22121 ω"
+    text = f'[study]\ntitle = "{title}"\n{LONG}'.replace("5_000_000", "3")
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+
+    done = subprocess.run(
+        [*PERCUSS, "run", "study.toml"],
+        cwd=tmp_path,
+        capture_output=True,
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": encoding},
+    )
+
+    assert done.returncode == 0
+    assert b"Traceback" not in done.stderr
+    assert done.stdout.splitlines()[0] == title.encode(encoding, errors="replace")
+    assert f'title = "{title}"' in load_record(tmp_path / "study" / "motion.nc").study
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--port", "99999"], "port = 99999: not a whole number from 0 to 65535"),
+        (["--port", "-1"], "port = -1: not a whole number from 0 to 65535"),
+        (["--host", "x" * 70], "cannot listen there"),
+        (["--host", "no such host"], "cannot listen there"),
+    ],
+)
+def test_the_page_refuses_an_address_that_is_none_in_one_sentence(
+    options: list[str], message: str, tmp_path: Path
+) -> None:
+    done = percuss("serve", "--no-open", *options, folder=tmp_path)
+
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1

@@ -3,24 +3,46 @@
 from __future__ import annotations
 
 import signal
+import time
 from pathlib import Path
 
 import pytest
 
 from percuss.cli import watch
-from percuss.cli.watch import INTERRUPTED, Watch
+from percuss.cli.watch import INTERRUPTED, STARTING, Watch
 
 
-def test_where_nobody_looks_the_bar_leaves_no_empty_line(
+def test_a_log_gets_lines_by_the_clock_from_the_start_on(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(watch, "PATIENCE", 0.0)
+    monkeypatch.setattr(watch, "RENEWED_IN_A_LOG", 0.01)
 
+    def next_line() -> str:
+        while not (text := capfd.readouterr().err):
+            time.sleep(0.01)
+        return text.splitlines()[-1]
+
+    with Watch("measuring [x]") as watched:
+        # Nothing is reported: the engine compiles.
+        assert next_line() == f"{STARTING}, 0 s so far"
+        assert watched(0.5, 2.0)
+        capfd.readouterr()
+        assert next_line() == "measuring [x]  25.0%, 0 s so far"
+        watched.writing(Path("motion.nc"))
+        capfd.readouterr()
+        assert next_line() == "writing motion.nc, 0 s so far"
+
+    assert watched._bar is None
+    capfd.readouterr()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_short_run_leaves_no_line(capfd: pytest.CaptureFixture[str]) -> None:
     with Watch() as watched:
-        watched._timer.join()
         assert watched(0.5, 1.0)
 
-    assert watched._bar is not None
+    assert not watched._clock.is_alive()
     assert capfd.readouterr() == ("", "")
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.children import begun, finished, interrupt
 
 import percuss as pc
 from percuss.ensembles.threads import Threads
@@ -87,9 +88,7 @@ def test_a_script_with_a_guard_runs(measure: str, tmp_path: Path) -> None:
 
 
 def run(command: list[str], folder: Path, text: str = "") -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        command, input=text, capture_output=True, text=True, cwd=folder, check=False, timeout=120
-    )
+    return finished(command, text=text, cwd=folder)
 
 
 def deadly(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
@@ -134,23 +133,19 @@ def test_ctrl_c_is_heard_at_once_and_a_second_one_drops_what_is_at_work(
     (tmp_path / "script.py").write_text(SLOW, encoding="utf-8")
     # A chunk is 16 points: 1.6 s, or a quarter of an hour.
     command = [sys.executable, "script.py", "0.1" if times == 1 else "60", engine]
-    with subprocess.Popen(
-        command, cwd=tmp_path, text=True, start_new_session=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    ) as process:  # fmt: skip
+    with begun(command, cwd=tmp_path) as process:
         # Whatever hangs ends here, and fails.
         watchdog = threading.Timer(100.0, process.kill)
         watchdog.start()
         try:
             wait_for(process, "began")
-            os.killpg(process.pid, signal.SIGINT)
+            interrupt(process)
             wait_for(process, "stopping after the chunks at work; Ctrl-C again drops them")
             if times == 2:
-                os.killpg(process.pid, signal.SIGINT)
+                interrupt(process)
             out, err = process.communicate(timeout=60)
         finally:
             watchdog.cancel()
-            process.kill()
 
     # What was at work is kept, and with processes what was on the way to one; no more is begun.
     assert out in (["0 0\n"] if times == 2 else ["16 0\n", "32 0\n"]), err

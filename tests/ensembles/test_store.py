@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.children import begun
 from tests.ensembles.studies import chart, exponents, failing
 
 import percuss as pc
@@ -41,13 +40,11 @@ def kill_again_and_again(study: str, path: Path, kills: int) -> list[int]:
     seen = []
     for _ in range(kills):
         before = done(path)
-        process = subprocess.Popen(
+        with begun(
             [sys.executable, "-m", "tests.ensembles.studies", str(path), study], cwd=ROOT
-        )
-        while process.poll() is None and done(path) <= before:
-            time.sleep(0.01)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+        ) as process:
+            while process.poll() is None and done(path) <= before:
+                time.sleep(0.01)
         seen.append(done(path))
     # It was killed while it had work left, and never lost any.
     assert seen == sorted(seen)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -68,7 +69,7 @@ def test_the_force_of_the_family_is_exact() -> None:
 
     assert isinstance(harmonic, pc.Harmonic)
     assert harmonic.phase == pc.pi_times(1, 5)
-    assert 25 * harmonic.amplitude == -21
+    assert harmonic.amplitude == Fraction(-21, 25)
     assert pc.subset_forcing(5).constant == math.sqrt(0.75)
     assert pc.subset_forcing(2).constant == 0.5
     assert pc.subset_forcing(2).period == pytest.approx(3 * math.pi, rel=1e-15)

@@ -12,7 +12,7 @@ from percuss.certified.ranges import Over
 from percuss.certified.results import CertifiedRun
 from percuss.certified.special import CertifiedPoint, certify_point
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, plain
+from percuss.model.exact import Phase, plain, whole
 from percuss.model.faults import raise_first
 from percuss.model.start import Start, start_faults
 from percuss.motion.trajectory import Trajectory
@@ -171,5 +171,4 @@ def _check(digits: object, most_bits: object, bits: object) -> None:
     ):
         if name == "bits" and value is None:
             continue
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise ParameterError(name, value, f"not a whole number from {low} to {high}")
+        whole(name, value, low, high)

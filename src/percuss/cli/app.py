@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import shlex
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +15,8 @@ import typer
 from percuss.cli.faults import INTERRUPTED, faults_on_stderr
 from percuss.cli.page import serve
 from percuss.cli.stores import export, status
+from percuss.errors import OutputError
+from percuss.studies.templates import template_names, template_text, template_title
 from percuss.version import __version__
 
 app = typer.Typer(
@@ -26,6 +30,10 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        # A title may hold letters that the terminal's code page lacks: they are replaced.
+        if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="replace")
     app(prog_name="percuss")
 
 
@@ -168,17 +176,25 @@ def new(
         typer.Option(
             "--template",
             "-t",
-            help="impact, bilinear, ball, backlash, or a kind of study: orbit, branch, basins, ...",
+            help=f"What to begin with: {', '.join(template_names())}; or a kind of study.",
         ),
     ] = "impact",
+    show_list: Annotated[
+        bool, typer.Option("--list", "-l", help="List the templates and write nothing.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", "-f", help="Replace the file.")] = False,
 ) -> None:
     """Write a commented study file to begin with."""
     with faults_on_stderr():
         from percuss.io.files import OutputFiles
-        from percuss.studies.templates import template_text
 
+        if show_list:
+            for name in template_names():
+                typer.echo(f"{name:<12}{template_title(name)}")
+            return
         text = template_text(template)
+        if not path.parent.is_dir():
+            raise OutputError(path.parent, "no such folder; make it first")
         with OutputFiles(path, force=force) as files:
             files[path].write_text(text, encoding="utf-8")
         typer.echo(f"wrote {path}; run it with: percuss run {shlex.quote(str(path))}")

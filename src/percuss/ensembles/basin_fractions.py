@@ -21,7 +21,7 @@ from percuss.ensembles.matching import Followed, follow_attractors
 from percuss.ensembles.running import Report, keep, run_job
 from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
@@ -123,7 +123,7 @@ def basin_fractions(
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
     periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
-    seed = whole("seed", seed, 0)
+    seed, escape = whole("seed", seed, 0), real("escape", escape)
     grid = make_grid(osc, force, Start(0.0, 0.0, t0), over, VALUES)
     if len(grid.axes) == 2:
         grid = make_grid(osc, force, Start(0.0, 0.0, t0), over, OF_TWO)
@@ -132,7 +132,7 @@ def basin_fractions(
         reason = "fractions have one axis or two, parameters of the motion"
         raise ParameterError("over", given, reason)
     box = (_range("x0", x0), _range("v0", v0))
-    rules = Rules(as_float(t0), False, periods, float(escape))
+    rules = Rules(as_float(t0), False, periods, escape)
     told = identity_of(grid) | {
         "kind": "basin fractions", "box": repr(box), "n_starts": n_starts, "seed": seed,
     }  # fmt: skip

@@ -23,7 +23,7 @@ from percuss.ensembles.running import Report, keep, run_job
 from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.kernels.law import PERIOD
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
@@ -127,11 +127,12 @@ def basins(
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
     periods = whole("periods", periods, STAGE)
-    if not 0.0 < escape < math.inf:
+    escape = real("escape", escape)
+    if not escape > 0.0:
         raise ParameterError("escape", escape, "not a finite distance above 0")
     grid, at_wall = _grid(osc, force, (x0, v0), (cycle, v), stop, t0)
     begin = 0.0 if at_wall is not None else as_float(t0)
-    rules = Rules(begin, at_wall is not None, periods, float(escape))
+    rules = Rules(begin, at_wall is not None, periods, escape)
     told = identity_of(grid) | {"kind": "basins", "stop": at_wall}
     starts = grid if at_wall is None else AtWall(grid, at_wall)
     answer = run_job(Fates(starts, rules, tuple(told.items())), store, engine, n_workers, progress)

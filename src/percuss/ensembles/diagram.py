@@ -198,7 +198,7 @@ def _check(
     for name in follow:
         if name not in ("forward", "backward"):
             raise ParameterError("follow", name, "neither forward nor backward")
-    whole("points", points, 2)
+    points = whole("points", points, 2)
     problem = too_large([len(grids) + len(follow), grids[0].size], 3 * points)
     if problem is not None:
         raise ParameterError("points", points, f"{points:,} at each of {problem}")

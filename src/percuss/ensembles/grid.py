@@ -14,7 +14,7 @@ from percuss.ensembles.job import Dimension
 from percuss.ensembles.units import units_of
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
-from percuss.model.exact import Phase, as_float, phase_problem, plain
+from percuss.model.exact import Phase, as_float, phase_problem, plain, whole
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
@@ -275,30 +275,6 @@ def make_grid(
             raise ParameterError("over", (before, path), "the same parameter, named twice")
         axes.append(Axis(name, values_of(path, values, points)))
     return Grid(osc, force, begin, tuple(axes))
-
-
-def whole(name: str, value: object, least: int) -> int:
-    """Return a whole number, NumPy's too, as Python's own.
-
-    Parameters
-    ----------
-    name
-        What it is.
-    value
-        The value.
-    least
-        The least that is allowed.
-
-    Raises
-    ------
-    ParameterError
-        If it is none, or smaller.
-    """
-    if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
-        raise ParameterError(name, value, f"not a whole number of at least {least}")
-    if value < least:
-        raise ParameterError(name, int(value), f"not a whole number of at least {least}")
-    return int(value)
 
 
 def _start_of(start: Sequence[Phase] | None) -> Start:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from percuss.io.toml import toml_text
-from percuss.model.exact import Phase, PiTimes
+from percuss.model.exact import Phase, PiTimes, plain
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator
@@ -44,7 +44,7 @@ def number(value: Phase) -> int | float | str:
         return str(value)
     if isinstance(value, PiTimes):
         return _pi_text(value)
-    return value
+    return cast("int | float | str", plain(value))
 
 
 def _pi_text(value: PiTimes) -> str:

@@ -11,9 +11,14 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import TypeAlias, cast
+from numbers import Rational
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
 from percuss.errors import ParameterError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "Exact",
@@ -28,11 +33,24 @@ __all__ = [
     "phase_problem",
     "pi_times",
     "plain",
+    "real",
+    "reals",
     "scaled",
     "square_root",
+    "whole",
 ]
 
-Exact: TypeAlias = int | float | Fraction | Decimal | str
+
+class Scalar(Protocol):
+    """A scalar of NumPy, or an array without dimensions."""
+
+    def __float__(self) -> float: ...
+
+    def item(self) -> Any:
+        """Return it as a Python number."""
+
+
+Exact: TypeAlias = int | float | Fraction | Decimal | str | Scalar
 
 # 80 decimals: phases up to 1e40 are reduced with more than 1e-30 to spare.
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899")
@@ -150,19 +168,127 @@ def pi_times(p: Exact, q: Exact = 1) -> PiTimes:
 
 
 def plain(value: object) -> object:
-    """Return a NumPy scalar as its Python value, a subclass as its base, others unchanged."""
+    """Return any scalar as a Python value of the same number, anything else unchanged.
+
+    Scalars are those of NumPy, arrays without dimensions (also of xarray and others), subclasses
+    of Python's numbers, and whatever else is registered as a rational or tells its own quotient.
+
+    Parameters
+    ----------
+    value
+        Anything.
+
+    Returns
+    -------
+    object
+        An int, float, Fraction, Decimal, str or `PiTimes` where the value is a scalar.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> plain(np.array(0.25)), plain(np.float32(0.1)), plain(np.int64(3))
+    (0.25, 0.10000000149011612, 3)
+    """
     if type(value) in _PLAIN_TYPES or isinstance(value, bool):
         return value
-    # NumPy scalars and arrays without dimensions, recognised without importing NumPy.
+    # Recognised without importing NumPy. The item of an instant or a duration is a bare count of
+    # its units, and that of a masked value is 0.
     if getattr(value, "shape", None) == () and hasattr(value, "item"):
-        return cast("object", value.item())
+        kind = getattr(getattr(value, "dtype", None), "kind", "")
+        if kind in _NO_NUMBERS or getattr(value, "mask", False):
+            return value
+        return _from_library(value.item())
     for base in (int, float, str):
         if isinstance(value, base):
             return base(value)
+    return _from_library(value)
+
+
+def _from_library(value: object) -> object:
+    """Return a number of another library as Python's own; anything else unchanged."""
+    if type(value) in _PLAIN_TYPES or isinstance(value, bool | Decimal | Fraction):
+        return value
+    if isinstance(value, Rational):
+        quotient = Fraction(int(value.numerator), int(value.denominator))
+        return quotient.numerator if quotient.denominator == 1 else quotient
+    # A long double, which is its own item.
+    if hasattr(value, "as_integer_ratio"):
+        try:
+            return kept(Fraction(*map(int, value.as_integer_ratio())))
+        except (OverflowError, ValueError):
+            return math.nan
     return value
 
 
+# NumPy's kinds of durations and of instants.
+_NO_NUMBERS = ("m", "M")
 _PLAIN_TYPES = frozenset({int, float, Fraction, Decimal, str, PiTimes})
+
+
+def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
+    """Return a whole number, NumPy's too, as Python's own.
+
+    Parameters
+    ----------
+    name
+        What it is.
+    value
+        The value.
+    least, most
+        The least and the most that is allowed.
+
+    Returns
+    -------
+    int
+        The number.
+
+    Raises
+    ------
+    ParameterError
+        If it is none, or not between these.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> whole("periods", np.int64(3), 1)
+    3
+    """
+    number = plain(value)
+    if isinstance(number, bool) or not isinstance(number, int) or not least <= number <= most:
+        limits = f"of at least {least}" if math.isinf(most) else f"from {least} to {most}"
+        raise ParameterError(name, number, f"not a whole number {limits}")
+    return number
+
+
+def real(name: str, value: Phase) -> float:
+    """Return any number, or a phase, as the nearest double; `as_float` with the name in its error.
+
+    Raises
+    ------
+    ParameterError
+        If the value is not a finite number.
+    """
+    try:
+        return as_float(value)
+    except ParameterError as error:
+        raise ParameterError(name, value, error.reason) from None
+
+
+def reals(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return numbers of any shape as doubles; exact ones and texts are rounded one by one.
+
+    Raises
+    ------
+    ParameterError
+        If there is something else among them. NaN and infinities are left to the caller.
+    """
+    import numpy as np  # half of the time of an import that needs no arrays
+
+    given = np.asarray(values)
+    if given.dtype.kind in "iuf":
+        return given.astype(np.float64, copy=False)
+    items = [real(name, item) for item in given.ravel().tolist()]
+    return np.array(items, dtype=np.float64).reshape(given.shape)
 
 
 def number_problem(value: object) -> str | None:
@@ -269,7 +395,7 @@ def as_fraction(value: Exact) -> Fraction:
         raise ParameterError("value", value, problem)
     if isinstance(number, str):
         number = _without_spaces(number)
-    return Fraction(cast("Exact", number))
+    return Fraction(cast("int | float | Fraction | Decimal | str", number))
 
 
 def as_float(value: Phase) -> float:
@@ -309,13 +435,14 @@ def angle(value: Phase) -> tuple[Fraction, Fraction]:
     >>> angle("-3*pi/4")
     (Fraction(-3, 4), Fraction(0, 1))
     """
-    problem = phase_problem(value)
+    number = plain(value)
+    problem = phase_problem(number)
     if problem is not None:
         raise ParameterError("value", value, problem)
-    multiple = value if isinstance(value, PiTimes) else _multiple_in_text(value)
+    multiple = number if isinstance(number, PiTimes) else _multiple_in_text(number)
     if multiple is not None:
         return multiple.times, multiple.plus
-    return Fraction(0), as_fraction(cast("Exact", value))
+    return Fraction(0), as_fraction(cast("Exact", number))
 
 
 def cos_sin(phase: Phase) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from percuss.kernels.law import (
     UPPER_KIND,
     WALL,
 )
-from percuss.model.exact import Exact, as_float
+from percuss.model.exact import Exact, as_float, whole
 from percuss.model.law import law, lines
 from percuss.model.oscillator import Oscillator
 
@@ -57,8 +57,7 @@ def eigenset(osc: Oscillator, count: int, t0: Exact = 0.0) -> NDArray[np.float64
     >>> eigenset(pc.impact_oscillator(), 3)
     array([3.14159265, 6.28318531, 9.42477796])
     """
-    if count < 0:
-        raise ParameterError("count", count, "negative")
+    count = whole("count", count, 0)
     free, beyond = _half_periods(osc)
     return np.asarray(as_float(t0) + free + (free + beyond) * np.arange(count), dtype=np.float64)
 

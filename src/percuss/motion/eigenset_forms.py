@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, as_float, cos_sin, pi_times
+from percuss.model.exact import Exact, as_float, cos_sin, pi_times, whole
 from percuss.model.forcing import Forcing, cosine
 from percuss.motion.root import bisected
 
@@ -272,5 +272,4 @@ def _kick(m: int) -> float:
 
 
 def _check_m(m: object) -> None:
-    if isinstance(m, bool) or not isinstance(m, int | np.integer) or m < 2:
-        raise ParameterError("m", m, "not a whole number of at least 2")
+    whole("m", m, 2)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
+from percuss.model.exact import real
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["Growth", "fit_power_law", "growth", "peaks"]
@@ -107,7 +108,7 @@ def growth(run: Trajectory, of: Quantity = "velocity", *, since: float | None = 
     if of not in ("velocity", "displacement"):
         raise ParameterError("of", of, "neither velocity nor displacement")
     duration = run.t_end - run.t0
-    first = 0.01 * duration if since is None else float(since)
+    first = 0.01 * duration if since is None else real("since", since)
     if not 0.0 < first < duration:
         raise ParameterError("since", since, f"not between 0 and the run's {duration:g}")
     times, heights = _largest_of_cycles(run, *peaks(run, of))

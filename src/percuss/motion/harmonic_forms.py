@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, as_float
+from percuss.model.exact import Exact, as_float, whole
 from percuss.model.forcing import Forcing, sine
 from percuss.motion.root import bisected
 
@@ -174,5 +174,4 @@ def _touch(n: int) -> float:
 
 
 def _check_n(n: object) -> None:
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
-        raise ParameterError("n", n, "not a whole number of at least 2")
+    whole("n", n, 2)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.errors import ParameterError
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, real, reals, whole
 from percuss.motion.fourier_integral import fourier_integral
 from percuss.motion.trajectory import Trajectory
 
@@ -200,11 +200,10 @@ def line_spectrum(
     True
     """
     _check_words("exact", "none", of)
-    if not (math.isfinite(period) and period > 0.0):
+    period = real("period", period)
+    n_lines, periods = whole("n_lines", n_lines, 1), whole("periods", periods, 1)
+    if not period > 0.0:
         raise ParameterError("period", period, "not a positive number")
-    for name, count in (("n_lines", n_lines), ("periods", periods)):
-        if count < 1:
-            raise ParameterError(name, count, "less than one")
     if (periods + 1) * period > run.t_end - run.t0:
         reason = f"{periods + 1} of them do not fit into the run, {run.t0:g} to {run.t_end:g}"
         raise ParameterError("period", period, reason)
@@ -234,7 +233,7 @@ def _check_words(method: str, window: str, of: str) -> None:
 
 
 def _times(run: Trajectory, between: tuple[float, float] | None) -> tuple[float, float]:
-    low, high = (run.t0, run.t_end) if between is None else map(float, between)
+    low, high = (run.t0, run.t_end) if between is None else reals("between", between).tolist()
     if not run.t0 <= low < high <= run.t_end:
         reason = f"not two times in order inside the run, {run.t0!r} to {run.t_end!r}"
         raise ParameterError("between", (low, high), reason)
@@ -242,7 +241,7 @@ def _times(run: Trajectory, between: tuple[float, float] | None) -> tuple[float,
 
 
 def _frequencies(omega: ArrayLike) -> Floats:
-    grid = np.atleast_1d(np.asarray(omega, dtype=np.float64))
+    grid = np.atleast_1d(reals("omega", omega))
     if grid.ndim != 1 or not np.isfinite(grid).all():
         raise ParameterError("omega", grid.shape, "not one array of finite numbers")
     return grid
@@ -264,9 +263,7 @@ def _default_grid(run: Trajectory, low: float, high: float) -> Floats:
 
 def _samples(run: Trajectory, low: float, high: float, n: int | None) -> int:
     if n is not None:
-        if n < 4:
-            raise ParameterError("n", n, "fewer than four points")
-        return int(n)
+        return whole("n", n, 4)
     wanted = 4.0 * _highest(run) * (high - low) / (2.0 * math.pi)
     return min(MOST_SAMPLES, 1 << max(2, math.ceil(math.log2(wanted))))
 

@@ -13,7 +13,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
 from percuss.kernels.sample import cycles, evaluate
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import Phase, as_float, reals, whole
 from percuss.model.forcing import Forcing
 from percuss.model.law import law, lines
 from percuss.model.oscillator import Oscillator
@@ -161,7 +161,7 @@ class Trajectory:
         """
         if limit not in _SIDES:
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
-        instants = np.asarray(t, dtype=np.float64)
+        instants = reals("t", t)
         if instants.size and not (instants.min() >= self.t0 and instants.max() <= self.t_end):
             instants = self._within(instants)
         flat = np.ascontiguousarray(instants).reshape(-1)
@@ -215,8 +215,7 @@ class Trajectory:
         >>> dict(run.sample(4).sizes)
         {'t': 4}
         """
-        if n < 2:
-            raise ParameterError("n", n, "fewer than the two ends")
+        n = whole("n", n, 2)
         times = np.linspace(self.t0, self.t_end, n)
         x, v = self(times)
         return _dataset({"x": ("t", x), "v": ("t", v)}, {"t": times}, str(self.outcome.value))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import importlib
 import re
 from collections.abc import Iterable
@@ -95,7 +96,7 @@ def choose(only: str | None) -> tuple[Item, ...]:
     Parameters
     ----------
     only
-        Names separated by commas: of figures and statements, or of what a statement is about:
+        Names separated by commas or blanks, in capitals or not: of figures and statements, or of what a statement is about:
         "eq12" for (12), "table2", "fig14". None selects all.
 
     Returns
@@ -106,7 +107,7 @@ def choose(only: str | None) -> tuple[Item, ...]:
     Raises
     ------
     ParameterError
-        If a name is unknown; it lists the known ones.
+        If a name is unknown; it tells the nearest ones.
 
     Examples
     --------
@@ -115,14 +116,36 @@ def choose(only: str | None) -> tuple[Item, ...]:
     """
     if only is None:
         return items()
-    wanted = [name.strip() for name in only.split(",") if name.strip()]
     names = {item: _names(item) for item in items()}
     known = set().union(*names.values())
-    for name in wanted or [""]:
-        if name not in known:
-            known_words = ", ".join(sorted(known, key=_natural))
-            raise ParameterError("only", name, f"no figure or statement; known are {known_words}")
-    return tuple(item for item in items() if names[item] & set(wanted))
+    wanted: set[str] = set()
+    for text in only.split(",") if only.strip(", ") else [only]:
+        wanted |= _names_in(text, known) if text.strip() or text is only else set()
+    return tuple(item for item in items() if names[item] & wanted)
+
+
+def _names_in(text: str, known: set[str]) -> set[str]:
+    """Return the name that a text means, with blanks and capitals or without; or several.
+
+    Raises
+    ------
+    ParameterError
+        If it means none.
+    """
+    name = "".join(text.split()).lower()
+    by_name = {word.lower(): word for word in known}
+    if name in by_name:
+        return {by_name[name]}
+    several = text.lower().split()
+    if several and by_name.keys() >= set(several):
+        return {by_name[one] for one in several}
+    close = difflib.get_close_matches(name, by_name, n=3)
+    if close:
+        meant = " or ".join(f'"{by_name[word]}"' for word in close)
+        raise ParameterError("only", text, f"no figure or statement; did you mean {meant}?")
+    some = ", ".join(sorted(known, key=_natural)[:: max(1, len(known) // 8)])
+    reason = f"no figure or statement; there are {len(known)}, such as {some}"
+    raise ParameterError("only", text, reason)
 
 
 def _names(item: Item) -> set[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from percuss.studies.faults import shown
 from percuss.studies.kinds import kind_named, kind_names
 from percuss.studies.model_building import engineers_model, forcing_of, oscillator_of, per_mass
 from percuss.studies.parts import Parts, Table, exact_phase, table_of
@@ -29,7 +30,7 @@ def build(document: Table, found: Found) -> Study | None:
     name = head.get("kind", "motion")
     kind = kind_named(name) if name in kind_names() else None
     if kind is None and isinstance(name, str):
-        found.add(("study", "kind"), unknown_value(name, kind_names()), f'"{name}"')
+        found.add(("study", "kind"), unknown_value(name, kind_names()), shown(name))
     shape_faults(document, AnyDocument if kind is None else kind.shape, found)
     oscillator = oscillator_of(table_of(document, "oscillator"), found)
     forcing = forcing_of(table_of(document, "forcing"), found) if "forcing" in document else None

@@ -39,7 +39,8 @@ class StudyFault:
 
     def __str__(self) -> str:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
-        name = f"{self.path} = {self.value}" if self.value else self.path
+        path = _on_one_line(self.path)
+        name = f"{path} = {self.value}" if self.value else path
         return ": ".join(part for part in (place, name, self.reason) if part)
 
 
@@ -53,6 +54,10 @@ def shown(value: object) -> str:
     """
     if isinstance(value, bool):
         return "true" if value else "false"
-    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    return _on_one_line(f'"{value}"' if isinstance(value, str) else repr(value))
+
+
+def _on_one_line(text: str) -> str:
+    """Return a text without line ends and marks of control, cut where it is long."""
     text = text.encode("unicode_escape").decode("ascii") if not text.isprintable() else text
     return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 4]} ..."

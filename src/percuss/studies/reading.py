@@ -16,6 +16,8 @@ from percuss.studies.study import Study
 
 _RESULTS = (".nc", ".csv", ".png", ".svg")
 _MOST_SYNTAX_FAULTS = 20
+# So many lines that are not TOML, and half of those that were read: it is another kind of file.
+_OF_ANOTHER_KIND = 3
 _TWICE = re.compile(r"cannot declare \((?P<path>.*)\) twice", re.IGNORECASE)
 # A value that begins like a word, a fraction or a multiple of pi, and is none of TOML's words.
 _UNQUOTED = re.compile(
@@ -95,6 +97,8 @@ def parse_study(text: str, name: str = "study") -> Study:
     study:3: start.v0: missing
     """
     document, lines, syntax = _document(text, name)
+    if _is_no_toml(lines, syntax):
+        raise StudyError([_no_toml(name, syntax[0])])
     if document is None:
         raise StudyError(syntax)
     found = Found(name, key_lines("\n".join(lines)), list(syntax))
@@ -105,6 +109,23 @@ def parse_study(text: str, name: str = "study") -> Study:
     if faults or study is None:
         raise StudyError(faults)
     return study
+
+
+def _is_no_toml(lines: list[str], faults: list[StudyFault]) -> bool:
+    """Return whether so many lines are not TOML that it is another kind of file."""
+    if len(faults) < _OF_ANOTHER_KIND:
+        return False
+    # Lines with faults have been emptied, but for the last one where the reading ended there.
+    last = faults[-1].line or 0
+    right = sum(
+        1 for line in lines[: last - 1] if line.strip() and not line.lstrip().startswith("#")
+    )
+    return len(faults) >= right
+
+
+def _no_toml(name: str, first: StudyFault) -> StudyFault:
+    reason = f'not a TOML file: {first.reason}; "percuss new" writes a study to begin with'
+    return StudyFault(name, first.line, "", reason)
 
 
 def _place(fault: StudyFault) -> tuple[int, str]:

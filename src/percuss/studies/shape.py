@@ -25,6 +25,8 @@ OF_SOME_KINDS = (
 _REASONS = {
     "bool_type": "neither true nor false",
     "int_type": "not a whole number",
+    "float_type": "not a number; write 2.8, without quotes",
+    "finite_number": "not finite",
     "string_type": "not a text; put it in quotes",
     "list_type": "not a list",
     "model_type": "not a table",
@@ -73,9 +75,10 @@ def shape_faults(document: Mapping[str, object], shape: type[Document], found: F
             path = _path(detail["loc"])
             if detail["type"] == "extra_forbidden":
                 found.add(path, _unknown(path, document, shape))
-            elif detail["type"] in ("missing", "union_tag_not_found"):
-                is_tag = detail["type"] == "union_tag_not_found"
-                found.add((*path, "type") if is_tag else path, _missing(path, is_tag=is_tag))
+            elif detail["type"] == "union_tag_not_found":
+                _add_missing_type(path, _value(document, path), found)
+            elif detail["type"] == "missing":
+                found.add(path, _missing(path))
             else:
                 path = (*path, "type") if detail["type"] == "union_tag_invalid" else path
                 found.add(path, _reason(detail, path), shown(_value(document, path)))
@@ -97,9 +100,16 @@ def _reason(detail: Any, path: Path) -> str:
     return words.format(**detail.get("ctx", {})).replace("'", '"')
 
 
-def _missing(path: Path, *, is_tag: bool) -> str:
-    if is_tag:
-        return 'missing; "wall" or "soft"'
+def _add_missing_type(path: Path, stop: object, found: Found) -> None:
+    """Add what is wrong with a stop without a type, whose other keys nobody has looked at."""
+    known = list(dict.fromkeys(key for table in _STOPS.values() for key in table.model_fields))
+    for key in stop if isinstance(stop, Mapping) else ():
+        if key not in known:
+            found.add((*path, key), unknown_key(key, known))
+    found.add((*path, "type"), 'missing; "wall" or "soft"')
+
+
+def _missing(path: Path) -> str:
     if path[-1] == "side":
         return 'missing; "above" or "below"'
     return f"missing; a table [{path[0]}] is needed" if len(path) == 1 else "missing"

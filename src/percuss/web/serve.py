@@ -9,9 +9,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from percuss.errors import MissingExtraError, OutputError
+from percuss.model.exact import whole
 
 __all__ = ["LOCAL", "serve"]
 
+LAST_PORT = 2**16 - 1
 LOCAL = "127.0.0.1"
 # Names of this machine for itself; others would be pages that pretend to be it.
 LOCAL_NAMES = ("127.0.0.1", "localhost", "[::1]")
@@ -44,6 +46,8 @@ def serve(
     ------
     MissingExtraError
         If starlette or uvicorn is missing.
+    ParameterError
+        If there is no such port.
     OutputError
         If the port is taken, or there is no such report.
     """
@@ -53,6 +57,7 @@ def serve(
         from percuss.web.app import create_app
     except ImportError as error:
         raise MissingExtraError("the page needs starlette and uvicorn", "web") from error
+    port = whole("port", port, 0, LAST_PORT)
     if report is not None and not (report / "index.html").is_file():
         raise OutputError(report, "holds no report; write one with percuss paper --out")
     listening = _listening(host, port)
@@ -83,8 +88,10 @@ def _listening(host: str, port: int) -> socket.socket:
         listening.bind((host, port))
         # Whoever hears the address may come at once, and waits until the page is there.
         listening.listen()
-    except OSError as error:
+    # A name that cannot be one is no OSError.
+    except (OSError, UnicodeError, ValueError) as error:
         listening.close()
-        reason = f"cannot listen there ({(error.strerror or str(error)).lower()})"
+        words = getattr(error, "strerror", None) or str(error)
+        reason = f"cannot listen there ({words.lower()})"
         raise OutputError(f"{host}:{port}", f"{reason}; choose another with --port") from error
     return listening

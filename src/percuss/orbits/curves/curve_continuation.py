@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import Phase, as_float, real, whole
 from percuss.model.paths import get_parameter, long_form
 from percuss.orbits.curves.curve import Curve, CurveKind
 from percuss.orbits.curves.curve_equations import CurveEquations
@@ -88,8 +88,8 @@ def continue_curve(
     resonant_grazing 0.998749218
     """
     ranges, way = _checked(point, over)
-    if max_points < 1:
-        raise ParameterError("max_points", max_points, "less than one")
+    max_points = whole("max_points", max_points, 1)
+    largest_step = real("largest_step", largest_step)
     if not 0.0 < largest_step <= 1.0:
         raise ParameterError("largest_step", largest_step, "not above 0 and at most 1")
     equations, guess = equations_of(point, ranges)

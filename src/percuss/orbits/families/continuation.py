@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase
+from percuss.model.exact import Phase, real, whole
 from percuss.numerics import norm
 from percuss.orbits.families.branch import Branch
 from percuss.orbits.families.conditions import Point
@@ -89,8 +89,8 @@ def continue_orbit(
     period_doubling 0.107276459
     """
     path, first, last, value = checked_range(orbit, over, may_stick=True)
-    if max_points < 1:
-        raise ParameterError("max_points", max_points, "less than one")
+    max_points = whole("max_points", max_points, 1)
+    largest_step = real("largest_step", largest_step)
     if not 0.0 < largest_step <= 1.0:
         raise ParameterError("largest_step", largest_step, "not above 0 and at most 1")
     telling = Telling(progress, 2 * max_points, path)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import cast
 
 import numpy as np
 
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, plain, whole
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
@@ -104,13 +105,14 @@ abs(multipliers) 0.5843, 0.5843>
     >>> round(float(orbit.impacts.v_before[0]), 12)
     1.695732937595
     """
-    _check(osc, force, n_impacts, n_periods, sequence)
+    n_impacts, n_periods = _counts(n_impacts, n_periods)
+    _check(osc, force, n_impacts, sequence)
     if guess is not None:
         n_impacts, n_periods = counts_of_guess(guess, n_impacts, n_periods)
         # Of orbits without impacts and with sticking there is nothing to guess: they are complete.
         if n_impacts not in (0, math.inf):
             return orbit_near(osc, force, int(n_impacts), n_periods, sequence, guess)
-        _check(osc, force, n_impacts, n_periods, None)
+        _check(osc, force, n_impacts, None)
     table = law(osc, force)
     check_length(table, n_impacts, n_periods)
     looking = Looking(table, progress, starts_of(osc, table) + SCATTERED + ATTRACTED)
@@ -183,9 +185,11 @@ def find_orbits(
     1 asymptotic
     1 unstable
     """
-    if max_impacts != max_impacts // 1 or not 1 <= max_impacts < math.inf:
-        raise ParameterError("max_impacts", max_impacts, "not a whole number of at least 1")
-    _check(osc, force, max_impacts if osc.stops else 0, max_periods, None)
+    max_impacts, max_periods = (
+        whole("max_impacts", max_impacts, 1),
+        whole("max_periods", max_periods, 1),
+    )
+    _check(osc, force, max_impacts if osc.stops else 0, None)
     table = law(osc, force)
     check_length(table, max_impacts, max_periods)
     looking = Looking(table, progress, starts_of(osc, table))
@@ -198,11 +202,19 @@ def find_orbits(
     return sorted(found, key=lambda orbit: (orbit.n_periods, orbit.n_impacts, *_order(orbit)))
 
 
+def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
+    """Return impacts and periods as Python's numbers; a float that is whole will do."""
+    numbers = plain(n_impacts), plain(n_periods)
+    impacts, periods = (int(n) if isinstance(n, float) and n.is_integer() else n for n in numbers)
+    if impacts != math.inf and not (isinstance(impacts, int) and impacts >= 0):
+        raise ParameterError("n_impacts", impacts, "neither a whole number nor inf")
+    return cast("float", impacts), whole("n_periods", periods, 1)
+
+
 def _check(
     osc: Oscillator,
     force: Forcing | None,
     n_impacts: float,
-    n_periods: int,
     sequence: Sequence[int] | None,
 ) -> None:
     if not isinstance(osc, Oscillator):
@@ -210,10 +222,6 @@ def _check(
     if force is not None and force.harmonics and force.period is None:
         reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)
-    if n_impacts != math.inf and (n_impacts != int(n_impacts) or n_impacts < 0):
-        raise ParameterError("n_impacts", n_impacts, "neither a whole number nor inf")
-    if n_periods != int(n_periods) or n_periods < 1:
-        raise ParameterError("n_periods", n_periods, "not a whole number of at least 1")
     if n_impacts in (0, math.inf) and not _has_period(force):
         reason = "free motion has no orbit of this kind that is not rest or a free oscillation"
         raise ParameterError("n_impacts", n_impacts, reason)

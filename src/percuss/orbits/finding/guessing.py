@@ -67,7 +67,7 @@ def guess_of(
     if isinstance(given, Trajectory):
         return _of_run(osc, force, n_impacts, n_periods, given)
     try:
-        cycle, v = (float(number) for number in given)
+        cycle, v = (as_float(number) for number in given)
     except (TypeError, ValueError):
         reason = "neither (cycle, v_after) nor a run nor an orbit"
         raise ParameterError("guess", given, reason) from None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import Phase, as_float, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form
@@ -232,14 +232,10 @@ def response_curve(
     1.130040 to 1.500000
     """
     path, within = _checked(osc, force, over)
-    if n_seeds < 1:
-        raise ParameterError("n_seeds", n_seeds, "less than one")
-    for name, number in (("max_impacts", max_impacts), ("max_periods", max_periods)):
-        if number != int(number) or number < 1:
-            raise ParameterError(name, number, "not a whole number of at least 1")
+    n_seeds = whole("n_seeds", n_seeds, 1)
+    counts = whole("max_impacts", max_impacts, 1), whole("max_periods", max_periods, 1)
     following = Following(osc, force, path, within)
-    counts = int(max_impacts), int(max_periods)
-    attractors, complete = search_families(following, counts, seed, int(n_seeds), progress)
+    attractors, complete = search_families(following, counts, seed, n_seeds, progress)
     return _response(following, counts, attractors, complete=complete)
 
 

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels.response import free_response
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, whole
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
@@ -188,7 +188,8 @@ def velocity_gap_curve(
     >>> bool(abs(curve.velocities_at(1.0)[0] - orbit.impacts.v_before[0]) < 1e-12)
     True
     """
-    _check(osc, force, n_periods, n_points)
+    n_periods, n_points = whole("n_periods", n_periods, 1), whole("n_points", n_points, 3)
+    _check(osc, force)
     map_, rest, way = _map(osc, force, n_periods)
     inverse_map = inverse(map_)
     # Columns (gap, velocity) as functions of the angle: towards the wall both are positive.
@@ -219,7 +220,7 @@ def velocity_gap_curve(
     )
 
 
-def _check(osc: Oscillator, force: Forcing, n_periods: int, n_points: int) -> None:
+def _check(osc: Oscillator, force: Forcing) -> None:
     if not isinstance(osc, Oscillator):
         raise ParameterError("osc", osc, "not an Oscillator")
     if len(osc.stops) != 1 or not has_closed_form(osc, force, 0):
@@ -228,10 +229,6 @@ def _check(osc: Oscillator, force: Forcing, n_periods: int, n_points: int) -> No
     if as_float(osc.stiffness) == 0.0:
         reason = "without a spring the velocity does not depend on where the wall is"
         raise ParameterError("oscillator.stiffness", osc.stiffness, reason)
-    if n_periods != int(n_periods) or n_periods < 1:
-        raise ParameterError("n_periods", n_periods, "not a whole number of at least 1")
-    if n_points < 3:
-        raise ParameterError("n_points", n_points, "less than three")
 
 
 def _map(osc: Oscillator, force: Forcing, n_periods: int) -> tuple[Floats, float, float]:

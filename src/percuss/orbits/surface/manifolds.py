@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import product
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError, ParameterError
+from percuss.model.exact import real
 from percuss.numerics import inverse, matmul
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.surface.growing import Grower, Grown, GrowthEnd, grow
@@ -248,6 +248,7 @@ def manifolds(
     (0.904987562, 0.904987562)
     """
     check_saddle(orbit)
+    cycle, length, spacing = real("cycle", cycle), real("length", length), real("spacing", spacing)
     _check(section, kinds, length, spacing)
     place, saddles, stop = _section(orbit, section, cycle, stop, length)
     multipliers = orbit.multipliers.real.copy()
@@ -308,10 +309,9 @@ def _check(
     for kind in kinds:
         if kind not in ("stable", "unstable"):
             raise ParameterError("kinds", kinds, "neither stable nor unstable")
-    if not 0.0 < length < math.inf:
-        raise ParameterError("length", length, "not a finite positive number")
-    if not 0.0 < spacing < math.inf:
-        raise ParameterError("spacing", spacing, "not a finite positive number")
+    for name, value in (("length", length), ("spacing", spacing)):
+        if not value > 0.0:
+            raise ParameterError(name, value, "not a finite positive number")
 
 
 def _fastest(saddles: SaddlePoints, length: float) -> float:

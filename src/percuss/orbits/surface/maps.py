@@ -16,7 +16,7 @@ from percuss.kernels.doubled import turns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
 from percuss.kernels.law import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW, Table
 from percuss.kernels.shooting import factor
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.law import lines
@@ -105,9 +105,7 @@ class ImpactMap:
         return found.reshape(*found.shape[:-1], 2, 2)
 
     def _each(self, cycle: ArrayLike, v_after: ArrayLike, what: OfImpact) -> Floats:
-        cycles, speeds = np.broadcast_arrays(
-            np.asarray(cycle, dtype=np.float64), np.asarray(v_after, dtype=np.float64)
-        )
+        cycles, speeds = np.broadcast_arrays(reals("cycle", cycle), reals("v_after", v_after))
         _check_finite("cycle", cycles)
         _check_finite("v_after", speeds)
         stop = self.oscillator.stops[self.stop]
@@ -240,9 +238,7 @@ class StroboscopicMap:
         return found.reshape(*found.shape[:-1], 2, 2)
 
     def _each(self, x: ArrayLike, v: ArrayLike, *, derivative: bool) -> Floats:
-        places, speeds = np.broadcast_arrays(
-            np.asarray(x, dtype=np.float64), np.asarray(v, dtype=np.float64)
-        )
+        places, speeds = np.broadcast_arrays(reals("x", x), reals("v", v))
         _check_finite("v", speeds)
         for extreme in (places.min(), places.max()) if places.size else ():
             raise_first(start_faults(self.oscillator, float(extreme), 0.0, t_end=1.0))
@@ -297,7 +293,8 @@ def impact_map(osc: Oscillator, force: Forcing, stop: int = 0) -> ImpactMap:
     (0.01209, -1.35659)
     """
     check_period(osc, force, "an impact map")
-    if not 0 <= stop < len(osc.stops):
+    stop = whole("stop", stop, 0)
+    if stop >= len(osc.stops):
         reason = f"the oscillator has {len(osc.stops)} stops, counted from 0"
         raise ParameterError("stop", stop, reason)
     return ImpactMap(osc, force, stop)
@@ -337,9 +334,7 @@ def stroboscopic_map(osc: Oscillator, force: Forcing, *, cycle: float = 0.0) -> 
     1.0
     """
     check_period(osc, force, "a stroboscopic map")
-    if not math.isfinite(cycle):
-        raise ParameterError("cycle", cycle, "not a finite number")
-    return StroboscopicMap(osc, force, float(cycle))
+    return StroboscopicMap(osc, force, real("cycle", cycle))
 
 
 def check_period(osc: Oscillator, force: Forcing | None, what: str) -> None:

@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels.flight import constant_force
 from percuss.kernels.law import Law
-from percuss.model.exact import as_float
+from percuss.model.exact import as_float, real, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
@@ -229,6 +229,9 @@ def singularity_set(
     (True, True)
     """
     check_period(osc, force, "a singularity set")
+    stop, n_iterates = whole("stop", stop, 0), whole("n_iterates", n_iterates, 1)
+    spacing = real("spacing", spacing)
+    longest = None if longest is None else real("longest", longest)
     wanted = entry(osc, stop)
     _check(osc, stop, n_iterates, spacing, longest)
     motions = BackwardMotions(osc, force)
@@ -252,11 +255,9 @@ def singularity_set(
 def _check(
     osc: Oscillator, stop: int, n_iterates: int, spacing: float, longest: float | None
 ) -> None:
-    if n_iterates < 1:
-        raise ParameterError("n_iterates", n_iterates, "less than one")
     if not spacing > 0.0:
         raise ParameterError("spacing", spacing, "not positive")
-    if longest is not None and not 0.0 < longest < math.inf:
+    if longest is not None and not longest > 0.0:
         raise ParameterError("longest", longest, "not a finite positive time")
     it = osc.stops[stop]
     if n_iterates > 1 and isinstance(it, Wall) and as_float(it.restitution) == 0.0:

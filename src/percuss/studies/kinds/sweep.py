@@ -31,7 +31,7 @@ __all__ = ["KIND", "Sweep"]
 class SweepTable(Table):
     """``[sweep]``: what is measured, and when."""
 
-    measure: str | list[str]
+    measure: list[str]
     transient: Whole = 200
     periods: Count = 64
     max_impacts: Count | None = None

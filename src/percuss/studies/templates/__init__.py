@@ -22,6 +22,18 @@ def template_names() -> list[str]:
     return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
 
 
+def template_title(name: str) -> str:
+    """Return what a template is about, in a line.
+
+    Examples
+    --------
+    >>> template_title("ball")
+    'a ball that bounces on a shaking table'
+    """
+    first, _, _ = template_text(name).partition("\n")
+    return first.removeprefix("# A study for percuss: ").rstrip(".")
+
+
 def template_text(name: str) -> str:
     """Return the text of a template.
 

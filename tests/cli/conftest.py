@@ -1,0 +1,13 @@
+"""What all tests of the command share."""
+
+from __future__ import annotations
+
+import pytest
+
+from percuss.cli import watch
+
+
+@pytest.fixture(autouse=True)
+def _no_lines_by_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a command says does not depend on how fast the machine is."""
+    monkeypatch.setattr(watch, "PATIENCE", 3600.0)
