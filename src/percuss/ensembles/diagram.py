@@ -27,7 +27,14 @@ from percuss.ensembles.lanes import MOST_IMPACTS, Plan, reason_of
 from percuss.ensembles.measures import Window
 from percuss.ensembles.running import Report, keep, run_job, unanswered
 from percuss.ensembles.sizes import too_large
-from percuss.ensembles.store import Store, has_store, make_folder
+from percuss.ensembles.store import (
+    Store,
+    has_store,
+    is_vacant,
+    make_folder,
+    own_attributes,
+    told,
+)
 from percuss.errors import OutputError, ParameterError
 from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
@@ -128,6 +135,8 @@ def bifurcation_diagram(
     _check(grids, force, section, follow, points)
     window = Window(transient, points - 1)
     if store is not None and has_store(Path(store)):
+        with told(Path(store)):
+            own_attributes(Path(store))
         raise OutputError(store, "holds another study, no diagram; choose another name")
     followed = Followed(grids[0], tuple(follow), section, window)
     afresh = Afresh(tuple(grids), section, window)
@@ -137,6 +146,9 @@ def bifurcation_diagram(
         chunks_of(job)
     if store is not None:
         is_new = not any(has_store(Path(store) / name) for _, name in parts)
+        if is_new and not is_vacant(Path(store), [name for _, name in parts]):
+            reason = "exists and is no store of percuss; it is left as it is; choose another name"
+            raise OutputError(store, reason)
         make_ready(parts[0][0], engine, is_new=is_new)
         make_folder(Path(store))
         # Both at once: how much there is to do is known from the beginning.
