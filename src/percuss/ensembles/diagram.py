@@ -20,7 +20,7 @@ from percuss.ensembles.diagram_jobs import (
     failed_values,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.failures import warn_of_failures
+from percuss.ensembles.failures import warn_of_failures, warn_of_some
 from percuss.ensembles.grid import Grid, make_grid, whole
 from percuss.ensembles.job import Answer, chunks_of
 from percuss.ensembles.lanes import MOST_IMPACTS, Plan, reason_of
@@ -110,7 +110,8 @@ def bifurcation_diagram(
     Warns
     -----
     UserWarning
-        If a branch has nothing at any value, with the commonest reason and its count.
+        If a branch has nothing at any value, or at some: with their number, the first of them, and
+        the commonest reason and its count.
 
     Raises
     ------
@@ -171,10 +172,17 @@ def bifurcation_diagram(
 
 
 def _tell(found: Dataset) -> None:
-    """Warn of branches that have nothing anywhere."""
+    """Warn of branches that have nothing anywhere, and of values where a branch has nothing."""
     reasons = found["reason"].values
     empty = (reasons != "").all(axis=1)
-    if empty.any() and found.attrs["complete"]:
+    if not found.attrs["complete"]:
+        return
+    branches, values = np.nonzero((reasons != "") & ~empty[:, np.newaxis])
+    if len(values):
+        path = str(found["reason"].dims[1])
+        first = f"{path} = {found[path].values[values[0]]} of {found['branch'].values[branches[0]]}"
+        warn_of_some("values", reasons[branches, values], reasons.size, first, stacklevel=4)
+    if empty.any():
         those = " and ".join(str(name) for name in found["branch"].values[empty])
         what = f"{those}: no points at any of {reasons.shape[1]:,} values"
         warn_of_failures(what, reasons[empty].ravel().tolist(), stacklevel=4)
