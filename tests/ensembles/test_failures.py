@@ -62,9 +62,12 @@ def test_a_sweep_that_was_stopped_does_not_warn() -> None:
 
 
 def test_a_diagram_over_the_gap_counts_the_values_that_its_start_is_beyond() -> None:
-    found = pc.bifurcation_diagram(
-        GAP, FORCE, over={AT: (-1, 1)}, follow=["forward"], transient=20, points=8
-    )
+    with pytest.warns(
+        UserWarning, match=r"400 of 802 values have no answer, the first at .* -1\.0"
+    ):
+        found = pc.bifurcation_diagram(
+            GAP, FORCE, over={AT: (-1, 1)}, follow=["forward"], transient=20, points=8
+        )
 
     # The start at 0 is above the wall at 200 of 401 values, on either branch.
     assert (found.reason.values != "").sum(axis=1).tolist() == [200, 200]
@@ -72,9 +75,10 @@ def test_a_diagram_over_the_gap_counts_the_values_that_its_start_is_beyond() -> 
 
 
 def test_a_branch_is_followed_where_the_wall_moves_past_where_it_was() -> None:
-    found = pc.bifurcation_diagram(
-        GAP, FORCE, over={AT: (-1, 1)}, follow=["backward"], transient=20, points=8
-    )
+    with pytest.warns(UserWarning, match=r"200 of 802 values have no answer, .* of start 0; the"):
+        found = pc.bifurcation_diagram(
+            GAP, FORCE, over={AT: (-1, 1)}, follow=["backward"], transient=20, points=8
+        )
 
     assert (found.reason.sel(branch="backward").values == "").all()
 
@@ -112,7 +116,7 @@ def test_stores_that_are_not_at_their_end_count_failures_too(tmp_path: Path) -> 
     path = tmp_path / "diagram.zarr"
     pc.bifurcation_diagram(
         GAP, FORCE, over={AT: [-1, 1]}, follow=["forward", "backward"], transient=20, points=8,
-        store=path, n_workers=1, progress=lambda done, total: False,  # noqa: ARG005
+        store=path, n_workers=1, progress=lambda done, _: done == 0,
     )  # fmt: skip
 
     status = pc.load_store(path / "followed")

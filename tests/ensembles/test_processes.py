@@ -99,14 +99,47 @@ def deadly(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
-def test_a_worker_that_dies_is_told_with_its_points(tmp_path: Path) -> None:
+def test_points_that_kill_three_workers_are_named_with_what_the_store_keeps(tmp_path: Path) -> None:
     over = {"forcing.omega": [2.0 + i / 100 for i in range(64)]}
 
-    with pytest.raises(pc.PercussError, match=r"has died.* these points were at work: 32 to"):
+    with pytest.raises(pc.PercussError) as raised:
         pc.sweep(deadly, OSC, FORCE, over=over, engine="processes", n_workers=1,
                  store=tmp_path / "a.zarr")  # fmt: skip
 
+    told = str(raised.value)
+    assert "3 worker processes have died, one after another" in told
+    assert "these points were at work: 32 to 47;" in told
+    assert "32 of 64 points are done and kept in" in told
     assert pc.status_of_store(tmp_path / "a.zarr")["points_done"] == 32
+
+
+def mortal(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+    """Kill its process at two of 64 points, the first time that it is asked."""
+    omega = float(force.frequency or 0)
+    mark = Path(os.environ[MARKS]) / f"{omega:.2f}"
+    if round(100 * omega) % 32 == 8 and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return omega
+
+
+MARKS = "PERCUSS_TEST_MARKS"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+def test_an_engine_that_has_lost_workers_goes_on_with_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv(MARKS, str(tmp_path))
+    omega = [2.0 + i / 100 for i in range(64)]
+
+    found = pc.sweep(
+        mortal, OSC, FORCE, over={"forcing.omega": omega}, engine="processes", n_workers=2
+    )
+
+    assert found.mortal.values.tolist() == omega
+    assert len(list(tmp_path.iterdir())) == 2
+    assert "a worker process has died while these points were at work" in capsys.readouterr().err
 
 
 SLOW = """import os, signal, sys, time

@@ -163,10 +163,10 @@ def test_a_store_that_was_killed_while_it_was_made_is_told_as_begun(
     assert small(path).identical(small(tmp_path / "b.zarr"))
 
 
-def test_a_group_without_attributes_was_begun(tmp_path: Path) -> None:
+def test_a_group_without_attributes_is_somebody_elses(tmp_path: Path) -> None:
     zarr.create_group(str(tmp_path / "a.zarr"))
 
-    with pytest.raises(pc.OutputError, match="was begun, and holds nothing yet"):
+    with pytest.raises(pc.OutputError, match="Zarr data that are no store of percuss"):
         pc.status_of_store(tmp_path / "a.zarr")
 
 

@@ -84,14 +84,16 @@ def test_the_main_resonance_grows_linearly() -> None:
 
 
 def test_points_without_an_answer_hold_nan_and_say_why() -> None:
-    found = pc.sweep(
-        "impacts_per_period",
-        OSC,
-        FORCE,
-        over={"oscillator.stops.0.restitution": [0.8, 1.5], "start.x0": [-0.1, 0.5]},
-        transient=10,
-        periods=10,
-    )
+    first = r"3 of 4 points have no answer, the first at oscillator\.stops\.0\.restitution = 0\.8, "
+    with pytest.warns(UserWarning, match=first + r"start\.x0 = -0\.1; the commonest reason"):
+        found = pc.sweep(
+            "impacts_per_period",
+            OSC,
+            FORCE,
+            over={"oscillator.stops.0.restitution": [0.8, 1.5], "start.x0": [-0.1, 0.5]},
+            transient=10,
+            periods=10,
+        )
 
     assert np.isnan(found.impacts_per_period.values).tolist() == [[True, False], [True, True]]
     assert found.point.values.tolist() == [0, 2, 3]
@@ -100,7 +102,8 @@ def test_points_without_an_answer_hold_nan_and_say_why() -> None:
 
 
 def test_the_traceback_of_a_measure_is_kept_and_the_sweep_goes_on() -> None:
-    found = pc.sweep(failing, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.4]})
+    with pytest.warns(UserWarning, match=r"1 of 3 points have no answer.*RuntimeError: no answer"):
+        found = pc.sweep(failing, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.4]})
 
     assert found.failing.values[[0, 2]].tolist() == [1.0, 1.0]
     assert np.isnan(found.failing.values[1])
@@ -120,7 +123,10 @@ def test_what_is_no_number_is_a_sentence_for_each_point_and_counted() -> None:
         omega = as_float(get_parameter(osc, force, None, "forcing.omega"))
         return "chaos" if omega > 2.5 else 1.0  # type: ignore[return-value]
 
-    found = pc.sweep(telling, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.7]})
+    with pytest.warns(
+        UserWarning, match=r"2 of 3 points have no answer, .*omega = 2\.6; the reason"
+    ):
+        found = pc.sweep(telling, OSC, FORCE, over={"forcing.omega": [2.0, 2.6, 2.7]})
 
     assert found.attrs["failed"] == 2
     assert "returned 'chaos', which is no number" in found.reason.values[0]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
+import threading
 import time
 from pathlib import Path
 
@@ -59,19 +61,88 @@ def test_a_log_gets_a_line_now_and_then(
 
 
 def test_a_log_gets_lines_before_the_first_chunk_is_done(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    clock: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(watch, "RENEWED_IN_A_LOG", 0.02)
     seen = Watch(True, size=100, todo=100)
-    time.sleep(0.3)
+    for _ in range(30):
+        clock[0] += 1.0
+        assert seen.tick()
     seen.close()
-    lines = capsys.readouterr().err.splitlines()
-    time.sleep(0.1)
 
-    assert len(lines) >= 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 3
     assert all("0.0%  0 of 100 points" in line for line in lines)
-    # Nothing comes once it is closed.
-    assert capsys.readouterr().err == ""
+
+
+def test_a_function_is_called_by_the_clock_while_no_chunk_is_done(clock: list[float]) -> None:
+    calls: list[tuple[float, float]] = []
+
+    def report(done: float, total: float) -> bool:
+        calls.append((done, clock[0]))
+        return total > 0 and len(calls) < 3
+
+    seen = Watch(report, size=100, todo=80)
+    wanted = []
+    for _ in range(8):
+        clock[0] += 0.5
+        wanted.append(seen.tick())
+
+    assert calls[:3] == [(20, 1.0), (20, 2.0), (20, 3.0)]
+    assert wanted[:6] == [True, True, True, True, True, False]
+
+
+def napping(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+    """Take a minute."""
+    time.sleep(60.0)
+    return 1.0
+
+
+@pytest.mark.parametrize("engine", ["threads", "processes", "cluster"])
+def test_whatever_a_chunk_costs_progress_is_told_and_heard_within_two_seconds(engine: str) -> None:
+    calls: list[float] = []
+    over = {"forcing.omega": np.linspace(2.0, 3.0, 64)}
+
+    def stop(done: float, total: float) -> bool:  # noqa: ARG001
+        calls.append(time.monotonic())
+        return len(calls) < 2
+
+    with contextlib.ExitStack() as stack:
+        where: object = engine
+        if engine == "cluster":
+            distributed = pytest.importorskip("distributed")
+            cluster = distributed.LocalCluster(
+                n_workers=1, threads_per_worker=1, dashboard_address=":0", processes=True
+            )
+            stack.enter_context(cluster)
+            where = stack.enter_context(distributed.Client(cluster, set_as_default=False))
+        began = time.monotonic()
+        found = pc.sweep(napping, OSC, FORCE, over=over, engine=where, n_workers=1, progress=stop)
+        ended = time.monotonic()
+
+    assert found.attrs["complete"] == 0
+    assert len(calls) == 2
+    # Each chunk would have taken a quarter of an hour.
+    assert calls[0] - began < 60.0
+    assert ended - calls[-1] < 60.0
+
+
+def at_work() -> list[str]:
+    return [it.name for it in threading.enumerate() if it.name.startswith("percuss-")]
+
+
+def test_a_long_chunk_of_compiled_motions_is_given_up_where_it_is() -> None:
+    found = pc.sweep(
+        "peak_displacement", pc.Oscillator(stops=(pc.SoftStop(0, "below", 4.0),)), FORCE,
+        over={"start.v0": np.linspace(1.0, 2.0, 500)}, periods=10**7, max_impacts=10**9,
+        n_workers=1, progress=lambda *_: False,
+    )  # fmt: skip
+
+    assert found.attrs["complete"] == 0
+    until = time.monotonic() + 60.0
+    while at_work() and time.monotonic() < until:
+        time.sleep(0.1)
+    # Its thread has ended, though the chunk would have taken hours.
+    assert not at_work()
 
 
 def test_what_is_soon_over_shows_nothing(

@@ -186,7 +186,7 @@ periods = 8
 def test_a_run_into_a_store_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
     store, folder = tmp_path / "a.zarr", tmp_path / "out"
 
-    stopped = run_study(long_sweep(), folder, store=store, progress=lambda *_: False)
+    stopped = run_study(long_sweep(), folder, store=store, progress=lambda done, _: done == 0)
 
     assert not stopped.is_whole
     assert stopped.files == ()
@@ -209,7 +209,7 @@ def test_a_run_into_a_store_goes_on_where_it_was_stopped(tmp_path: Path) -> None
 
 
 def test_a_run_without_a_store_that_is_stopped_is_written_as_far_as_it_came(tmp_path: Path) -> None:
-    result = run_study(long_sweep(), tmp_path / "out", progress=lambda *_: False)
+    result = run_study(long_sweep(), tmp_path / "out", progress=lambda done, _: done == 0)
 
     assert not result.is_whole
     outcome = load_record(result.files[0]).outcome

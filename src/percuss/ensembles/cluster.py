@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import queue
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from percuss.ensembles.job import Block, Job
@@ -19,8 +20,13 @@ CONNECT = 10.0
 # this many in any case, from which a cluster that grows with its work knows how far to grow, as
 # long as all copies of the job are not larger than this [bytes].
 AHEAD, LEAST, MOST_BYTES = 2, 500, 64_000_000
-# How often one looks for workers that have joined [s].
-RENEWED = 1.0
+# How often one looks for workers that have joined, and up while no chunk is finished [s].
+RENEWED, TICK = 1.0, 0.5
+# Workers send a sign of life every second or so. How long they may be silent until it is told,
+# how often it is told again, and how long the scheduler may take to answer [s].
+SILENT, AGAIN, ANSWER = 5.0, 30.0, 3.0
+# How long a worker may take to hand over a chunk until others are asked, at first and at last [s].
+RESULT, LONGEST_RESULT = 1.0, 16.0
 
 
 class EngineError(PercussError):
@@ -28,12 +34,12 @@ class EngineError(PercussError):
 
 
 def chunks_by_address(
-    job: Job, spans: Sequence[tuple[int, int]], address: str
+    job: Job, spans: Sequence[tuple[int, int]], address: str, tick: Callable[[], bool]
 ) -> Iterator[tuple[int, Block]]:
     """Do chunks on the cluster whose scheduler is at an address, as `done_chunks` does."""
     client = _client(address)
     try:
-        yield from chunks_by_client(job, spans, client)
+        yield from chunks_by_client(job, spans, client, tick)
     finally:
         with contextlib.suppress(Exception):
             client.close()
@@ -54,12 +60,12 @@ def _client(address: str) -> Any:
 
 
 def chunks_by_client(
-    job: Job, spans: Sequence[tuple[int, int]], client: Any
+    job: Job, spans: Sequence[tuple[int, int]], client: Any, tick: Callable[[], bool]
 ) -> Iterator[tuple[int, Block]]:
     """Do chunks on the cluster of a client, as `done_chunks` does."""
     crowd = _Crowd(job, spans, client)
     try:
-        yield from crowd.done()
+        yield from crowd.done(tick)
     finally:
         crowd.cancel()
 
@@ -74,21 +80,37 @@ class _Crowd:
         self._waiting = list(range(len(spans)))[::-1]
         self._running: dict[Any, int] = {}
         self._most, self._looked = 0, -RENEWED
+        self._finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._last_answer = time.monotonic()
+        self._told: float | None = None
+        self._patience: dict[Any, float] = {}
 
-    def done(self) -> Iterator[tuple[int, Block]]:
-        coming = self._distributed.as_completed(loop=self._client.loop)
-        about = self._client.scheduler_info(n_workers=-1)
-        if self._waiting and not about.get("workers"):
+    def done(self, tick: Callable[[], bool]) -> Iterator[tuple[int, Block]]:
+        about = self._asked()
+        if self._waiting and about is not None and not about["workers"]:
             # Theirs may be in a queue: it is no fault, but looks like one.
-            sys.stderr.write(f"no workers yet at {about.get('address')}; waiting\n")
-            sys.stderr.flush()
+            self._tell("no workers yet")
         while self._waiting or self._running:
             try:
                 while self._waiting and len(self._running) < self._room():
-                    coming.add(self._submit(self._waiting.pop()))
-                future = next(coming)
-                i = self._running.pop(future)
-                block: Block = future.result()
+                    self._submit(self._waiting.pop())
+                future = self._next(tick)
+                if future is None:
+                    return
+                patience = self._patience.get(future, RESULT)
+                i = self._running[future]
+                block: Block = future.result(patience)
+                del self._running[future]
+            except EngineError:
+                raise
+            except TimeoutError:
+                # Whoever has the result may be frozen; others are not to wait for it.
+                self._patience[future] = min(2.0 * patience, LONGEST_RESULT)
+                self._finished.put(future)
+                self._look_for_silent_workers()
+                if not tick():
+                    return
+                continue
             except self._distributed.KilledWorker as error:
                 # Dask's own limit, `distributed.scheduler.allowed-failures`.
                 raise EngineError(
@@ -101,26 +123,93 @@ class _Crowd:
                 raise EngineError(reason) from error
             yield i, block
 
-    def _submit(self, i: int) -> Any:
+    def _submit(self, i: int) -> None:
         future = self._client.submit(_compute, self._job, self._spans[i], pure=False)
         self._running[future] = i
-        return future
+        future.add_done_callback(self._finished.put)
+
+    def _next(self, tick: Callable[[], bool]) -> Any:
+        """Return the next future that is done, None where it is wanted no more."""
+        while True:
+            try:
+                return self._finished.get(timeout=TICK)
+            except queue.Empty:
+                if not tick():
+                    return None
+                self._look_for_silent_workers()
+
+    def _asked(self) -> dict[str, Any] | None:
+        """Return what the scheduler says of its workers, None while it does not answer.
+
+        Raises
+        ------
+        EngineError
+            If the connection to it is gone.
+        """
+        if self._client.status not in ("running", "connecting"):
+            raise EngineError(
+                "the Dask cluster has failed: the connection to its scheduler is gone"
+            )
+        try:
+            about: dict[str, Any] = self._client.sync(
+                self._client.scheduler.identity, n_workers=-1, callback_timeout=ANSWER
+            )
+        except (TimeoutError, OSError):
+            return None
+        return about | {"workers": about.get("workers", {})}
+
+    def _look_for_silent_workers(self) -> None:
+        """Tell where nobody is heard of who could do the work; it goes on if somebody returns."""
+        now = time.monotonic()
+        if now - self._looked < RENEWED:
+            return
+        self._looked = now
+        about = self._asked()
+        if about is None:
+            silence = now - self._last_answer
+            if silence >= SILENT:
+                self._tell(f"the scheduler has not answered for {silence:.0f} s")
+            return
+        self._last_answer = now
+        workers = about["workers"].values()
+        silent = [time.time() - worker["last_seen"] for worker in workers]
+        late = [seconds for seconds in silent if seconds >= SILENT]
+        if not silent:
+            self._tell("no workers")
+        elif late:
+            self._tell(
+                f"nothing has been heard of {len(late)} of {len(silent)} workers for "
+                f"{max(late):.0f} s, which are frozen, cut off or too busy"
+            )
+        else:
+            self._told = None
+
+    def _tell(self, what: str) -> None:
+        now = time.monotonic()
+        if self._told is None or now - self._told >= AGAIN:
+            self._told = now
+            sys.stderr.write(
+                f"{what} at {self._client.scheduler.address}; waiting: the run goes on when "
+                "workers answer or join (dask worker ADDRESS), and Ctrl-C ends it\n"
+            )
+            sys.stderr.flush()
 
     def _room(self) -> int:
         """Return how many chunks the scheduler should have; workers may have joined."""
         now = time.monotonic()
         if now - self._looked >= RENEWED:
             self._looked = now
-            workers = self._client.scheduler_info(n_workers=-1).get("workers", {})
+            about = self._asked()
+            workers = about["workers"] if about is not None else {}
             threads = sum(int(worker["nthreads"]) for worker in workers.values())
             self._most = max(AHEAD * threads, self._least)
         return self._most
 
     def cancel(self) -> None:
         """Take back what has not been done."""
-        # With the connection gone there is nobody to tell.
+        # With the connection gone there is nobody to tell; who is frozen does not answer.
         with contextlib.suppress(Exception):
-            self._client.cancel(list(self._running))
+            self._client.sync(self._client._cancel, list(self._running), callback_timeout=ANSWER)
 
 
 def _compute(job: Job, span: tuple[int, int]) -> Block:

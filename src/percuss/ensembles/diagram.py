@@ -20,14 +20,21 @@ from percuss.ensembles.diagram_jobs import (
     failed_values,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.failures import warn_of_failures
+from percuss.ensembles.failures import warn_of_failures, warn_of_some
 from percuss.ensembles.grid import Grid, make_grid, whole
 from percuss.ensembles.job import Answer, chunks_of
 from percuss.ensembles.lanes import MOST_IMPACTS, Plan, reason_of
 from percuss.ensembles.measures import Window
 from percuss.ensembles.running import Report, keep, run_job, unanswered
 from percuss.ensembles.sizes import too_large
-from percuss.ensembles.store import Store, has_store, make_folder
+from percuss.ensembles.store import (
+    Store,
+    has_store,
+    is_vacant,
+    make_folder,
+    own_attributes,
+    told,
+)
 from percuss.errors import OutputError, ParameterError
 from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
@@ -103,7 +110,8 @@ def bifurcation_diagram(
     Warns
     -----
     UserWarning
-        If a branch has nothing at any value, with the commonest reason and its count.
+        If a branch has nothing at any value, or at some: with their number, the first of them, and
+        the commonest reason and its count.
 
     Raises
     ------
@@ -128,6 +136,8 @@ def bifurcation_diagram(
     _check(grids, force, section, follow, points)
     window = Window(transient, points - 1)
     if store is not None and has_store(Path(store)):
+        with told(Path(store)):
+            own_attributes(Path(store))
         raise OutputError(store, "holds another study, no diagram; choose another name")
     followed = Followed(grids[0], tuple(follow), section, window)
     afresh = Afresh(tuple(grids), section, window)
@@ -137,6 +147,9 @@ def bifurcation_diagram(
         chunks_of(job)
     if store is not None:
         is_new = not any(has_store(Path(store) / name) for _, name in parts)
+        if is_new and not is_vacant(Path(store), [name for _, name in parts]):
+            reason = "exists and is no store of percuss; it is left as it is; choose another name"
+            raise OutputError(store, reason)
         make_ready(parts[0][0], engine, is_new=is_new)
         make_folder(Path(store))
         # Both at once: how much there is to do is known from the beginning.
@@ -159,10 +172,17 @@ def bifurcation_diagram(
 
 
 def _tell(found: Dataset) -> None:
-    """Warn of branches that have nothing anywhere."""
+    """Warn of branches that have nothing anywhere, and of values where a branch has nothing."""
     reasons = found["reason"].values
     empty = (reasons != "").all(axis=1)
-    if empty.any() and found.attrs["complete"]:
+    if not found.attrs["complete"]:
+        return
+    branches, values = np.nonzero((reasons != "") & ~empty[:, np.newaxis])
+    if len(values):
+        path = str(found["reason"].dims[1])
+        first = f"{path} = {found[path].values[values[0]]} of {found['branch'].values[branches[0]]}"
+        warn_of_some("values", reasons[branches, values], reasons.size, first, stacklevel=4)
+    if empty.any():
         those = " and ".join(str(name) for name in found["branch"].values[empty])
         what = f"{those}: no points at any of {reasons.shape[1]:,} values"
         warn_of_failures(what, reasons[empty].ravel().tolist(), stacklevel=4)

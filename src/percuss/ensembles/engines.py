@@ -6,7 +6,9 @@ import multiprocessing
 import os
 import pickle
 import signal
-from collections.abc import Iterator, Sequence
+import sys
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
 from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, TypeAlias
@@ -24,17 +26,27 @@ __all__ = ["Engine", "EngineError", "check_engine", "done_chunks", "make_ready"]
 # "threads", "processes", the address of a Dask scheduler, or a `distributed.Client`.
 Engine: TypeAlias = Any
 Span: TypeAlias = tuple[int, int]
+Tick: TypeAlias = Callable[[], bool]
 
 # Chunks in hand for each worker: the next ones, so that none waits.
 AHEAD = 2
+# How often one looks up while no chunk is finished, and how long chunks are waited for that nobody
+# wants any more [s].
+TICK, GRACE = 0.5, 1.0
+# A chunk at whose work so many worker processes have died is not tried again.
+MOST_DEATHS = 3
 
 
 def done_chunks(
-    job: Job, spans: Sequence[Span], engine: Engine = "threads", n_workers: int | None = None
+    job: Job,
+    spans: Sequence[Span],
+    engine: Engine = "threads",
+    n_workers: int | None = None,
+    tick: Tick | None = None,
 ) -> Iterator[tuple[int, Block]]:
     """Do chunks, and give each as soon as it is done with its place in ``spans``.
 
-    Closing the iterator ends what has not begun.
+    Closing the iterator drops what is at work and what has not begun.
 
     Parameters
     ----------
@@ -46,6 +58,8 @@ def done_chunks(
         "threads", "processes", the address of a Dask scheduler ("tcp://..."), or a client of one.
     n_workers
         Threads or processes; default: the cores that this process may use.
+    tick
+        Called every half second while no chunk is finished; False ends the iterator.
 
     Returns
     -------
@@ -57,16 +71,23 @@ def done_chunks(
     ParameterError
         If there is no such engine, or it cannot have so many workers.
     EngineError
-        If a cluster cannot be reached or loses its workers.
+        If a cluster cannot be reached or is lost, or a chunk kills its workers.
     """
     check_engine(engine, n_workers)
+    tick = tick or _goes_on
+    n = n_workers or cores()
     if engine == "threads":
-        return _of_pool(_threads(n_workers), job, spans, n_workers)
+        return _of_pool(lambda: Threads(n), job, spans, n, tick)
     if engine == "processes":
-        return _of_pool(_processes(n_workers, job), None, spans, n_workers)
+        _check_that_it_travels(job)
+        return _of_pool(lambda: _processes(n, job), None, spans, n, tick)
     if isinstance(engine, str):
-        return chunks_by_address(job, spans, engine)
-    return chunks_by_client(job, spans, engine)
+        return chunks_by_address(job, spans, engine, tick)
+    return chunks_by_client(job, spans, engine, tick)
+
+
+def _goes_on() -> bool:
+    return True
 
 
 def check_engine(engine: Engine, n_workers: int | None) -> None:
@@ -113,14 +134,9 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def _threads(n_workers: int | None) -> futures.Executor:
-    return Threads(n_workers or cores())
-
-
-def _processes(n_workers: int | None, job: Job) -> futures.Executor:
-    _check_that_it_travels(job)
+def _processes(n: int, job: Job) -> futures.Executor:
     return futures.ProcessPoolExecutor(
-        n_workers or cores(),
+        n,
         # Forking a process whose threads hold locks can hang it.
         mp_context=multiprocessing.get_context("spawn"),
         initializer=_remember,
@@ -157,25 +173,30 @@ def _compute(job: Job | None, span: Span) -> Block:
 
 
 def _of_pool(
-    pool: futures.Executor, job: Job | None, spans: Sequence[Span], n_workers: int | None
+    make: Callable[[], futures.Executor],
+    job: Job | None,
+    spans: Sequence[Span],
+    n: int,
+    tick: Tick,
 ) -> Iterator[tuple[int, Block]]:
-    n = n_workers or cores()
-    waiting = iter(range(len(spans)))
+    hand = _Hand(len(spans), n)
     running: dict[futures.Future[Block], int] = {}
-    n_done = n_interrupts = 0
+    n_interrupts = 0
     is_over = False
+    pool = make()
     try:
         while True:
+            done: set[futures.Future[Block]] = set()
+            is_broken = False
             try:
-                # Few at a time: what is done waits in memory until it is taken.
-                while n_interrupts == 0 and len(running) < AHEAD * n:
-                    i = next(waiting, None)
-                    if i is None:
-                        break
+                while n_interrupts == 0 and hand.has_next(len(running)):
+                    i = hand.take()
                     running[pool.submit(_compute, job, spans[i])] = i
                 if not running:
                     break
-                done, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
+                done, _ = futures.wait(running, TICK, return_when=futures.FIRST_COMPLETED)
+                if not done and not tick():
+                    return
             except KeyboardInterrupt:
                 n_interrupts += 1
                 if n_interrupts > 1:
@@ -183,41 +204,108 @@ def _of_pool(
                 tell_of_stopping()
                 running = {future: i for future, i in running.items() if not future.cancel()}
                 continue
-            for future in sorted(done, key=running.__getitem__):
+            except BrokenProcessPool:
+                # It did not take what it was handed.
+                hand.take_back([i])
+                is_broken = True
+            lost = [future for future in done if _is_lost(future)]
+            for future in sorted(done.difference(lost), key=running.__getitem__):
                 block = future.result()
-                n_done += 1
                 yield running.pop(future), block
+            if lost or is_broken:
+                # With a process its whole pool is lost, and what it has not finished.
+                if n_interrupts > 0:
+                    raise KeyboardInterrupt
+                futures.wait(running)
+                gone = {future: i for future, i in running.items() if _is_lost(future)}
+                running = {future: i for future, i in running.items() if future not in gone}
+                hand.note_death(sorted(gone.values()), spans)
+                pool.shutdown(wait=False)
+                pool = make()
         is_over = True
         if n_interrupts > 0:
             raise KeyboardInterrupt
-    except BrokenProcessPool as error:
-        if n_interrupts > 0:
-            raise KeyboardInterrupt from error
-        raise EngineError(_of_a_death(running, spans, n, n_done)) from error
     finally:
         for future in running:
             future.cancel()
         # The second may come while the first is still being told.
-        is_dropped = n_interrupts > 0 and not is_over
-        if is_dropped:
+        if is_over:
+            pool.shutdown(wait=True)
+        else:
             _drop(pool)
-        pool.shutdown(wait=not is_dropped, cancel_futures=True)
+
+
+class _Hand:
+    """Which chunk is handed out next: one at whose work a process has died goes alone."""
+
+    def __init__(self, count: int, n: int) -> None:
+        self._waiting = deque(range(count))
+        self._suspects: deque[int] = deque()
+        self._alone: int | None = None
+        self._deaths: Counter[int] = Counter()
+        self._n = n
+
+    def has_next(self, running: int) -> bool:
+        """Return whether one more is to be handed out beside so many that are at work."""
+        if running == 0:
+            self._alone = None
+        if self._suspects or self._alone is not None:
+            # Whatever dies then has died of it.
+            return running == 0
+        # Few at a time: what is done waits in memory until it is taken.
+        return bool(self._waiting) and running < AHEAD * self._n
+
+    def take(self) -> int:
+        """Return the next one."""
+        if self._suspects:
+            self._alone = self._suspects.popleft()
+            return self._alone
+        return self._waiting.popleft()
+
+    def take_back(self, those: Sequence[int]) -> None:
+        """Have chunks handed out again."""
+        self._waiting.extendleft(reversed(those))
+
+    def note_death(self, lost: Sequence[int], spans: Sequence[Span]) -> None:
+        """Have lost chunks handed out again, unless the death of a process is told of one.
+
+        Parameters
+        ----------
+        lost
+            Those that were handed out and not done, in order: the first n were at work.
+        spans
+            First and last point of each chunk.
+        """
+        if not lost:
+            return
+        at_work = lost[: self._n]
+        self._deaths.update(at_work)
+        points = ", ".join(f"{spans[i][0]:,} to {spans[i][1] - 1:,}" for i in at_work)
+        if any(self._deaths[i] >= MOST_DEATHS for i in at_work):
+            raise EngineError(
+                f"{MOST_DEATHS} worker processes have died, one after another, by a crash, a "
+                f"signal or for want of memory, while these points were at work: {points}; they "
+                "may have said why above"
+            )
+        sys.stderr.write(
+            f"a worker process has died while these points were at work: {points}; they are done "
+            "again\n"
+        )
+        sys.stderr.flush()
+        self._suspects.extend(at_work)
+        self._alone = None
+        self.take_back(lost[len(at_work) :])
+
+
+def _is_lost(future: futures.Future[Block]) -> bool:
+    return future.done() and isinstance(future.exception(), BrokenProcessPool)
 
 
 def _drop(pool: futures.Executor) -> None:
-    """End the processes of a pool where they are; threads are left to themselves."""
+    """End what is at work: processes at once, threads at the next step of their work."""
+    if isinstance(pool, Threads):
+        pool.drop(GRACE)
+        return
     for process in list((getattr(pool, "_processes", None) or {}).values()):
         process.kill()
-
-
-def _of_a_death(
-    running: dict[futures.Future[Block], int], spans: Sequence[Span], n: int, n_done: int
-) -> str:
-    """Say what was at work when a worker died: of what was handed out, the first n."""
-    left = [i for future, i in running.items() if not future.done() or future.exception()]
-    points = [f"{spans[i][0]:,} to {spans[i][1] - 1:,}" for i in sorted(left)[:n]]
-    reason = (
-        "a worker process has died, by a crash, a signal or for want of memory, while these points "
-        f"were at work: {', '.join(points)}"
-    )
-    return reason if n_done else f"{reason}; none was done before, and it may have said why above"
+    pool.shutdown(wait=False, cancel_futures=True)

@@ -1,4 +1,4 @@
-"""What has no answer, and the one sentence that says so where nothing has one."""
+"""What has no answer, and the one sentence that says so."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import warnings
 from collections import Counter
 from collections.abc import Iterable
 
-__all__ = ["commonest", "warn_of_failures"]
+__all__ = ["commonest", "warn_of_failures", "warn_of_some"]
 
 # Reasons that differ in their numbers only are one.
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
@@ -37,8 +37,31 @@ def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
     return lines[kinds.index(kind)], count, len(others)
 
 
+def warn_of_some(
+    those: str, reasons: Iterable[str], total: int, first: str, stacklevel: int = 3
+) -> None:
+    """Warn that some have no answer: how many of how many, where the first is, and why.
+
+    Parameters
+    ----------
+    those
+        What they are, in the plural.
+    reasons
+        One for each of them, at least one.
+    total
+        How many there are with the others.
+    first
+        The parameters of the first of them.
+    stacklevel
+        As in `warn_of_failures`.
+    """
+    given = list(reasons)
+    what = f"{len(given):,} of {total:,} {those} have no answer, the first at {first}"
+    warn_of_failures(what, given, stacklevel + 1)
+
+
 def warn_of_failures(what: str, reasons: Iterable[str], stacklevel: int = 3) -> None:
-    """Warn that there is no answer anywhere, with the commonest reason and its count.
+    """Warn that there is no answer, with the commonest reason and its count.
 
     Parameters
     ----------

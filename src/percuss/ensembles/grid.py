@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.job import Dimension
+from percuss.ensembles.stopping import check_wanted
 from percuss.ensembles.units import units_of
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
@@ -121,6 +122,11 @@ class Grid:
         """
         return Maker(self).point(self._where(i))
 
+    def words(self, i: int) -> str:
+        """Return the values of the axes at a point, to be read."""
+        where = zip(self.axes, self._where(i), strict=True)
+        return ", ".join(f"{axis.path} = {axis.given[k]!s}" for axis, k in where)
+
     def _where(self, i: int) -> tuple[int, ...]:
         return tuple(int(k) for k in np.unravel_index(i, self.shape)) if self.axes else ()
 
@@ -146,6 +152,7 @@ class Grid:
         faults: dict[int, str] = {}
         maker = Maker(self)
         for rows in np.split(order, cuts):
+            check_wanted()
             try:
                 osc, force, _ = maker.point(self._where(first + int(rows[0])))
                 table = law(osc, force)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.ensembles.stopping import check_wanted, stop_flag
 from percuss.kernels import batch, bench, survey
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
@@ -128,7 +129,8 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
         )
         benches = np.zeros((batch.BENCHES, bench.ROWS * bench.SEATS))
         seated = np.zeros(batch.BENCHES * bench.SEATS, dtype=np.int64)
-        batch.run_lanes(crowd, _room(laws), wish, PATIENCE, benches, seated)
+        batch.run_lanes(crowd, _room(laws), wish, PATIENCE, benches, seated, stop_flag())
+        check_wanted()
 
     march(slice(None))
     for i in np.flatnonzero(status == columns.SPENT):

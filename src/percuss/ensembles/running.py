@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from percuss.ensembles.checks import check_means
-from percuss.ensembles.engines import Engine, done_chunks, make_ready
+from percuss.ensembles.engines import Engine, EngineError, done_chunks, make_ready
 from percuss.ensembles.job import Answer, Block, Job, chunks_of
 from percuss.ensembles.store import RESULT, Store, has_store, keep_result
 from percuss.ensembles.watch import Report, Watch, tell_of_stopping
@@ -41,8 +41,8 @@ def run_job(
         As `done_chunks` takes them.
     progress
         True shows a line on the error stream after two seconds, with the rate and the time
-        left; a function ``(done, total) -> bool`` is called after each chunk with numbers of
-        points.
+        left; a function ``(done, total) -> bool`` is called with numbers of points after each
+        chunk, and at least every 1.5 s while none is finished.
 
     Returns
     -------
@@ -57,7 +57,14 @@ def run_job(
     todo = keeper.todo()
     watch = Watch(progress, job.size, _size(spans, todo))
     is_interrupted = is_stopped = False
-    coming = done_chunks(job, [spans[i] for i in todo], engine, n_workers) if todo else iter(())
+
+    def tick() -> bool:
+        nonlocal is_stopped
+        is_stopped = not watch.tick()
+        return not is_stopped
+
+    those = [spans[i] for i in todo]
+    coming = done_chunks(job, those, engine, n_workers, tick) if todo else iter(())
     try:
         for place, block in coming:
             keeper.write(todo[place], block)
@@ -65,6 +72,11 @@ def run_job(
             if not watch.go_on(last - first, block.n_impacts):
                 is_stopped = True
                 break
+    except EngineError as error:
+        done = f"{job.size - _size(spans, keeper.todo()):,} of {job.size:,} points are done"
+        kept = f"kept in {store}: the same call goes on from there"
+        lost = "lost; with store= they would be kept, and the same call would go on from there"
+        raise EngineError(f"{error}; {done} and {kept if store else lost}") from error
     except KeyboardInterrupt:
         is_interrupted = True
         if getattr(coming, "gi_frame", None) is not None:

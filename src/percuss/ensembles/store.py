@@ -6,6 +6,10 @@ and its mark in ``done`` after them, each by writing a file and renaming it: wha
 whatever moment leaves chunks that are marked and whole, and others that are done again. The mark
 is two numbers: one more than the impacts that the chunk took, and when it was finished, which a
 copy of the file does not tell any more. Every file of a chunk ends with a checksum.
+
+The store's own ``zarr.json`` is its marker: it is the first thing that is written, under another
+name that is then linked to this one, and it says what study it is. A folder that holds anything
+and has no such marker is somebody else's, and is left as it is. No folder is ever removed.
 """
 
 from __future__ import annotations
@@ -14,8 +18,8 @@ import contextlib
 import json
 import math
 import os
-import shutil
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,7 +48,9 @@ if TYPE_CHECKING:
 __all__ = [
     "RESULT",
     "Store",
+    "described",
     "has_store",
+    "is_vacant",
     "keep_result",
     "make_folder",
     "opened_group",
@@ -55,6 +61,9 @@ __all__ = [
 FORMAT = 3
 # The finished result, for whoever only wants to look at it.
 RESULT = "result.nc"
+# What says which study a store is of, and under what name it is written first.
+MARKER = "zarr.json"
+PART = re.compile(r"zarr\.json\.\d+\.part")
 
 
 class Store:
@@ -155,8 +164,41 @@ def _has_chunks(path: Path) -> bool:
 
 
 def has_store(path: Path) -> bool:
-    """Tell whether a folder holds a store."""
-    return (path / "zarr.json").exists()
+    """Return whether a folder is described as Zarr: a store of percuss, or somebody else's."""
+    return (path / MARKER).exists()
+
+
+def described(path: Path) -> dict[str, Any] | None:
+    """Return what a store of percuss says of itself, None where the folder is somebody else's.
+
+    Raises
+    ------
+    OSError, ValueError
+        If there is no description, or it cannot be read.
+    """
+    about = json.loads((path / MARKER).read_bytes())
+    attributes = about.get("attributes") if isinstance(about, dict) else None
+    own = attributes.get("percuss") if isinstance(attributes, dict) else None
+    return own if isinstance(own, dict) and about.get("node_type") == "group" else None
+
+
+def is_vacant(path: Path, parts: Sequence[str] = ()) -> bool:
+    """Return whether a store can be made in a folder, because nothing of anybody's is in it.
+
+    Parameters
+    ----------
+    path
+        The folder: missing, empty, or with what a process has left that was killed while it made
+        a store there.
+    parts
+        Names of folders in it that may be there if they are vacant themselves.
+    """
+    if not path.exists():
+        return True
+    return path.is_dir() and all(
+        PART.fullmatch(entry.name) or (entry.name in parts and is_vacant(entry))
+        for entry in path.iterdir()
+    )
 
 
 def make_folder(path: Path) -> None:
@@ -181,7 +223,7 @@ def opened_group(path: Path, mode: str) -> Any:
     return zarr.open_group(str(path), mode=mode, zarr_format=3)  # type: ignore[arg-type]
 
 
-def own_attributes(path: Path, group: Any) -> dict[str, Any]:
+def own_attributes(path: Path) -> dict[str, Any]:
     """Return what a store says of itself.
 
     Raises
@@ -189,11 +231,10 @@ def own_attributes(path: Path, group: Any) -> dict[str, Any]:
     OutputError
         If it is no store of percuss, or of another version.
     """
-    own = group.attrs.get("percuss")
-    if not dict(group.attrs) and not _has_chunks(path):
-        raise OutputError(path, "was begun, and holds nothing yet; the same command goes on")
-    if not isinstance(own, dict):
-        raise OutputError(path, "a Zarr group, but no store of percuss; choose another name")
+    own = described(path)
+    if own is None:
+        reason = "Zarr data that are no store of percuss, and are left as they are"
+        raise OutputError(path, f"{reason}; choose another name for a store")
     if own.get("format") != FORMAT:
         reason = (
             f"a store of format {own.get('format')}, written by percuss {own.get('version')}; "
@@ -235,8 +276,9 @@ def _identity(job: Job) -> dict[str, Any]:
 
 
 def _make(path: Path, job: Job) -> dict[str, Any]:
-    if path.exists() and (not path.is_dir() or any(path.iterdir())):
-        raise OutputError(path, "exists and is no store of percuss; choose another name")
+    if not is_vacant(path):
+        reason = "exists and is no store of percuss; it is left as it is; choose another name"
+        raise OutputError(path, reason)
     about = {
         "format": FORMAT,
         "version": metadata.version("percuss"),
@@ -253,23 +295,35 @@ def _make(path: Path, job: Job) -> dict[str, Any]:
         "study": _identity(job),
     }
     make_folder(path)
-    import zarr
+    _mark(path, about)
+    # Arrays that are missing are made, here and after a process that was killed before.
+    return _open(path, job)
 
-    # Its attributes with it: whoever is killed while the arrays are made leaves what says which
-    # study it is, and they are made by the next one.
-    group = zarr.create_group(
-        str(path), overwrite=True, zarr_format=3, attributes={"percuss": about}
-    )
-    return {name: _array(group, name, job) for name in _names(job)}
+
+def _mark(path: Path, about: dict[str, object]) -> None:
+    """Write what a store is, at once and never over a description that is there."""
+    marker, part = path / MARKER, path / f"{MARKER}.{os.getpid()}.part"
+    group = {"zarr_format": 3, "node_type": "group", "attributes": {"percuss": about}}
+    try:
+        with part.open("w", encoding="utf-8") as file:
+            json.dump(group, file, allow_nan=False)
+            file.flush()
+            os.fsync(file.fileno())
+        try:
+            os.link(part, marker)
+        except FileExistsError:
+            # Another process was first; whether its study is the same is looked at next.
+            return
+        except OSError:
+            # A file system without links.
+            if not marker.exists():
+                part.replace(marker)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def _open(path: Path, job: Job) -> dict[str, Any]:
-    group = opened_group(path, "r+")
-    if not dict(group.attrs) and not any(True for _ in path.glob("done/c/*")):
-        # It was killed while it was made, before it held anything.
-        shutil.rmtree(path)
-        return _make(path, job)
-    own = own_attributes(path, group)
+    own = own_attributes(path)
     wanted = _identity(job)
     known = {*own["study"], *wanted}
     different = [key for key in sorted(known) if own["study"].get(key) != wanted.get(key)]
@@ -285,6 +339,7 @@ def _open(path: Path, job: Job) -> dict[str, Any]:
             "finish it with that or choose another name"
         )
         raise OutputError(path, reason)
+    group = opened_group(path, "r+")
     return {name: _opened_array(path, group, name, job) for name in _names(job)}
 
 
@@ -295,30 +350,50 @@ def _names(job: Job) -> tuple[str, ...]:
 def _opened_array(path: Path, group: Any, name: str, job: Job) -> Any:
     """Return an array, described anew where a crash of the machine has left no description."""
     try:
-        return group[name]
+        found = group[name]
     except (ValueError, KeyError, TypeError):
-        (path / name / "zarr.json").unlink(missing_ok=True)
+        if not is_vacant(path / name) and not _is_of_store(path / name):
+            reason = f"holds a {name} that is no array of this store, and is left as it is"
+            raise OutputError(path, f"{reason}; move it away") from None
+        (path / name / MARKER).unlink(missing_ok=True)
         return _array(group, name, job)
+    shape = _shape(name, job)
+    if getattr(found, "shape", None) != shape:
+        reason = f"holds a {name} that is no array of shape {shape}, as this store has it"
+        raise OutputError(path, f"{reason}; move it away")
+    return found
+
+
+def _is_of_store(folder: Path) -> bool:
+    """Return whether a folder holds nothing but what an array of a store is made of."""
+    return folder.is_dir() and {entry.name for entry in folder.iterdir()} <= {MARKER, "c"}
+
+
+def _shape(name: str, job: Job) -> tuple[int, ...]:
+    n = len(chunks_of(job))
+    if name in ("done", "reasons"):
+        return (MARK * n,) if name == "done" else (n, REASON_BYTES)
+    return (job.size, *job.columns[name].tail)
 
 
 def _array(group: Any, name: str, job: Job) -> Any:
     """Describe an array in a group; chunks that are there stay."""
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
-    n, sums = len(chunks_of(job)), [Crc32cCodec()]
+    shape, sums = _shape(name, job), [Crc32cCodec()]
     if name == "done":
         return group.create_array(
-            name, shape=(MARK * n,), chunks=(MARK,), dtype="i8", fill_value=0, compressors=sums
+            name, shape=shape, chunks=(MARK,), dtype="i8", fill_value=0, compressors=sums
         )
     if name == "reasons":
         return group.create_array(
-            name, shape=(n, REASON_BYTES), chunks=(1, REASON_BYTES), dtype="u1", fill_value=0,
+            name, shape=shape, chunks=(1, REASON_BYTES), dtype="u1", fill_value=0,
             compressors=[ZstdCodec(), *sums],
         )  # fmt: skip
     column = job.columns[name]
     return group.create_array(
         name,
-        shape=(job.size, *column.tail),
+        shape=shape,
         chunks=(min(job.chunk, job.size), *column.tail),
         dtype=column.dtype,
         fill_value=np.nan if column.dtype == "f8" else -1,

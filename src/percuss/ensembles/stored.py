@@ -16,7 +16,7 @@ from percuss.ensembles.checks import folder_of
 from percuss.ensembles.datasets import attributes_of, coordinates_of, dataset_of
 from percuss.ensembles.diagram_jobs import failed_values
 from percuss.ensembles.job import Answer, Column, Dimension, spans_of
-from percuss.ensembles.store import RESULT, has_store, opened_group, own_attributes, told
+from percuss.ensembles.store import RESULT, described, has_store, opened_group, own_attributes, told
 from percuss.ensembles.store_chunks import marks_in, sound_chunks
 from percuss.ensembles.store_contents import contents
 from percuss.errors import OutputError
@@ -103,7 +103,7 @@ def stores_in(path: str | Path) -> list[Path]:
     folder = Path(path)
     if _parts_of_one(folder):
         return [folder]
-    inside = (inner for inner in sorted(folder.glob("*")) if not _is_array(inner))
+    inside = (inner for inner in sorted(folder.glob("*")) if not _is_foreign(inner))
     found = [inner for inner in inside if _parts_of_one(inner)]
     if not found:
         raise OutputError(path, "no store there")
@@ -139,7 +139,8 @@ def load_store(path: str | Path) -> Dataset:
         if all(_is_complete(part) for part in parts) and (where / RESULT).exists():
             try:
                 with xarray.open_dataset(where / RESULT, engine="h5netcdf") as found:
-                    return found.load()
+                    if "percuss" in found.attrs:
+                        return found.load()
             except (OSError, ValueError, RuntimeError, KeyError) as error:
                 reason = f"its {RESULT} is damaged; remove that file, and the same call writes it"
                 raise OutputError(path, reason) from error
@@ -165,17 +166,16 @@ def _parts_of_one(path: Path) -> list[Path]:
     return [path / name for name in PARTS if has_store(path / name)]
 
 
-def _is_array(path: Path) -> bool:
-    """Tell whether a folder is an array, which belongs to a store that has lost the rest."""
+def _is_foreign(path: Path) -> bool:
+    """Return whether a folder is Zarr of somebody else's, or an array that has lost its store."""
     try:
-        described = json.loads((path / "zarr.json").read_bytes())
-        return bool(described["node_type"] == "array")
-    except (OSError, ValueError, KeyError, TypeError):
+        return described(path) is None
+    except (OSError, ValueError):
         return False
 
 
 def _is_complete(path: Path) -> bool:
-    own = own_attributes(path, opened_group(path, "r"))
+    own = own_attributes(path)
     marks = marks_in(path, len(spans_of(own["size"], own["chunk"])))
     sound = sound_chunks(path, _columns(path, own), _chunk(own), marks, thoroughly=False)
     return bool(sound.all())
@@ -210,8 +210,7 @@ def _columns(path: Path, own: Mapping[str, Any]) -> dict[str, Column]:
 
 def _status_of_part(path: Path) -> dict[str, Any]:
     with told(path):
-        group = opened_group(path, "r")
-        own = own_attributes(path, group)
+        own = own_attributes(path)
         marks = marks_in(path, len(spans_of(own["size"], own["chunk"])))
         sound = marks[:, 0] > 0
         if sound.any():
@@ -261,8 +260,8 @@ def _pause(steps: Floats) -> float:
 
 
 def _load_part(path: Path) -> Dataset:
+    own = own_attributes(path)
     group = opened_group(path, "r")
-    own = own_attributes(path, group)
     dimensions = [
         Dimension(name, tuple(values), units) for name, values, units in own["dimensions"]
     ]

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from percuss.ensembles.datasets import attributes_of, dataset_of, motion_of
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.failures import warn_of_failures
+from percuss.ensembles.failures import warn_of_failures, warn_of_some
 from percuss.ensembles.fingerprint import fingerprint
 from percuss.ensembles.grid import Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension
@@ -22,6 +23,7 @@ from percuss.ensembles.lanes import MOST_IMPACTS
 from percuss.ensembles.measures import MEASURES, Window, measure_lanes
 from percuss.ensembles.running import Report, run_job
 from percuss.ensembles.sizes import too_large
+from percuss.ensembles.stopping import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import survey
 from percuss.model.exact import Phase
@@ -47,6 +49,8 @@ MOST_CHUNKS, LARGEST_OF_ALL = 20_000, 32_768
 CALLS_OF_A_CHUNK = 16
 # Of what a function has returned instead of a number, so many characters are shown.
 LONGEST_TEXT = 60
+# Values that are looked at in one go.
+LOOKED_AT = 1_000_000
 
 
 def sweep(
@@ -107,7 +111,8 @@ def sweep(
     Warns
     -----
     UserWarning
-        If a measure has no answer for any point, with the commonest reason and its count.
+        If a measure has no answer for any point, or some points have none: with their number, the
+        parameters of the first, and the commonest reason and its count.
 
     Raises
     ------
@@ -129,7 +134,10 @@ def sweep(
     grid = make_grid(osc, force, start, over)
     work = _work(measure, grid, Window(transient, periods), max_impacts)
     answer = run_job(work, store, engine, n_workers, progress)
-    nowhere = [name for name in work.names if np.isnan(answer.arrays[name]).all()]
+    nowhere = [name for name in work.names if not _has_any(answer.arrays[name])]
+    if answer.complete and answer.reasons and not nowhere:
+        first = grid.words(next(iter(answer.reasons)))
+        warn_of_some("points", answer.reasons.values(), work.size, first)
     if nowhere and answer.complete:
         verb = "has" if len(nowhere) == 1 else "have"
         counted = "1 point" if work.size == 1 else f"{work.size:,} points"
@@ -142,6 +150,12 @@ def sweep(
     # It needs no result of its own in its store: all of it is in the columns there.
     about = attributes_of(motion_of(grid), answer)
     return dataset_of(work.dimensions, work.columns, answer, about)
+
+
+def _has_any(values: NDArray[np.generic]) -> bool:
+    """Return whether there is any number among values, which may be more than memory holds."""
+    parts = range(0, len(values), LOOKED_AT)
+    return any(not np.isnan(values[i : i + LOOKED_AT]).all() for i in parts)
 
 
 def _work(
@@ -293,6 +307,7 @@ class Called:
         values = np.full(last - first, np.nan)
         block = Block({self.names[0]: values})
         for i in range(first, last):
+            check_wanted()
             try:
                 values[i - first] = _number(self.names[0], self._call(*self.grid.point(i)))
             except ParameterError as error:

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections.abc import Callable
 from concurrent import futures
 from typing import Any
+
+import numpy as np
+
+from percuss.ensembles.stopping import obey
 
 __all__ = ["Threads"]
 
@@ -24,6 +29,7 @@ class Threads(futures.Executor):
         self._work: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._most = n
         self._threads: list[threading.Thread] = []
+        self._stop = np.zeros(1, dtype=np.int64)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> futures.Future[Any]:
         """Have a function called by the next thread that is free."""
@@ -47,7 +53,16 @@ class Threads(futures.Executor):
         for thread in self._threads if wait else ():
             thread.join()
 
+    def drop(self, seconds: float) -> None:
+        """Give up what is at work, and wait so long at most until it has ended [s]."""
+        self._stop[0] = 1
+        self.shutdown(wait=False, cancel_futures=True)
+        until = time.monotonic() + seconds
+        for thread in self._threads:
+            thread.join(max(0.0, until - time.monotonic()))
+
     def _run(self) -> None:
+        obey(self._stop)
         while (item := self._work.get()) is not None:
             future, fn, args, kwargs = item
             if future.set_running_or_notify_cancel():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +18,8 @@ Report: TypeAlias = bool | Callable[[float, float], bool] | None
 # chunk has been done since.
 PATIENCE = 2.0
 RENEWED, RENEWED_IN_A_LOG = 0.2, 10.0
+# A function is called so often while no chunk is finished [s].
+CALLED = 1.0
 BAR = 20
 
 
@@ -29,7 +30,7 @@ class Watch:
     ----------
     report
         True shows a line on the error stream; a function ``(done, total) -> bool`` is called
-        after each chunk with numbers of points.
+        with numbers of points after each chunk, and by the clock while none is finished.
     size, todo
         Points in all, and those that are still to be done.
     """
@@ -42,39 +43,33 @@ class Watch:
         self._first: tuple[float, int, int] | None = None
         self._renews = _goes_back()
         self._open = False
-        self._lock, self._closed = threading.Lock(), threading.Event()
-        if report is True and not self._renews:
-            threading.Thread(target=self._keep_telling, name="percuss-log", daemon=True).start()
 
-    def _keep_telling(self) -> None:
-        """Write a line to a log where a chunk takes long."""
-        while not self._closed.wait(RENEWED_IN_A_LOG):
-            with self._lock:
-                now = time.monotonic()
-                if not self._closed.is_set() and now - self._shown >= RENEWED_IN_A_LOG:
-                    self._shown = now
-                    self._show(now, *(self._first or (now, self._done, self._impacts)))
+    def tick(self) -> bool:
+        """Tell by the clock that nothing new is done; False if the caller wants it stopped."""
+        if callable(self._report) and time.monotonic() - self._shown < CALLED:
+            return True
+        return self._tell(time.monotonic())
 
     def go_on(self, points: int, n_impacts: int) -> bool:
         """Count what is done; False if the caller wants it stopped."""
-        with self._lock:
-            return self._count(points, n_impacts)
-
-    def _count(self, points: int, n_impacts: int) -> bool:
+        now = time.monotonic()
         self._done += points
         self._impacts += n_impacts
+        if self._first is None:
+            self._first = now, self._done, self._impacts
+        return self._tell(now)
+
+    def _tell(self, now: float) -> bool:
         if self._report is None or self._report is False:
             return True
         if callable(self._report):
+            self._shown = now
             return self._report(self._before + self._done, self._size) is not False
-        now = time.monotonic()
-        if self._first is None:
-            self._first = now, self._done, self._impacts
         patience = RENEWED if self._renews else RENEWED_IN_A_LOG
         first = not self._open
         if now - self._started > PATIENCE and (first or now - self._shown > patience):
             self._shown = now
-            self._show(now, *self._first)
+            self._show(now, *(self._first or (now, self._done, self._impacts)))
         return True
 
     def _show(self, now: float, began: float, points: int, impacts: int) -> None:
@@ -104,8 +99,7 @@ class Watch:
         self._open = False
 
     def close(self) -> None:
-        """End the line, if there is one, and tell nothing more."""
-        self._closed.set()
+        """End the line, if there is one."""
         if self._open and self._renews:
             sys.stderr.write("\n")
             sys.stderr.flush()

@@ -90,20 +90,27 @@ Crowd: TypeAlias = tuple[Table, Integers, Table, Integers, Integers, Table, Tabl
 
 @kernel
 def run_lanes(
-    crowd: Crowd, room: Room, wish: Wish, patience: int, benches: Table, seated: Integers
+    crowd: Crowd,
+    room: Room,
+    wish: Wish,
+    patience: int,
+    benches: Table,
+    seated: Integers,
+    stop: Integers,
 ) -> None:
     """Follow each lane from its state to its limits, or until its patience is spent.
 
     A lane whose status is NEW begins at the t, x and v of its state, one that is SPENT is taken
     up where it was; others are left alone. ``benches`` are zeros, and ``seated`` has room for who
-    sits there.
+    sits there. Once the only entry of ``stop``, which another thread may write, is not 0 all is
+    left where it is.
     """
     n = crowd[1].shape[0]
     many = n > FEWEST
     taken = 0
     i = 0
-    while i < n or taken > 0:
-        i, taken = fill_benches(crowd, room, wish, patience, benches, seated, i, taken, many)
+    while (i < n or taken > 0) and stop[0] == 0:
+        i, taken = fill_benches(crowd, room, wish, patience, benches, seated, stop, i, taken, many)
         many = taken > FEWEST
         k = 0
         while k * SEATS < taken:
@@ -127,6 +134,7 @@ def fill_benches(
     patience: int,
     benches: Table,
     seated: Integers,
+    stop: Integers,
     i: int,
     taken: int,
     many: bool,
@@ -137,7 +145,7 @@ def fill_benches(
     followed to their ends.
     """
     status = crowd[4]
-    while i < status.shape[0] and taken < seated.shape[0]:
+    while i < status.shape[0] and taken < seated.shape[0] and stop[0] == 0:
         if status[i] == NEW or status[i] == SPENT:
             lane = lane_of(crowd, i)
             if status[i] == NEW:
