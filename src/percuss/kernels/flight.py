@@ -183,7 +183,7 @@ def sizes(law: Law, region: int, start: Start, phases: Table, s: float) -> tuple
                 )
         size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
         # Q' = S + i w Q.
-        speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(blow) + 2.0 * omega * limit)
+        speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(blow) + omega * limit)
     return size, speed
 
 
