@@ -128,9 +128,7 @@ def free_part(law: Law, region: int, force: float, phases: Table, y: float, v: f
 
 
 @kernel
-def steady_part(
-    law: Law, region: int, j: int, cosine: float, sine: float
-) -> tuple[float, float]:
+def steady_part(law: Law, region: int, j: int, cosine: float, sine: float) -> tuple[float, float]:
     """Return (y, v) of the steady motion of a harmonic whose phase has this cosine and sine."""
     harmonic = FIRST_HARMONIC + j
     real = law[region + 1 + j, GAIN_RE]

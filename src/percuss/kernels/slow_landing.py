@@ -45,9 +45,7 @@ def is_fast(law: Law, region: int, start: Start, distance: float, s: float, v: f
     drag = 2.0 * law[region, DAMPING]
     second = pull + drag * speed + law[region, STIFFNESS] * abs(distance)
     third = law[0, FORCE_BOUND + 1] + drag * second + law[region, STIFFNESS] * speed
-    return is_certain(
-        law, region, speed, (second, third), doubt, terms * (abs(v0) + pull * s)
-    )
+    return is_certain(law, region, speed, (second, third), doubt, terms * (abs(v0) + pull * s))
 
 
 @kernel
