@@ -46,8 +46,9 @@ def test_a_landing_at_zero_speed_is_a_contact_and_no_impact(
 
 @pytest.mark.parametrize("wall", [0.0, 1.0, -2.5])
 def test_a_landing_at_zero_speed_is_the_same_at_any_wall_of_either_side(wall: float) -> None:
-    for side, size in (("below", 1.0), ("above", -1.0)):
-        osc = pc.Oscillator(1.0, 0.0, (pc.Wall(wall, side, 1.0),))
+    walls = (pc.Wall(wall, "below", 1.0), pc.Wall(wall, "above", 1.0))
+    for stop, size in zip(walls, (1.0, -1.0), strict=True):
+        osc = pc.Oscillator(1.0, 0.0, (stop,))
         run = pc.simulate(osc, power(3, size, wall=wall), x0=wall, t_end=5.0)
 
         assert len(run.impacts) == 0

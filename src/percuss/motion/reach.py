@@ -1,10 +1,7 @@
-"""How far a flight provably meets nothing, from the amplitudes of its parts.
+"""How far a flight provably meets nothing, where the walk of the kernels has gone on for long.
 
-The search of the kernels takes steps of the fastest motion in a region. Where a fast part is
-small, as the trembling of a mass that is pressed into a stiff stop, or the answer to a force of
-very high frequency, and where it cannot reach a bound, only the slow parts need to be looked at.
-A mass without spring that drifts away is seen to do so. Asked only when a flight has gone on for
-long.
+With a spring that is `coasting`, which the walk asks too; here it is asked whatever the spread of
+the rates. A mass without spring that drifts away is seen to do so.
 """
 
 from __future__ import annotations
