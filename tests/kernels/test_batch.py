@@ -47,6 +47,7 @@ CASES: dict[str, tuple[pc.Oscillator, pc.Forcing, tuple[float, float]]] = {
     ),
     "overdamped": (pc.impact_oscillator(0.5, damping=3.0), pc.sine(1.0), (0.0, 1.0)),
     "no stop at all": (pc.Oscillator(1.0, 0.1), pc.cosine(2.0), (0.3, 0.0)),
+    "a landing at zero speed": (pc.impact_oscillator(), pc.sine(3), (0.0, 0.0)),
     "held for ever": (pc.impact_oscillator(0.3), pc.cosine(2.0, constant=-2.0), (0.2, 0.0)),
 }
 

@@ -12,8 +12,9 @@ from tests.kernels.uncompiled import python_of
 
 import percuss as pc
 from percuss.kernels.contact import chatter_time, release_time
+from percuss.kernels.fine_force import fine_force, fine_tolerance
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law import FIRST_HARMONIC, LOWER_FORCE, Law, Table
+from percuss.kernels.law import FIRST_HARMONIC, LOWER_FORCE, TURNS, TURNS_LOW, Law, Table
 from percuss.model.law import law
 
 # mpmath has no types.
@@ -156,6 +157,113 @@ def test_contact_begun_at_a_zero_of_the_force_lasts_to_the_next_one() -> None:
 
     assert released
     assert s == pytest.approx(math.pi, rel=1e-15)
+
+
+def flat_zero(order: int, depth: float, sign: float = 1.0) -> tuple[pc.Forcing, Real]:
+    """Return sign ((2 sin(t / 2))^order - depth) as doubles have it, and its zero after t = 0."""
+    half = order // 2
+    cosines = tuple(sign * 2.0 * (-1) ** k * math.comb(order, half - k) for k in range(1, half + 1))
+    middle = math.comb(order, half)
+    force = pc.fourier(1.0, cos=cosines, constant=sign * (middle - depth))
+    with mpmath.workdps(60):
+        left = middle - mpmath.mpf(middle - depth)
+        return force, 2 * mpmath.asin(mpmath.root(left, order) / 2)
+
+
+DEPTHS = [1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10]
+
+
+@pytest.mark.parametrize("depth", DEPTHS)
+@pytest.mark.parametrize("order", [2, 4, 6, 8])
+def test_release_at_a_flat_zero_of_the_force_is_where_it_pulls(order: int, depth: float) -> None:
+    """From rest in the dip the wall holds for a moment, whatever doubles make of the force."""
+    force, zero = flat_zero(order, depth)
+    run = pc.simulate(pc.impact_oscillator(0.5), force, t_end=3.0)
+
+    assert len(run.impacts) == 0
+    # A depth that is lost in the constant leaves a force that never presses.
+    assert len(run.contacts) == (1 if zero > 0 else 0)
+    for release in run.contacts.release:
+        assert release == pytest.approx(float(zero), rel=1e-6)
+    with mpmath.workdps(30):
+        assert float(run(3.0)[0]) == pytest.approx(float(risen(force, zero, 3)), rel=1e-9)
+
+
+def risen(force: pc.Forcing, t0: Real, t: Real) -> Real:
+    """Return where x'' + x = force leads by t, from rest at 0 at t0."""
+    x = force.constant * (1 - mpmath.cos(t - t0))
+    for part in force.components():
+        w = round(float(part.omega))
+        if w == 1:
+            s = t - t0
+            x += part.cos * (s * mpmath.sin(t) - mpmath.sin(t0) * mpmath.sin(s)) / 2
+        else:
+            steady = [mpmath.cos(w * t), mpmath.cos(w * t0), -w * mpmath.sin(w * t0)]
+            free = steady[1] * mpmath.cos(t - t0) + steady[2] * mpmath.sin(t - t0)
+            x += part.cos * (steady[0] - free) / (1 - w * w)
+    return x
+
+
+@pytest.mark.parametrize("depth", DEPTHS)
+@pytest.mark.parametrize("order", [2, 4, 6, 8])
+def test_wall_lets_go_at_a_flat_crest_of_the_force_only_where_it_pulls(
+    order: int, depth: float
+) -> None:
+    """The same from the other side: pressed but for a crest of this height, or not even there."""
+    below, zero = flat_zero(order, depth, -1.0)
+    above, _ = flat_zero(order, -depth, -1.0)
+
+    crest, miss = (
+        pc.simulate(pc.impact_oscillator(0.5), f, t0=-2.0, t_end=3.0) for f in (below, above)
+    )
+
+    assert np.isnan(miss.contacts.release).tolist() == [True]
+    assert len(crest.contacts) == (2 if zero > 0 else 1)
+    assert math.isnan(crest.contacts.release[-1])
+    for release in crest.contacts.release[:-1]:
+        assert release == pytest.approx(-float(zero), rel=1e-5)
+    # Hops there are: as fast as depth and time make them, or lost in rounding and not counted.
+    fastest = np.abs(crest.impacts.v_before[:1]) / (depth * float(zero) + 1e-300)
+    assert ((fastest > order) & (fastest < 4.0 * order)).all()
+    assert len(crest.impacts) == 0 or depth > 1e-14
+
+
+@pytest.mark.parametrize("t_end", [6.0, 1e7])
+def test_wall_does_not_hold_a_mass_that_it_would_have_to_pull(t_end: float) -> None:
+    force = pc.fourier(1.0, cos=(-4.0, 1.0), constant=3.0 - 1e-15)
+    run = pc.simulate(pc.impact_oscillator(0.5), force, t_end=t_end, max_impacts=10)
+
+    assert run.contacts.release[0] == pytest.approx(2.05297e-4, rel=1e-5)
+    assert float(run(3.0)[0]) == pytest.approx(4.4732, rel=1e-5)
+
+
+@given(
+    omega=st.floats(1e-3, 1e3),
+    t=st.floats(-1e6, 1e6),
+    low=st.floats(-1.0, 1.0),
+    order=st.integers(0, 9),
+)
+@settings(max_examples=40)
+def test_force_in_pairs_of_doubles_is_within_its_tolerance(
+    omega: float, t: float, low: float, order: int
+) -> None:
+    force = pc.cosine(omega, constant=-0.75) + pc.sine(3.0 * omega, amplitude=0.3)
+    table = law(pc.impact_oscillator(), force)
+    instant = (t, low * math.ulp(t) / 2)
+
+    found = python_of(fine_force)(table, -0.75, instant, order)
+
+    with mpmath.workdps(80):
+        at = mpmath.mpf(instant[0]) + instant[1]
+        exact = mpmath.mpf(-0.75 if order == 0 else 0)
+        for row, part in enumerate(force.components()):
+            rate = mpmath.mpf(table[FIRST_HARMONIC + row, TURNS])
+            w = 2 * mpmath.pi * (rate + table[FIRST_HARMONIC + row, TURNS_LOW])
+            turn = w * at + order * mpmath.pi / 2
+            exact += w**order * (part.cos * mpmath.cos(turn) + part.sin * mpmath.sin(turn))
+        error = abs(found - exact)
+    # Besides, the result is a double.
+    assert error <= fine_tolerance(table, -0.75, instant, order) + abs(found) * 2.0**-52
 
 
 def test_plain_python_gives_the_bits_of_the_machine_code() -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 
+from percuss.kernels.coasting import coast, is_spread
 from percuss.kernels.compile import kernel
 from percuss.kernels.doubled import later
 from percuss.kernels.flight import Start, acceleration_and_jerk, move, set_phases, uncertainty
@@ -54,6 +55,8 @@ from percuss.kernels.touch import HIT, NONE, departure, first_touch
 # After so many steps the walk starts afresh from the closed form: its own rounding stays below
 # the slack, and a long flight can be left and taken up again without changing a bit.
 STEPS_A_WALK = 64
+# Walks of one flight between two looks at what its slow parts alone would do, the first after one.
+WALKS_TO_A_COAST = 8
 # Room for the rounding of amplitudes, far more than it is.
 AMPLITUDE_SLACK = 1e-9
 # Rounding of a walk relative to the sizes of its terms: 64 steps of some 20 roundings each, with
@@ -97,6 +100,13 @@ def next_event(
             if found[0] != NONE:
                 return found
         return NONE, longest, 0.0, 0.0, 0.0, free
+    walks = int(s / (step * STEPS_A_WALK))
+    if walks % WALKS_TO_A_COAST == 1 and is_spread(law, region, phases.shape[0]):
+        # Of a flight that goes on for long only the slow parts may count.
+        s = coast(law, region, start, phases, arrival, s, reach, longest)
+        free = (max(free[0], s), max(free[1], s))
+        if s >= longest:
+            return NONE, longest, 0.0, 0.0, 0.0, free
     steps, y, v, load = set_out(law, region, start, phases, walker, s)
     if s > 0.0 and stays_clear(law, region, start[3], walker, y, v, reach):
         return NONE, longest, 0.0, 0.0, 0.0, free

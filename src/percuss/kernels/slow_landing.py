@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from percuss.kernels.compile import kernel
+from percuss.kernels.contact import FORCE_ROUNDING
 from percuss.kernels.flight import (
     ROUNDING,
     Start,
@@ -20,6 +21,7 @@ from percuss.kernels.flight import (
 )
 from percuss.kernels.landing import ULP
 from percuss.kernels.law import DAMPING, FORCE_BOUND, STEP, STIFFNESS, Law, Table
+from percuss.kernels.response import free_response
 
 # The terms of a closed form are at most so many times v0 s + (force) s^2, for K >= 0.
 MOST_OF_TERMS = 1024.0
@@ -43,9 +45,7 @@ def is_fast(law: Law, region: int, start: Start, distance: float, s: float, v: f
     drag = 2.0 * law[region, DAMPING]
     second = pull + drag * speed + law[region, STIFFNESS] * abs(distance)
     third = law[0, FORCE_BOUND + 1] + drag * second + law[region, STIFFNESS] * speed
-    return is_certain(
-        law, region, speed, (second, third), doubt, terms * (abs(v0) + pull * s)
-    )
+    return is_certain(law, region, speed, (second, third), doubt, terms * (abs(v0) + pull * s))
 
 
 @kernel
@@ -97,6 +97,11 @@ def rest_at_landing(
     s, v = landed
     doubt, doubt_of_speed = uncertainties(law, region, start, phases, s)
     doubt += ULP * abs(distance)
+    if start[2] == 0.0:
+        # From a release the constant force is what the harmonics leave, with their rounding.
+        blow, _, rise = free_response(law, region, s)
+        doubt += FORCE_ROUNDING * law[0, FORCE_BOUND] * abs(rise)
+        doubt_of_speed += FORCE_ROUNDING * law[0, FORCE_BOUND] * abs(blow)
     y, v = move(law, region, start, phases, s, arrival)
     second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
     if is_certain(law, region, abs(v), (abs(second), abs(third)), doubt, doubt_of_speed):

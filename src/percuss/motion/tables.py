@@ -143,7 +143,8 @@ class Contacts:
     Attributes
     ----------
     start
-        (n,) array [time]: where chatter accumulates, or a touchdown.
+        (n,) array [time]: where chatter accumulates, a touchdown, or a landing whose speed is zero
+        to within its rounding.
     release
         (n,) array [time]: where the force lets go; NaN where the run ended before.
     stop

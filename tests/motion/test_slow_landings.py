@@ -1,0 +1,111 @@
+"""Landings at zero speed: decided by the derivatives of the flight, not by its rounding."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.kernels.test_batch import lanes_of
+
+import percuss as pc
+from percuss.kernels import survey
+
+# x'' + x of x = sin(t)^n for odd n: a landing at zero speed at pi, of order n.
+ODD_POWERS = {
+    3: (0.0, 0.0, 2.0),
+    5: (0.0, 0.0, 40 / 16, 0.0, -24 / 16),
+    7: (0.0, 0.0, 168 / 64, 0.0, -168 / 64, 0.0, 48 / 64),
+}
+
+
+def power(order: int, size: float = 1.0, stiffness: float = 1.0, wall: float = 0.0) -> pc.Forcing:
+    sines = tuple(size * part for part in ODD_POWERS[order])
+    return pc.fourier(1.0, sin=sines, constant=stiffness * wall)
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.5, 0.0])
+@pytest.mark.parametrize("size", [1.0, 2.0**-40, 2.0**-230, 2.0**70])
+@pytest.mark.parametrize("order", ODD_POWERS)
+def test_a_landing_at_zero_speed_is_a_contact_and_no_impact(
+    order: int, size: float, restitution: float
+) -> None:
+    run = pc.simulate(pc.impact_oscillator(restitution), power(order, size), t_end=30.0)
+
+    assert len(run.impacts) == 0
+    # Held from pi until the force lets go, and a flight of half a period again.
+    assert len(run.contacts) == 7
+    first = run.contacts.start[0]
+    assert abs(first - math.pi) <= run.contacts.error_bound[0]
+    assert abs(first - math.pi) <= 1e-15 ** (1 / order)
+    assert first < run.contacts.release[0]
+    sines = np.sin(np.linspace(0.1, 3.0, 30)) ** order
+    np.testing.assert_allclose(run(np.linspace(0.1, 3.0, 30))[0], size * sines, atol=2e-15 * size)
+    assert float(run(3.5)[0]) == 0.0
+
+
+@pytest.mark.parametrize("wall", [0.0, 1.0, -2.5])
+def test_a_landing_at_zero_speed_is_the_same_at_any_wall_of_either_side(wall: float) -> None:
+    walls = (pc.Wall(wall, "below", 1.0), pc.Wall(wall, "above", 1.0))
+    for stop, size in zip(walls, (1.0, -1.0), strict=True):
+        osc = pc.Oscillator(1.0, 0.0, (stop,))
+        run = pc.simulate(osc, power(3, size, wall=wall), x0=wall, t_end=5.0)
+
+        assert len(run.impacts) == 0
+        np.testing.assert_allclose(run.contacts.start, [math.pi], rtol=1e-9)
+        np.testing.assert_allclose(run.contacts.release, [4.0 * math.pi / 3.0], rtol=1e-13)
+
+
+def test_a_landing_at_zero_speed_is_the_same_from_anywhere_on_the_way() -> None:
+    """From within the flight, with rounding carried in its start."""
+    for t0 in (0.5, 1.0, 2.0, 3.0):
+        x0, v0 = math.sin(t0) ** 3, 3.0 * math.sin(t0) ** 2 * math.cos(t0)
+        run = pc.simulate(pc.impact_oscillator(), power(3), x0, v0, t0, t_end=9.0)
+
+        assert len(run.impacts) == 0
+        assert len(run.contacts) == 2
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e-12, 1e-70])
+def test_slow_hops_that_are_known_stay_impacts(size: float) -> None:
+    """Hops on an elastic wall start on it, and are known to their own digits at any size."""
+    run = pc.simulate(pc.impact_oscillator(), pc.Forcing(constant=-1.0), v0=size, max_impacts=500)
+    pressed = pc.cosine(0.5, amplitude=-1.0)
+    forced = pc.simulate(pc.impact_oscillator(), pressed, v0=size, max_impacts=50)
+
+    np.testing.assert_allclose(np.abs(run.impacts.v_before), size, rtol=1e-12)
+    np.testing.assert_allclose(forced.impacts.intervals[:9], 2.0 * size, rtol=0.1 * size + 1e-12)
+    assert len(run.contacts) == len(forced.contacts) == len(run.grazes) == 0
+
+
+@pytest.mark.parametrize("miss", [1e-13, 1e-11, 1e-9])
+def test_a_dip_or_a_landing_deeper_than_its_rounding_stays_an_impact(miss: float) -> None:
+    """sin(t)^3 - miss sin(t) comes to the wall a little before pi, at a speed of 2 miss."""
+    force = power(3)
+    slow = math.pi - math.asin(math.sqrt(miss))
+    x0, v0 = 1.0 - miss, 0.0
+
+    late = pc.simulate(pc.impact_oscillator(), force, x0, v0, math.pi / 2, t_end=slow + 1e-9)
+
+    rounding = (8.0 * 6.0 * 3e-15**2) ** (1 / 3)
+    if 2.0 * miss > rounding:
+        assert len(late.impacts) >= 1
+        assert late.impacts.v_before[0] == pytest.approx(-2.0 * miss, rel=0.02)
+        assert late.impacts.t[0] == pytest.approx(slow, abs=1e-15 / miss)
+    else:
+        assert len(late.impacts) == 0
+
+
+def test_lanes_come_to_rest_where_the_run_does() -> None:
+    osc, force = pc.impact_oscillator(0.5), power(3)
+    starts = np.array([[math.sin(t) ** 3, 3 * math.sin(t) ** 2 * math.cos(t), t] for t in (0, 1)])
+    starts = np.repeat(starts, 10, axis=0)
+    for section in (survey.STROBES, survey.IMPACT_POINTS, survey.TANGENTS):
+        lanes = lanes_of(osc, force, starts, 30.0, section=section, n_points=4, surveyed=True)
+
+        for start, tally in zip(starts, lanes.tallies, strict=True):
+            run = pc.simulate(osc, force, *start, t_end=30.0)
+            assert tally[survey.IMPACTS] == len(run.impacts) == 0
+            assert tally[survey.CONTACTS] == len(run.contacts) == 7
+            found = tally[[survey.END_X, survey.END_V]]
+            np.testing.assert_allclose(found, np.array(run(30.0)), rtol=0, atol=1e-14)
