@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import pairwise
 
 import mpmath
 from tests.oracle.curves import Real
@@ -61,7 +62,8 @@ class Event:
     v_after: Real = 0
     # Of the flight: duration, velocity at its start, stiffness, damping, bound of the force there.
     flight: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
-    # Accelerations at the start of the flight, and at its end before the event.
+    # Accelerations at the start of the flight, and at its end before the event; the rate of the
+    # force at a release.
     bends: tuple[float, float] = (0.0, 0.0)
 
 
@@ -354,7 +356,13 @@ class _March:
             self.t += times(h, u)
             self._note()
             if root is not None:
-                self.run.events.append(Event("release", real(self.t), wall))
+                slope = sum(times(w, b) for w, b in zip(self.omegas, self.q, strict=True)) / ONE
+                load = (self.amplitude + abs(push)) / ONE
+                self.run.events.append(
+                    Event(
+                        "release", real(self.t), wall, flight=(0, 0, 0, 0, load), bends=(0, slope)
+                    )
+                )
                 # The force there is zero: what the digits leave of it does not count.
                 self.p[0] -= push + sum(self.p)
                 return
@@ -389,7 +397,7 @@ def _first_root(p: list[int]) -> tuple[int | None, bool]:
     bernstein, row = [], list(scaled)
     for _ in range(degree + 1):
         bernstein.append(row[0] >> 8)
-        row = [a + b for a, b in zip(row, row[1:], strict=False)]
+        row = [a + b for a, b in pairwise(row)]
     bracket, doubtful = _bracket(bernstein, 0, ONE, 0, rest)
     return (None if bracket is None else _refined(p, *bracket)), doubtful
 
@@ -403,7 +411,7 @@ def _bracket(
     if max(abs(c) for c in b) <= rest:
         return None, True
     signs = [c > 0 for c in b]
-    changes = sum(s != t for s, t in zip(signs, signs[1:], strict=False))
+    changes = sum(s != t for s, t in pairwise(signs))
     if changes == 1 and b[0] > 0 and b[-1] <= -rest:
         return (low, low + width), False
     if depth == HALVINGS:
@@ -412,7 +420,7 @@ def _bracket(
     while row:
         left.append(row[0])
         right.append(row[-1])
-        row = [(p + q) >> 1 for p, q in zip(row, row[1:], strict=False)]
+        row = [(p + q) >> 1 for p, q in pairwise(row)]
     found, doubtful = _bracket(left, low, width // 2, depth + 1, rest)
     if found is not None:
         return found, doubtful
