@@ -105,7 +105,7 @@ def test_bound_is_computed_when_asked_for_and_once(monkeypatch: pytest.MonkeyPat
     run = pc.simulate(pc.impact_oscillator(0.8), pc.cosine(3.0, constant=-1.2), 0.0, 1.0, t_end=40)
     twin = pickle.loads(pickle.dumps(run))
     calls = []
-    kernel = bounds_of_a_run.contact_errors
+    kernel = error_bounds.contact_errors
 
     def counted(*arguments: object) -> None:
         calls.append(1)

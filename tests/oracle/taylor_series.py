@@ -110,27 +110,20 @@ class _March:
             self.p.append(fixed(cos * c + sin * s))
             self.q.append(fixed(sin * c - cos * s))
         self.stops = problem.stops
+        self.walls = {i: s for i, s in enumerate(problem.stops) if isinstance(s, Wall)}
+        self.softs = {i: s for i, s in enumerate(problem.stops) if isinstance(s, Soft)}
         self.places = [fixed(number(stop.at)) for stop in problem.stops]
         self.x, self.v, self.t = fixed(x), fixed(v), fixed(t)
         self.run = Run()
         self.at = at
         self.inside = {
-            i
-            for i, stop in enumerate(self.stops)
-            if isinstance(stop, Soft) and _into(stop) * (self.x - self.places[i]) > 0
+            i for i, soft in self.softs.items() if _into(soft) * (self.x - self.places[i]) > 0
         }
         self.began = False
 
     def go(self, t_end: int, most: int) -> None:
         while self.t < t_end and len(self.run.events) < most:
-            wall = next(
-                (
-                    i
-                    for i, stop in enumerate(self.stops)
-                    if isinstance(stop, Wall) and self.places[i] == self.x
-                ),
-                None,
-            )
+            wall = next((i for i in self.walls if self.places[i] == self.x), None)
             order, way = self._direction()
             into = wall is not None and way * _into(self.stops[wall]) >= 0
             if wall is not None and into and order == 1 and not self.began:
@@ -149,7 +142,7 @@ class _March:
 
     def _law(self) -> tuple[int, int, int]:
         """Return stiffness, twice the damping, and the constant force."""
-        softs = [(self.stops[i], self.places[i]) for i in self.inside]
+        softs = [(self.softs[i], self.places[i]) for i in sorted(self.inside)]
         k = self.stiffness + sum(fixed(s.stiffness) for s, _ in softs)
         twice = 2 * (self.damping + sum(fixed(s.damping) for s, _ in softs))
         constant = self.constant + sum(times(fixed(s.stiffness), at) for s, at in softs)
@@ -204,8 +197,8 @@ class _March:
 
     def _switch(self, way: int) -> None:
         """Enter or leave the soft stops at x for a motion that sets off in a direction."""
-        for i, stop in enumerate(self.stops):
-            if isinstance(stop, Soft) and self.places[i] == self.x:
+        for i, stop in self.softs.items():
+            if self.places[i] == self.x:
                 inside = way * _into(stop) > 0
                 (self.inside.add if inside else self.inside.discard)(i)
 
@@ -285,15 +278,15 @@ class _March:
     ) -> None:
         wall = [
             i
-            for i, stop in enumerate(self.stops)
-            if self.places[i] == self.x and isinstance(stop, Wall) and _into(stop) * self.v > 0
+            for i, stop in self.walls.items()
+            if self.places[i] == self.x and _into(stop) * self.v > 0
         ]
         if wall:
             self._strike(wall[0], flight, bends)
             return
         v = real(self.v)
-        for i, stop in enumerate(self.stops):
-            if self.places[i] == self.x and isinstance(stop, Soft):
+        for i, stop in self.softs.items():
+            if self.places[i] == self.x:
                 kind = "in" if _into(stop) * self.v > 0 else "out"
                 self.run.events.append(Event(kind, real(self.t), i, v, v, flight, bends))
 
@@ -303,7 +296,7 @@ class _March:
         flight: tuple[float, float, float, float, float],
         bends: tuple[float, float],
     ) -> None:
-        stop = self.stops[wall]
+        stop = self.walls[wall]
         before = self.v
         self.v = -times(fixed(stop.restitution), self.v)
         self.run.events.append(
