@@ -74,3 +74,13 @@ def test_summed_tail_of_a_chatter_hops_and_never_lies_beyond_the_wall(
         assert height.max() <= rise * 1.001 + 1e-16
         assert np.abs(v).max() <= speed
         assert (np.diff(np.sign(v)) != 0).sum() >= 2
+
+
+@pytest.mark.parametrize("gap", [2.0**-20, 2.0**-38, 2.0**-50])
+def test_landing_is_as_exact_as_its_flight_is_short(gap: float) -> None:
+    """A free motion between two walls: what is left of a longer guess may not remain in it."""
+    walls = (pc.Wall(0.25, "below"), pc.Wall(0.25 + gap, "above"))
+    for v in (0.9426761097673371, 1.7):
+        run = pc.simulate(pc.Oscillator(0.0, 0.0, walls), None, 0.25, v, max_impacts=20)
+
+        np.testing.assert_allclose(run.impacts.intervals, gap / v, rtol=1e-15)

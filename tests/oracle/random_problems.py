@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,3 +91,65 @@ FORCE_FREE = {
         ("into a wall", _WALL, (1.0, -1.0, 0.0)),
     )
 }
+
+
+def chattering_motion(seed: int) -> Motion:
+    """Return a motion that is pressed to a wall for a part of the time: most come to rest there."""
+    rng = np.random.default_rng([7, seed])
+    k, a = [
+        (1.0, 0.0),
+        (1.0, 0.05),
+        (float(rng.uniform(0.2, 6)), float(rng.uniform(0, 0.5))),
+        (0.0, 0.0),
+        (4.0, 2.0),
+        (-0.3, 0.1),
+    ][rng.integers(6)]
+    wall = float(rng.choice([0.0, rng.uniform(-0.5, 0.5)]))
+    omega = float(rng.uniform(0.5, 4))
+    force = pc.cosine(omega, constant=float(rng.uniform(-1.5, -0.5)))
+    if rng.random() < 0.4:
+        force = force + pc.sine(2 * omega, amplitude=float(rng.uniform(0.2, 1)))
+    restitution = float(rng.choice([0.0, 0.01, 0.2, 0.5, 0.7, 0.8, 0.9]))
+    stops: list[pc.Wall | pc.SoftStop] = [pc.Wall(wall, "below", restitution)]
+    if rng.random() < 0.3:
+        stops.append(pc.SoftStop(wall + 0.5, "above", float(rng.uniform(1, 30)), 0.1))
+    start = (wall + float(rng.uniform(0, 1)), float(rng.uniform(-1, 1)), 0.0)
+    return Motion(pc.Oscillator(k, a, tuple(stops)), force, start)
+
+
+def hard_motion(seed: int) -> Motion:
+    """Return a motion of the kinds that are hard to follow, one in six of each.
+
+    Grazing starts, two impacts a hair apart, resonance and its neighbourhood, critical damping
+    and what lies beside it, starts at rest on a stop, and any other.
+    """
+    rng = np.random.default_rng([11, seed])
+    motion = random_motion(seed + 1_000_000)
+    osc, force, (x, v, t) = motion.oscillator, motion.forcing, motion.start
+    kind = int(rng.integers(6))
+    hair = float(10.0 ** rng.uniform(-14, -3) * rng.choice([-1.0, 1.0]))
+    restitution = float(rng.choice([0.0, 1e-3, 0.8, 1.0]))
+    if kind == 0:
+        # x = cos t turns at -1, a hair before the wall or behind it.
+        osc = pc.Oscillator(1.0, 0.0, (pc.Wall(-1.0 + hair, "below", restitution),))
+        force, (x, v, t) = pc.cosine(float(rng.uniform(2, 4)), amplitude=1e-9), (1.0, 0.0, 0.0)
+    elif kind == 1:
+        # Two walls a hair apart, and a soft stop a hair before one of them.
+        low = float(rng.uniform(-0.5, 0.5))
+        stops = [pc.Wall(low, "below", restitution), pc.Wall(low + abs(hair), "above", 0.8)]
+        if rng.random() < 0.5:
+            stops = [pc.Wall(low, "below", restitution)]
+            stops.append(pc.SoftStop(low + abs(hair), "below", float(rng.uniform(1, 50)), 0.1))  # type: ignore[arg-type]
+        x = low + 0.5 * abs(hair)
+        osc = pc.Oscillator(osc.stiffness, osc.damping, tuple(stops))
+        v = v if abs(hair) > 1e-6 or len(osc.stops) == 2 else -abs(v)
+    elif kind in (2, 3):
+        omega = float(rng.uniform(0.5, 3))
+        k, a = omega**2 * (1.0 + float(rng.choice([0.0, hair]))), float(rng.choice([0.0, 1e-9]))
+        if kind == 3:
+            a = math.sqrt(k) * (1.0 + float(rng.choice([0.0, hair])))
+        osc = pc.Oscillator(k, a, osc.stops)
+        force = pc.cosine(omega, constant=float(rng.choice([0.0, -0.5])))
+    elif kind == 4 and osc.stops:
+        x, v = float(osc.stops[0].at), 0.0
+    return Motion(osc, force, (x, v, t))

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import pairwise
 
 import mpmath
 from tests.oracle.curves import Real
@@ -61,7 +62,8 @@ class Event:
     v_after: Real = 0
     # Of the flight: duration, velocity at its start, stiffness, damping, bound of the force there.
     flight: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
-    # Accelerations at the start of the flight, and at its end before the event.
+    # Accelerations at the start of the flight, and at its end before the event; the rate of the
+    # force at a release.
     bends: tuple[float, float] = (0.0, 0.0)
 
 
@@ -108,27 +110,20 @@ class _March:
             self.p.append(fixed(cos * c + sin * s))
             self.q.append(fixed(sin * c - cos * s))
         self.stops = problem.stops
+        self.walls = {i: s for i, s in enumerate(problem.stops) if isinstance(s, Wall)}
+        self.softs = {i: s for i, s in enumerate(problem.stops) if isinstance(s, Soft)}
         self.places = [fixed(number(stop.at)) for stop in problem.stops]
         self.x, self.v, self.t = fixed(x), fixed(v), fixed(t)
         self.run = Run()
         self.at = at
         self.inside = {
-            i
-            for i, stop in enumerate(self.stops)
-            if isinstance(stop, Soft) and _into(stop) * (self.x - self.places[i]) > 0
+            i for i, soft in self.softs.items() if _into(soft) * (self.x - self.places[i]) > 0
         }
         self.began = False
 
     def go(self, t_end: int, most: int) -> None:
         while self.t < t_end and len(self.run.events) < most:
-            wall = next(
-                (
-                    i
-                    for i, stop in enumerate(self.stops)
-                    if isinstance(stop, Wall) and self.places[i] == self.x
-                ),
-                None,
-            )
+            wall = next((i for i in self.walls if self.places[i] == self.x), None)
             order, way = self._direction()
             into = wall is not None and way * _into(self.stops[wall]) >= 0
             if wall is not None and into and order == 1 and not self.began:
@@ -147,7 +142,7 @@ class _March:
 
     def _law(self) -> tuple[int, int, int]:
         """Return stiffness, twice the damping, and the constant force."""
-        softs = [(self.stops[i], self.places[i]) for i in self.inside]
+        softs = [(self.softs[i], self.places[i]) for i in sorted(self.inside)]
         k = self.stiffness + sum(fixed(s.stiffness) for s, _ in softs)
         twice = 2 * (self.damping + sum(fixed(s.damping) for s, _ in softs))
         constant = self.constant + sum(times(fixed(s.stiffness), at) for s, at in softs)
@@ -202,8 +197,8 @@ class _March:
 
     def _switch(self, way: int) -> None:
         """Enter or leave the soft stops at x for a motion that sets off in a direction."""
-        for i, stop in enumerate(self.stops):
-            if isinstance(stop, Soft) and self.places[i] == self.x:
+        for i, stop in self.softs.items():
+            if self.places[i] == self.x:
                 inside = way * _into(stop) > 0
                 (self.inside.add if inside else self.inside.discard)(i)
 
@@ -283,15 +278,15 @@ class _March:
     ) -> None:
         wall = [
             i
-            for i, stop in enumerate(self.stops)
-            if self.places[i] == self.x and isinstance(stop, Wall) and _into(stop) * self.v > 0
+            for i, stop in self.walls.items()
+            if self.places[i] == self.x and _into(stop) * self.v > 0
         ]
         if wall:
             self._strike(wall[0], flight, bends)
             return
         v = real(self.v)
-        for i, stop in enumerate(self.stops):
-            if self.places[i] == self.x and isinstance(stop, Soft):
+        for i, stop in self.softs.items():
+            if self.places[i] == self.x:
                 kind = "in" if _into(stop) * self.v > 0 else "out"
                 self.run.events.append(Event(kind, real(self.t), i, v, v, flight, bends))
 
@@ -301,7 +296,7 @@ class _March:
         flight: tuple[float, float, float, float, float],
         bends: tuple[float, float],
     ) -> None:
-        stop = self.stops[wall]
+        stop = self.walls[wall]
         before = self.v
         self.v = -times(fixed(stop.restitution), self.v)
         self.run.events.append(
@@ -354,7 +349,13 @@ class _March:
             self.t += times(h, u)
             self._note()
             if root is not None:
-                self.run.events.append(Event("release", real(self.t), wall))
+                slope = sum(times(w, b) for w, b in zip(self.omegas, self.q, strict=True)) / ONE
+                load = (self.amplitude + abs(push)) / ONE
+                self.run.events.append(
+                    Event(
+                        "release", real(self.t), wall, flight=(0, 0, 0, 0, load), bends=(0, slope)
+                    )
+                )
                 # The force there is zero: what the digits leave of it does not count.
                 self.p[0] -= push + sum(self.p)
                 return
@@ -389,7 +390,7 @@ def _first_root(p: list[int]) -> tuple[int | None, bool]:
     bernstein, row = [], list(scaled)
     for _ in range(degree + 1):
         bernstein.append(row[0] >> 8)
-        row = [a + b for a, b in zip(row, row[1:], strict=False)]
+        row = [a + b for a, b in pairwise(row)]
     bracket, doubtful = _bracket(bernstein, 0, ONE, 0, rest)
     return (None if bracket is None else _refined(p, *bracket)), doubtful
 
@@ -403,7 +404,7 @@ def _bracket(
     if max(abs(c) for c in b) <= rest:
         return None, True
     signs = [c > 0 for c in b]
-    changes = sum(s != t for s, t in zip(signs, signs[1:], strict=False))
+    changes = sum(s != t for s, t in pairwise(signs))
     if changes == 1 and b[0] > 0 and b[-1] <= -rest:
         return (low, low + width), False
     if depth == HALVINGS:
@@ -412,7 +413,7 @@ def _bracket(
     while row:
         left.append(row[0])
         right.append(row[-1])
-        row = [(p + q) >> 1 for p, q in zip(row, row[1:], strict=False)]
+        row = [(p + q) >> 1 for p, q in pairwise(row)]
     found, doubtful = _bracket(left, low, width // 2, depth + 1, rest)
     if found is not None:
         return found, doubtful

@@ -2,8 +2,10 @@
 
 What each flight and each event rounds away is carried along by the exact linear maps of the
 flights and events that follow, and what is not linear in it is bounded and added, so that the
-bound holds for the motion itself and not to first order. The errors that a state may have are a
-zonotope: the sums of *generators*, each a pair (of x, of v) times a number in [-1, 1]. A contact
+bound holds for the motion itself and not to first order. The errors that an event may have are a
+zonotope: the sums of *generators*, each a pair (of its instant, of the velocity after it) times a
+number in [-1, 1]. Motions are compared at equal times since their last event, so that a shift in
+time alone stays one. A contact
 forgets all of them but that of its own instant (docs/theory/error-bounds.md has the proof).
 """
 
@@ -59,8 +61,7 @@ from percuss.kernels.record import (
     V_BEFORE,
     Integers,
 )
-from percuss.kernels.response import free_response
-from percuss.kernels.tangent import propagator
+from percuss.kernels.tangent import delayed_start, propagator
 
 # Generators that are kept: with half of them merged whenever room runs out, those that are
 # merged are small beside the rest.
@@ -78,7 +79,7 @@ MOST_LOOKS = 200_000
 # Shortest piece of a flight that is looked at, as a part of it.
 SHORTEST = 1e-9
 
-# A zonotope: the rows x and v of its generators, how many there are as one number, and scratch.
+# A zonotope: the two rows of its generators, how many there are as one number, and scratch.
 Errors: TypeAlias = tuple[Table, Integers, Table]
 
 
@@ -102,6 +103,8 @@ def contact_errors(
     """
     count = 0
     known = True
+    # The errors of x and of the constant force at the start of the next flight.
+    place = begins[0]
     doubt = 0.0
     for row in range(events.shape[0]):
         kind = marks[row, KIND]
@@ -113,15 +116,16 @@ def contact_errors(
                 known = out[count] < math.inf
             count += 1
         elif kind == START:
-            doubt = start_errors(law, events, marks, x0, begins, phases, errors)
+            add(errors, begins[2], 0.0)
+            add(errors, 0.0, begins[1])
+            doubt = doubt_at_start(law, marks, x0, begins[0])
         elif kind == RELEASE:
             known = known and events[row, EVENT_T] - events[row - 1, EVENT_T] > out[count - 1]
             doubt = release_errors(law, events, marks, row, phases, errors)
         elif known:
-            known = fly(law, events, marks, row, x0, doubt, phases, arrival, errors)
+            known = fly(law, events, marks, row, x0, (place, doubt), phases, arrival, errors)
+            place = 0.0
             doubt = 0.0
-            if known and not (row + 1 < events.shape[0] and marks[row + 1, KIND] == CONTACT):
-                known = leave(law, events, marks, row, x0, phases, errors)
 
 
 @kernel
@@ -196,26 +200,14 @@ def make_room(errors: Errors) -> None:
 
 
 @kernel
-def start_errors(
-    law: Law,
-    events: Table,
-    marks: Integers,
-    x0: float,
-    begins: tuple[float, float, float],
-    phases: Table,
-    errors: Errors,
-) -> float:
-    """Take up the errors of a start; return the doubt of the constant force in its flight."""
-    add(errors, begins[2], 0.0)
-    add(errors, 0.0, begins[1])
-    if not leave(law, events, marks, 0, x0, phases, errors):
-        add(errors, math.inf, 0.0)
-    add(errors, begins[0], 0.0)
+def doubt_at_start(law: Law, marks: Integers, x0: float, place: float) -> float:
+    """Return the error of the constant force of the first flight, for that of its place."""
     region = int(marks[0, NEXT_REGION])
+    stiffness = abs(law[region, STIFFNESS])
     if x0 == law[region, LOWER] or x0 == law[region, UPPER]:
-        return abs(law[region, STIFFNESS]) * begins[0]
-    pull = abs(law[region, STIFFNESS]) * (abs(x0) + abs(law[region, ORIGIN]))
-    return 2.0 * ULP * (abs(law[region, ORIGIN_FORCE]) + pull)
+        return stiffness * place
+    pull = stiffness * (abs(x0) + abs(law[region, ORIGIN]))
+    return stiffness * place + 2.0 * ULP * (abs(law[region, ORIGIN_FORCE]) + pull)
 
 
 @kernel
@@ -227,10 +219,10 @@ def release_errors(
     phases: Table,
     errors: Errors,
 ) -> float:
-    """Forget all errors at a release; return the doubt of the constant force after it.
+    """Forget all errors at a release but its own; return that of the constant force after it.
 
-    The flight begins with the force that is zero at the instant found. A motion released a little
-    earlier or later differs from it by that force, and by what it moves in between.
+    The flight is computed with a force that is zero at the instant found, and that of the motion
+    is zero at its own.
     """
     errors[1][0] = 0
     region = int(marks[row, NEXT_REGION])
@@ -245,9 +237,7 @@ def release_errors(
     if not law[0, FORCE_BOUND + 2] * late < 0.5 * abs(slope):
         add(errors, math.inf, 0.0)
         return 0.0
-    rate = 2.0 * abs(slope)
-    add(errors, rate * late * late * late, 0.0)
-    add(errors, 0.0, rate * late * late)
+    add(errors, late, 0.0)
     return doubt
 
 
@@ -267,14 +257,14 @@ def fly(
     marks: Integers,
     row: int,
     x0: float,
-    doubt: float,
+    begins: tuple[float, float],
     phases: Table,
     arrival: Table,
     errors: Errors,
 ) -> bool:
     """Carry the errors along the flight to the event of a row; False where they are too large.
 
-    Then a generator is (of the instant, of the velocity after the event).
+    ``begins`` are the errors of x and of the constant force at its start.
     """
     make_room(errors)
     before = row - 1
@@ -285,34 +275,45 @@ def fly(
     s = (events[row, EVENT_T] - t) + (events[row, EVENT_T_LOW] - t_low)
     set_phases(law, t, t_low, phases)
     force = constant_force(law, region, x)
-    if marks[before, KIND] == RELEASE:
+    released = marks[before, KIND] == RELEASE
+    if released:
         force = -force_and_slopes(law, phases)[0]
     start = (t, t_low, events[before, V_AFTER], force)
     v = events[row, V_BEFORE]
-    bound = law[region, LOWER if marks[row, BOUND] == law[region, NUMBER] else UPPER]
-    spread = (total(errors, 0), total(errors, 1), doubt)
-    released = marks[before, KIND] == RELEASE
     ends = (v, events[row, EVENT_T], events[row, EVENT_T_LOW])
+    late = total(errors, 0)
+    # A flight that begins later is under another force all the time.
+    shift = law[0, FORCE_BOUND + 1] * late
+    spread = (begins[0], total(errors, 1), begins[1] + shift)
     if not keeps_clear(law, region, start, x, released, s, ends, spread, phases, arrival):
         return False
-    blow, _, rise = free_response(law, region, s)
-    turn_errors(errors, propagator(law, region, s))
-    add(errors, doubt * abs(rise), doubt * abs(blow))
+    matrix = propagator(law, region, s)
+    by_time = delayed_start(law, region, phases, s)
+    rows, count, moved = errors
+    for i in range(count[0]):
+        moved[0, i] = matrix[1] * rows[1, i] + by_time[0] * rows[0, i]
+        rows[1, i] = matrix[3] * rows[1, i] + by_time[1] * rows[0, i]
+    # From here on a generator is (of the instant at which the flight began, of v, of y) at s.
+    move_by(errors, matrix[0] * begins[0], matrix[2] * begins[0])
+    growth = growth_of_errors(law, region, s)
+    bent = begins[1] + 0.5 * law[0, FORCE_BOUND + 2] * late * late
+    move_by(errors, 0.5 * s * s * bent * growth, 0.0)
+    move_by(errors, 0.0, s * bent * growth)
     size, speed = sizes(law, region, start, phases, s)
     rounding = ROUNDING * growth_of_rounding(law, region, s)
     way = rounding * size + LANDING * abs(v) * s
+    bound = law[region, LOWER if marks[row, BOUND] == law[region, NUMBER] else UPPER]
     if bound != x:
         way += ULP * (abs(bound) + abs(x))
-    add(errors, way, 0.0)
-    add(errors, 0.0, rounding * speed + LANDING * abs(v))
+    move_by(errors, way, 0.0)
+    move_by(errors, 0.0, rounding * speed + LANDING * abs(v))
     set_phases(law, events[row, EVENT_T], events[row, EVENT_T_LOW], phases)
     second, _ = acceleration_and_jerk(law, region, force, phases, bound - x, v)
-    if not meet(law, region, v, second, errors):
+    if not meet(law, region, v, second, shift, errors):
         return False
     if marks[row, KIND] == IMPACT:
         upper = marks[row, BOUND] != law[region, NUMBER]
         restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
-        rows, count, _ = errors
         for i in range(count[0]):
             rows[1, i] *= -restitution
         add(errors, 0.0, 2.0 * ULP * restitution * abs(v))
@@ -320,41 +321,51 @@ def fly(
 
 
 @kernel
-def turn_errors(errors: Errors, matrix: tuple[float, float, float, float]) -> None:
-    """Carry each generator through a linear map."""
-    rows, count, _ = errors
-    for i in range(count[0]):
-        x = rows[0, i]
-        v = rows[1, i]
-        rows[0, i] = matrix[0] * x + matrix[1] * v
-        rows[1, i] = matrix[2] * x + matrix[3] * v
+def move_by(errors: Errors, y: float, v: float) -> None:
+    """Add a generator that moves the end of a flight and not its beginning."""
+    rows, count, moved = errors
+    if y != 0.0 or v != 0.0:
+        rows[0, count[0]] = 0.0
+        rows[1, count[0]] = v
+        moved[0, count[0]] = y
+        count[0] += 1
 
 
 @kernel
-def meet(law: Law, region: int, v: float, second: float, errors: Errors) -> bool:
-    """Turn errors at the instant of an event into those of the instant and of the velocity there.
+def growth_of_errors(law: Law, region: int, s: float) -> float:
+    """Return by how much a displacement may grow in a time s beyond what it does freely."""
+    return math.exp(law[region, SLOW_ROOT] * s) if law[region, STIFFNESS] < 0.0 else 1.0
 
-    The motion itself meets the bound within ``late`` of it, and once, if its velocity keeps its
-    sign there.
+
+@kernel
+def meet(law: Law, region: int, v: float, second: float, shift: float, errors: Errors) -> bool:
+    """Turn errors of y and v at the end of a flight into those of the event's instant and velocity.
+
+    The motion itself meets the bound within ``late`` of the flight's end, and once, if its
+    velocity keeps its sign there. ``shift`` is by how much its force may differ.
     """
+    rows, count, moved = errors
+    far = 0.0
+    for i in range(count[0]):
+        far += abs(moved[0, i])
+    if far == 0.0:
+        return True
     speed = abs(v)
-    far = total(errors, 0)
     fast = total(errors, 1)
     late = 1.5 * far / speed if speed > 0.0 else math.inf
     if not late * law[region, QUICKEST] <= PHASE:
         return False
-    pull = 2.0 * law[region, DAMPING] * fast + abs(law[region, STIFFNESS]) * far
+    pull = 2.0 * law[region, DAMPING] * fast + abs(law[region, STIFFNESS]) * far + shift
     jerk = jerk_near(law, region, speed + fast, abs(second) + pull, late)
-    bend = abs(second) + jerk * late
-    if not fast + (bend + pull) * late <= PART * speed:
+    bend = abs(second) + pull + jerk * late
+    if not fast + bend * late <= PART * speed:
         return False
-    rows, count, _ = errors
     for i in range(count[0]):
-        delay = -rows[0, i] / v
-        rows[0, i] = delay
+        delay = -moved[0, i] / v
+        rows[0, i] += delay
         rows[1, i] += second * delay
     more = (fast * late + 0.5 * bend * late * late) / speed
-    add(errors, more, abs(second) * more)
+    add(errors, more, second * more)
     add(errors, 0.0, (pull + jerk * late) * late)
     return True
 
@@ -366,36 +377,6 @@ def jerk_near(law: Law, region: int, speed: float, bend: float, s: float) -> flo
     Backwards the damping makes it grow, by less than two as s is short.
     """
     return 2.0 * derivative_bound(law, region, law[0, FORCE_BOUND + 1], speed, bend, s)
-
-
-@kernel
-def leave(
-    law: Law, events: Table, marks: Integers, row: int, x0: float, phases: Table, errors: Errors
-) -> bool:
-    """Turn errors of an event's instant and velocity into those of x and v at the instant found.
-
-    The motion itself, which leaves a little earlier or later, is continued to there.
-    """
-    region = int(marks[row, NEXT_REGION])
-    v = events[row, V_AFTER]
-    late = total(errors, 0)
-    fast = total(errors, 1)
-    if not late * law[region, QUICKEST] <= PHASE:
-        return False
-    set_phases(law, events[row, EVENT_T], events[row, EVENT_T_LOW], phases)
-    force = constant_force(law, region, place_of(law, marks, row, x0))
-    second, _ = acceleration_and_jerk(law, region, force, phases, 0.0, v)
-    pull = 2.0 * law[region, DAMPING] * fast
-    bend = abs(second) + pull
-    jerk = jerk_near(law, region, abs(v) + fast + bend * late, bend, late)
-    rows, count, _ = errors
-    for i in range(count[0]):
-        delay = rows[0, i]
-        rows[0, i] = -v * delay
-        rows[1, i] -= second * delay
-    add(errors, (fast + 0.5 * (bend + jerk * late) * late) * late, 0.0)
-    add(errors, 0.0, (pull + jerk * late) * late)
-    return True
 
 
 @kernel
@@ -523,9 +504,7 @@ def reach_of_errors(
     """Return a bound on the error of x within a time s of a flight's start, rounding included."""
     far, fast, doubt = spread
     rounding = ROUNDING * growth_of_rounding(law, region, s)
-    size = far + s * fast + 0.5 * s * s * doubt
-    if law[region, STIFFNESS] < 0.0:
-        size *= math.exp(law[region, SLOW_ROOT] * s)
+    size = (far + s * fast + 0.5 * s * s * doubt) * growth_of_errors(law, region, s)
     return 2.0 * (size + rounding * sizes(law, region, start, phases, s)[0])
 
 

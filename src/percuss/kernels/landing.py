@@ -53,12 +53,14 @@ def land(
         step = series_root(clearance, sign * v, sign * second, sign * third, sign * fourth)
         if left <= s + step <= right:
             sixth = derivative_bound(law, region, law[0, FORCE_BOUND + 4], fourth, fifth, 0.0)
-            if is_settled(law[region, QUICKEST], step, s, v, (second, fifth, sixth)):
+            end = s + step
+            settled = is_settled(law[region, QUICKEST], step, s, v, (second, fifth, sixth))
+            # A step is rounded to its own size: one longer than the flight would leave that in it.
+            if settled and abs(step) <= end:
                 turn_by(law, arrival, step)
                 rest = third * 0.5 + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
-                end = s + step
                 return end, v + step * (second + step * rest), step - (end - s)
-            s += step
+            s = end
         else:
             middle = 0.5 * (left + right)
             if not left < middle < right:
