@@ -37,7 +37,7 @@ _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
 ATTRACTED = 40
 # Batches of a search for all orbits, at an effort of 1; it ends early when fewer orbits than this
 # are estimated to be unseen.
-FEWEST_BATCHES, MOST_BATCHES = 3, 10
+FEWEST_BATCHES, MOST_BATCHES = 4, 12
 ENOUGH = 1.0
 LEAST_EFFORT, MOST_EFFORT = 0.1, 100.0
 # An impact as slow as rounding, as a part of the fastest one.
@@ -151,11 +151,11 @@ def find_orbits(
 
     Orbits with one impact on a wall under one harmonic, without impacts and with sticking are
     complete: they come from closed forms. The others start from stretches of motions that almost
-    close, and from flights of several motions that join to a closed sequence; of a family of
-    orbits in one system one member is given. From how many starts each orbit was reached tells
-    how many were reached from none (`unseen_estimate`). The search goes on until this estimate is
-    below one orbit, or its effort is spent: some ten million swings of all motions that are
-    followed at the most.
+    close; of a family of orbits in one system one member is given. From how many starts each
+    orbit was reached tells about how many were reached from none (`unseen_estimate`). The search
+    goes on until this estimate is below one orbit, or its effort is spent: some ten million swings
+    of all motions that are followed at the most. Very unstable orbits are reached from one start
+    in a thousand or fewer; where none of them was seen the estimate cannot know of them.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def find_orbits(
     formal
         Whether to return those, too, that pass through a stop between impacts.
     effort
-        Multiplies the starts, 0.1 to 100: 150 from each stop at least and 500 at most. More find
+        Multiplies the starts, 0.1 to 100: 200 from each stop at least and 600 at most. More find
         more of the orbits that are hard to reach, which are the very unstable ones.
     progress
         True shows a line on the error stream after two seconds; a function
@@ -391,6 +391,9 @@ def _all(
             )
             if admissible and not (len(signature.stops) == 1 and signature.stops[0] in closed)
         )
+        if not looking.goes_on() and k + 1 < fewest:
+            # Cut short before there was enough to estimate from.
+            unseen.estimate = math.nan
         if k + 1 >= fewest and unseen.estimate < ENOUGH:
             return
 

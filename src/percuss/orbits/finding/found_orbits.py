@@ -9,6 +9,9 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["FoundOrbits", "estimate_unseen"]
 
+# The estimate is of what a search with so many times the samples would show.
+SAMPLES = 6.0
+
 
 class FoundOrbits(list[PeriodicOrbit]):
     """The list of the periodic orbits that `find_orbits` has found.
@@ -19,8 +22,8 @@ class FoundOrbits(list[PeriodicOrbit]):
         The orbits.
     unseen_estimate
         How many orbits of the kinds that were looked for have not been found, estimated from how
-        often the others were (Chao 1984); 0 where closed forms give all, NaN where the search
-        gives no estimate (free motion).
+        often the others were (`estimate_unseen`); 0 where closed forms give all, NaN where the search
+        gives no estimate (free motion, or too few starts).
     n_searches
         From how many starts was searched.
     """
@@ -51,11 +54,14 @@ class FoundOrbits(list[PeriodicOrbit]):
 
 
 def estimate_unseen(counts: Iterable[int]) -> float:
-    """Return how many kinds are unseen, estimated from how often each of the others was seen.
+    """Return about how many kinds are unseen, from how often each of the others was seen.
 
-    With f1 kinds seen once and f2 seen twice there are f1^2 / (2 f2) more at least on average
-    (Chao 1984, Scand. J. Statist. 11, 265); without any seen twice f1 (f1 + 1) / 2 is returned,
-    so that a single kind seen once counts.
+    The larger of two estimates. With f1 kinds seen once and f2 seen twice there are at least
+    f1^2 / (2 f2) more on average (Chao 1984, Scand. J. Statist. 11, 265); without any seen twice,
+    f1 (f1 + 1) / 2. That bound is low where kinds are seen at rates of many orders, as orbits are
+    by their multipliers: then each doubling of the samples shows as many new kinds as the last
+    one did, which is the sum of 2^-n over the kinds, n being how often each was seen. The second
+    estimate is what six times as many samples would show at this pace.
 
     Parameters
     ----------
@@ -69,9 +75,11 @@ def estimate_unseen(counts: Iterable[int]) -> float:
 
     Examples
     --------
-    >>> estimate_unseen([1, 1, 2, 7, 30]), estimate_unseen([1, 5]), estimate_unseen([9, 8])
-    (2.0, 1.0, 0.0)
+    >>> round(estimate_unseen([1, 1, 1, 2, 30]), 2), round(estimate_unseen([2, 3, 27, 400]), 2)
+    (4.52, 0.97)
     """
     seen = list(counts)
     once, twice = seen.count(1), seen.count(2)
-    return once**2 / (2.0 * twice) if twice else 0.5 * once * (once + 1)
+    least = once**2 / (2.0 * twice) if twice else 0.5 * once * (once + 1)
+    pace = math.fsum(0.5**n for n in seen)
+    return max(least, pace * math.log2(SAMPLES))

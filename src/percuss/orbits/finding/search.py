@@ -20,7 +20,6 @@ from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
 from percuss.orbits.finding.guess import Guess
-from percuss.orbits.finding.linking import Flights
 from percuss.orbits.finding.looking import Looking
 from percuss.orbits.orbit.chain import chain_of_record, chain_of_stops, entries_of, entry
 from percuss.orbits.orbit.short_runs import ShortRuns
@@ -100,7 +99,7 @@ def batches(
     looking: Looking,
     n_batches: int,
 ) -> Iterator[Iterator[Guess]]:
-    """Yield guesses of orbits, batch by batch: stretches of motions, then flights joined.
+    """Yield guesses of orbits, batch by batch.
 
     Parameters
     ----------
@@ -120,9 +119,9 @@ def batches(
     iterator of Guess
         Those of a batch.
     """
-    table, random, counts = law(osc, force), np.random.default_rng(seed), (max_impacts, max_periods)
+    random, counts = np.random.default_rng(seed), (max_impacts, max_periods)
     for batch in range(n_batches):
-        yield _batch(osc, force, counts, LONG if batch == 0 else 0, random, looking, table)
+        yield _batch(osc, force, counts, LONG if batch == 0 else 0, random, looking)
         if not looking.goes_on():
             return
 
@@ -134,15 +133,12 @@ def _batch(
     n_long: int,
     random: np.random.Generator,
     looking: Looking,
-    table: Law,
 ) -> Iterator[Guess]:
-    flights = Flights(osc, table)
     for stop in range(len(osc.stops)):
         motions = _motions(osc, force, counts, (stop, BATCH, n_long), random)
-        yield from _stretches(motions, counts, looking, flights=flights)
+        yield from _stretches(motions, counts, looking)
         if not looking.goes_on():
             return
-    yield from flights.closed(*counts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,16 +186,13 @@ def _stretches(
     looking: Looking,
     *,
     exactly: bool = False,
-    flights: Flights | None = None,
 ) -> Iterator[Guess]:
-    """Yield the guesses in motions, and take their flights down."""
+    """Yield the guesses in motions."""
     for motion in motions:
         looking.followed(motion.lasted)
         found = guesses_in(motion.osc, motion.law, motion.record, *counts, exactly=exactly)
         for guess in found:
             yield replace(guess, trial=looking.n_done)
-        if flights is not None:
-            flights.add(motion.record, looking.n_done)
         looking.start_is_done()
         if not looking.goes_on():
             return
