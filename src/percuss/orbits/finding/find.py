@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -14,11 +15,13 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.motion.progress import Report
+from percuss.orbits.finding.found_orbits import FoundOrbits, estimate_unseen
+from percuss.orbits.finding.guess import Guess
 from percuss.orbits.finding.guessing import GivenGuess
 from percuss.orbits.finding.looking import Looking, check_length
 from percuss.orbits.finding.near import counts_of_guess, described, orbit_near
 from percuss.orbits.finding.refine import Known, refined
-from percuss.orbits.finding.search import SCATTERED, Guess, guesses, scattered, starts_of
+from percuss.orbits.finding.search import SCATTERED, batches, guesses, scattered, starts_of
 from percuss.orbits.finding.settled import settled_motions
 from percuss.orbits.finding.single_impact import has_closed_form, single_impact_orbits
 from percuss.orbits.orbit.chain import chain_of_stops
@@ -33,6 +36,11 @@ __all__ = ["find_orbit", "find_orbits"]
 _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
 # Motions that are followed for long where nothing physical is found otherwise.
 ATTRACTED = 40
+# Batches of a search for all orbits, at an effort of 1; it ends early when fewer orbits than this
+# are estimated to be unseen.
+FEWEST_BATCHES, MOST_BATCHES = 4, 12
+ENOUGH = 1.0
+LEAST_EFFORT, MOST_EFFORT = 0.1, 100.0
 # An impact as slow as rounding, as a part of the fastest one.
 NO_SPEED = 1e-12
 
@@ -138,14 +146,18 @@ def find_orbits(
     seed: int = 0,
     *,
     formal: bool = False,
+    effort: float = 1.0,
     progress: Report = None,
-) -> list[PeriodicOrbit]:
+) -> FoundOrbits:
     """Find all periodic orbits that a search from random starts finds, each once.
 
     Orbits with one impact on a wall under one harmonic, without impacts and with sticking are
     complete: they come from closed forms. The others start from stretches of motions that almost
-    close; of a family of orbits in one system one member is given. The search ends after some ten
-    million swings of all motions that are followed.
+    close; of a family of orbits in one system one member is given. From how many starts each
+    orbit was reached tells about how many were reached from none (`unseen_estimate`). The search
+    goes on until this estimate is below one orbit, or its effort is spent: some ten million swings
+    of all motions that are followed at the most. Very unstable orbits are reached from one start
+    in a thousand or fewer; where none of them was seen the estimate cannot know of them.
 
     Parameters
     ----------
@@ -157,6 +169,9 @@ def find_orbits(
         Of the random starts.
     formal
         Whether to return those, too, that pass through a stop between impacts.
+    effort
+        Multiplies the starts, 0.1 to 100: 200 from each stop at least and 600 at most. More find
+        more of the orbits that are hard to reach, which are the very unstable ones.
     progress
         True shows a line on the error stream after two seconds; a function
         ``(done, total) -> bool`` is called after each start of the search, and ends it by
@@ -164,8 +179,9 @@ def find_orbits(
 
     Returns
     -------
-    list of PeriodicOrbit
-        By n_periods, then n_impacts, then stability.
+    FoundOrbits
+        A list of `PeriodicOrbit`, by n_periods, then n_impacts, then stability, with
+        `unseen_estimate` and `n_searches`.
 
     Raises
     ------
@@ -184,6 +200,12 @@ def find_orbits(
     0 asymptotic
     1 asymptotic
     1 unstable
+
+    Of a search the estimate of what is unseen is told:
+
+    >>> found = find_orbits(osc, pc.cosine("1.5"), max_impacts=2, max_periods=2)
+    >>> found.unseen_estimate < 1.0
+    True
     """
     max_impacts, max_periods = (
         whole("max_impacts", max_impacts, 1),
@@ -192,14 +214,20 @@ def find_orbits(
     _check(osc, force, max_impacts if osc.stops else 0, None)
     table = law(osc, force)
     check_length(table, max_impacts, max_periods)
-    looking = Looking(table, progress, starts_of(osc, table))
+    if not LEAST_EFFORT <= effort <= MOST_EFFORT:
+        reason = f"outside {LEAST_EFFORT:g} to {MOST_EFFORT:g}; 1 is the usual effort"
+        raise ParameterError("effort", effort, reason)
+    batch_counts = max(1, round(effort * FEWEST_BATCHES)), max(1, round(effort * MOST_BATCHES))
+    looking = Looking(table, progress, starts_of(osc, table, batch_counts[1]))
+    unseen = Unseen()
     found: list[PeriodicOrbit] = []
-    for orbit in _all(osc, force, max_impacts, max_periods, seed, looking):
+    for orbit in _all(osc, force, (max_impacts, max_periods), seed, looking, batch_counts, unseen):
         wanted = (orbit.admissible or formal) and not _only_touches(orbit)
         if wanted and not any(are_same(orbit, other) for other in found):
             found.append(orbit)
     looking.close()
-    return sorted(found, key=lambda orbit: (orbit.n_periods, orbit.n_impacts, *_order(orbit)))
+    found.sort(key=lambda orbit: (orbit.n_periods, orbit.n_impacts, *_order(orbit)))
+    return FoundOrbits(found, unseen.estimate, looking.n_done)
 
 
 def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
@@ -333,16 +361,60 @@ def _is_rotation(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
 def _all(
     osc: Oscillator,
     force: Forcing | None,
-    max_impacts: int,
-    max_periods: int,
+    counts: tuple[int, int],
     seed: int,
     looking: Looking,
+    batch_counts: tuple[int, int],
+    unseen: Unseen,
 ) -> Iterator[PeriodicOrbit]:
     if force is not None and _has_period(force):
         yield from _steady(osc, force, every=True)
-        yield from sticking_orbits(osc, force, max_periods)
-    if osc.stops:
-        yield from _impacting(osc, force, max_impacts, max_periods, seed, looking, exactly=False)
+        yield from sticking_orbits(osc, force, counts[1])
+    if not osc.stops:
+        return
+    if force is None or not _has_period(force):
+        unseen.estimate = math.nan
+        yield from _impacting(osc, force, *counts, seed, looking, exactly=False)
+        return
+    closed = _closed_forms(osc, force)
+    for stop in closed:
+        for n in range(1, counts[1] + 1):
+            yield from single_impact_orbits(osc, force, n, stop)
+    if counts[0] == 1 and len(closed) == len(osc.stops):
+        return
+    known = Known(osc, force)
+    fewest, most = batch_counts
+    for k, batch in enumerate(batches(osc, force, *counts, seed, looking, most)):
+        for guess in batch:
+            orbit = _refined(guess, known, looking)
+            if orbit is not None:
+                yield orbit
+            if not looking.goes_on():
+                break
+        # Orbits from closed forms are known without a search.
+        unseen.estimate = estimate_unseen(
+            len(trials)
+            for trials, admissible, signature in zip(
+                known.trials, known.admissible, known.signatures, strict=True
+            )
+            if admissible and not (len(signature.stops) == 1 and signature.stops[0] in closed)
+        )
+        if not looking.goes_on() and k + 1 < fewest:
+            # Cut short before there was enough to estimate from.
+            unseen.estimate = math.nan
+        if k + 1 >= fewest and unseen.estimate < ENOUGH:
+            return
+
+
+@dataclass(slots=True)
+class Unseen:
+    """How many orbits a search has probably not seen."""
+
+    estimate: float = 0.0
+
+
+def _closed_forms(osc: Oscillator, force: Forcing | None) -> list[int]:
+    return [stop for stop in range(len(osc.stops)) if has_closed_form(osc, force, stop)]
 
 
 def _steady(osc: Oscillator, force: Forcing, *, every: bool) -> Iterator[PeriodicOrbit]:
@@ -375,7 +447,7 @@ def _impacting(
 
     ``exactly`` takes those with as many impacts and periods only.
     """
-    closed = [stop for stop in range(len(osc.stops)) if has_closed_form(osc, force, stop)]
+    closed = _closed_forms(osc, force)
     if force is not None and (max_impacts == 1 or not exactly):
         for stop in closed:
             for n in range(max_periods if exactly else 1, max_periods + 1):

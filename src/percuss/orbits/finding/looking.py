@@ -68,6 +68,11 @@ class Looking:
         self.law, self.end_reason = table, ""
         self._told, self._starts, self._done, self._spent = Told(report), starts, 0, 0.0
 
+    @property
+    def n_done(self) -> int:
+        """How many starts have been looked at."""
+        return self._done
+
     def goes_on(self) -> bool:
         """Tell whether to look at more."""
         return not self.end_reason

@@ -13,7 +13,7 @@ from percuss.orbits.finding.search import Guess
 from percuss.orbits.orbit.making import orbit_of_solution
 from percuss.orbits.orbit.newton import Solution, solve
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.same import Signature, repetitions, signature_of
+from percuss.orbits.orbit.same import TOLERANCE, Signature, repetitions, signature_of
 
 __all__ = ["Known", "refined", "solved"]
 
@@ -30,6 +30,9 @@ class Known:
         self.osc, self.forcing = osc, force
         self.law = law(osc, force)
         self.signatures: list[Signature] = []
+        # Of each, the starts that led to it, and whether it is an admissible orbit.
+        self.trials: list[set[int]] = []
+        self.admissible: list[bool] = []
 
     def signature(self, guess: Guess, *, isolated: bool = True) -> Signature:
         """Return the signature that a guess would have as an orbit."""
@@ -39,14 +42,22 @@ class Known:
 
     def leads_to_one(self, guess: Guess) -> bool:
         """Tell whether a guess is as good as one of them."""
-        signature = self.signature(guess)
-        return any(signature.matches(other, SETTLED) for other in self.signatures)
+        return self._is_met(self.signature(guess), guess.trial, SETTLED)
 
-    def holds(self, signature: Signature) -> bool:
+    def holds(self, signature: Signature, trial: int = 0) -> bool:
         """Tell whether an orbit is one of them; if not, it is from now on."""
-        if any(signature.matches(other) for other in self.signatures):
+        if self._is_met(signature, trial, TOLERANCE):
             return True
         self.signatures.append(signature)
+        self.trials.append({trial})
+        self.admissible.append(False)
+        return False
+
+    def _is_met(self, signature: Signature, trial: int, tolerance: float) -> bool:
+        for k, other in enumerate(self.signatures):
+            if signature.matches(other, tolerance):
+                self.trials[k].add(trial)
+                return True
         return False
 
 
@@ -73,9 +84,11 @@ def refined(
             if _has_idle_impact(guess, solution) or _goes_back(guess, solution):
                 return None
             there = Guess(guess.chain, solution.unknowns, guess.n_impacts, guess.n_periods)
-            if known.holds(known.signature(there, isolated=solution.isolated)):
+            if known.holds(known.signature(there, isolated=solution.isolated), guess.trial):
                 return None
-            return orbit_of_solution(osc, force, guess.chain, solution, guess.n_periods)
+            orbit = orbit_of_solution(osc, force, guess.chain, solution, guess.n_periods)
+            known.admissible[-1] = orbit.admissible
+            return orbit
         guess = once(guess, solution.unknowns, times)
     return None
 
@@ -98,4 +111,5 @@ def once(guess: Guess, unknowns: NDArray[np.float64], times: int) -> Guess:
     n = len(guess.chain)
     m = n // times
     first = np.concatenate([unknowns[: 1 + m], unknowns[1 + n :][:m]])
-    return Guess(guess.chain[:m], first, guess.n_impacts // times, guess.n_periods // times)
+    counts = guess.n_impacts // times, guess.n_periods // times
+    return Guess(guess.chain[:m], first, *counts, guess.trial)

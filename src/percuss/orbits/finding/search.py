@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +19,19 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.orbits.finding.guess import Guess
 from percuss.orbits.finding.looking import Looking
 from percuss.orbits.orbit.chain import chain_of_record, chain_of_stops, entries_of, entry
 from percuss.orbits.orbit.short_runs import ShortRuns
 
-__all__ = ["Guess", "guesses", "guesses_in", "scale_of_speed", "scattered", "starts_of"]
+__all__ = ["Guess", "batches", "guesses", "guesses_in", "scale_of_speed", "scattered", "starts_of"]
 
 Floats = NDArray[np.float64]
 
 # Motions that are followed from each stop, and how many impacts of each.
 STARTS = 200
+# Motions of a batch of a search for all orbits, from each stop.
+BATCH = 50
 # Free motion without losses repeats itself wherever it starts.
 FREE_STARTS = 20
 IMPACTS = 3
@@ -41,29 +44,11 @@ SETTLING = 400
 NEAR = 0.35
 
 
-@dataclass(frozen=True, slots=True)
-class Guess:
-    """Where to start Newton's method.
-
-    Attributes
-    ----------
-    chain
-        (n, 3) array, the events.
-    unknowns
-        (2 n + 1,) array: instant of event 0, durations, velocities after the events.
-    n_impacts, n_periods
-        What the orbit would have.
-    """
-
-    chain: Integers
-    unknowns: Floats
-    n_impacts: int
-    n_periods: int
-
-
-def starts_of(osc: Oscillator, table: Law) -> int:
-    """Return from how many starts `guesses` looks."""
-    return len(osc.stops) * ((STARTS if table[0, at.PERIOD] > 0.0 else FREE_STARTS) + LONG)
+def starts_of(osc: Oscillator, table: Law, n_batches: int = 0) -> int:
+    """Return from how many starts `guesses` looks at most."""
+    if table[0, at.PERIOD] == 0.0:
+        return len(osc.stops) * (FREE_STARTS + LONG)
+    return len(osc.stops) * ((n_batches * BATCH if n_batches else STARTS) + LONG)
 
 
 def guesses(
@@ -96,32 +81,121 @@ def guesses(
     Guess
         Stretches of motions whose ends are near to each other.
     """
-    runs = ShortRuns(osc, force)
+    starts = STARTS if force is not None and force.period is not None else FREE_STARTS
     random = np.random.default_rng(seed)
-    period = float(runs.law[0, at.PERIOD])
-    speed = scale_of_speed(osc, force, runs.law)
-    starts = STARTS if period > 0.0 else FREE_STARTS
     for stop in range(len(osc.stops)):
-        way = entry(osc, stop).way * (-1.0 if isinstance(osc.stops[stop], Wall) else 1.0)
-        place = as_float(osc.stops[stop].at)
-        for i in range(starts + LONG):
-            t0 = random.random() * period
-            v0 = way * speed * 10.0 ** random.uniform(-2.0, 0.7)
-            n_impacts = max_impacts + IMPACTS if i < starts else SETTLING
-            t_end = math.inf
-            if period > 0.0:
-                t_end = t0 + (n_impacts + 2) * max_periods * period
-            events, marks = runs.follow(place, v0, t0, t_end=t_end, n_impacts=n_impacts)
-            if i >= starts:
-                last = 6 * max_impacts * (len(osc.stops) + 1)
-                events, marks = events[-last:], marks[-last:]
-            record = events.copy(), marks.copy()
-            lasted = t_end if math.isfinite(t_end) and len(events) < 2 else float(events[-1, 0])
-            looking.followed(lasted - t0)
-            yield from guesses_in(osc, runs.law, record, max_impacts, max_periods, exactly=exactly)
-            looking.start_is_done()
-            if not looking.goes_on():
-                return
+        motions = _motions(osc, force, (max_impacts, max_periods), (stop, starts, LONG), random)
+        yield from _stretches(motions, (max_impacts, max_periods), looking, exactly=exactly)
+        if not looking.goes_on():
+            return
+
+
+def batches(
+    osc: Oscillator,
+    force: Forcing,
+    max_impacts: int,
+    max_periods: int,
+    seed: int,
+    looking: Looking,
+    n_batches: int,
+) -> Iterator[Iterator[Guess]]:
+    """Yield guesses of orbits, batch by batch.
+
+    Parameters
+    ----------
+    osc, force
+        What moves; the forcing has a period.
+    max_impacts, max_periods
+        The longest orbits to look for.
+    seed
+        Of the random starts.
+    looking
+        Is told of each start, and may end the search.
+    n_batches
+        How many batches at most; each has 50 starts from each stop.
+
+    Yields
+    ------
+    iterator of Guess
+        Those of a batch.
+    """
+    random, counts = np.random.default_rng(seed), (max_impacts, max_periods)
+    for batch in range(n_batches):
+        yield _batch(osc, force, counts, LONG if batch == 0 else 0, random, looking)
+        if not looking.goes_on():
+            return
+
+
+def _batch(
+    osc: Oscillator,
+    force: Forcing,
+    counts: tuple[int, int],
+    n_long: int,
+    random: np.random.Generator,
+    looking: Looking,
+) -> Iterator[Guess]:
+    for stop in range(len(osc.stops)):
+        motions = _motions(osc, force, counts, (stop, BATCH, n_long), random)
+        yield from _stretches(motions, counts, looking)
+        if not looking.goes_on():
+            return
+
+
+@dataclass(frozen=True, slots=True)
+class _Motion:
+    """A motion that was followed from a stop: its record, and for how long."""
+
+    osc: Oscillator
+    law: Law
+    record: tuple[Table, Integers]
+    lasted: float
+
+
+def _motions(
+    osc: Oscillator,
+    force: Forcing | None,
+    counts: tuple[int, int],
+    starts: tuple[int, int, int],
+    random: np.random.Generator,
+) -> Iterator[_Motion]:
+    """Follow motions from a stop, so many for a few impacts and so many for long."""
+    stop, n_short, n_long = starts
+    runs = ShortRuns(osc, force)
+    period, speed = float(runs.law[0, at.PERIOD]), scale_of_speed(osc, force, runs.law)
+    way = entry(osc, stop).way * (-1.0 if isinstance(osc.stops[stop], Wall) else 1.0)
+    place = as_float(osc.stops[stop].at)
+    max_impacts, max_periods = counts
+    for i in range(n_short + n_long):
+        t0 = random.random() * period
+        v0 = way * speed * 10.0 ** random.uniform(-2.0, 0.7)
+        n_impacts = max_impacts + IMPACTS if i < n_short else SETTLING
+        t_end = math.inf
+        if period > 0.0:
+            t_end = t0 + (n_impacts + 2) * max_periods * period
+        events, marks = runs.follow(place, v0, t0, t_end=t_end, n_impacts=n_impacts)
+        if i >= n_short:
+            last = 6 * max_impacts * (len(osc.stops) + 1)
+            events, marks = events[-last:], marks[-last:]
+        lasted = t_end if math.isfinite(t_end) and len(events) < 2 else float(events[-1, 0])
+        yield _Motion(osc, runs.law, (events.copy(), marks.copy()), lasted - t0)
+
+
+def _stretches(
+    motions: Iterator[_Motion],
+    counts: tuple[int, int],
+    looking: Looking,
+    *,
+    exactly: bool = False,
+) -> Iterator[Guess]:
+    """Yield the guesses in motions."""
+    for motion in motions:
+        looking.followed(motion.lasted)
+        found = guesses_in(motion.osc, motion.law, motion.record, *counts, exactly=exactly)
+        for guess in found:
+            yield replace(guess, trial=looking.n_done)
+        looking.start_is_done()
+        if not looking.goes_on():
+            return
 
 
 def scattered(

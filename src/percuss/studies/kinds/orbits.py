@@ -80,7 +80,9 @@ class Orbits:
         )
 
     def report(self, result: list[PeriodicOrbit]) -> dict[str, str]:
-        """Tell how many there are, and each in a line."""
+        """Tell how many there are, each in a line, and how many may be unseen."""
+        from percuss.orbits.finding.found_orbits import FoundOrbits
+
         count = Counter(orbit.stability for orbit in result)
         words = ", ".join(f"{n} {name}" for name, n in count.items())
         rows = {"orbits": f"{len(result)}: {words}" if result else "none found"}
@@ -89,6 +91,8 @@ class Orbits:
             rows[f"orbit {i}"] = text
         if len(result) > MOST_ROWS:
             rows["and"] = f"{len(result) - MOST_ROWS} more in the files"
+        if isinstance(result, FoundOrbits):
+            rows["search"] = result.completeness()
         return rows
 
 

@@ -1,0 +1,72 @@
+"""How many orbits a search has not seen: estimated, told, and paid for by effort."""
+
+from __future__ import annotations
+
+import math
+import pickle
+
+import pytest
+
+import percuss as pc
+from percuss.orbits.finding.found_orbits import FoundOrbits, estimate_unseen
+
+OSC = pc.impact_oscillator("0.8", side="above")
+FORCE = pc.cosine("2.66")
+
+
+@pytest.mark.parametrize(
+    ("counts", "low", "high"),
+    [
+        ((), 0.0, 0.0),
+        # All were seen often: none is left.
+        ((60, 45, 200), 0.0, 1e-9),
+        # One seen once says that there may be another one.
+        ((1, 50), 1.0, 2.0),
+        ((1, 1, 1, 2), 4.5, 5.5),
+        ((3, 4, 100), 0.4, 0.6),
+    ],
+)
+def test_what_is_seen_seldom_tells_of_what_is_unseen(
+    counts: tuple[int, ...], low: float, high: float
+) -> None:
+    assert low <= estimate_unseen(counts) <= high
+
+
+def test_a_search_tells_its_starts_and_its_estimate() -> None:
+    found = pc.find_orbits(OSC, FORCE, 3, 3)
+
+    assert isinstance(found, list)
+    assert found.n_searches >= 200
+    assert f"{len(found)} periodic orbits from {found.n_searches:,} starts" in repr(found)
+    assert "unseen" in repr(found)
+    again = pickle.loads(pickle.dumps(found))
+    assert (again.unseen_estimate, again.n_searches) == (found.unseen_estimate, found.n_searches)
+    assert len(again) == len(found)
+
+
+def test_closed_forms_leave_nothing_unseen() -> None:
+    found = pc.find_orbits(OSC, FORCE, 1, 2)
+
+    assert (found.unseen_estimate, found.n_searches) == (0.0, 0)
+    assert found.completeness().endswith("from closed forms")
+
+
+def test_effort_multiplies_the_starts() -> None:
+    little = pc.find_orbits(OSC, FORCE, 3, 3, effort=0.2)
+    much = pc.find_orbits(OSC, FORCE, 3, 3, effort=2)
+
+    assert little.n_searches < 200
+    assert much.n_searches >= 400
+    assert len(little) <= len(much)
+    for effort in (0, 1000, float("nan")):
+        with pytest.raises(pc.ParameterError, match="effort"):
+            pc.find_orbits(OSC, FORCE, 3, 3, effort=effort)
+
+
+def test_a_search_that_is_cut_short_has_no_estimate() -> None:
+    found = pc.find_orbits(OSC, FORCE, 3, 3, progress=lambda done, _: done < 5)
+
+    assert isinstance(found, FoundOrbits)
+    assert found.n_searches == 5
+    assert math.isnan(found.unseen_estimate)
+    assert "unseen" not in repr(found)
