@@ -28,7 +28,7 @@ def rests_for_ever(law: Law, region: int, x: Fraction) -> bool:
     """Tell whether no force ever acts on a mass at rest at a place; not with a moved number."""
     if law.system.moved is not None:
         return False
-    amplitudes = (law.system.numbers[tone.amplitude] for tone in law.system.tones)
+    amplitudes = (law.system.strength(tone) for tone in law.system.tones)
     return _still(law, region, x) == 0 and not any(amplitudes)
 
 
@@ -114,5 +114,5 @@ def _derivative(law: Law, region: int, x: Fraction, time: Phase, order: int) -> 
         cosine = rational_cosine(turn, tone.phase[1] + omega * plus)
         if cosine is None:
             return None
-        total += law.system.numbers[tone.amplitude] * omega**order * cosine
+        total += law.system.strength(tone) * omega**order * cosine
     return total

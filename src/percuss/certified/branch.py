@@ -47,11 +47,28 @@ def system_at(system: System, path: str, value: Fraction) -> System:
 
 
 def system_over(system: System, path: str, low: Fraction, high: Fraction) -> System:
-    """Return the systems at all values of a parameter between two."""
+    """Return the systems at all values of a parameter between two.
+
+    Raises
+    ------
+    Undecided
+        If the parameter cannot be a ball, or stops change their order, or a part of the forcing
+        comes or goes, between the two: then what holds at one value is not so at all.
+    """
     middle = system_at(system, path, (low + high) / 2)
     if path not in middle.numbers:
         raise Undecided("precision", f"{path} is no number that can be a ball here")
+    if any(_layout(system_at(system, path, end)) != _layout(middle) for end in (low, high)):
+        reason = f"stops change their order, or a part of the forcing goes, where {path} moves"
+        raise Undecided("precision", reason)
     return dataclasses.replace(middle, moved=(path, low, high))
+
+
+def _layout(system: System) -> tuple[object, ...]:
+    """Return the parts of a system, without their numbers."""
+    tones = [(tone.omega, tone.amplitude, tone.times) for tone in system.tones]
+    bounds = [(bound.path, bound.wall, bound.edges) for bound in system.bounds]
+    return tones, bounds, system.regions
 
 
 def equations_at(system: System, chain: list[Link], n_periods: int) -> Shooting:

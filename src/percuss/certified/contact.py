@@ -149,7 +149,7 @@ def _release(system: System, hold: Hold, end: arb, coarse: int) -> Released:
             since = since.mid()
             push = _push_of(system, hold, since)
         level = Level(hold.bound, -sign, arb(0))
-        moving = any(system.numbers[tone.amplitude] for tone in system.tones)
+        moving = any(system.strength(tone) for tone in system.tones)
         if (system.moved is None and not moving) or _holds_for_ever(push, sign):
             return Released(None, for_ever=True)
         longest = upper(end - since) if end.is_finite() else float("inf")

@@ -9,7 +9,6 @@ negative beyond theirs there is at most one, which the ends decide; else the str
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 from flint import arb, ctx
@@ -45,8 +44,7 @@ class Level(NamedTuple):
     at: Number
 
 
-@dataclass(frozen=True)
-class Bracket:
+class Bracket(NamedTuple):
     """Where the first root is: between two exact times, at a level, and the only one there.
 
     Attributes

@@ -133,7 +133,7 @@ def _landing(
     gap = x - level.at
     if not (v > 0 or v < 0):
         raise Undecided("graze", "an impact may be without velocity")
-    question = Undecided("precision", "no interval step holds the instant of an event")
+    question = None
     for start in _trials(2 * gap.abs_upper() / v.abs_lower(), apart):
         trial = start
         for _ in range(ROUNDS):
@@ -157,7 +157,7 @@ def _landing(
                 alone = s + span(trial)
                 return Landing(s + step, v + step * mean, a + step * jerk, alone)
             trial = trial * 4
-    raise question
+    raise question or Undecided("precision", "no interval step holds the instant of an event")
 
 
 def _trials(needed: arb, apart: arb | None) -> list[arb]:
@@ -252,7 +252,7 @@ class _Series:
         m = self.m
         value = self.divided(s) + self.rest(s, 0) / s**m
         slopes = self.divided.derivative()
-        question = Undecided("precision", "no interval step holds the end of a hop")
+        question = None
         for start in _trials(2 * value.abs_upper() / slopes(s).abs_lower(), apart):
             trial = start
             for _ in range(ROUNDS):
@@ -277,4 +277,4 @@ class _Series:
                     a = speeds.derivative()(at) + self.rest(at, 2)
                     return Landing(at, self.sign * v, self.sign * a, around)
                 trial = trial * 4
-        raise question
+        raise question or Undecided("precision", "no interval step holds the end of a hop")

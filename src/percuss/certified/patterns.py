@@ -98,9 +98,10 @@ def _verdict(rounds: Rounds, n: int) -> Verdict:
     if rounds.is_closed:
         reason = f"the last impact is at the start's zero, {rounds.turns} half periods later"
         return Verdict(True, n, f"{reason}, exactly")
-    force = rounds.system.forcing
-    if force is not None and force.frequency is not None:
-        turns = (rounds.t - rounds.times[0]) * ball(force.frequency) / (2 * arb.pi())
+    system = rounds.system
+    # By what acts: a period that was given may be a multiple of the least.
+    for omega in {system.frequency(tone) for tone in system.tones if system.strength(tone)}:
+        turns = (rounds.t - rounds.times[0]) * ball(omega) / (2 * arb.pi())
         if not turns.contains_integer():
             return Verdict(False, n, "the last impact is at another phase of the force")
     if not rounds.v.overlaps(began):

@@ -267,7 +267,7 @@ class _Eigenset:
             if cosine is None:
                 return None
             apart = self.root - omega * omega
-            total += self.system.numbers[tone.amplitude] * omega**order * cosine / apart
+            total += self.system.strength(tone) * omega**order * cosine / apart
         return total
 
     def verdict(self, n_impacts: float) -> Verdict:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import arb, ctx
@@ -221,7 +221,8 @@ def landed(
     level = next(
         level for level in levels_of(system, start.region) if level.bound == bracket.level.bound
     )
-    fine = replace(bracket, level=level)
+    _, low, high, guess, near, far = bracket
+    fine = Bracket(level, low, high, guess, near, far)
     # The series takes derivatives below the order for zero, which starts beside do not fulfil.
     summed = start.order <= 2 or start.time is not None
     first, all_ = solve(point, whole, fine, coarse, summed=summed, apart=apart)

@@ -91,6 +91,10 @@ class System:
         """Return the exact angular frequency of a tone."""
         return tone.times * self.numbers[tone.omega]
 
+    def strength(self, tone: Tone) -> Fraction:
+        """Return the exact amplitude of a tone."""
+        return self.numbers[tone.amplitude]
+
     def stiffness(self, region: Region) -> Fraction:
         """Return k and all springs of the stops that act."""
         return self._sum(region, "stiffness")
