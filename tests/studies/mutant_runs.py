@@ -11,6 +11,7 @@ import tempfile
 import time
 import traceback
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -64,7 +65,8 @@ def serve() -> None:
     os.dup2(2, 1)
     # What is compiled or loaded for the first time is no time of a mutant.
     for name in template_names():
-        run(parse_study(text_of(name), name))
+        with suppress(PercussError):
+            run(parse_study(text_of(name), name))
     for line in sys.stdin:
         print(json.dumps(answer(int(line))), file=out, flush=True)
 
