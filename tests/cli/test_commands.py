@@ -51,6 +51,9 @@ def test_run_writes_into_a_folder_of_the_studys_name_and_tells_what_happened() -
     assert (status, err) == (0, "")
     assert sorted(path.name for path in Path("study").iterdir()) == [
         "impacts.csv",
+        "impacts.csv.toml",
+        "motion.csv",
+        "motion.csv.toml",
         "motion.nc",
         "motion.svg",
     ]
@@ -80,9 +83,8 @@ def test_a_result_is_run_again_as_a_study_is() -> None:
 def test_the_command_stands_in_the_files() -> None:
     percuss("run", "study.toml", "--out", "a b")
 
-    assert (
-        "# command = \"percuss run study.toml --out 'a b'\"" in Path("a b/impacts.csv").read_text()
-    )
+    record = Path("a b/impacts.csv.toml").read_text()
+    assert "\ncommand = \"percuss run study.toml --out 'a b'\"\n" in record
 
 
 def test_results_are_refused_without_force_and_replaced_with_it() -> None:

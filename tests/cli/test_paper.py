@@ -36,14 +36,12 @@ def test_it_writes_the_report_and_prints_the_verdicts() -> None:
     assert "percuss paper --only fig9,eq12" in Path("percuss-paper/fig9.csv").read_text()
 
 
-def test_an_unknown_name_is_one_sentence_that_lists_the_known_ones() -> None:
+def test_an_unknown_name_is_one_sentence_with_a_hint() -> None:
     status, out, err = paper("--only", "fig16")
 
     assert (status, out) == (2, "")
     assert err.startswith("only = 'fig16': no figure or statement; did you mean \"fig")
     assert err.count("\n") == 1
-    assert ", fig15, " in err
-    assert "table2" in err
     assert not Path("percuss-paper").exists()
 
 

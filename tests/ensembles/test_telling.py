@@ -45,6 +45,19 @@ def test_a_terminal_sees_one_line_with_rate_and_time_left(
     assert lines[3].endswith("\n")
 
 
+def test_followed_branches_are_told_as_such(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watch, "PATIENCE", -1.0)
+
+    pc.bifurcation_diagram(OSC, FORCE, over={"forcing.omega": [2.4, 2.45, 2.5]}, points=2,
+                           transient=2, progress=True)  # fmt: skip
+
+    lines = capsys.readouterr().err.splitlines()
+    assert any("3 of 3 points" in line for line in lines)
+    assert any("1 of 2 followed branches of 3 values" in line for line in lines)
+
+
 def test_a_log_gets_a_line_now_and_then(
     clock: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import importlib.metadata
 from collections.abc import Callable
 from pathlib import Path
@@ -26,6 +27,7 @@ from percuss.io import (
     save_netcdf,
 )
 from percuss.io.netcdf import TABLES
+from percuss.io.reading import record_file
 from percuss.io.table import write_csv
 from percuss.motion.tables import COLUMNS
 from percuss.motion.trajectory import Trajectory
@@ -92,7 +94,7 @@ def test_csv_holds_the_impacts_to_the_bit(run: Trajectory, tmp_path: Path) -> No
     save_csv(run, tmp_path / "run.csv")
 
     with (tmp_path / "run.csv").open() as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        rows = list(csv.DictReader(file))
 
     for column in ("t", "v_before", "v_after", "stop", "cycle", "impulse"):
         saved = [float(row[column]) for row in rows]
@@ -187,12 +189,55 @@ def test_csv_of_crossings_holds_them_to_the_bit_and_names_their_units(
     write_csv(run, path, record, table="crossings", length_unit="mm", time_unit="s")
 
     lines = path.read_text().splitlines()
-    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
-    assert '# columns = "t [s], v [mm/s], stop, direction"' in lines
+    rows = list(csv.DictReader(lines))
+    assert 'columns = "t [s], v [mm/s], stop, direction"' in record_file(path).read_text()
     np.testing.assert_array_equal([float(row["t"]) for row in rows], run.crossings.t)
     np.testing.assert_array_equal([float(row["v"]) for row in rows], run.crossings.v)
     assert [row["direction"] for row in rows] == run.crossings.direction.tolist()
     assert load_record(path) == record
+
+
+def test_pandas_and_spreadsheets_find_the_header_first(run: Trajectory, tmp_path: Path) -> None:
+    save_csv(run, tmp_path / "run.csv", table="motion")
+
+    # What xarray brings along, untyped.
+    pandas: Any = importlib.import_module("pandas")
+    found = pandas.read_csv(tmp_path / "run.csv")
+
+    assert list(found.columns) == ["t", "x", "v"]
+    sample = run.sample(2001)
+    for name in found.columns:
+        np.testing.assert_array_equal(found[name], sample[name])
+
+
+def test_a_csv_file_of_an_older_version_still_tells_its_record(
+    run: Trajectory, tmp_path: Path
+) -> None:
+    record = make_record(run, command="c")
+    lines = [f"# {line}".rstrip() for line in record.text().splitlines()]
+    (tmp_path / "old.csv").write_text("\n".join([*lines, "t,v", "1,2", ""]))
+
+    assert load_record(tmp_path / "old.csv") == record
+
+
+@pytest.mark.parametrize("name", ["run.xlsx", "run.txt", "run", "run.nc.gz"])
+def test_a_wrong_suffix_is_refused_before_anything_is_written(
+    name: str, run: Trajectory, tmp_path: Path
+) -> None:
+    for save, suffix in ((save_csv, ".csv"), (save_netcdf, ".nc"), (save_picture, ".png")):
+        with pytest.raises(OutputError, match=rf"run.*: (not|neither) \{suffix}"):
+            save(run, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_neither_table_nor_record_is_replaced_without_force(
+    run: Trajectory, tmp_path: Path
+) -> None:
+    (tmp_path / "run.csv.toml").write_text("precious")
+
+    with pytest.raises(OutputError, match=r"run\.csv\.toml: exists already"):
+        save_csv(run, tmp_path / "run.csv")
+    assert [path.name for path in tmp_path.iterdir()] == ["run.csv.toml"]
 
 
 def test_a_run_limited_by_entries_into_soft_stops_is_repeated_by_that_limit() -> None:

@@ -293,3 +293,42 @@ def test_where_the_stops_are_unclear_no_path_of_them_is_called_wrong() -> None:
     (fault,) = faults_of(text_of("sweep", own, MODEL.replace('"wall"', '"sfot"')))
 
     assert "oscillator.stops.0.type" in fault
+
+
+FREE = "[oscillator]\n[[forcing.harmonics]]\namplitude = 1\nomega = 1\n"
+
+
+@pytest.mark.parametrize("measure", ["3", "true", "{}", "[1]"])
+def test_a_measure_that_is_no_text_is_one_fault(measure: str) -> None:
+    text = f'[study]\nkind = "sweep"\n{FREE}[over]\n"forcing.omega" = [1, 2]\n[sweep]\n'
+
+    (fault,) = faults_of(f"{text}measure = {measure}\n")
+
+    assert fault.startswith("s.toml:10: sweep.measure")
+    assert "not a " in fault
+
+
+def test_a_misspelt_type_of_a_stop_is_named() -> None:
+    text = f'{FREE}[[oscillator.stops]]\ntpye = "wall"\nat = 0\nside = "below"\n'
+
+    assert faults_of(f"{text}[start]\nx0 = 1\nv0 = 0\n[run]\nt_end = 1\n") == [
+        's.toml:5: oscillator.stops.0.type: missing; "wall" or "soft"',
+        's.toml:6: oscillator.stops.0.tpye: unknown key; did you mean "type"?',
+    ]
+
+
+def test_a_fault_stays_on_one_line_whatever_the_key_and_however_long_the_value() -> None:
+    kind = "a" * 5000
+
+    faults = faults_of(f'[study]\nkind = "{kind}"\n"ti\\ntle" = 1\n{FREE}')
+
+    assert all(len(fault) < 300 for fault in faults)
+    assert any(r"study.ti\ntle: unknown key" in fault for fault in faults)
+
+
+def test_a_step_in_quotes_is_told_to_be_written_without() -> None:
+    text = f'[study]\nkind = "branch"\n{FREE}[over]\n"forcing.omega" = [1, 2]\n[branch]\n'
+
+    assert 's.toml:10: branch.largest_step = "0.1": not a number; write 2.8, without quotes' in (
+        faults_of(f'{text}largest_step = "0.1"\n')
+    )

@@ -14,6 +14,7 @@ from percuss.studies.kinds import kind_names
 from percuss.studies.reading import load_study, parse_study
 from percuss.studies.running import StudyResult, output_files, run_study
 from percuss.studies.study import Study
+from percuss.studies.templates import template_text
 
 MODEL = """\
 [oscillator]
@@ -239,3 +240,14 @@ def test_a_branch_that_is_stopped_is_written_as_far_as_it_came(tmp_path: Path) -
     assert not result.is_whole
     assert 0 < len(result.answer) < len(run_study(study_of("branch"), tmp_path / "whole").answer)
     assert len(load_netcdf(result.files[0])) == len(result.answer)
+
+
+def test_a_branch_without_special_points_has_no_curves_and_all_files(tmp_path: Path) -> None:
+    text = template_text("curve").replace("max_points = 2000", "max_points = 2")
+
+    result = run_study(parse_study(text), tmp_path)
+
+    assert result.answer == []
+    assert result.report == {"curves": "none: no such points on the branch"}
+    assert {path.name for path in tmp_path.iterdir()} == {file.name for file in result.files}
+    assert (tmp_path / "curves.csv").read_text().startswith("curve")

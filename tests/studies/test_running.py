@@ -11,6 +11,7 @@ import pytest
 import percuss as pc
 from percuss.errors import OutputError
 from percuss.io import load_netcdf, load_record
+from percuss.io.results import table_of
 from percuss.studies import (
     Draw,
     Limits,
@@ -31,6 +32,9 @@ def study_of(**options: Any) -> Study:
     )
 
 
+TABLES = {"impacts.csv", "impacts.csv.toml", "motion.csv", "motion.csv.toml"}
+
+
 def names_in(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
 
@@ -41,7 +45,7 @@ def test_all_files_of_a_study_are_written_and_hold_the_study(tmp_path: Path) -> 
     result = run_study(study, tmp_path / "out", command="percuss run n3.toml")
 
     assert result.files == output_files(study, tmp_path / "out")
-    assert names_in(tmp_path / "out") == {"motion.nc", "impacts.csv", "motion.png", "motion.svg"}
+    assert names_in(tmp_path / "out") == {"motion.nc", "motion.png", "motion.svg", *TABLES}
     for file in result.files:
         assert load_study(file) == study
         assert load_record(file).command == "percuss run n3.toml"
@@ -129,10 +133,13 @@ def test_crossings_are_written_where_there_are_soft_stops(tmp_path: Path) -> Non
     seen: list[Path] = []
     run_study(study, tmp_path / "out", on_write=seen.append)
 
-    assert names_in(tmp_path / "out") == {"motion.nc", "impacts.csv", "crossings.csv"}
-    assert [path.name for path in seen] == ["motion.nc", "impacts.csv", "crossings.csv"]
-    text = (tmp_path / "out" / "crossings.csv").read_text()
-    assert '# columns = "t [s], v [mm/s], stop, direction"' in text
+    names = ["motion.nc", "impacts.csv", "crossings.csv", "motion.csv"]
+    records = {f"{name}.toml" for name in names[1:]}
+    assert names_in(tmp_path / "out") == {*names, *records}
+    assert [path.name for path in seen] == names
+    text = (tmp_path / "out" / "crossings.csv.toml").read_text()
+    assert 'columns = "t [s], v [mm/s], stop, direction"' in text
+    assert (tmp_path / "out" / "motion.csv").read_text().startswith("t,x,v\n")
     assert load_study(tmp_path / "out" / "crossings.csv") == study
 
 
@@ -144,3 +151,37 @@ def test_a_run_that_ends_before_its_window_is_drawn_whole(tmp_path: Path) -> Non
 
     assert result.answer.t_end < 50.0
     assert names_in(tmp_path / "out") == {"motion.nc", "motion.png"}
+
+
+def test_a_table_longer_than_a_spreadsheet_is_left_out_and_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(running, "MOST_ROWS", 3)
+    monkeypatch.setattr(running, "LARGE", 100.0)
+
+    with pytest.warns(UserWarning, match="left out|the files take more than") as told:
+        result = run_study(study_of(draw=Draw(png=False, svg=False)), tmp_path)
+
+    assert names_in(tmp_path) == {"motion.nc", "motion.csv", "motion.csv.toml"}
+    assert {file.name for file in result.files} == names_in(tmp_path)
+    words = [str(it.message) for it in told]
+    n_rows = len(result.answer.impacts)
+    assert words[0].startswith(f"impacts.csv is left out: {n_rows} rows are more than the 3 of a ")
+    assert "motion.nc has them" in words[0]
+    assert words[1].startswith("the files take more than 0 MB")
+
+
+def test_a_long_table_is_written_where_nothing_else_holds_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(running, "MOST_ROWS", 3)
+
+    run_study(study_of(save=Save(netcdf=False), draw=Draw(png=False, svg=False)), tmp_path)
+
+    assert names_in(tmp_path) == TABLES
+
+
+def test_branches_that_are_none_are_an_empty_table() -> None:
+    for name in ("curves", "branches", "orbits"):
+        columns = table_of([], name)
+        assert {len(column) for column in columns.values()} <= {0}

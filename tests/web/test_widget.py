@@ -135,6 +135,23 @@ def test_the_front_end_of_the_widget_begins_and_asks(
     assert cells[1][0]["asked"][0]["view"] != cells[1][1]["asked"][0]["view"]
 
 
+@pytest.mark.parametrize(("width", "is_wide"), [(860, True), (700, False)])
+def test_the_width_of_the_cell_decides_the_layout(
+    cells: tuple[Page, list[dict[str, Any]]], width: int, is_wide: bool
+) -> None:
+    page, _ = cells
+    asides = page.evaluate(
+        """(width) => [...document.querySelectorAll('.explore')].map((explore) => {
+          explore.closest('.percuss').style.width = `${width}px`;
+          const [aside, plot] = ['aside', '.plot'].map((it) => explore.querySelector(it).getBoundingClientRect());
+          return plot.left >= aside.right && explore.scrollWidth <= width;
+        })""",
+        width,
+    )
+
+    assert asides == [is_wide, is_wide]
+
+
 def test_two_widgets_on_a_page_do_not_disturb_each_other(
     cells: tuple[Page, list[dict[str, Any]]],
 ) -> None:

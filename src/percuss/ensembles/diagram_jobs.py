@@ -118,6 +118,11 @@ class Followed:
         return len(self.follow)
 
     @property
+    def each(self) -> str:
+        """What one point is, for the progress."""
+        return f"followed branches of {self.grid.size:,} values"
+
+    @property
     def chunk(self) -> int:
         """One branch."""
         return 1

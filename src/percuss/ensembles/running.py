@@ -55,7 +55,7 @@ def run_job(
     make_ready(job, engine, is_new=store is not None and not has_store(Path(store)))
     keeper = _Memory(job, spans) if store is None else Store(store, job)
     todo = keeper.todo()
-    watch = Watch(progress, job.size, _size(spans, todo))
+    watch = Watch(progress, job.size, _size(spans, todo), getattr(job, "each", "points"))
     is_interrupted = is_stopped = False
 
     def tick() -> bool:

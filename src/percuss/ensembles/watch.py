@@ -33,9 +33,12 @@ class Watch:
         with numbers of points after each chunk, and by the clock while none is finished.
     size, todo
         Points in all, and those that are still to be done.
+    what
+        What a point of the job is called, in the plural.
     """
 
-    def __init__(self, report: Report, size: int, todo: int) -> None:
+    def __init__(self, report: Report, size: int, todo: int, what: str = "points") -> None:
+        self._what = what
         self._report, self._size, self._before = report, size, size - todo
         self._done = self._impacts = 0
         self._started = self._shown = time.monotonic()
@@ -76,7 +79,7 @@ class Watch:
         done = self._before + self._done
         share = done / self._size
         bar = "━" * round(BAR * share) + "·" * (BAR - round(BAR * share))
-        text = f"{bar} {share:6.1%}  {done:,} of {self._size:,} points"
+        text = f"{bar} {share:6.1%}  {done:,} of {self._size:,} {self._what}"
         if self._done > points and now > began:
             left = (now - began) * (self._size - done) / (self._done - points)
             rate = (self._impacts - impacts) / (now - began)
@@ -91,7 +94,7 @@ class Watch:
 
     def tell_of_interruption(self, done: int, store: str | Path | None) -> None:
         """Say what an interruption has left: so many points, in a store or in hand."""
-        what = f"interrupted; {done:,} of {self._size:,} points are done"
+        what = f"interrupted; {done:,} of {self._size:,} {self._what} are done"
         kept = f"kept in {store}: the same call goes on from there" if store else "returned"
         begin = "\n" if self._open and self._renews else ""
         sys.stderr.write(f"{begin}{what} and {kept}\n")

@@ -16,11 +16,10 @@ from percuss.io.files import OutputFiles
 from percuss.io.orbit_tables import orbits_dataset, orbits_of_dataset
 from percuss.io.reading import NETCDF_ATTRIBUTE
 from percuss.io.record import Record, make_record
-from percuss.io.results import kind_of
+from percuss.io.results import SAMPLES, kind_of
+from percuss.io.table import check_suffix
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-
-SAMPLES = 2001
 
 TABLES = ("impacts", "crossings", "contacts", "grazes")
 # Where a result lies beside the tables that are for reading.
@@ -45,7 +44,7 @@ def save_netcdf(
         the group motion; a list of orbits; a branch, a curve or a response; or a dataset of an
         ensemble.
     path
-        The file.
+        The file, with the suffix ``.nc``.
     study, command
         As in `percuss.io.make_record`; the file's attributes hold the record.
     samples
@@ -56,10 +55,11 @@ def save_netcdf(
     Raises
     ------
     OutputError
-        If the file exists and `force` is false, or cannot be written.
+        If the suffix is another one, the file exists and `force` is false, or cannot be written.
     ParameterError
         If it is no result of percuss.
     """
+    check_suffix(path, ".nc")
     record = make_record(result, study=study, command=command)
     with OutputFiles(path, force=force) as files:
         write_netcdf(result, files[path], record, samples=samples)

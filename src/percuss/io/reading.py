@@ -17,7 +17,9 @@ NETCDF_ATTRIBUTE = "record"
 
 
 def load_record(path: Path | str) -> Record:
-    """Return the record inside a NetCDF, CSV, PNG or SVG file written by percuss.
+    """Return the record of a NetCDF, CSV, PNG or SVG file written by percuss.
+
+    That of a CSV file lies beside it; in those of older versions it stands at the beginning.
 
     Parameters
     ----------
@@ -56,7 +58,21 @@ def _from_netcdf(path: Path) -> str:
         return str(file.attrs[NETCDF_ATTRIBUTE])
 
 
+def record_file(path: Path | str) -> Path:
+    """Return the file beside a CSV file that holds its record.
+
+    Examples
+    --------
+    >>> record_file("impacts.csv").name
+    'impacts.csv.toml'
+    """
+    return Path(path).with_name(f"{Path(path).name}.toml")
+
+
 def _from_csv(path: Path) -> str:
+    beside = record_file(path)
+    if beside.exists():
+        return beside.read_text(encoding="utf-8")
     lines = []
     with path.open(encoding="utf-8") as file:
         for line in file:
@@ -95,4 +111,5 @@ _READERS: dict[str, Callable[[Path], str]] = {
     ".csv": _from_csv,
     ".png": _from_png,
     ".svg": _from_svg,
+    ".toml": lambda path: path.read_text(encoding="utf-8"),
 }

@@ -25,9 +25,12 @@ if TYPE_CHECKING:
     from percuss.orbits.families.branch import Branch
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["ResultKind", "kind_of"]
+__all__ = ["SAMPLES", "ResultKind", "kind_of", "table_of"]
 
 Tables: TypeAlias = "dict[str, Dataset]"
+
+# Equally spaced times of a motion.
+SAMPLES = 2001
 
 IMPACTS: tuple[str, ...] = ("t", "v_before", "v_after", "stop", "cycle", "impulse")
 CROSSINGS: tuple[str, ...] = ("t", "v", "stop", "direction")
@@ -84,6 +87,31 @@ def _kind_of_list(results: Sequence[Any]) -> ResultKind:
     raise ParameterError("result", sorted(kinds), f"not a list of one of {', '.join(_LISTS)}")
 
 
+def table_of(result: Any, name: str, samples: int | None = None) -> Columns:
+    """Return a table of a result.
+
+    Parameters
+    ----------
+    result
+        The result; a list may be empty.
+    name
+        Name of the table.
+    samples
+        Number of times, where it is a motion.
+    """
+    if isinstance(result, list | tuple) and not result:
+        return next(kind.columns[name] for kind in _LISTS.values() if name in kind.columns)(result)
+    if name == "motion":
+        return _motion_columns(result, SAMPLES if samples is None else samples)
+    return kind_of(result).columns[name](result)
+
+
+def _motion_columns(result: Any, samples: int = SAMPLES) -> Columns:
+    run = result if hasattr(result, "sample") else result.trajectory()
+    data = run.sample(samples)
+    return {name: data[name].values for name in ("t", "x", "v")}
+
+
 def _table(name: str, columns: Sequence[str]) -> Callable[[Any], Columns]:
     return lambda result: {column: getattr(getattr(result, name), column) for column in columns}
 
@@ -111,7 +139,7 @@ def _many(columns: Callable[[Any], Columns], number: str) -> Callable[[Any], Col
     def joined(results: Sequence[Any]) -> Columns:
         parts = [columns(result) for result in results]
         names = list(dict.fromkeys(name for part in parts for name in part))
-        lengths = [len(next(iter(part.values()))) for part in parts]
+        lengths = np.array([len(next(iter(part.values()))) for part in parts], dtype=np.int64)
         found: dict[str, Any] = {number: np.repeat(np.arange(len(parts)), lengths)}
         for name in names:
             pieces = [part.get(name, np.full(n, "", dtype=object))
@@ -151,7 +179,11 @@ _KINDS: dict[str, ResultKind] = {
         lambda run: str(run.outcome.value),
         motion_text,
         lambda _: {},
-        {"impacts": _table("impacts", IMPACTS), "crossings": _table("crossings", CROSSINGS)},
+        {
+            "impacts": _table("impacts", IMPACTS),
+            "crossings": _table("crossings", CROSSINGS),
+            "motion": _motion_columns,
+        },
     ),
     "PeriodicOrbit": ResultKind(
         "orbit",
@@ -159,7 +191,11 @@ _KINDS: dict[str, ResultKind] = {
         lambda orbit: repr(orbit)[1:-1],
         orbit_text,
         lambda orbit: {"impacts": orbit.impacts.to_dataset()},
-        {"impacts": _table("impacts", IMPACTS), "orbit": lambda orbit: orbit_columns([orbit])},
+        {
+            "impacts": _table("impacts", IMPACTS),
+            "orbit": lambda orbit: orbit_columns([orbit]),
+            "motion": _motion_columns,
+        },
     ),
     "Branch": ResultKind(
         "branch",

@@ -1,4 +1,4 @@
-"""Tables of results as CSV files that begin with the record of what they came from."""
+"""Tables of results as CSV files, each with the record of what it came from in a file beside it."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.errors import ParameterError
+from percuss.errors import OutputError, ParameterError
 from percuss.io.columns import MEASURES, Columns
 from percuss.io.files import OutputFiles
+from percuss.io.reading import record_file
 from percuss.io.record import Record, make_record
-from percuss.io.results import kind_of
+from percuss.io.results import kind_of, table_of
 
 # Rows turned into text at a time: fewer calls than one a row, less memory than all.
 ROWS = 20_000
@@ -29,7 +30,10 @@ def save_csv(
     command: str | None = None,
     force: bool = False,
 ) -> None:
-    """Save a table of a result as CSV; lines that begin with ``#`` hold the record.
+    """Save a table of a result as CSV, as spreadsheets and pandas read it, and its record.
+
+    The record lies beside the file: ``impacts.csv.toml`` beside ``impacts.csv``. It is a study
+    that repeats the result where there is one.
 
     Parameters
     ----------
@@ -37,29 +41,32 @@ def save_csv(
         A run, an orbit, a list of orbits, a branch, a curve, a response or the dataset of an
         ensemble.
     path
-        The file.
+        The file, with the suffix ``.csv``.
     table
-        Which table: "impacts" or "crossings" of a run; "impacts" or "orbit" of an orbit;
+        Which table: "impacts", "crossings" or "motion" (x and v at equally spaced times) of a run;
+        "impacts", "orbit" or "motion" of an orbit;
         "branch" or "special_points" of a branch. Default: the first, or the only one.
     study, command
         As in `percuss.io.make_record`.
     force
-        Whether a file of that name may be replaced.
+        Whether files of these names may be replaced.
 
     Raises
     ------
     OutputError
-        If the file exists and `force` is false, or cannot be written.
+        If the suffix is another one, a file exists and `force` is false, or cannot be written.
     ParameterError
         If it is no result of percuss, or has no such table.
     """
+    check_suffix(path, ".csv")
     tables = kind_of(result).columns
     name = next(iter(tables)) if table is None else table
     if name not in tables:
         raise ParameterError("table", table, f"none of {', '.join(tables)}")
     record = make_record(result, study=study, command=command)
-    with OutputFiles(path, force=force) as files:
-        write_csv(result, files[path], record, table=name)
+    beside = record_file(path)
+    with OutputFiles(path, beside, force=force) as files:
+        write_csv(result, files[path], record, table=name, beside=files[beside])
 
 
 def write_csv(
@@ -70,25 +77,43 @@ def write_csv(
     table: str = "impacts",
     length_unit: str = "",
     time_unit: str = "",
+    beside: Path | None = None,
+    samples: int | None = None,
 ) -> None:
     """Write a table under the name `path`; floats read back to the same bits."""
-    columns = kind_of(result).columns[table](result)
-    write_columns(columns, path, record, length_unit=length_unit, time_unit=time_unit)
+    columns = table_of(result, table, samples)
+    units = {"length_unit": length_unit, "time_unit": time_unit}
+    write_columns(columns, path, record, **units, beside=beside)
 
 
 def write_columns(
-    columns: Columns, path: Path, record: Record, *, length_unit: str = "", time_unit: str = ""
+    columns: Columns,
+    path: Path,
+    record: Record,
+    *,
+    length_unit: str = "",
+    time_unit: str = "",
+    beside: Path | None = None,
 ) -> None:
-    """Write columns under the name `path`."""
+    """Write columns under the name `path`, and the record under the name `beside`."""
     facts = {}
     if length_unit or time_unit:
         facts = {"columns": _with_units(columns, length_unit, time_unit)}
+    text = record.text(**facts)
+    (record_file(path) if beside is None else beside).write_text(text, encoding="utf-8")
     with path.open("w", encoding="utf-8", newline="") as file:
-        file.writelines(f"# {line}".rstrip() + "\n" for line in record.text(**facts).splitlines())
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(columns)
         for block in _blocks(columns):
             rows.writerows(block)
+
+
+def check_suffix(path: Path | str, suffix: str) -> None:
+    """Raise an OutputError unless a file has the suffix of its format."""
+    if Path(path).suffix.lower() != suffix:
+        name = Path(path).with_suffix(suffix).name if Path(path).name else f"result{suffix}"
+        reason = f"not {suffix}, which is what is written; call it {name}"
+        raise OutputError(str(path), reason)
 
 
 def _with_units(columns: Columns, length_unit: str, time_unit: str) -> str:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.motion.html_table import html_table
+
 if TYPE_CHECKING:
     # A second of import, and only `to_dataset` needs it.
     from xarray import Dataset
@@ -101,6 +103,9 @@ class Impacts:
         """Tell the number of impacts and when they were."""
         return f"<Impacts: {len(self)}{_span(self.t)}>"
 
+    def _repr_html_(self) -> str:
+        return _html(self, "impact")
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Crossings:
@@ -134,6 +139,9 @@ class Crossings:
     def __repr__(self) -> str:
         """Tell the number of crossings and when they were."""
         return f"<Crossings: {len(self)}{_span(self.t)}>"
+
+    def _repr_html_(self) -> str:
+        return _html(self, "crossing")
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -183,6 +191,9 @@ class Contacts:
         """Tell the number of contacts and when they began."""
         return f"<Contacts: {len(self)}{_span(self.start)}>"
 
+    def _repr_html_(self) -> str:
+        return _html(self, "contact")
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Grazes:
@@ -218,6 +229,14 @@ class Grazes:
     def __repr__(self) -> str:
         """Tell the number of grazes and when they were."""
         return f"<Grazes: {len(self)}{_span(self.t)}>"
+
+    def _repr_html_(self) -> str:
+        return _html(self, "graze")
+
+
+def _html(table: object, dimension: str) -> str:
+    columns = {name: getattr(table, name) for name in COLUMNS[dimension]}
+    return html_table(repr(table)[1:-1], columns)
 
 
 def _dataset(table: object, dimension: str) -> Dataset:

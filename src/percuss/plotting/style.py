@@ -115,7 +115,23 @@ def new_figure(width: float, height: float) -> Figure:
     # pyplot chooses a backend when it is imported; the other functions here need none.
     from matplotlib import pyplot as plt
 
-    return plt.figure(figsize=(width, height), layout="constrained")
+    return plt.figure(FigureClass=ShownOnce, figsize=(width, height), layout="constrained")
+
+
+class ShownOnce(Figure):
+    """A figure that a notebook shows once, also where it is the last line of a cell.
+
+    At the end of a cell the inline backend shows each figure that is open and closes it; one that
+    has been shown as the value of the cell is closed already.
+    """
+
+    def _ipython_display_(self) -> None:
+        if "inline" in mpl.get_backend():
+            from matplotlib import pyplot as plt
+
+            plt.close(self)
+        # Shown as every figure is.
+        raise NotImplementedError
 
 
 def offscreen_figure(width: float = 8.0, height: float = 9.0) -> Figure:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from percuss.errors import ParameterError
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles, check_output
 from percuss.io.netcdf import write_netcdf
+from percuss.io.reading import record_file
 from percuss.io.record import Record, make_record
+from percuss.io.results import table_of
 from percuss.io.table import write_columns, write_csv
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
@@ -20,6 +25,11 @@ from percuss.plotting.style import offscreen_figure, style
 from percuss.studies.proving import STEM, Proof, check_certify, draw_proof, is_drawn, proof_of
 from percuss.studies.question import Means, Progress
 from percuss.studies.study import Study
+
+# A table of more rows is no help to anybody as CSV: spreadsheets hold so many, header included.
+MOST_ROWS = 2**20
+# Files that are told of before they are written [bytes].
+LARGE = 1e8
 
 __all__ = ["StudyResult", "output_files", "run_study"]
 
@@ -66,14 +76,16 @@ def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
     Returns
     -------
     tuple of Path
-        Those of its kind that the study asks for, such as ``motion.nc``, ``impacts.csv``,
-        ``crossings.csv`` (where there are soft stops), ``motion.png`` and ``motion.svg``; also
+        Those of its kind that the study asks for, such as ``motion.nc``, ``impacts.csv``
+        with its record ``impacts.csv.toml``, ``motion.csv``, ``crossings.csv`` (where there are soft stops), ``motion.png`` and ``motion.svg``; also
         ``certified.csv`` and ``certified.png`` where the answer is to be proven.
     """
     question = study.question
     names = [f"{question.stem}.nc"] if study.save.netcdf else []
     proven = [STEM] if study.certify is not None else []
-    names += [f"{stem}.csv" for stem in [*question.csv(study), *proven]] if study.save.csv else []
+    if study.save.csv:
+        tables = [f"{stem}.csv" for stem in [*question.csv(study), *proven]]
+        names += [name for table in tables for name in (table, record_file(table).name)]
     suffixes = {".png": study.draw.png, ".svg": study.draw.svg}
     names += [
         f"{stem}{suffix}"
@@ -120,6 +132,11 @@ def run_study(
     StudyResult
         The answer and its files.
 
+    Warns
+    -----
+    UserWarning
+        If a table is left out that a spreadsheet could not hold, and if the files are large.
+
     Raises
     ------
     OutputError
@@ -154,12 +171,37 @@ def run_study(
         return StudyResult(answer, question.report(answer), (), seconds, is_whole=False)
     record = make_record(answer, study=study.text(), command=command)
     if study.certify is not None and proof is None:
-        files = tuple(file for file in files if file.stem != STEM)
+        files = tuple(file for file in files if file.name.partition(".")[0] != STEM)
+    files = _without_long_tables(files, answer, study)
     with OutputFiles(*files, force=force) as parts:
         _write(answer, study, record, {file: parts[file] for file in files}, on_write, proof)
     report = question.report(answer) | _proven_rows(study, proof)
     result = None if proof is None else proof.result
     return StudyResult(answer, report, files, seconds, is_whole, result)
+
+
+def _without_long_tables(files: tuple[Path, ...], answer: Any, study: Study) -> tuple[Path, ...]:
+    """Return the files without the tables that are too long, and tell of these and of the size."""
+    tables = study.question.csv(study)
+    left_out: set[Path] = set()
+    size = 0
+    for file in files:
+        if file.suffix != ".csv" or file.stem not in tables or tables[file.stem] == "motion":
+            continue
+        columns = [np.asarray(it) for it in table_of(answer, tables[file.stem]).values()]
+        size += sum(column.nbytes for column in columns)
+        n_rows = len(columns[0])
+        if n_rows > MOST_ROWS and study.save.netcdf:
+            left_out |= {file, record_file(file)}
+            name = f"{study.question.stem}.nc"
+            warnings.warn(
+                f"{file.name} is left out: {n_rows:,} rows are more than the {MOST_ROWS:,} of a "
+                f"spreadsheet; {name} has them, percuss.load_netcdf reads it",
+                stacklevel=3,
+            )
+    if size > LARGE:
+        warnings.warn(f"the files take more than {size / 1e6:,.0f} MB", stacklevel=3)
+    return tuple(file for file in files if file not in left_out)
 
 
 def _proven_rows(study: Study, proof: Proof | None) -> dict[str, str]:
@@ -200,14 +242,25 @@ def _write(
     units = {"length_unit": study.draw.length_unit, "time_unit": study.draw.time_unit}
     figures: dict[str, Any] = {}
     for file, part in parts.items():
+        if file.suffix == ".toml":
+            # Written with the table that it lies beside.
+            continue
         if on_write is not None:
             on_write(file)
         if file.suffix == ".nc":
             write_netcdf(answer, part, record, samples=study.save.samples)
         elif file.suffix == ".csv" and file.stem == STEM and proof is not None:
-            write_columns(proof.columns, part, record, **units)
+            write_columns(proof.columns, part, record, **units, beside=parts[record_file(file)])
         elif file.suffix == ".csv":
-            write_csv(answer, part, record, table=tables[file.stem], **units)
+            write_csv(
+                answer,
+                part,
+                record,
+                table=tables[file.stem],
+                **units,
+                beside=parts[record_file(file)],
+                samples=getattr(study.save, "samples", None),
+            )
         else:
             if file.stem not in figures:
                 figures[file.stem] = offscreen_figure()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.motion.html_table import html_table
 from percuss.orbits.families.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
@@ -94,6 +95,15 @@ class Branch:
             f"<Branch: {len(self)} orbits, {self.path} from {low:.6g} to {high:.6g}; "
             f"special points: {special}; {self.end_reason}>"
         )
+
+    def _repr_html_(self) -> str:
+        points = self.special_points
+        columns = {
+            "special point": np.array([point.kind for point in points], dtype=object),
+            self.path: np.array([point.value for point in points]),
+            "status": np.array([point.status for point in points], dtype=object),
+        }
+        return html_table(repr(self)[1:-1], columns)
 
     def to_xarray(self) -> Dataset:
         """Return the table as a dataset, for files and for pandas (`.to_dataframe()`).

@@ -17,6 +17,7 @@ from percuss.kernels.record import Integers
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
+from percuss.motion.html_table import html_table
 from percuss.motion.outcome import Outcome
 from percuss.motion.spectrum import line_spectrum
 from percuss.motion.tables import Impacts
@@ -140,6 +141,13 @@ class PeriodicOrbit:
             f"<PeriodicOrbit: {count}{turns}, T = {self.period:.6g}, {self.stability}, "
             f"abs(multipliers) {sizes}{family}{formal}>"
         )
+
+    def _repr_html_(self) -> str:
+        columns = {
+            name: getattr(self.impacts, name)
+            for name in ("t", "v_before", "v_after", "stop", "cycle")
+        }
+        return html_table(repr(self)[1:-1], columns)
 
     def trajectory(self, periods: int = 1) -> Trajectory:
         """Return the motion over whole periods of the orbit, from t0 on.

@@ -118,7 +118,10 @@ def _draw(curves: list[CurveResult], study: Study, figure: Any) -> None:
     from percuss.plotting import plot_curves
 
     figure.set_size_inches(7.0, 5.0)
-    plot_curves(curves, figure.add_subplot())
+    if curves:
+        plot_curves(curves, figure.add_subplot())
+    else:
+        figure.text(0.5, 0.5, "no such points on the branch", ha="center")
     figure.suptitle(study.title, parse_math=False)
 
 

@@ -126,7 +126,8 @@ class Motion:
     def csv(self, study: Study) -> dict[str, str]:
         """Return impacts and, where there are soft stops, crossings."""
         soft = any(isinstance(stop, SoftStop) for stop in study.oscillator.stops)
-        return {"impacts": "impacts"} | ({"crossings": "crossings"} if soft else {})
+        tables = {"impacts": "impacts"} | ({"crossings": "crossings"} if soft else {})
+        return tables | {"motion": "motion"}
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
         """Return the one with four panels."""

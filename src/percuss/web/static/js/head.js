@@ -69,7 +69,7 @@ export function filesOf({ kind, study, digits }) {
 /** Say how the tables are read. */
 function readingOf(kind) {
   const nc = kind === "motion" ? 'xarray.open_datatree("motion.nc"): motion, impacts, … are its groups' : `xarray.open_dataset("${kind}.nc")`;
-  return [`csv: lines with # come first; pandas.read_csv(name, comment="#", low_memory=False)`, `nc: ${nc}`];
+  return [`csv: pandas.read_csv(name)`, `nc: ${nc}`];
 }
 
 const NOTES = { motion: "of the motion in Explore", diagram: "of the diagram", response: "of the response chart", basins: "of the basins" };
