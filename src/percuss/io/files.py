@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import os
+import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -13,6 +14,8 @@ from typing import Self
 from percuss.errors import OutputError
 
 EXISTS = "exists already; force=True replaces it"
+# A file of so many bytes is told before it is written.
+LARGE = 50_000_000
 
 
 def check_output(paths: Iterable[Path | str], *, force: bool = False) -> None:
@@ -84,6 +87,22 @@ def _reason(error: OSError) -> str:
     """Return the operating system's words for an error, in our form: lower case, no full stop."""
     words = error.strerror or str(error) or type(error).__name__
     return words[:1].lower() + words[1:]
+
+
+def tell_size(part: Path, size: int) -> None:
+    """Say on the error stream how large a file will be, before it is written, if it is large.
+
+    Parameters
+    ----------
+    part
+        The temporary name under which it is written.
+    size
+        About how many bytes it will have.
+    """
+    if size >= LARGE:
+        name = part.name.removeprefix(".").removesuffix(f".{os.getpid()}.part")
+        sys.stderr.write(f"writing {name}: about {size / 1e6:,.0f} MB\n")
+        sys.stderr.flush()
 
 
 class OutputFiles:

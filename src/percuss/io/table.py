@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
 from percuss.io.columns import MEASURES, Columns
-from percuss.io.files import OutputFiles
+from percuss.io.files import OutputFiles, tell_size
 from percuss.io.record import Record, make_record
 from percuss.io.results import kind_of
 
 # Rows turned into text at a time: fewer calls than one a row, less memory than all.
 ROWS = 20_000
+# Rows that tell how long the others are.
+LOOKED_AT = 100
 
 
 def save_csv(
@@ -80,6 +82,7 @@ def write_columns(
     columns: Columns, path: Path, record: Record, *, length_unit: str = "", time_unit: str = ""
 ) -> None:
     """Write columns under the name `path`."""
+    tell_size(path, _size(columns))
     facts = {}
     if length_unit or time_unit:
         facts = {"columns": _with_units(columns, length_unit, time_unit)}
@@ -89,6 +92,15 @@ def write_columns(
         rows.writerow(columns)
         for block in _blocks(columns):
             rows.writerows(block)
+
+
+def _size(columns: Columns) -> int:
+    """Return about how many bytes the rows of a table take, from some of them."""
+    count = min(len(column) for column in columns.values()) if columns else 0
+    step = max(1, count // LOOKED_AT)
+    some = [np.asarray(column)[:count:step].tolist() for column in columns.values()]
+    lengths = [sum(len(str(value)) + 1 for value in row) for row in zip(*some, strict=True)]
+    return sum(lengths) * count // max(1, len(lengths))
 
 
 def _with_units(columns: Columns, length_unit: str, time_unit: str) -> str:
