@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -153,17 +154,21 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path: Path) -> None:
     killed = subprocess.Popen([sys.executable, "-c", ""])
     killed.wait()
     stale = tmp_path / f".a.txt.{killed.pid}.part"
-    running, other = (
+    running, other, elsewhere = (
         tmp_path / f".a.txt.{os.getppid()}.part",
         tmp_path / f".b.txt.{killed.pid}.part",
+        # Of another machine, where there is such a process.
+        tmp_path / f".a.txt.{10**9}.part",
     )
-    for path in (stale, running, other):
+    for path in (stale, running, other, elsewhere):
         path.write_text("half")
+    for path in (stale, running, other):
+        os.utime(path, (time.time() - 4000.0,) * 2)
 
     with OutputFiles(tmp_path / "a.txt") as files:
         files[tmp_path / "a.txt"].write_text("whole")
 
-    assert everything_in(tmp_path) == sorted(["a.txt", running.name, other.name])
+    assert everything_in(tmp_path) == sorted(["a.txt", running.name, other.name, elsewhere.name])
 
 
 def test_a_large_file_is_told_with_its_size_before_it_is_written(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import os
 import sys
+import time
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -16,6 +17,8 @@ from percuss.errors import OutputError
 EXISTS = "exists already; force=True replaces it"
 # A file of so many bytes is told before it is written.
 LARGE = 50_000_000
+# What nobody has written to for so long was left behind [s].
+STALE = 3600.0
 
 
 def check_output(paths: Iterable[Path | str], *, force: bool = False) -> None:
@@ -61,12 +64,17 @@ def _check_folder(folder: Path) -> None:
 
 
 def _remove_stale_parts(path: Path) -> None:
-    """Remove what processes that were killed while they wrote this file have left."""
+    """Remove what processes that were killed while they wrote this file have left.
+
+    On a folder that several machines share the number may be that of a process elsewhere, which
+    would have written to it not long ago.
+    """
     for part in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
         number = part.name.removesuffix(".part").rpartition(".")[2]
         if number.isdecimal() and not _is_running(int(number)):
             with suppress(OSError):
-                part.unlink()
+                if time.time() - part.stat().st_mtime >= STALE:
+                    part.unlink()
 
 
 def _is_running(process: int) -> bool:
