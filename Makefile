@@ -53,18 +53,24 @@ benchmark: .venv/benchmark.stamp
 	@$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
 
-# An environment that works is adopted, a half-made one is made again.
+# An environment that works is adopted, and one that was left half-made here is made again, as its
+# mark tells. Any other is somebody else's, and stays.
 .venv/made.stamp:
 	@test -n "$(PYTHON)" && "$(PYTHON)" $(NEW_ENOUGH) 2>/dev/null || { \
 		echo "percuss needs Python 3.11 or newer: none of $(or $(PYTHON),$(CANDIDATES)) is;" \
 			"name one with make PYTHON=/path/to/python3" >&2; exit 1; }
 	@$(BIN)/python $(NEW_ENOUGH) 2>/dev/null && $(BIN)/python -m pip --version >/dev/null 2>&1 || { \
-		rm -rf .venv; "$(PYTHON)" -m venv .venv >/dev/null 2>&1; } || { \
-		rm -rf .venv; "$(PYTHON)" -m pip --version >/dev/null 2>&1 || { \
+		test ! -e .venv || test -e .venv/half-made || { \
+			echo ".venv is there, is not of this Makefile's making and cannot be used: its Python" \
+				"is older than 3.11 or has no pip; move it away" >&2; exit 1; }; \
+		$(AFRESH); "$(PYTHON)" -m venv .venv >/dev/null 2>&1 || { \
+		$(AFRESH); "$(PYTHON)" -m pip --version >/dev/null 2>&1 || { \
 			echo "percuss needs pip: $(PYTHON) has none (on Debian: apt install python3-pip)" >&2; \
 			exit 1; }; \
-		"$(PYTHON)" -m venv --without-pip .venv; }
+		"$(PYTHON)" -m venv --without-pip .venv; }; }
+	@rm -f .venv/half-made
 	@touch $@
+AFRESH = rm -rf .venv; mkdir .venv && touch .venv/half-made
 
 # Needs uv. Keeps the versions that stand in the locks; make lock UPGRADE=--upgrade renews them.
 LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" uv pip compile pyproject.toml --quiet --universal \
@@ -76,6 +82,9 @@ lock:
 	$(LOCK) --group build --extra certified --extra paper --extra web -c requirements/dev.txt -o requirements/run.txt
 	$(LOCK) --group build --extra benchmark --extra certified --extra web -c requirements/dev.txt -o requirements/benchmark.txt
 
+# What the demos have written; what else is in their folder stays.
+DEMOS = demo/paper demo/graze_and_chatter.png $(patsubst examples/%.toml,demo/%,$(STUDIES))
 clean:
-	rm -rf demo dist docs/_build docs/gallery .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(DEMOS) dist docs/_build docs/gallery .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rmdir demo 2>/dev/null || true
 	find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -28,7 +28,7 @@ def run(report: Report) -> None:
         f"x'' + x = cos omega t, wall at 0, r = 0.8; {TRANSIENT} forcing periods left out and "
         f"{PERIODS} measured, at 50 frequencies from 40 starts each; time of the processor for "
         "each impact of the motions. An exponent is taken in a run of its own, so that a list "
-        "with one follows each motion twice.",
+        "of it and a period follows each motion twice.",
     )
     measures: list[str | list[str]] = [
         "peak_impact_velocity", "peak_displacement", "period", "largest_lyapunov_exponent", LIST,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -69,3 +71,34 @@ def test_the_locks_give_a_shared_package_the_same_version() -> None:
     assert locked("run") <= dev
     shared = package_names(dev)
     assert {pin for pin in locked("benchmark") if package_names([pin]) <= shared} <= dev
+
+
+def make(target: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the Makefile in a folder of its own."""
+    if shutil.which("make") is None:
+        pytest.skip("there is no make")
+    shutil.copy(ROOT / "Makefile", folder)
+    return subprocess.run(
+        ["make", target], cwd=folder, capture_output=True, text=True, check=False, timeout=60
+    )
+
+
+def test_an_environment_of_somebody_else_that_cannot_be_used_stays(tmp_path: Path) -> None:
+    (tmp_path / ".venv").mkdir()
+    (tmp_path / ".venv" / "notes.txt").write_text("mine", encoding="utf-8")
+
+    done = make(".venv/made.stamp", tmp_path)
+
+    assert done.returncode != 0
+    assert "is not of this Makefile's making and cannot be used" in done.stderr
+    assert [file.name for file in (tmp_path / ".venv").iterdir()] == ["notes.txt"]
+
+
+def test_clean_removes_what_the_demos_wrote_and_nothing_beside_it(tmp_path: Path) -> None:
+    for folder in ("demo/paper", "demo/n3_above", "src", "tests", "examples", "benchmarks"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "demo" / "notes.txt").write_text("mine", encoding="utf-8")
+
+    assert make("clean", tmp_path).returncode == 0
+
+    assert [file.name for file in (tmp_path / "demo").iterdir()] == ["notes.txt"]

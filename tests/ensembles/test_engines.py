@@ -1,6 +1,11 @@
 from __future__ import annotations
 
+import contextlib
 import os
+import re
+import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -154,8 +159,70 @@ def test_a_cluster_without_workers_is_told_and_waited_for(
         joins.join()
 
         assert found.attrs["complete"] == 1
-        told = f"no workers yet at {cluster.scheduler_address}; waiting\n"
+        told = f"no workers yet at {cluster.scheduler_address}; waiting: the run goes on when"
         assert told in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+def test_workers_that_are_frozen_are_told_and_the_run_goes_on_when_they_return(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr("percuss.ensembles.cluster.SILENT", 2.0)
+    monkeypatch.setattr("percuss.ensembles.cluster.AGAIN", 1.0)
+    over = {"forcing.omega": np.linspace(2.0, 3.0, 320)}
+    told: list[str] = []
+    frozen: list[int] = []
+
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, dashboard_address=":0", processes=True
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+
+        def freeze(done: float, total: float) -> bool:  # noqa: ARG001
+            if not frozen:
+                frozen.append(next(iter(cluster.workers.values())).process.process.pid)
+                os.kill(frozen[0], signal.SIGSTOP)
+            told.append(capsys.readouterr().err)
+            if "".join(told).count("nothing has been heard of 1 of 1 workers") >= 2:
+                os.kill(frozen[0], signal.SIGCONT)
+            return True
+
+        found = pc.sweep(whose, OSC, FORCE, over=over, engine=client, progress=freeze)
+
+    assert "waiting: the run goes on when workers answer or join" in "".join(told)
+    assert found.attrs["complete"] == 1
+    assert set(found.whose.values) == {frozen[0]}
+
+
+def test_a_scheduler_that_is_gone_ends_the_run_with_a_sentence(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    over = {"forcing.omega": np.linspace(2.0, 3.0, 1600)}
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1",
+               "--port", "0", "--no-dashboard"]  # fmt: skip
+    with (
+        subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as scheduler,
+        contextlib.ExitStack() as after,
+    ):
+        after.callback(scheduler.kill)
+        assert scheduler.stderr is not None
+        address = next(
+            match[0] for line in scheduler.stderr if (match := re.search(r"tcp://[\d.:]+", line))
+        )
+        client = after.enter_context(distributed.Client(address, timeout=3, set_as_default=False))
+
+        def lose(done: float, total: float) -> bool:  # noqa: ARG001
+            scheduler.kill()
+            return True
+
+        with pytest.raises(
+            EngineError,
+            match=r"the Dask cluster has failed.*0 of 1,600 points are done and kept in",
+        ):
+            pc.sweep(whose, OSC, FORCE, over=over, engine=client, store=tmp_path / "a.zarr",
+                     progress=lose)  # fmt: skip
 
 
 def test_an_engine_that_is_none_is_told() -> None:

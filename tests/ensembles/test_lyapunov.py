@@ -155,9 +155,50 @@ def test_the_measure_is_that_of_one_motion() -> None:
 
 def test_what_is_wrong_with_a_call_is_said() -> None:
     osc, force = reference("2.5")
-    with pytest.raises(pc.ParameterError, match="forcing periods"):
-        pc.lyapunov_exponents(osc, None)
     with pytest.raises(pc.ParameterError, match="use a SoftStop"):
         pc.lyapunov_exponents(osc, force, start=(1.0, 0.0))
     with pytest.raises(pc.ParameterError, match="at least 64"):
         pc.lyapunov_exponents(osc, force, periods=3)
+
+
+def test_as_many_impacts_as_the_periods_need_are_followed() -> None:
+    osc, force = pc.impact_oscillator(restitution=0.8), pc.cosine(2.8)
+
+    found = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), transient=0, periods=1_500_000)
+
+    # More than the million after which a motion of a sweep is given up.
+    assert found.impact_rate * found.duration > 1_000_000
+
+
+def test_a_limit_of_impacts_is_blamed_by_its_name_with_how_far_it_came() -> None:
+    osc, force = pc.impact_oscillator(restitution=0.8), pc.cosine(2.8)
+
+    with pytest.raises(
+        pc.ParameterError,
+        match=r"^max_impacts = 500: as many impacts come until t = .*; allow more",
+    ):
+        pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), max_impacts=500)
+
+
+def test_a_force_of_two_frequencies_has_exponents_whose_sum_is_that_of_the_rule() -> None:
+    """Neither the sum rule nor the tangent needs a period; time counts in 2 pi / sqrt(k)."""
+    osc = pc.impact_oscillator(restitution=0.8, stiffness=4.0, damping=0.02)
+    force = pc.cosine(2.8) + pc.cosine(math.sqrt(3.0), amplitude=0.5)
+    assert force.period is None
+
+    found = pc.lyapunov_exponents(osc, force, start=(0.0, 1.0), transient=100, periods=2000)
+
+    assert found.duration == pytest.approx(2000 * math.pi)
+    expected = -2.0 * 0.02 + 2.0 * found.impact_rate * math.log(0.8)
+    assert found.total == pytest.approx(expected, rel=1e-9)
+    assert found.exponents.sum() == pytest.approx(found.total, rel=1e-9)
+
+
+def test_a_free_motion_has_the_exponents_of_its_losses() -> None:
+    """At rest the oscillator forgets at the rate of its damping in either direction."""
+    found = pc.lyapunov_exponents(pc.Oscillator(stiffness=1.0, damping=0.1), None, start=(1.0, 0.0))
+
+    np.testing.assert_allclose(found.exponents, -0.1, rtol=1e-3)
+    assert found.total == pytest.approx(-0.2, rel=1e-9)
+    with pytest.raises(pc.ParameterError, match="without a harmonic and without a stiffness"):
+        pc.lyapunov_exponents(pc.Oscillator(stiffness=0.0), None)

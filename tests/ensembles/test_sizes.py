@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 
 import percuss as pc
 from percuss.cli import app
+from percuss.ensembles import running, sizes
 
 OSC, FORCE = pc.impact_oscillator("0.8"), pc.cosine(2.5)
 MANY = np.linspace(1.0, 2.0, 20_000)
@@ -20,7 +22,14 @@ CALLS: dict[str, tuple[Callable[[Path], object], str]] = {
             "period", OSC, FORCE, store=path,
             over={"forcing.omega": MANY, "start.x0": MANY, "start.v0": MANY},
         ),
-        "8,000,000,000,000 points, whose answer takes 64,000 GB; this machine has",
+        "8,000,000,000,000 points, whose answer takes 64,000 GB in a store and as much beside",
+    ),
+    "sweep without a store": (
+        lambda _: pc.sweep(
+            "period", OSC, FORCE,
+            over={"forcing.omega": MANY, "start.x0": MANY, "start.v0": MANY},
+        ),
+        "64,000 GB; this machine has .* of memory to be had; with store= it is kept on disk",
     ),
     "periods": (
         lambda path: pc.sweep(
@@ -51,6 +60,60 @@ def test_what_no_machine_holds_is_a_sentence(what: str, tmp_path: Path) -> None:
         call(tmp_path / "a.zarr")
 
     assert not (tmp_path / "a.zarr").exists()
+
+
+def test_an_answer_beyond_memory_needs_a_store_and_is_read_from_its_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over = {"forcing.omega": MANY[::200], "start.v0": [0.5, 1.0]}
+    expected = pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)
+    monkeypatch.setattr(sizes, "memory", lambda: 1000)
+
+    with pytest.raises(
+        pc.ParameterError, match=r"200 points.*1\.6e-06 GB; .*with store= it is kept"
+    ):
+        pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)
+    found = pc.sweep(
+        "impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5, store=tmp_path / "a"
+    )
+
+    assert found.identical(expected)
+    assert isinstance(found.impacts_per_period.values.base, np.memmap)
+    # The room beside the chunks goes with the answer.
+    assert {entry.name for entry in (tmp_path / "a").iterdir()} == {
+        "zarr.json", "done", "reasons", "impacts_per_period",
+    }  # fmt: skip
+    assert pc.load_store(tmp_path / "a").identical(expected)
+
+
+def test_a_large_answer_is_told_before_the_work(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(running, "LARGE", 1000)
+    over = {"forcing.omega": MANY[::200], "start.v0": [0.5, 1.0]}
+
+    pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)
+    told = capsys.readouterr().err
+    assert re.fullmatch(r"200 points in chunks of \d.*, whose answer takes 1.6e-06 GB .*\n", told)
+    pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5, progress=False)
+    assert capsys.readouterr().err == ""
+
+
+def test_memory_is_what_is_to_be_had_and_not_what_is_built_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    built_in = sizes.memory()
+    for name, text in (
+        ("AVAILABLE", "MemTotal: 999 kB\nMemAvailable: 100 kB\n"),
+        ("GROUP_MOST", "60000\n"),
+        ("GROUP_TAKEN", "20000\n"),
+    ):
+        (tmp_path / name).write_text(text, encoding="ascii")
+        monkeypatch.setattr(sizes, name, tmp_path / name)
+
+    assert sizes.memory() == 40_000
+    (tmp_path / "GROUP_MOST").write_text("max\n", encoding="ascii")
+    assert sizes.memory() == 102_400 < built_in
 
 
 def test_a_study_of_too_many_points_is_a_fault_of_its_file(tmp_path: Path) -> None:

@@ -94,6 +94,7 @@ def test_a_flipped_bit_is_seen_by_us_and_by_zarr(at: int, tmp_path: Path) -> Non
     )
 
 
+@pytest.mark.filterwarnings("ignore:.* have no answer")
 def test_damaged_reasons_are_found(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
     over = {"forcing.omega": np.linspace(2.0, 3.0, 40)}

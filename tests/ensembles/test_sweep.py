@@ -8,11 +8,12 @@ from tests.ensembles.studies import failing
 
 import percuss as pc
 from percuss.ensembles.grid import Axis, Grid
-from percuss.ensembles.measures import Window
+from percuss.ensembles.measures import STRETCHES, Window
 from percuss.ensembles.sweep import Measured
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter
 from percuss.model.start import Start
+from percuss.motion.growth import fit_power_law
 
 OSC = pc.impact_oscillator(restitution=0.8)
 FORCE = pc.cosine(2.5)
@@ -81,6 +82,47 @@ def test_the_main_resonance_grows_linearly() -> None:
     )
 
     np.testing.assert_allclose(found.growth_exponent, 1.0, atol=0.01)
+
+
+def test_each_motion_is_followed_once_for_all_measures_but_a_period_beside_an_exponent() -> None:
+    """What is counted is what was done, and a measure does not depend on its company."""
+    over = {"forcing.omega": [2.5, 2.8], "start.v0": [0.5, 1.0]}
+    window = {"transient": 20, "periods": 128}
+    names = ["impacts_per_period", "growth_exponent", "peak_displacement", "dissipated_energy",
+             "peak_impact_velocity", "period", "largest_lyapunov_exponent"]  # fmt: skip
+    alone = {
+        name: pc.sweep(name, OSC, FORCE, over=over, **window)  # type: ignore[arg-type]
+        for name in names
+    }
+    once = alone["impacts_per_period"].attrs["n_impacts"]
+
+    no_period = [name for name in names if name != "period"]
+    together = pc.sweep(no_period, OSC, FORCE, over=over, **window)  # type: ignore[arg-type]
+    everything = pc.sweep(names, OSC, FORCE, over=over, **window)  # type: ignore[arg-type]
+
+    assert {found.attrs["n_impacts"] for found in alone.values()} == {once}
+    assert together.attrs["n_impacts"] == once
+    assert everything.attrs["n_impacts"] == 2 * once
+    for name in names:
+        np.testing.assert_array_equal(everything[name], alone[name][name])
+        if name != "period":
+            np.testing.assert_array_equal(together[name], alone[name][name])
+
+
+def test_growth_is_told_from_the_fastest_impact_of_each_stretch() -> None:
+    """Held against the impacts of the run itself."""
+    osc, force, periods = pc.impact_oscillator(restitution=0.9), pc.cosine(2.8), 400
+    found = pc.sweep("growth_exponent", osc, force, over={}, start=(0.0, 1.0), transient=0,
+                     periods=periods)  # fmt: skip
+    run = pc.simulate(osc, force, v0=1.0, periods=periods)
+    edges = STRETCHES * run.t_end
+    stretch = np.searchsorted(edges, run.impacts.t, side="right") - 1
+    peaks = [np.abs(run.impacts.v_before[stretch == k]).max(initial=0.0) for k in range(24)]
+    middle = np.sqrt(edges[1:] * edges[:-1])
+    hit = np.array(peaks) > 0.0
+
+    expected = fit_power_law(middle[hit], np.array(peaks)[hit]).exponent
+    assert float(found.growth_exponent) == pytest.approx(expected, rel=1e-9)
 
 
 def test_points_without_an_answer_hold_nan_and_say_why() -> None:

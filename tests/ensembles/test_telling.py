@@ -158,6 +158,24 @@ def test_a_long_chunk_of_compiled_motions_is_given_up_where_it_is() -> None:
     assert not at_work()
 
 
+def test_long_work_is_told_once_where_no_progress_was_asked_for(
+    clock: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for report, told in ((None, 1), (False, 0)):
+        seen = Watch(report, size=10_000, todo=10_000)
+        for _ in range(50):
+            clock[0] += 1.0
+            seen.go_on(1, 10)
+        seen.close()
+        lines = capsys.readouterr().err.splitlines()
+        assert len(lines) == told
+    short = Watch(None, size=100, todo=100)
+    for _ in range(50):
+        clock[0] += 1.0
+        short.go_on(1, 10)
+    assert capsys.readouterr().err == ""
+
+
 def test_what_is_soon_over_shows_nothing(
     clock: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
+import percuss as pc
 from percuss.errors import OutputError
-from percuss.io import OutputFiles, check_output
+from percuss.io import OutputFiles, check_output, save_csv, save_netcdf
 
 
 def everything_in(folder: Path) -> list[str]:
@@ -151,14 +154,50 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path: Path) -> None:
     killed = subprocess.Popen([sys.executable, "-c", ""])
     killed.wait()
     stale = tmp_path / f".a.txt.{killed.pid}.part"
-    running, other = (
+    running, other, elsewhere = (
         tmp_path / f".a.txt.{os.getppid()}.part",
         tmp_path / f".b.txt.{killed.pid}.part",
+        # Of another machine, where there is such a process.
+        tmp_path / f".a.txt.{10**9}.part",
     )
-    for path in (stale, running, other):
+    for path in (stale, running, other, elsewhere):
         path.write_text("half")
+    for path in (stale, running, other):
+        os.utime(path, (time.time() - 4000.0,) * 2)
 
     with OutputFiles(tmp_path / "a.txt") as files:
         files[tmp_path / "a.txt"].write_text("whole")
 
-    assert everything_in(tmp_path) == sorted(["a.txt", running.name, other.name])
+    assert everything_in(tmp_path) == sorted(["a.txt", running.name, other.name, elsewhere.name])
+
+
+def test_a_large_file_is_told_with_its_size_before_it_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = pc.simulate(pc.impact_oscillator(0.9), pc.cosine(2.8), v0=1.0, periods=400)
+    save_csv(run, tmp_path / "small.csv")
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("percuss.io.files.LARGE", 10_000)
+
+    save_csv(run, tmp_path / "run.csv")
+    save_netcdf(run, tmp_path / "run.nc", samples=2001)
+
+    told = re.findall(r"writing (\S+): about (\d+) MB", capsys.readouterr().err)
+    assert [name for name, _ in told] == ["run.csv", "run.nc"]
+
+
+def test_the_size_that_is_told_is_that_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = pc.simulate(pc.impact_oscillator(0.9), pc.cosine(2.8), v0=1.0, periods=4000)
+    sizes: dict[str, int] = {}
+    for module in ("table", "netcdf"):
+        monkeypatch.setattr(
+            f"percuss.io.{module}.tell_size", lambda part, size: sizes.update({part.name[:5]: size})
+        )
+
+    save_csv(run, tmp_path / "a.csv")
+    save_netcdf(run, tmp_path / "b.nc")
+
+    for name, part in (("a.csv", ".a.cs"), ("b.nc", ".b.nc")):
+        assert sizes[part] == pytest.approx((tmp_path / name).stat().st_size, rel=0.2)

@@ -140,9 +140,8 @@ def _strobes(system: System, starts: Floats, count: int) -> Floats:
 
 def _exponents(system: System, starts: Floats, periods: int) -> tuple[Floats, Floats]:
     """Return the largest exponent of each motion and its standard error."""
-    which = np.zeros(len(starts), dtype=np.int64)
     since = np.full(len(starts), system.t0)
-    plan = tangent_plan(system.table[np.newaxis], which, since, 0, periods)
+    plan = tangent_plan(np.full(len(starts), system.period), since, 0, periods)
     largest, _, error, _ = exponents_of(_follow(system, starts, plan), plan)
     return largest, error
 

@@ -119,7 +119,8 @@ class _Crowd:
                 ) from error
             except Exception as error:
                 # The connection, the scheduler, or a worker that cannot load the code.
-                reason = f"the Dask cluster has failed: {type(error).__name__}: {error}"
+                words = " ".join(str(error).split()).rstrip(".")
+                reason = f"the Dask cluster has failed: {type(error).__name__}: {words}"
                 raise EngineError(reason) from error
             yield i, block
 

@@ -22,7 +22,7 @@ from percuss.ensembles.diagram_jobs import (
 from percuss.ensembles.engines import Engine, make_ready
 from percuss.ensembles.failures import warn_of_failures, warn_of_some
 from percuss.ensembles.grid import Grid, make_grid, whole
-from percuss.ensembles.job import Answer, chunks_of
+from percuss.ensembles.job import Answer, check_room
 from percuss.ensembles.lanes import MOST_IMPACTS, Plan, reason_of
 from percuss.ensembles.measures import Window
 from percuss.ensembles.running import Report, keep, run_job, unanswered
@@ -144,7 +144,7 @@ def bifurcation_diagram(
     parts = [(job, name) for job, name in ((followed, "followed"), (afresh, "afresh")) if job.size]
     for job, _ in parts:
         # Whether it is too large, before any of it is written.
-        chunks_of(job)
+        check_room(job)
     if store is not None:
         is_new = not any(has_store(Path(store) / name) for _, name in parts)
         if is_new and not is_vacant(Path(store), [name for _, name in parts]):

@@ -179,10 +179,11 @@ class Rules:
 def _exponents(fates: Arrays, group: LanesOf, left: Numbers, begun: Floats) -> int:
     """Call what is left chaotic where its largest exponent is, and count the impacts it took."""
     which = group.which[left]
-    plan = tangent_plan(group.laws, which, begun[left, 2], 0, PERIODS_OF_AN_EXPONENT)
+    period = group.laws[which, 0, PERIOD]
+    plan = tangent_plan(period, begun[left, 2], 0, PERIODS_OF_AN_EXPONENT)
     lanes = follow_lanes(group.laws, which, begun[left], plan)
     largest, _, error, _ = exponents_of(lanes, plan)
-    least = LEAST_EXPONENT / group.laws[which, 0, PERIOD]
+    least = LEAST_EXPONENT / period
     chaotic = largest > np.maximum(CERTAIN * error, least)
     rows = left[chaotic]
     fates["kind"][rows] = CHAOTIC

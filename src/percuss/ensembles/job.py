@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +14,17 @@ from numpy.typing import NDArray
 from percuss.ensembles.sizes import too_large
 from percuss.errors import ParameterError
 
-__all__ = ["Answer", "Block", "Column", "Dimension", "Job", "chunks_of", "spans_of"]
+__all__ = [
+    "Answer",
+    "Block",
+    "Column",
+    "Dimension",
+    "Job",
+    "check_room",
+    "chunks_of",
+    "numbers_of",
+    "spans_of",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,20 +149,32 @@ class Job(Protocol):
         ...
 
 
-def chunks_of(job: Job) -> list[tuple[int, int]]:
-    """Return first and last point of each chunk, the last not included.
+def check_room(job: Job, store: Path | None = None, hint: str = "") -> None:
+    """Raise a `ParameterError` unless there is room for the answer.
 
-    Raises
-    ------
-    ParameterError
-        If the answer does not fit into this machine's memory.
+    Parameters
+    ----------
+    job
+        The work.
+    store
+        Folder on whose disk the answer may be, where memory cannot hold it; None: in memory.
+    hint
+        What would help.
     """
-    each = sum(math.prod(column.tail) for column in job.columns.values())
-    problem = too_large([job.size], each)
+    problem = too_large([job.size], numbers_of(job), store)
     if problem is not None:
         axes = job.dimensions
         shape = " x ".join(f"{len(axis.values):,}" for axis in axes)
-        raise ParameterError(", ".join(axis.name for axis in axes), shape, problem)
+        raise ParameterError(", ".join(axis.name for axis in axes), shape, problem + hint)
+
+
+def numbers_of(job: Job) -> int:
+    """Return how many numbers of 8 bytes a point's answer has."""
+    return sum(math.prod(column.tail) for column in job.columns.values())
+
+
+def chunks_of(job: Job) -> list[tuple[int, int]]:
+    """Return first and last point of each chunk, the last not included."""
     return spans_of(job.size, job.chunk)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,9 @@ class Plan:
         Whether extremes of x and the work of the dashpots are wanted: it takes twice as long.
     max_impacts
         Impacts from the start after which a lane ends, >= 1.
+    edges
+        (n, m + 1) array [time], rising: of the stretches between them the greatest impact speeds
+        are kept, also before ``since``; None keeps none.
     """
 
     since: Floats
@@ -56,6 +59,7 @@ class Plan:
     n_points: int = 1
     surveyed: bool = False
     max_impacts: int = MOST_IMPACTS
+    edges: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +78,8 @@ class Lanes:
         (n, `survey.TALLIES`) array.
     points
         (n, n_points, `survey.POINT_COLUMNS`) array, in order of time; NaN where there are fewer.
+    peaks
+        (n, m) array, the greatest impact speed in each stretch of the plan; 0 without any.
     """
 
     status: Numbers
@@ -81,6 +87,7 @@ class Lanes:
     n_impacts: Numbers
     tallies: Floats
     points: Floats
+    peaks: Floats = field(default_factory=lambda: np.empty((0, 0)))
 
 
 def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> Lanes:
@@ -109,7 +116,9 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
     states[:, [columns.X, columns.V, columns.T]] = starts
     counters = np.zeros((n, columns.COUNTERS), dtype=np.int64)
     status = np.full(n, batch.NEW, dtype=np.int64)
-    tallies = np.zeros((n, survey.TALLIES))
+    edges = np.empty((n, 0)) if plan.edges is None else plan.edges
+    room = [np.zeros((n, 1)), edges, np.zeros((n, edges.shape[1] - 1))] if edges.size else []
+    tallies = np.concatenate([np.zeros((n, survey.TALLIES)), *room], axis=1)
     points = np.full((n, plan.n_points, survey.POINT_COLUMNS), np.nan)
     plans = np.stack([plan.since, plan.every, plan.until], axis=1)
     laws, which = np.ascontiguousarray(laws), np.ascontiguousarray(which, dtype=np.int64)
@@ -141,7 +150,8 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
             if status[i] != columns.SPENT:
                 break
     _put_in_order(points, tallies)
-    return Lanes(status, states, counters[:, columns.N_IMPACTS].copy(), tallies, points)
+    peaks = tallies[:, survey.EDGES + edges.shape[1] :]
+    return Lanes(status, states, counters[:, columns.N_IMPACTS].copy(), tallies, points, peaks)
 
 
 def _room(laws: Floats) -> tuple[Floats, Numbers, Floats, Floats]:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.grid import make_grid, whole
-from percuss.ensembles.lanes import Lanes, Plan, follow_lanes, reason_of
+from percuss.ensembles.lanes import MOST_IMPACTS, Lanes, Plan, follow_lanes, reason_of
 from percuss.ensembles.measures import period_of
 from percuss.ensembles.tangents import BLOCKS, drift_of, exponents_of, tangent_plan
 from percuss.errors import ParameterError
+from percuss.kernels import record as columns
 from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
-from percuss.model.exact import Phase
+from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
@@ -29,6 +30,8 @@ Floats = NDArray[np.float64]
 LONGEST = 16
 # Rounds of an orbit that its exponents are taken from, and to what part they shrink alike.
 ROUNDS, ALIKE = 3, 1e-6
+# Impacts for each period that a motion may have where nothing else is said.
+IMPACTS_OF_A_PERIOD = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +71,7 @@ def lyapunov_exponents(
     start: Start | Sequence[Phase] | None = None,
     transient: int = 1000,
     periods: int = 20_000,
+    max_impacts: int | None = None,
 ) -> LyapunovExponents:
     """Return both exponents of the motion from a start.
 
@@ -78,11 +82,15 @@ def lyapunov_exponents(
     Parameters
     ----------
     osc, force
-        What moves; the forcing has a period.
+        What moves. Where the forcing has no period, a period below is 2 pi / sqrt(stiffness), or
+        without stiffness that of the slowest harmonic.
     start
         Where it starts: a `Start`, or x0 [length] and v0 [length/time]; default: at rest at 0.
     transient, periods
         Forcing periods that are left out, and that the exponents are taken over, >= 64.
+    max_impacts
+        Impacts after which the motion is given up, >= 1; default: a hundred for each period, and
+        at least a million.
 
     Returns
     -------
@@ -92,7 +100,8 @@ def lyapunov_exponents(
     Raises
     ------
     ParameterError
-        If the forcing has no period, the start lies inside a wall, or the motion comes to no end.
+        If there is neither a stiffness nor a harmonic, whose period time could be counted in; the
+        start lies inside a wall; there are more impacts; or the motion comes to no end.
 
     Examples
     --------
@@ -105,19 +114,27 @@ def lyapunov_exponents(
     array([-0.08879, -0.08879])
     """
     transient, periods = whole("transient", transient, 0), whole("periods", periods, BLOCKS)
-    if force is None or force.period is None:
-        raise ParameterError("forcing.period", None, "exponents are taken over forcing periods")
+    most = max(MOST_IMPACTS, IMPACTS_OF_A_PERIOD * (transient + periods))
+    if max_impacts is not None:
+        most = whole("max_impacts", max_impacts, 1)
     grid = make_grid(osc, force, start, {})
     groups, faults = grid.lanes(0, 1)
     if faults:
         raise ParameterError("start", grid.start, faults[0])
     (group,) = groups
-    plan = tangent_plan(group.laws, group.which, group.starts[:, 2], transient, periods)
+    period = np.array([_period_of_time(osc, force)])
+    plan = tangent_plan(period, group.starts[:, 2], transient, periods)
+    plan = replace(plan, max_impacts=most)
     lanes = follow_lanes(group.laws, group.which, group.starts, plan)
     reason = reason_of(int(lanes.status[0]), plan)
     if reason is not None:
+        if lanes.status[0] == columns.REACHED_LIMIT:
+            t = float(lanes.state[0, columns.T])
+            reason = f"as many impacts come until t = {t:.6g}, the end is at {plan.until[0]:.6g}"
+            raise ParameterError("max_impacts", most, f"{reason}; allow more, or fewer periods")
         raise ParameterError("start", grid.start, reason)
-    if np.isfinite(lanes.points[0, -1, survey.FIRST]):
+    is_periodic = force is not None and force.period is not None
+    if is_periodic and np.isfinite(lanes.points[0, -1, survey.FIRST]):
         known = _of_orbit(group.laws, lanes, plan, transient + periods)
         if known is not None:
             return known
@@ -131,6 +148,20 @@ def lyapunov_exponents(
         float(lanes.tallies[0, survey.IMPACTS]) / duration,
         duration,
     )
+
+
+def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:
+    """Return what time is counted in: a period of the forcing, or else of the oscillator."""
+    if force is not None and force.period is not None:
+        return force.period
+    stiffness = as_float(osc.stiffness)
+    if stiffness > 0.0:
+        return 2.0 * math.pi / math.sqrt(stiffness)
+    components = force.components() if force is not None else ()
+    if not components:
+        reason = "without a harmonic and without a stiffness there is no period to count time in"
+        raise ParameterError("forcing", force, f"{reason}; an exponent needs one of them")
+    return 2.0 * math.pi / min(as_float(component.omega) for component in components)
 
 
 def _of_orbit(laws: Floats, lanes: Lanes, plan: Plan, periods: int) -> LyapunovExponents | None:

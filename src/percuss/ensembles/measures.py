@@ -25,8 +25,9 @@ SAME = 1e-6
 # A round of p periods has strobes that differ by more than this many times that; what differs less
 # is the end of a transient that turns by about 1/p.
 SETTLED = 100.0
-# Stretches of time, equal in its logarithm, whose fastest impacts an exponent is told from.
-STRETCHES = 24
+# Edges of stretches of time, equal in its logarithm, whose fastest impacts an exponent is told
+# from, as parts of the whole.
+STRETCHES = np.geomspace(0.01, 1.0, 25)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +61,22 @@ class Measure:
     meaning
         What it is, in a line.
     value
-        From what is left of the lanes, and the window, their numbers.
-    surveyed, strobed
-        What has to be kept for it.
+        From what is left of the lanes, the plan they followed, and the window, their numbers.
+    surveyed, strobed, grown, neighboured
+        What has to be kept for it: extremes and work; a strobe in each period; the fastest
+        impacts of stretches of time; how far a neighbour moves away.
+    without
+        Why a motion that came to its end may have no such number.
     """
 
     units: str
     meaning: str
-    value: Callable[[Lanes, Window], Floats]
+    value: Callable[[Lanes, Plan, Window], Floats]
     surveyed: bool = False
     strobed: bool = False
+    grown: bool = False
+    neighboured: bool = False
+    without: str = ""
 
 
 def period_of(points: Floats, longest: int) -> NDArray[np.int64]:
@@ -118,25 +125,44 @@ def _apart(points: Floats, p: int) -> Floats:
     return np.asarray(np.abs(points[:, p:] - points[:, :-p]).max(axis=(1, 2)))
 
 
-def _period(lanes: Lanes, window: Window) -> Floats:
+def _period(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
     strobes = lanes.points[:, :, [survey.FIRST, survey.SECOND]]
     return period_of(strobes, max(1, window.periods // 2)).astype(np.float64)
 
 
-def _peak_displacement(lanes: Lanes, window: Window) -> Floats:  # noqa: ARG001
+def _peak_displacement(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
     lowest, highest = lanes.tallies[:, survey.LOWEST], lanes.tallies[:, survey.HIGHEST]
     # A mass that is held at a wall all the time moves nowhere.
     still = ~np.isfinite(lowest)
     return np.where(still, np.abs(lanes.state[:, columns.X]), np.maximum(-lowest, highest))
 
 
-def _tally(entry: int) -> Callable[[Lanes, Window], Floats]:
-    return lambda lanes, window: lanes.tallies[:, entry].copy()  # noqa: ARG005
+def _peak_impact_velocity(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    return lanes.tallies[:, survey.PEAK_SPEED].copy()
 
 
-def _dissipated(lanes: Lanes, window: Window) -> Floats:
+def _impacts(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    return np.asarray(lanes.tallies[:, survey.IMPACTS] / window.periods)
+
+
+def _dissipated(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
     lost = lanes.tallies[:, survey.LOST] + lanes.tallies[:, survey.DRAGGED]
     return np.asarray(lost / window.periods)
+
+
+def _largest(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    return exponents_of(lanes, plan)[0]
+
+
+def _growth(lanes: Lanes, plan: Plan, window: Window) -> Floats:
+    """Fit a power law to the fastest impacts of stretches equal in log t."""
+    duration = (plan.until - plan.since) * (window.transient + window.periods) / window.periods
+    middle = np.sqrt(STRETCHES[1:] * STRETCHES[:-1])
+    exponents = np.full(len(duration), np.nan)
+    for i, peaks in enumerate(lanes.peaks):
+        hit = peaks > 0.0
+        exponents[i] = fit_power_law(middle[hit] * duration[i], peaks[hit]).exponent
+    return exponents
 
 
 MEASURES: dict[str, Measure] = {
@@ -146,12 +172,12 @@ MEASURES: dict[str, Measure] = {
     "peak_impact_velocity": Measure(
         "length/time",
         "largest speed just before an impact, or at the entry into a soft stop; 0 without any",
-        _tally(survey.PEAK_SPEED),
+        _peak_impact_velocity,
     ),
     "impacts_per_period": Measure(
         "1",
         "impacts, and entries into soft stops, in a forcing period",
-        lambda lanes, window: np.asarray(lanes.tallies[:, survey.IMPACTS] / window.periods),
+        _impacts,
     ),
     "period": Measure(
         "1",
@@ -169,15 +195,16 @@ MEASURES: dict[str, Measure] = {
     "largest_lyapunov_exponent": Measure(
         "1/time",
         "largest exponent, from exact propagators and saltation matrices; -inf after a contact",
-        # It has lanes of its own.
-        lambda lanes, window: np.full(len(lanes.status), np.nan),  # noqa: ARG005
+        _largest,
+        neighboured=True,
     ),
     "growth_exponent": Measure(
         "1",
         "exponent of the power of time with which the largest impact speed grows, over the last "
         "99 % of the time",
-        # It has lanes of its own.
-        lambda lanes, window: np.full(len(lanes.status), np.nan),  # noqa: ARG005
+        _growth,
+        grown=True,
+        without="too few impacts to tell an exponent from",
     ),
 }
 
@@ -203,36 +230,55 @@ def measure_lanes(
     tuple
         (n,) arrays by name; reasons by the lane's place in the group; the number of impacts.
     """
-    period = group.laws[group.which, 0, PERIOD]
-    since = group.starts[:, 2] + window.transient * period
-    until = since + window.periods * period
-    asked = [MEASURES[name] for name in names if name not in OF_THEIR_OWN]
-    values: dict[str, Floats] = {}
+    n = len(group.which)
+    values = {name: np.full(n, np.nan) for name in names}
     reasons: dict[int, str] = {}
     n_impacts = 0
-    if asked:
-        strobed = any(measure.strobed for measure in asked)
-        plan = Plan(
-            since,
-            period,
-            until,
-            section=survey.STROBES if strobed else survey.NO_POINTS,
-            n_points=window.periods + 1 if strobed else 1,
-            surveyed=any(measure.surveyed for measure in asked),
-            max_impacts=max_impacts,
-        )
+    for those in _together(names):
+        plan = _plan(those, group, window, max_impacts)
         lanes = follow_lanes(group.laws, group.which, group.starts, plan)
         n_impacts += int(lanes.n_impacts.sum())
-        reasons = _reasons(lanes, plan)
-        for name in names:
-            values[name] = MEASURES[name].value(lanes, window)
-            values[name][list(reasons)] = np.nan
-    for name, function in OF_THEIR_OWN.items():
-        if name in names:
-            values[name], more, count = function(group, window, max_impacts)
-            reasons |= more
-            n_impacts += count
+        lost = _reasons(lanes, plan)
+        reasons |= lost
+        for name in those:
+            measure = MEASURES[name]
+            values[name] = measure.value(lanes, plan, window)
+            values[name][list(lost)] = np.nan
+            if measure.without:
+                for i in np.flatnonzero(np.isnan(values[name])).tolist():
+                    reasons.setdefault(i, measure.without)
     return values, reasons, n_impacts
+
+
+def _together(names: Sequence[str]) -> list[list[str]]:
+    """Return which measures are taken on the way of the same motions.
+
+    All of them, but that strobes and a neighbour are both kept as points: with a period among
+    them the largest exponent has motions of its own.
+    """
+    if not any(MEASURES[name].strobed for name in names):
+        return [list(names)]
+    apart = [name for name in names if MEASURES[name].neighboured]
+    rest = [name for name in names if name not in apart]
+    return [rest, apart] if apart else [rest]
+
+
+def _plan(names: Sequence[str], group: LanesOf, window: Window, max_impacts: int) -> Plan:
+    period = group.laws[group.which, 0, PERIOD]
+    t0 = group.starts[:, 2]
+    asked = [MEASURES[name] for name in names]
+    since = t0 + window.transient * period
+    plan = Plan(since, period, since + window.periods * period)
+    if any(measure.strobed for measure in asked):
+        plan = replace(plan, section=survey.STROBES, n_points=window.periods + 1)
+    elif any(measure.neighboured for measure in asked):
+        plan = tangent_plan(period, t0, window.transient, window.periods)
+    edges = None
+    if any(measure.grown for measure in asked):
+        duration = (window.transient + window.periods) * period
+        edges = t0[:, np.newaxis] + duration[:, np.newaxis] * STRETCHES
+    surveyed = any(measure.surveyed for measure in asked)
+    return replace(plan, surveyed=surveyed, max_impacts=max_impacts, edges=edges)
 
 
 def _reasons(lanes: Lanes, plan: Plan) -> dict[int, str]:
@@ -242,53 +288,3 @@ def _reasons(lanes: Lanes, plan: Plan) -> dict[int, str]:
         if reason is not None:
             found |= {int(i): reason for i in np.flatnonzero(lanes.status == status)}
     return found
-
-
-def _lyapunov(
-    group: LanesOf, window: Window, max_impacts: int
-) -> tuple[Floats, dict[int, str], int]:
-    """Take the largest exponent of each lane."""
-    t0 = group.starts[:, 2]
-    plan = tangent_plan(group.laws, group.which, t0, window.transient, window.periods)
-    plan = replace(plan, max_impacts=max_impacts)
-    lanes = follow_lanes(group.laws, group.which, group.starts, plan)
-    reasons = _reasons(lanes, plan)
-    largest = exponents_of(lanes, plan)[0]
-    largest[list(reasons)] = np.nan
-    return largest, reasons, int(lanes.n_impacts.sum())
-
-
-def _growth(group: LanesOf, window: Window, max_impacts: int) -> tuple[Floats, dict[int, str], int]:
-    """Fit a power law to the fastest impacts of stretches equal in log t."""
-    n = len(group.which)
-    t0 = group.starts[:, 2]
-    period = group.laws[group.which, 0, PERIOD]
-    duration = (window.transient + window.periods) * period
-    edges = np.geomspace(0.01, 1.0, STRETCHES + 1)
-    peaks = np.zeros((n, STRETCHES))
-    reasons: dict[int, str] = {}
-    n_impacts = 0
-    for k in range(STRETCHES):
-        plan = Plan(
-            t0 + edges[k] * duration,
-            duration,
-            t0 + edges[k + 1] * duration,
-            max_impacts=max_impacts,
-        )
-        lanes = follow_lanes(group.laws, group.which, group.starts, plan)
-        peaks[:, k] = lanes.tallies[:, survey.PEAK_SPEED]
-        if k == STRETCHES - 1:
-            reasons, n_impacts = _reasons(lanes, plan), int(lanes.n_impacts.sum())
-    middle = np.sqrt(edges[1:] * edges[:-1])
-    exponents = np.full(n, np.nan)
-    for i in range(n):
-        hit = peaks[i] > 0.0
-        exponents[i] = fit_power_law(middle[hit] * duration[i], peaks[i, hit]).exponent
-        if np.isnan(exponents[i]):
-            reasons.setdefault(i, "too few impacts to tell an exponent from")
-    exponents[list(reasons)] = np.nan
-    return exponents, reasons, n_impacts
-
-
-# Measures whose lanes are followed for them alone.
-OF_THEIR_OWN = {"largest_lyapunov_exponent": _lyapunov, "growth_exponent": _growth}

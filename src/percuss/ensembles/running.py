@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from percuss.ensembles.checks import check_means
 from percuss.ensembles.engines import Engine, EngineError, done_chunks, make_ready
-from percuss.ensembles.job import Answer, Block, Job, chunks_of
+from percuss.ensembles.job import Answer, Block, Job, check_room, chunks_of, numbers_of
+from percuss.ensembles.sizes import NUMBER, in_gigabytes
 from percuss.ensembles.store import RESULT, Store, has_store, keep_result
 from percuss.ensembles.watch import Report, Watch, tell_of_stopping
 from percuss.errors import OutputError
@@ -18,6 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Report", "keep", "run_job", "unanswered"]
 
+# An answer of so many bytes is told before the work.
+LARGE = 1_000_000_000
+
 
 def run_job(
     job: Job,
@@ -25,6 +32,8 @@ def run_job(
     engine: Engine = "threads",
     n_workers: int | None = None,
     progress: Report = None,
+    *,
+    is_read_from_disk: bool = False,
 ) -> Answer:
     """Do what is left of a job and return the whole answer.
 
@@ -43,6 +52,8 @@ def run_job(
         True shows a line on the error stream after two seconds, with the rate and the time
         left; a function ``(done, total) -> bool`` is called with numbers of points after each
         chunk, and at least every 1.5 s while none is finished.
+    is_read_from_disk
+        Whether the answer may be larger than memory where there is a store.
 
     Returns
     -------
@@ -51,11 +62,18 @@ def run_job(
     """
     # Before there is a store.
     check_means(store, engine, n_workers, progress)
+    on_disk = Path(store) if store is not None and is_read_from_disk else None
+    hint = "; with store= it is kept on disk" if is_read_from_disk else ""
+    if on_disk is None or not has_store(on_disk):
+        # What has been begun has taken its room already.
+        check_room(job, on_disk, hint if store is None else "")
     spans = chunks_of(job)
     make_ready(job, engine, is_new=store is not None and not has_store(Path(store)))
     keeper = _Memory(job, spans) if store is None else Store(store, job)
     todo = keeper.todo()
     watch = Watch(progress, job.size, _size(spans, todo), getattr(job, "each", "points"))
+    if progress is not False and todo:
+        _tell_size(job, store)
     is_interrupted = is_stopped = False
 
     def tick() -> bool:
@@ -99,6 +117,18 @@ def run_job(
     return answer
 
 
+def _tell_size(job: Job, store: str | Path | None) -> None:
+    """Say before the work how large the answer will be, where it is large."""
+    size = NUMBER * numbers_of(job) * job.size
+    if size >= LARGE:
+        where = "of memory" if store is None else f"in {store}"
+        sys.stderr.write(
+            f"{job.size:,} points in chunks of {job.chunk:,}, whose answer takes "
+            f"{in_gigabytes(size)} {where}\n"
+        )
+        sys.stderr.flush()
+
+
 def _size(spans: list[tuple[int, int]], numbers: list[int]) -> int:
     return sum(spans[i][1] - spans[i][0] for i in numbers)
 
@@ -120,7 +150,12 @@ class _Memory:
     """Keeps the answer where there is no store, as a `Store` does."""
 
     def __init__(self, job: Job, spans: list[tuple[int, int]]) -> None:
-        self._arrays = {name: column.empty(job.size) for name, column in job.columns.items()}
+        # Filled where nothing has come: to write all of a large answer takes seconds.
+        self._arrays = {
+            name: np.empty((job.size, *column.tail), dtype=column.dtype)
+            for name, column in job.columns.items()
+        }
+        self._columns = job.columns
         self._spans = spans
         self._left = dict.fromkeys(range(len(spans)))
         self._reasons: dict[int, str] = {}
@@ -139,4 +174,8 @@ class _Memory:
 
     def read(self) -> Answer:
         reasons = dict(sorted(self._reasons.items()))
+        for number in self._left:
+            first, last = self._spans[number]
+            for name, array in self._arrays.items():
+                array[first:last] = self._columns[name].empty(last - first)
         return Answer(self._arrays, reasons, self._n_impacts, complete=not self._left)

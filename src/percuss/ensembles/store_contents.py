@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.job import Answer, Column
+from percuss.ensembles.sizes import too_large
 from percuss.ensembles.store_chunks import key_of, marks_in, taken_up
 
 __all__ = ["REASON_BYTES", "contents", "reasons_as_bytes"]
@@ -42,7 +44,7 @@ def contents(
     marks = marks_in(path, len(spans))
     chunk = spans[0][1] - spans[0][0]
     size = spans[-1][1]
-    arrays = {name: column.empty(size) for name, column in columns.items()}
+    arrays = {name: _empty(path, column, size) for name, column in columns.items()}
     reasons: dict[int, str] = {}
     for number in np.flatnonzero(marks[:, 0]).tolist():
         first, last = spans[number]
@@ -56,9 +58,22 @@ def contents(
             arrays[name][first:last] = values[: last - first]
         reasons |= {first + i: text for i, text in texts.items()}
     done = marks[:, 0]
+    for number in np.flatnonzero(done == 0).tolist():
+        first, last = spans[number]
+        for name, column in columns.items():
+            arrays[name][first:last] = column.empty(last - first)
     n_impacts = int(done.sum() - np.count_nonzero(done))
     complete = bool((done > 0).all())
     return Answer(arrays, dict(sorted(reasons.items())), n_impacts, complete=complete)
+
+
+def _empty(path: Path, column: Column, size: int) -> NDArray[np.generic]:
+    """Return room for a column, in a nameless file beside it where memory has none."""
+    shape = (size, *column.tail)
+    if too_large([size], math.prod(column.tail)) is None:
+        return np.empty(shape, dtype=column.dtype)
+    with tempfile.TemporaryFile(dir=path) as file:
+        return np.memmap(file, dtype=column.dtype, mode="w+", shape=shape)
 
 
 def _block(

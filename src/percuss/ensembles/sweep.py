@@ -91,7 +91,8 @@ def sweep(
     max_impacts
         Impacts after which a motion is given up, >= 1.
     store
-        Folder of a Zarr store: what is in it is not done again.
+        Folder of a Zarr store: what is in it is not done again. An answer that memory cannot hold
+        needs one, and is then read from its disk.
     engine
         "threads", "processes", the address of a Dask scheduler ("tcp://...") or a client of one.
     n_workers
@@ -117,7 +118,10 @@ def sweep(
     Raises
     ------
     ParameterError
-        If there is no such measure or path, or an axis is empty or not finite.
+        If there is no such measure or path, an axis is empty or not finite, or there is no room
+        for the answer.
+    EngineError
+        If points kill three worker processes, or a cluster is lost.
     OutputError
         If the store is of another study or cannot be written.
 
@@ -133,7 +137,7 @@ def sweep(
     """
     grid = make_grid(osc, force, start, over)
     work = _work(measure, grid, Window(transient, periods), max_impacts)
-    answer = run_job(work, store, engine, n_workers, progress)
+    answer = run_job(work, store, engine, n_workers, progress, is_read_from_disk=True)
     nowhere = [name for name in work.names if not _has_any(answer.arrays[name])]
     if answer.complete and answer.reasons and not nowhere:
         first = grid.words(next(iter(answer.reasons)))

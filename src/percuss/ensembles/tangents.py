@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from percuss.ensembles.lanes import Lanes, Plan
 from percuss.kernels import survey
-from percuss.kernels.law import PERIOD
 
 __all__ = ["BLOCKS", "drift_of", "exponents_of", "tangent_plan"]
 
@@ -22,11 +21,16 @@ BLOCKS = 64
 CHANCE = 3.0
 
 
-def tangent_plan(
-    laws: Floats, which: NDArray[np.int64], t0: Floats, transient: int, periods: int
-) -> Plan:
-    """Return the plan of lanes whose exponents are wanted."""
-    period = laws[which, 0, PERIOD]
+def tangent_plan(period: Floats, t0: Floats, transient: int, periods: int) -> Plan:
+    """Return the plan of lanes whose exponents are wanted.
+
+    Parameters
+    ----------
+    period, t0
+        (n,) arrays [time]: what transient and periods are multiples of, and the starts.
+    transient, periods
+        What is left out, and what is measured.
+    """
     since = t0 + transient * period
     every = periods / BLOCKS * period
     return Plan(

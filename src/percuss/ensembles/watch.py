@@ -18,6 +18,8 @@ Report: TypeAlias = bool | Callable[[float, float], bool] | None
 # chunk has been done since.
 PATIENCE = 2.0
 RENEWED, RENEWED_IN_A_LOG = 0.2, 10.0
+# What takes longer is told once where no progress was asked for [s].
+LONG = 600.0
 # A function is called so often while no chunk is finished [s].
 CALLED = 1.0
 BAR = 20
@@ -45,7 +47,7 @@ class Watch:
         # When the first chunk was done, and what had been until then: it may have had to compile.
         self._first: tuple[float, int, int] | None = None
         self._renews = _goes_back()
-        self._open = False
+        self._open = self._is_long = False
 
     def tick(self) -> bool:
         """Tell by the clock that nothing new is done; False if the caller wants it stopped."""
@@ -60,7 +62,21 @@ class Watch:
         self._impacts += n_impacts
         if self._first is None:
             self._first = now, self._done, self._impacts
+        if self._report is None:
+            self._tell_once_of_long_work(now, *self._first)
         return self._tell(now)
+
+    def _tell_once_of_long_work(self, now: float, began: float, points: int, _: int) -> None:
+        if self._is_long or now - began <= PATIENCE or self._done <= points:
+            return
+        left = (now - began) * (self._size - self._before - self._done) / (self._done - points)
+        if left > LONG:
+            self._is_long = True
+            sys.stderr.write(
+                f"{in_words(left)} left for {self._size:,} points at the rate of the first chunks; "
+                "progress=True shows how far it is, store= keeps what is done\n"
+            )
+            sys.stderr.flush()
 
     def _tell(self, now: float) -> bool:
         if self._report is None or self._report is False:

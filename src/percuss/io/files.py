@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import glob
 import os
+import sys
+import time
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -13,6 +15,10 @@ from typing import Self
 from percuss.errors import OutputError
 
 EXISTS = "exists already; force=True replaces it"
+# A file of so many bytes is told before it is written.
+LARGE = 50_000_000
+# What nobody has written to for so long was left behind [s].
+STALE = 3600.0
 
 
 def check_output(paths: Iterable[Path | str], *, force: bool = False) -> None:
@@ -58,12 +64,17 @@ def _check_folder(folder: Path) -> None:
 
 
 def _remove_stale_parts(path: Path) -> None:
-    """Remove what processes that were killed while they wrote this file have left."""
+    """Remove what processes that were killed while they wrote this file have left.
+
+    On a folder that several machines share the number may be that of a process elsewhere, which
+    would have written to it not long ago.
+    """
     for part in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
         number = part.name.removesuffix(".part").rpartition(".")[2]
         if number.isdecimal() and not _is_running(int(number)):
             with suppress(OSError):
-                part.unlink()
+                if time.time() - part.stat().st_mtime >= STALE:
+                    part.unlink()
 
 
 def _is_running(process: int) -> bool:
@@ -84,6 +95,22 @@ def _reason(error: OSError) -> str:
     """Return the operating system's words for an error, in our form: lower case, no full stop."""
     words = error.strerror or str(error) or type(error).__name__
     return words[:1].lower() + words[1:]
+
+
+def tell_size(part: Path, size: int) -> None:
+    """Say on the error stream how large a file will be, before it is written, if it is large.
+
+    Parameters
+    ----------
+    part
+        The temporary name under which it is written.
+    size
+        About how many bytes it will have.
+    """
+    if size >= LARGE:
+        name = part.name.removeprefix(".").removesuffix(f".{os.getpid()}.part")
+        sys.stderr.write(f"writing {name}: about {size / 1e6:,.0f} MB\n")
+        sys.stderr.flush()
 
 
 class OutputFiles:

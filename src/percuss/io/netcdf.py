@@ -12,7 +12,7 @@ import xarray as xr
 from percuss.ensembles.netcdf_bytes import write_whole
 from percuss.errors import PercussError
 from percuss.io.exactly import decoded, encoded
-from percuss.io.files import OutputFiles
+from percuss.io.files import OutputFiles, tell_size
 from percuss.io.orbit_tables import orbits_dataset, orbits_of_dataset
 from percuss.io.reading import NETCDF_ATTRIBUTE
 from percuss.io.record import Record, make_record
@@ -75,6 +75,7 @@ def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMP
         groups[f"/{DATA}"] = _writable(result)
     else:
         groups |= _of_orbits(result, kind.tables(result), samples)
+    tell_size(path, sum(group.nbytes for group in groups.values()))
     write_whole(xr.DataTree.from_dict(groups), path)
 
 

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 
 from percuss.errors import OutputError, ParameterError
 from percuss.io.columns import MEASURES, Columns
-from percuss.io.files import OutputFiles
+from percuss.io.files import OutputFiles, tell_size
 from percuss.io.reading import record_file
 from percuss.io.record import Record, make_record
 from percuss.io.results import kind_of, table_of
 
 # Rows turned into text at a time: fewer calls than one a row, less memory than all.
 ROWS = 20_000
+# Rows that tell how long the others are.
+LOOKED_AT = 100
 
 
 def save_csv(
@@ -96,6 +98,7 @@ def write_columns(
     beside: Path | None = None,
 ) -> None:
     """Write columns under the name `path`, and the record under the name `beside`."""
+    tell_size(path, _size(columns))
     facts = {}
     if length_unit or time_unit:
         facts = {"columns": _with_units(columns, length_unit, time_unit)}
@@ -114,6 +117,15 @@ def check_suffix(path: Path | str, suffix: str) -> None:
         name = Path(path).with_suffix(suffix).name if Path(path).name else f"result{suffix}"
         reason = f"not {suffix}, which is what is written; call it {name}"
         raise OutputError(str(path), reason)
+
+
+def _size(columns: Columns) -> int:
+    """Return about how many bytes the rows of a table take, from some of them."""
+    count = min(len(column) for column in columns.values()) if columns else 0
+    step = max(1, count // LOOKED_AT)
+    some = [np.asarray(column)[:count:step].tolist() for column in columns.values()]
+    lengths = [sum(len(str(value)) + 1 for value in row) for row in zip(*some, strict=True)]
+    return sum(lengths) * count // max(1, len(lengths))
 
 
 def _with_units(columns: Columns, length_unit: str, time_unit: str) -> str:

@@ -63,9 +63,11 @@ from percuss.kernels.record import (
 from percuss.kernels.survey import (
     SINCE,
     STROBES,
+    TALLIES,
     TANGENTS,
     UNTIL,
     is_strobe_due,
+    note_peak,
     strobe,
     tally_impact,
 )
@@ -197,8 +199,9 @@ def serve(
 @kernel
 def take_seat(lane: Lane, wish: Wish, bench: Table, seat: int) -> None:
     """Seat a lane that leaves its wall."""
-    law, state, counters, plan, _, _ = lane
-    since = -math.inf if wish[1] == TANGENTS else plan[SINCE]
+    law, state, counters, plan, tally, _ = lane
+    from_start = wish[1] == TANGENTS or tally.shape[0] > TALLIES
+    since = -math.inf if from_start else plan[SINCE]
     sit(bench, seat, law, counters[REGION], since, plan[UNTIL])
     get_ready(bench, seat, state, wish[0] - counters[N_IMPACTS])
 
@@ -241,6 +244,10 @@ def count_impact(lane: Lane, room: Room, wish: Wish, bench: Table, seat: int) ->
         return True
     if section == TANGENTS or surveyed:
         return False
+    if tally.shape[0] > TALLIES:
+        note_peak(until, abs(bench[BEFORE * SEATS + seat]), tally)
+        if until < plan[SINCE]:
+            return True
     if section == STROBES and is_strobe_due(until, plan, tally):
         strobe_seat(lane, room, bench, seat, until)
     sign = bench[SIGN * SEATS + seat]

@@ -46,6 +46,9 @@ IMPACTS, CONTACTS, POINTS, PEAK_SPEED, LOWEST, HIGHEST, LOST, DRAGGED, END_X, EN
 # and that of the factor of an area between neighbours.
 AHEAD_X, AHEAD_V, STRETCHED, SHRUNK = range(10, 14)
 TALLIES = 14
+# A row of tallies that is longer keeps the greatest impact speed of each of n stretches of time,
+# from the start on: how many of their edges are passed, the n + 1 edges, and n speeds.
+PASSED, EDGES = TALLIES, TALLIES + 1
 
 # What a point is: nothing is written; (x, v) once a period; (cycle, v_after) at an impact on, or
 # an entry into, a stop; (STRETCHED, SHRUNK, angle of the direction) once a period.
@@ -94,10 +97,11 @@ def tally_event(
     points: Table,
 ) -> None:
     """Count the event of a row; ``region`` is the row of the region before it."""
-    if events[row, EVENT_T] < since:
+    is_early = events[row, EVENT_T] < since
+    if is_early and tally.shape[0] == TALLIES:
         return
     kind = marks[row, KIND]
-    if kind == CONTACT:
+    if kind == CONTACT and not is_early:
         tally[CONTACTS] += 1.0
     if kind == CROSSING:
         upper = marks[row, BOUND] > law[region, NUMBER]
@@ -105,6 +109,10 @@ def tally_event(
             return
     elif kind != IMPACT:
         return
+    if tally.shape[0] > TALLIES:
+        note_peak(events[row, EVENT_T], abs(events[row, V_BEFORE]), tally)
+        if is_early:
+            return
     instant = (events[row, EVENT_T], events[row, EVENT_T_LOW])
     speeds = (events[row, V_BEFORE], events[row, V_AFTER])
     tally_impact(law, instant, speeds, float(marks[row, BOUND]), section, tally, points)
@@ -130,6 +138,19 @@ def tally_impact(
         if part < 0.0:
             part += 1.0
         write_point(tally, points, part if part < 1.0 else 0.0, after, bound)
+
+
+@formula
+def note_peak(t: float, speed: float, tally: Table) -> None:
+    """Note the speed of an impact in the stretch of time that it falls into."""
+    n = (tally.shape[0] - EDGES - 1) // 2
+    passed = int(tally[PASSED])
+    while passed <= n and t >= tally[EDGES + passed]:
+        passed += 1
+    tally[PASSED] = passed
+    if 0 < passed <= n:
+        peak = EDGES + n + passed
+        tally[peak] = max(tally[peak], speed)
 
 
 @formula
@@ -324,7 +345,7 @@ def end_at(
 @kernel
 def clear_tally(tally: Table) -> None:
     """Set the tallies of a lane that begins."""
-    for i in range(tally.shape[0]):
+    for i in range(TALLIES):
         tally[i] = 0.0
     tally[LOWEST] = math.inf
     tally[HIGHEST] = -math.inf

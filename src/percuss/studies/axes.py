@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path as FilePath
 from typing import Any, Literal, TypeAlias
 
 from pydantic import ValidationError
@@ -197,7 +198,8 @@ def _is_too_large(parts: Parts, place: Path, axes: Sequence[Axis | None]) -> boo
     counts = [
         1 if axis is None else axis.count if isinstance(axis, Span) else len(axis) for axis in axes
     ]
-    problem = too_large(counts)
+    # Whether there is a store is not known yet: what neither memory nor the disk holds is a fault.
+    problem = too_large(counts, store=FilePath.cwd())
     if problem is not None:
         parts.found.add(place, problem, " x ".join(f"{count:,}" for count in counts))
     return problem is not None
