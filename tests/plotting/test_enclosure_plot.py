@@ -120,7 +120,10 @@ def test_an_orbit_is_drawn_with_its_multipliers_in_the_circle() -> None:
     t = proven.t0.mid() + np.linspace(0.01, 0.99, 5) * orbit.period
     for place, speed in zip(*run(t), strict=True):
         assert np.hypot(x - place, v - speed).min() < 0.03
-    assert portrait.get_title() == "proven: alone with these events, passes through no stop, asymptotic"
+    assert (
+        portrait.get_title()
+        == "proven: alone with these events, passes through no stop, asymptotic"
+    )
     middles = sorted(patch.center[1] for patch in circle.patches[1:] if isinstance(patch, Circle))
     assert middles == pytest.approx(sorted(m.imag.mid() for m in proven.multipliers))
     assert "radius at most" in circle.get_xlabel()

@@ -10,6 +10,7 @@ long.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -57,10 +58,12 @@ def free_until(
     phases: Table,
     s: float,
     longest: float,
+    go_on: Callable[[float], bool] | None = None,
 ) -> float:
     """Return a time since the start, at least s, up to which a flight provably meets no bound.
 
-    Infinite if it never will.
+    Infinite if it never will. The search takes a second at most; it is told to ``go_on`` step by
+    step, and ends where that returns False.
     """
     reach = (law[region, LOWER] - x, law[region, UPPER] - x)
     if reach == (-math.inf, math.inf):
@@ -79,6 +82,8 @@ def free_until(
         if step == 0.0:
             break
         s += step
+        if go_on is not None and not go_on(s):
+            break
     return s
 
 

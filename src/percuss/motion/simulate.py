@@ -205,7 +205,7 @@ class _March:
                     return _OUTCOMES[status]
                 if status == columns.FULL:
                     self._grow()
-                elif self._look_far(end) == math.inf and end == math.inf:
+                elif self._look_far(end, watch) == math.inf and end == math.inf:
                     return Outcome.no_more_impacts
                 searched = max(self.state[columns.FREE_BELOW], self.state[columns.HELD])
                 if not watch.go_on(self.last_time + searched, self.counters[columns.N_IMPACTS]):
@@ -215,7 +215,7 @@ class _March:
         finally:
             watch.close()
 
-    def _look_far(self, end: float) -> float:
+    def _look_far(self, end: float, watch: Progress) -> float:
         """Move on the search of a long flight; return how far it is free of events."""
         if self.counters[columns.TOUCHED] != 0:
             return 0.0
@@ -233,6 +233,7 @@ class _March:
             self.phases,
             searched,
             longest,
+            lambda s: watch.go_on(self.last_time + s, int(self.counters[columns.N_IMPACTS])),
         )
         for side in (columns.FREE_BELOW, columns.FREE_ABOVE):
             self.state[side] = max(self.state[side], min(free, longest))
