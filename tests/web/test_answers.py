@@ -369,3 +369,32 @@ def test_the_study_of_a_view_and_its_python_ask_the_same(
     # The values between the ends are rounded otherwise, by a unit in the last place.
     assert names["found"][column].values == pytest.approx(found[column].values, abs=1e-9)
     assert (tmp_path / f"{kind}.png").is_file()
+
+
+@pytest.mark.parametrize(
+    "path", ["run.periods", "oscillator.stiffness", "forcing.omega", "start.v0", "oscillator.stops"]
+)
+def test_every_number_may_be_a_fraction(study: dict[str, Any], path: str) -> None:
+    third: Any = "1/3"
+    if path == "oscillator.stops":
+        third = [{"type": "wall", "at": "1/3", "side": "above", "restitution": "1/3"}]
+    if path == "forcing.omega":
+        path, third = "forcing.harmonics", [{"amplitude": "1/3", "omega": "1/3", "phase": "1/3"}]
+    table, name = path.split(".")
+    study[table][name] = third
+    header, _ = read_frame(answer_explore(asked("explore", study)))
+    read_frame(answer_facts(asked("facts", study)))
+
+    assert header["n_impacts"] >= 0
+    if path == "run.periods":
+        assert header["t_end"] == pytest.approx(2 * np.pi / 2.8 / 3)
+
+
+@pytest.mark.parametrize("points", [10**400, -(10**400), float("nan"), float("inf")])
+def test_a_number_beyond_all_numbers_is_refused_in_words(
+    study: dict[str, Any], points: float
+) -> None:
+    with pytest.raises(BadQuestion, match=r"points at each = .* is not between"):
+        answer_explore(asked("explore", study, points=points))
+    with pytest.raises(BadQuestion, match="finite times"):
+        answer_explore(asked("explore", study, window=[0, points]))

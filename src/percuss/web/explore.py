@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.model.exact import as_float
 from percuss.motion.impact_times import TOLERANCE, classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import fast_amplitudes
@@ -138,6 +139,8 @@ def _window(question: Question, run: Trajectory) -> tuple[float, float] | None:
     low, high = given
     if any(isinstance(time, bool) or not isinstance(time, int | float) for time in given):
         raise BadQuestion("the window is not a pair of times")
+    if not all(abs(time) < LARGEST for time in given):
+        raise BadQuestion("the window is not a pair of finite times")
     # A window of an earlier motion, of which nothing may be left.
     low, high = max(float(low), run.t0), min(float(high), run.t_end)
     return (low, high) if low < high else None
@@ -267,6 +270,6 @@ def _spectrum(run: Trajectory) -> dict[str, Floats]:
 
 def _fastest(run: Trajectory) -> float:
     """Return the highest frequency of forcing and spring."""
-    own = float(run.oscillator.stiffness)
+    own = as_float(run.oscillator.stiffness)
     harmonics = () if run.forcing is None else run.forcing.components()
-    return max([own**0.5 if own > 0.0 else 0.0, *(float(h.omega) for h in harmonics)]) or 1.0
+    return max([own**0.5 if own > 0.0 else 0.0, *(as_float(h.omega) for h in harmonics)]) or 1.0
