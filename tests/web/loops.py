@@ -12,11 +12,11 @@ Value = TypeVar("Value")
 WAIT = 60.0
 
 
-def run(work: Coroutine[Any, Any, Value]) -> Value:
+def run(work: Coroutine[Any, Any, Value], wait: float = WAIT) -> Value:
     """Return what a coroutine returns."""
 
     async def bounded() -> Value:
-        return await asyncio.wait_for(work, WAIT)
+        return await asyncio.wait_for(work, wait)
 
     with ThreadPoolExecutor(1) as pool:
         return pool.submit(lambda: asyncio.run(bounded())).result()

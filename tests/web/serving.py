@@ -8,8 +8,9 @@ import threading
 import time
 from collections.abc import Iterator
 
-import uvicorn
 from starlette.applications import Starlette
+
+from percuss.web.serve import server_of
 
 
 @contextlib.contextmanager
@@ -17,7 +18,7 @@ def served(app: Starlette) -> Iterator[str]:
     """Serve an application on a free port of the loopback; give its host and port."""
     listening = socket.socket()
     listening.bind(("127.0.0.1", 0))
-    server = uvicorn.Server(uvicorn.Config(app, log_level="warning"))
+    server = server_of(app)
     thread = threading.Thread(target=server.run, args=([listening],), daemon=True)
     thread.start()
     while not server.started:

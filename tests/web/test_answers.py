@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.web.frames import read_frame
 
 import percuss as pc
@@ -23,6 +24,46 @@ from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job, levels_of
 from percuss.web.presets import FIGURES, presets
 from percuss.web.question import BadQuestion, Question, motion_of, study_of
+
+
+def distance_to_line(points: NDArray[Any], line: NDArray[Any]) -> NDArray[Any]:
+    """Return how far complex points are from a line through others."""
+    begin, along = line[:-1], np.diff(line)
+    lengths = np.where(along == 0.0, 1.0, np.abs(along) ** 2)
+    share = ((points[:, None] - begin) * along.conj()).real / lengths
+    near = begin + np.clip(share, 0.0, 1.0) * along
+    return np.asarray(np.abs(near - points[:, None]).min(axis=1))
+
+
+@pytest.mark.parametrize("name", ["chatter", "first_impacts", "gear_rattle", "coco"])
+def test_the_nearest_orbit_is_drawn_through_its_impacts_and_never_through_free_space(
+    name: str,
+) -> None:
+    tables = next(preset.tables for preset in presets() if preset.name == name)
+    header, arrays = read_frame(answer_facts(asked("facts", tables)))
+    orbit = header["orbit"]
+    found = study_of(tables)
+    once = pc.simulate(
+        found.oscillator,
+        found.forcing,
+        orbit["x0"],
+        orbit["v0"],
+        orbit["t0"],
+        t_end=orbit["t0"] + orbit["period"],
+    )
+    line = arrays["orbit_x"] + 1j * arrays["orbit_v"]
+    scale = np.ptp(arrays["orbit_v"])
+
+    at = np.array([float(stop.at) for stop in found.oscillator.stops])
+    # Each side of each impact is a corner of the line.
+    for v in (once.impacts.v_before, once.impacts.v_after):
+        corners = at[once.impacts.stop] + 1j * v
+        fast = np.abs(v) > 0.01 * scale
+        assert (np.abs(corners[fast, None] - line).min(axis=1) < 1e-4 * scale).all()
+    # A line that is long goes from one side of an impact to the other, along the stop.
+    steps = np.diff(line)
+    long = np.abs(steps) > 0.1 * scale
+    assert (np.abs(steps[long].real) < 1e-4 * scale).all()
 
 
 def asked(kind: str, study: dict[str, Any], **options: Any) -> Question:
@@ -252,9 +293,9 @@ def test_the_motion_settles_on_the_orbit_that_is_told(
         found.oscillator, found.forcing, motion.start.x0, motion.start.v0, periods=400
     )
     x, v = run(np.linspace(run.t_end - 0.9 * orbit["period"], run.t_end, 50))
-    apart = np.hypot(x[:, None] - arrays["orbit_x"], v[:, None] - arrays["orbit_v"]).min(axis=1)
-    # 400 points of the orbit lie so near to each other.
-    assert apart.max() < 0.02 * np.ptp(arrays["orbit_v"])
+    apart = distance_to_line(x + 1j * v, arrays["orbit_x"] + 1j * arrays["orbit_v"])
+    # A chord of a 64th of a cycle is so far from its arc.
+    assert apart.max() < 0.003 * np.ptp(arrays["orbit_v"])
 
 
 @pytest.mark.parametrize("name", ["fig05", "fig10"])
@@ -328,3 +369,32 @@ def test_the_study_of_a_view_and_its_python_ask_the_same(
     # The values between the ends are rounded otherwise, by a unit in the last place.
     assert names["found"][column].values == pytest.approx(found[column].values, abs=1e-9)
     assert (tmp_path / f"{kind}.png").is_file()
+
+
+@pytest.mark.parametrize(
+    "path", ["run.periods", "oscillator.stiffness", "forcing.omega", "start.v0", "oscillator.stops"]
+)
+def test_every_number_may_be_a_fraction(study: dict[str, Any], path: str) -> None:
+    third: Any = "1/3"
+    if path == "oscillator.stops":
+        third = [{"type": "wall", "at": "1/3", "side": "above", "restitution": "1/3"}]
+    if path == "forcing.omega":
+        path, third = "forcing.harmonics", [{"amplitude": "1/3", "omega": "1/3", "phase": "1/3"}]
+    table, name = path.split(".")
+    study[table][name] = third
+    header, _ = read_frame(answer_explore(asked("explore", study)))
+    read_frame(answer_facts(asked("facts", study)))
+
+    assert header["n_impacts"] >= 0
+    if path == "run.periods":
+        assert header["t_end"] == pytest.approx(2 * np.pi / 2.8 / 3)
+
+
+@pytest.mark.parametrize("points", [10**400, -(10**400), float("nan"), float("inf")])
+def test_a_number_beyond_all_numbers_is_refused_in_words(
+    study: dict[str, Any], points: float
+) -> None:
+    with pytest.raises(BadQuestion, match=r"points at each = .* is not between"):
+        answer_explore(asked("explore", study, points=points))
+    with pytest.raises(BadQuestion, match="finite times"):
+        answer_explore(asked("explore", study, window=[0, points]))

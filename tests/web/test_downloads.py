@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import runpy
+import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import xarray
 
@@ -22,7 +24,7 @@ from percuss.web.asked import asked_study
 from percuss.web.downloads import file_of
 from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job
-from percuss.web.kept import KEPT, Kept
+from percuss.web.kept import KEPT, Kept, size_of
 from percuss.web.question import BadQuestion, Question
 
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -193,10 +195,33 @@ def test_what_is_too_large_for_the_page_has_a_study_and_no_pictures(
     assert parse_study(file_of(question, "toml").data.decode()).kind == kind
 
 
-def test_of_many_answers_the_newest_are_kept(study: dict[str, Any]) -> None:
-    store = Kept(2)
-    studies = [asked_study(asked("diagram", study, values=n)) for n in (10, 11, 12)]
-    for number, it in enumerate(studies):
-        store.put(it, number)
+def test_of_many_answers_as_many_bytes_are_kept_as_there_is_room_for(
+    study: dict[str, Any],
+) -> None:
+    store = Kept(2_500_000)
+    studies = [asked_study(asked("diagram", study, values=n)) for n in (10, 11, 12, 13)]
+    for number, it in enumerate(studies[:3]):
+        store.put(it, np.full(125_000, number))
+        # What is asked for again stays.
+        store.get(studies[0])
+    kept_now = [store.get(it) is not None for it in studies]
+    assert kept_now == [True, False, True, False]
 
-    assert [store.get(it) for it in studies] == [None, 1, 2]
+    # What alone is too large is not kept, and drives out no other.
+    store.put(studies[3], np.zeros(400_000))
+    assert [store.get(it) is not None for it in studies] == kept_now
+
+
+def test_the_size_of_an_answer_is_that_of_its_arrays(study: dict[str, Any]) -> None:
+    for kind, options in (("diagram", {"values": 50, "points": 8}), ("response", {})):
+        found = asked_study(asked(kind, study, **options))
+        answer = found.question.answer(found, Means())
+        assert 1_000 < size_of(answer) < 5_000_000
+
+
+def test_a_large_study_is_written_at_once(study: dict[str, Any]) -> None:
+    began = time.process_time()
+    text = file_of(asked("diagram", study, values=1_000_000), "toml").data.decode()
+    assert "count = 1000000" in text
+    # Each of its values was checked, in ten minutes.
+    assert time.process_time() - began < 5.0

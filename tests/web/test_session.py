@@ -6,7 +6,6 @@ import asyncio
 import json
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -17,8 +16,11 @@ from tests.web.loops import run
 
 from percuss.web import session as sessions
 from percuss.web.frame import frame
+from percuss.web.handle import Handle
 from percuss.web.question import Question
 from percuss.web.session import Pools, Session
+
+POOLS = Pools.made()
 
 
 def message(number: int, kind: str, study: dict[str, Any], **options: Any) -> str:
@@ -33,15 +35,14 @@ def ids_answered(texts: list[str]) -> list[dict[str, Any]]:
         async def send(data: bytes) -> None:
             headers.append(read_frame(data)[0])
 
-        with ThreadPoolExecutor(1) as short, ThreadPoolExecutor(1) as long:
-            session = Session(send, Pools(short, long, long))
-            for text in texts:
-                await session.receive(text)
-                await asyncio.sleep(0)
-            for lane in session._lanes.values():
-                if lane.task is not None:
-                    await lane.task
-            await session.close()
+        session = Session(send, POOLS)
+        for text in texts:
+            await session.receive(text)
+            await asyncio.sleep(0)
+        for lane in session._lanes.values():
+            if lane.task is not None:
+                await lane.task
+        await session.close()
 
     run(talk())
     return headers
@@ -52,7 +53,7 @@ def test_of_many_moves_of_a_slider_the_first_and_the_last_are_answered(
 ) -> None:
     gate = threading.Event()
 
-    def slow(question: Question) -> bytes:
+    def slow(question: Question, _handle: Handle) -> bytes:
         gate.wait(0.2)
         return frame({"id": question.id, "kind": "explore"})
 
@@ -104,13 +105,12 @@ def test_a_job_ends_with_its_client(study: dict[str, Any]) -> None:
             begun.set()
 
         begun = asyncio.Event()
-        with ThreadPoolExecutor(1) as pool:
-            session = Session(send, Pools(pool, pool, pool))
-            await session.receive(message(1, "diagram", study, **job))
-            await begun.wait()
-            began = time.monotonic()
-            await session.close()
-            return time.monotonic() - began
+        session = Session(send, POOLS)
+        await session.receive(message(1, "diagram", study, **job))
+        await begun.wait()
+        began = time.monotonic()
+        await session.close()
+        return time.monotonic() - began
 
     # Two million points take longer than this, by far.
     assert run(talk()) < 1.0
@@ -128,7 +128,7 @@ def test_faults_come_back_with_their_paths(study: dict[str, Any]) -> None:
 def test_what_should_not_happen_is_told_without_its_details(
     monkeypatch: pytest.MonkeyPatch, study: dict[str, Any]
 ) -> None:
-    def broken(_question: Question) -> bytes:
+    def broken(_question: Question, _handle: Handle) -> bytes:
         raise ZeroDivisionError("a secret path")
 
     monkeypatch.setattr(sessions, "answer_explore", broken)
@@ -187,13 +187,12 @@ def test_no_message_breaks_a_session(kind: Any, study: Any, options: dict[str, A
         async def send(data: bytes) -> None:
             read_frame(data)
 
-        with ThreadPoolExecutor(1) as pool:
-            session = Session(send, Pools(pool, pool, pool), reported.append)
-            await session.receive(json.dumps({"id": 1, "kind": kind, "study": study, **options}))
-            for lane in session._lanes.values():
-                if lane.task is not None:
-                    await lane.task
-            await session.close()
+        session = Session(send, POOLS, reported.append)
+        await session.receive(json.dumps({"id": 1, "kind": kind, "study": study, **options}))
+        for lane in session._lanes.values():
+            if lane.task is not None:
+                await lane.task
+        await session.close()
 
     run(talk())
     assert reported == []

@@ -30,12 +30,14 @@ class Threads(futures.Executor):
         self._most = n
         self._threads: list[threading.Thread] = []
         self._stop = np.zeros(1, dtype=np.int64)
+        # One for each thread that has nothing to do.
+        self._idle = threading.Semaphore(0)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> futures.Future[Any]:
         """Have a function called by the next thread that is free."""
         future: futures.Future[Any] = futures.Future()
         self._work.put((future, fn, args, kwargs))
-        if len(self._threads) < self._most:
+        if not self._idle.acquire(blocking=False) and len(self._threads) < self._most:
             name = f"percuss-{len(self._threads)}"
             self._threads.append(threading.Thread(target=self._run, name=name, daemon=True))
             self._threads[-1].start()
@@ -75,3 +77,4 @@ class Threads(futures.Executor):
                     del result
             # What it holds is not kept until the next one comes.
             del item, future, fn, args, kwargs
+            self._idle.release()

@@ -6,18 +6,17 @@ import asyncio
 import base64
 import hashlib
 import logging
+from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from importlib import resources
 from pathlib import Path
-from urllib.parse import urlsplit
+from typing import Any
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
-from starlette.middleware.trustedhost import TrustedHostMiddleware
-from starlette.requests import HTTPConnection, Request
+from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
@@ -26,16 +25,18 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from percuss.errors import PercussError
 from percuss.web.asked import ASKED
-from percuss.web.downloads import FORMATS, QUICK, file_of
+from percuss.web.downloads import FORMATS, QUICK, File, file_of
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
 from percuss.web.front import facts_of_page
+from percuss.web.gate import Gate
 from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job
 from percuss.web.presets import presets
-from percuss.web.question import MOST_BYTES, BadQuestion, Question, read_question
+from percuss.web.question import BadQuestion, Question, read_question
 from percuss.web.report_job import ReportJob
 from percuss.web.session import FAILED, Pools, Session
+from percuss.web.turns import Turn
 
 __all__ = ["create_app"]
 
@@ -44,6 +45,8 @@ log = logging.getLogger("percuss.web")
 # Open pages at once; a frame that a client does not take in this time ends its connection [s].
 MOST_CLIENTS = 512
 PATIENCE = 30.0
+# Files that one machine may wait for at once.
+MOST_FILES = 8
 # The page brings everything itself, and runs no text as code.
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
@@ -57,7 +60,9 @@ REPORT_POLICY = (
 )
 
 
-def create_app(*, report: Path | None = None, hosts: tuple[str, ...] = ("*",)) -> Starlette:
+def create_app(
+    *, report: Path | None = None, hosts: tuple[str, ...] = ("*",), token: str | None = None
+) -> Starlette:
     """Return the workbench as an ASGI application.
 
     Parameters
@@ -66,6 +71,8 @@ def create_app(*, report: Path | None = None, hosts: tuple[str, ...] = ("*",)) -
         Folder of a report that `percuss paper` wrote, to be shown under "Paper"; or None.
     hosts
         Names under which it answers.
+    token
+        What an address or a cookie has to hold; None where anybody may ask.
 
     Returns
     -------
@@ -91,42 +98,38 @@ def create_app(*, report: Path | None = None, hosts: tuple[str, ...] = ("*",)) -
     app = Starlette(
         routes=routes,
         middleware=[
-            Middleware(TrustedHostMiddleware, allowed_hosts=list(hosts)),
             Middleware(SafeHeaders, scripts=job.scripts),
+            Middleware(Gate, hosts=hosts, token=token),
         ],
         exception_handlers={HTTPException: _refused},
         lifespan=_lifespan,
     )
     app.state.report = job
     app.state.n_clients = 0
+    app.state.n_files = Counter()
     return app
 
 
 @asynccontextmanager
 async def _lifespan(app: Starlette) -> AsyncIterator[None]:
-    # One thread computes what sliders wait for: two would wait for each other's lock.
-    with (
-        ThreadPoolExecutor(1, "slider") as short,
-        ThreadPoolExecutor(1, "facts") as facts,
-        ThreadPoolExecutor(2, "job") as long,
-    ):
-        app.state.pools = Pools(short, facts, long)
-        short.submit(_warm_up)
-        long.submit(_warm_up_diagrams)
-        try:
-            yield
-        finally:
-            app.state.report.close()
+    pools = app.state.pools = Pools.made()
+    pools.short.submit(_warm_up)
+    pools.long.submit(_warm_up_diagrams)
+    try:
+        yield
+    finally:
+        pools.close()
+        app.state.report.close()
 
 
-def _warm_up() -> None:
+def _warm_up(_turn: Turn) -> None:
     """Compile or load the engine before the first page asks."""
     first = presets()[0].tables
     answer_explore(Question(0, "explore", first, {}))
     answer_facts(Question(0, "facts", first, {}))
 
 
-def _warm_up_diagrams() -> None:
+def _warm_up_diagrams(_turn: Turn) -> None:
     """Do the same for many motions at once."""
     asked = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 8, "points": 4}
     for _ in answer_job(Question(0, "diagram", presets()[0].tables, asked), Handle()):
@@ -192,47 +195,71 @@ async def _report_job(request: Request) -> Response:
     """Tell how far the report is; begin to compute it where a page of this server asks for it."""
     job: ReportJob = request.app.state.report
     if request.method == "POST":
-        if not _from_here(request):
-            raise HTTPException(403, "a page of another server asks")
         job.start()
     return JSONResponse(job.state())
 
 
 async def _file(request: Request) -> Response:
     extension = request.path_params["extension"]
+    if extension not in FORMATS:
+        raise HTTPException(404, f"{extension[:20]} is no file to be had")
+    asker = request.client.host if request.client else ""
+    waiting: Counter[str] = request.app.state.n_files
+    if waiting[asker] >= MOST_FILES:
+        raise HTTPException(429, f"{MOST_FILES} files are being made for you; wait for one")
+    waiting[asker] += 1
     try:
-        length = int(request.headers.get("content-length", ""))
-    except ValueError as error:
-        raise HTTPException(411, "the request has no length") from error
-    if extension not in FORMATS or length > MOST_BYTES:
-        status = 404 if extension not in FORMATS else 413
-        raise HTTPException(status, f"{extension[:20]} of {length} bytes is no file to be had")
-    body = await request.body()
-    try:
-        question = read_question(body, ("motion", *ASKED))
-        pools = request.app.state.pools
-        pool = pools.facts if extension in QUICK else pools.long
-        loop = asyncio.get_running_loop()
-        made = await loop.run_in_executor(pool, file_of, question, extension)
+        question = read_question(await request.body(), ("motion", *ASKED))
+        made = await _made(request, question, extension)
     except (BadQuestion, PercussError) as error:
         raise HTTPException(422, str(error)) from error
     except Exception as error:
         # Told without its details, and reported.
         _report(error)
         raise HTTPException(422, FAILED) from error
+    except asyncio.CancelledError as error:
+        raise HTTPException(503, "the server ends") from error
+    finally:
+        waiting[asker] -= 1
+        if waiting[asker] <= 0:
+            del waiting[asker]
     headers = {"content-disposition": f'attachment; filename="{made.name}"'}
     return Response(made.data, media_type=made.media_type, headers=headers)
 
 
+async def _made(request: Request, question: Question, extension: str) -> File:
+    """Make a file in its turn, for as long as whoever asked is there."""
+    pools: Pools = request.app.state.pools
+    handle = Handle()
+
+    def make(turn: Turn) -> File:
+        with handle.during(turn):
+            return file_of(question, extension, handle)
+
+    turns = pools.facts if extension in QUICK else pools.long
+    work = asyncio.wrap_future(turns.submit(make))
+    gone = asyncio.ensure_future(request.receive())
+    both: list[asyncio.Future[Any]] = [work, gone]
+    try:
+        await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+        if not work.done():
+            raise BadQuestion("whoever asked for the file has gone")
+        return work.result()
+    finally:
+        handle.is_stopped = True
+        gone.cancel()
+        work.cancel()
+
+
 async def _socket(socket: WebSocket) -> None:
     app = socket.app
-    if not _from_here(socket) or app.state.n_clients >= MOST_CLIENTS:
+    if app.state.n_clients >= MOST_CLIENTS:
         await socket.close(1008)
         return
-    await socket.accept()
     app.state.n_clients += 1
     session = Session(_sender(socket), app.state.pools, _report)
     try:
+        await socket.accept()
         while True:
             message = await socket.receive()
             if message["type"] == "websocket.disconnect":
@@ -243,12 +270,6 @@ async def _socket(socket: WebSocket) -> None:
     finally:
         await session.close()
         app.state.n_clients -= 1
-
-
-def _from_here(asked: HTTPConnection) -> bool:
-    """Tell whether a page of this server asks: others may open sockets to it, too."""
-    origin = asked.headers.get("origin")
-    return origin is None or urlsplit(origin).netloc == asked.headers.get("host")
 
 
 def _sender(socket: WebSocket) -> Callable[[bytes], Awaitable[None]]:

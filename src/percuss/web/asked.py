@@ -8,7 +8,9 @@ from typing import Any
 
 from percuss.errors import StudyError
 from percuss.io.study_text import number
+from percuss.studies.axes import Span
 from percuss.studies.building import build
+from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.shape import Found
 from percuss.studies.study import Certify, Draw, Study
 from percuss.web.question import (
@@ -84,6 +86,8 @@ def asked_study(question: Question) -> Study:
     study = build(document, found)
     if found.faults or study is None:
         raise StudyError(found.faults)
+    if isinstance(study.question, Diagram):
+        study = replace(study, question=_with_all_values(question, study.question))
     wants = question.kind == "basins" and question.options.get("manifolds") is True
     return replace(study, draw=Draw(manifolds=True)) if wants else study
 
@@ -111,9 +115,9 @@ def check_size(question: Question) -> None:
 def _diagram(question: Question, motion: Study) -> Mapping[str, Any]:
     low, high = range_of(question, "low", "high")
     start = motion_of(motion).start
-    count = int(question.number("values", 2048, 2, 1_000_000))
     return {
-        "over": {path_of(question, motion): {"from": low, "to": high, "count": count}},
+        # Of its values the ends are checked now; what the others have no motion for is told later.
+        "over": {path_of(question, motion): {"from": low, "to": high, "count": 2}},
         "diagram": {
             "starts": [[number(value) for value in (start.x0, start.v0, start.t0)]],
             "follow": [],
@@ -121,6 +125,14 @@ def _diagram(question: Question, motion: Study) -> Mapping[str, Any]:
             "points": int(question.number("points", 128, 2, 1_000_000)),
         },
     }
+
+
+def _with_all_values(question: Question, asked: Diagram) -> Diagram:
+    """Return a diagram with as many values as are asked for between its two ends."""
+    ((path, axis),) = asked.over.items()
+    assert isinstance(axis, Span)
+    count = int(question.number("values", 2048, 2, 1_000_000))
+    return replace(asked, over={path: replace(axis, count=count)})
 
 
 def _response(question: Question, motion: Study) -> Mapping[str, Any]:

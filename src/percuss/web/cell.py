@@ -6,20 +6,20 @@ import asyncio
 import atexit
 import json
 from collections.abc import Callable, Coroutine
-from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from functools import cache
 from typing import Any
 
 from percuss.errors import PercussError
 from percuss.web.asked import ASKED
 from percuss.web.downloads import QUICK, File, file_of
+from percuss.web.handle import Handle
 from percuss.web.question import BadQuestion, Question, read_question
 from percuss.web.session import FAILED, Pools, Session
+from percuss.web.turns import Turn
 
 __all__ = ["Cells"]
 
-# What computes: see `Pools`.
-THREADS = ((1, "slider"), (1, "facts"), (2, "job"))
 # Cells that show one widget and answer at once.
 MOST_VIEWS = 16
 
@@ -92,8 +92,8 @@ class Cells:
                 self._send({**answer, "fault": made}, [])
 
         async def compute(question: Question) -> None:
-            loop = asyncio.get_running_loop()
-            say(await loop.run_in_executor(pools().long, _made, question, extension))
+            work = pools().long.submit(lambda turn: _made(question, extension, turn))
+            say(await asyncio.wrap_future(work))
 
         try:
             question = read_question(json.dumps(message.get("question")), ("motion", *ASKED))
@@ -106,10 +106,12 @@ class Cells:
             self._run(compute(question))
 
 
-def _made(question: Question, extension: str) -> File | str:
+def _made(question: Question, extension: str, turn: Turn | None = None) -> File | str:
     """Return a file, or why there is none."""
+    handle = Handle()
     try:
-        return file_of(question, extension)
+        with handle.during(turn) if turn else nullcontext():
+            return file_of(question, extension, handle)
     except (BadQuestion, PercussError) as error:
         return str(error)
     except Exception:  # noqa: BLE001 - told without its details
@@ -118,8 +120,7 @@ def _made(question: Question, extension: str) -> File | str:
 
 @cache
 def pools() -> Pools:
-    """Return the threads of all widgets."""
-    made = Pools(*(ThreadPoolExecutor(n, name) for n, name in THREADS))
-    for pool in (made.short, made.facts, made.long):
-        atexit.register(pool.shutdown, wait=False)
+    """Return what computes for all widgets."""
+    made = Pools.made()
+    atexit.register(made.close)
     return made

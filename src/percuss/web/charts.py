@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -92,11 +91,11 @@ def _first_families(
     """Yield families that are found at a few values, and how far that is."""
     own = asked.question
     assert isinstance(own, Response)
-    until = time.monotonic() + PATIENCE
+    until = handle.seconds() + PATIENCE
     found: list[Branch] = []
 
     def go_on(_done: float, _total: float) -> bool:
-        return not handle.is_stopped and time.monotonic() < until
+        return handle.go_on() and handle.seconds() < until
 
     for k, part in enumerate(SEEN_AT):
         value = ends[0] + part * (ends[1] - ends[0])

@@ -13,6 +13,7 @@ from percuss.studies.kinds.motion import Motion
 from percuss.studies.study import Study
 from percuss.web.asked import asked_study, check_size
 from percuss.web.code_text import python_text
+from percuss.web.handle import Handle
 from percuss.web.kept import answer_of
 from percuss.web.proof import proof_in_time
 from percuss.web.question import BadQuestion, Question
@@ -58,7 +59,7 @@ class File:
     data: bytes
 
 
-def file_of(question: Question, extension: str) -> File:
+def file_of(question: Question, extension: str, handle: Handle | None = None) -> File:
     """Return a file of what a view shows.
 
     Parameters
@@ -68,6 +69,8 @@ def file_of(question: Question, extension: str) -> File:
         names the table, by default the first.
     extension
         One of `FORMATS`.
+    handle
+        Where others get their turns, and where it is seen that nobody waits any more.
 
     Returns
     -------
@@ -90,36 +93,37 @@ def file_of(question: Question, extension: str) -> File:
         )
         return File(f"{stem}.{extension}", FORMATS[extension], text.encode())
     check_size(question)
+    handle = handle or Handle()
     stem = study.question.stem
     if extension == "nc":
-        write = _netcdf(study)
+        write = _netcdf(study, handle)
     elif extension == "csv":
         stem = _table(study, question)
-        write = _csv(study, stem)
+        write = _csv(study, stem, handle)
     else:
         ((stem, _),) = study.question.pictures(study).items()
-        write = _picture(study, extension)
+        write = _picture(study, extension, handle)
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         path = Path(folder) / f"{stem}.{extension}"
         write(path)
         return File(path.name, FORMATS[extension], path.read_bytes())
 
 
-def _answer(study: Study) -> Any:
+def _answer(study: Study, handle: Handle) -> Any:
     """Return the answer of a study; a motion is followed for so many impacts at most."""
     motion = study.question
     if isinstance(motion, Motion):
         limit = min(motion.limits.max_impacts or MOST_IMPACTS, MOST_IMPACTS)
         limits = replace(motion.limits, max_impacts=limit)
-        return answer_of(replace(study, question=replace(motion, limits=limits)))
-    return answer_of(study)
+        return answer_of(replace(study, question=replace(motion, limits=limits)), handle)
+    return answer_of(study, handle)
 
 
-def _netcdf(study: Study) -> Callable[[Path], None]:
+def _netcdf(study: Study, handle: Handle) -> Callable[[Path], None]:
     from percuss.io.netcdf import write_netcdf
     from percuss.io.record import make_record
 
-    answer = _answer(study)
+    answer = _answer(study, handle)
     record = make_record(answer, study=study.text())
     return lambda path: write_netcdf(answer, path, record, samples=study.save.samples)
 
@@ -133,16 +137,16 @@ def _table(study: Study, question: Question) -> str:
     return str(stem)
 
 
-def _csv(study: Study, stem: str) -> Callable[[Path], None]:
+def _csv(study: Study, stem: str, handle: Handle) -> Callable[[Path], None]:
     from percuss.io.record import make_record
     from percuss.io.results import kind_of
     from percuss.io.table import write_columns
 
-    answer = _answer(study)
+    answer = _answer(study, handle)
     record = make_record(answer, study=study.text())
     columns: Mapping[str, Any]
     if stem == "certified":
-        columns = proof_in_time(study, answer).columns
+        columns = proof_in_time(study, answer, handle).columns
     else:
         table = study.question.csv(study)[stem]
         columns = kind_of(answer).columns[table](answer)
@@ -152,12 +156,12 @@ def _csv(study: Study, stem: str) -> Callable[[Path], None]:
     return lambda path: write_columns(columns, path, record)
 
 
-def _picture(study: Study, extension: str) -> Callable[[Path], None]:
+def _picture(study: Study, extension: str, handle: Handle) -> Callable[[Path], None]:
     from percuss.io.figures import write_figure
     from percuss.io.record import make_record
     from percuss.plotting.style import offscreen_figure, style
 
-    answer = _answer(study)
+    answer = _answer(study, handle)
     record = make_record(answer, study=study.text())
     ((_, draw),) = study.question.pictures(study).items()
 

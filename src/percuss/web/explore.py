@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.model.exact import as_float
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import fast_amplitudes
@@ -23,9 +23,10 @@ from percuss.plotting.samples import (
 )
 from percuss.studies.study import Study
 from percuss.web.frame import frame
+from percuss.web.handle import Handle
 from percuss.web.question import BadQuestion, Question, motion_of, study_of
 
-__all__ = ["answer_explore", "followed"]
+__all__ = ["answer_explore", "followed", "moving"]
 
 Floats = NDArray[np.float64]
 
@@ -48,9 +49,10 @@ class Followed:
     seconds: float
 
 
-def followed(study: Study) -> Followed:
+def followed(study: Study, handle: Handle | None = None) -> Followed:
     """Follow the motion of a study for as long as a slider can wait."""
-    began = time.monotonic()
+    handle = handle or Handle()
+    began = handle.seconds()
     motion = motion_of(study)
     limit = min(motion.limits.max_impacts or MOST_IMPACTS, MOST_IMPACTS)
     start = motion.start
@@ -62,18 +64,20 @@ def followed(study: Study) -> Followed:
         start.t0,
         t_end=motion.end(study.forcing),
         max_impacts=limit,
-        progress=lambda _done, _total: time.monotonic() - began < PATIENCE,
+        progress=handle.part(0.0, 0.0, PATIENCE),
     )
-    return Followed(run, time.monotonic() - began)
+    return Followed(run, handle.seconds() - began)
 
 
-def answer_explore(question: Question) -> bytes:
+def answer_explore(question: Question, handle: Handle | None = None) -> bytes:
     """Return the curves of a motion.
 
     Parameters
     ----------
     question
         With the option ``points`` (of a curve) and, for a part of the run, ``window``.
+    handle
+        Where others get their turns.
 
     Returns
     -------
@@ -88,13 +92,13 @@ def answer_explore(question: Question) -> bytes:
     """
     points = int(question.number("points", 4000, 100, 20_000))
     study = study_of(question.tables)
-    found = followed(study)
+    found = followed(study, handle)
     run = found.run
     window = _window(question, run)
     curve, is_band = _curve(run, window)
     t, x, _ = reduce_to_columns(curve.t, curve.x, curve.jumps, columns=points // 2, most=points)
     end = sample_curve(run, _end_of(run, window, points)) if is_band else curve
-    tail = _moving(end)[-points:]
+    tail = moving(end)[-points:]
     header = {
         "id": question.id,
         "kind": question.kind,
@@ -134,6 +138,8 @@ def _window(question: Question, run: Trajectory) -> tuple[float, float] | None:
     low, high = given
     if any(isinstance(time, bool) or not isinstance(time, int | float) for time in given):
         raise BadQuestion("the window is not a pair of times")
+    if not all(abs(time) < LARGEST for time in given):
+        raise BadQuestion("the window is not a pair of finite times")
     # A window of an earlier motion, of which nothing may be left.
     low, high = max(float(low), run.t0), min(float(high), run.t_end)
     return (low, high) if low < high else None
@@ -171,7 +177,7 @@ def _end_of(
     return (begin, high) if begin < high else window
 
 
-def _moving(curve: Curve) -> NDArray[np.intp]:
+def moving(curve: Curve) -> NDArray[np.intp]:
     """Return the points of a curve without the insides of rests: in a portrait they are one dot."""
     rests = np.zeros(len(curve.t), dtype=np.bool_)
     still = curve.v == 0.0
@@ -244,6 +250,6 @@ def _spectrum(run: Trajectory) -> dict[str, Floats]:
 
 def _fastest(run: Trajectory) -> float:
     """Return the highest frequency of forcing and spring."""
-    own = float(run.oscillator.stiffness)
+    own = as_float(run.oscillator.stiffness)
     harmonics = () if run.forcing is None else run.forcing.components()
-    return max([own**0.5 if own > 0.0 else 0.0, *(float(h.omega) for h in harmonics)]) or 1.0
+    return max([own**0.5 if own > 0.0 else 0.0, *(as_float(h.omega) for h in harmonics)]) or 1.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -16,9 +15,12 @@ from percuss.motion.outcome import Outcome
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits import PeriodicOrbit, find_orbit
+from percuss.plotting.samples import sample_curve
 from percuss.studies.study import Study
+from percuss.web.explore import moving
 from percuss.web.exponent import exponent_of
 from percuss.web.frame import frame
+from percuss.web.handle import Handle
 from percuss.web.question import Question, motion_of, study_of
 
 __all__ = ["answer_facts"]
@@ -38,13 +40,15 @@ HITS = (("impact", Wall), ("entry", SoftStop))
 PATIENCE = 1.0
 
 
-def answer_facts(question: Question) -> bytes:
+def answer_facts(question: Question, handle: Handle | None = None) -> bytes:
     """Return the periodic orbit that the motion comes nearest to, with its stability.
 
     Parameters
     ----------
     question
         With a study.
+    handle
+        Where others get their turns.
 
     Returns
     -------
@@ -62,7 +66,7 @@ def answer_facts(question: Question) -> bytes:
     header: dict[str, object] = {"id": question.id, "kind": "facts"}
     if study.forcing is None or study.forcing.period is None:
         return frame({**header, "orbit": None, "exponent": None})
-    run = _settled(study)
+    run = _settled(study, handle or Handle())
     orbit = _nearest(study, run)
     stops = study.oscillator.stops
     header |= {
@@ -72,8 +76,10 @@ def answer_facts(question: Question) -> bytes:
     }
     if orbit is None:
         return frame(header)
-    once = orbit.trajectory()
-    x, v = once(np.linspace(once.t0, once.t_end, 400))
+    once = sample_curve(orbit.trajectory())
+    kept = moving(once)
+    # Closed: the last impact leads to the first point.
+    x, v = (np.append(column[kept], column[0]) for column in (once.x, once.v))
     return frame(header, {"orbit_x": x, "orbit_v": v})
 
 
@@ -151,9 +157,8 @@ def _is_near(orbit: PeriodicOrbit, speed: float) -> bool:
     )
 
 
-def _settled(study: Study) -> Trajectory:
+def _settled(study: Study, handle: Handle) -> Trajectory:
     start = motion_of(study).start
-    end = time.monotonic() + PATIENCE
     return simulate(
         study.oscillator,
         study.forcing,
@@ -162,7 +167,7 @@ def _settled(study: Study) -> Trajectory:
         start.t0,
         periods=SETTLING + LOOKED_AT,
         max_impacts=MOST_IMPACTS,
-        progress=lambda _done, _total: time.monotonic() < end,
+        progress=handle.part(0.0, 0.0, PATIENCE),
     )
 
 

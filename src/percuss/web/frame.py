@@ -42,7 +42,9 @@ def frame(header: Mapping[str, object], arrays: Mapping[str, ArrayLike] | None =
     >>> data[4 : 4 + size].decode().strip(), len(data) - 4 - size
     ('{"id":7,"arrays":[["t",2]]}', 8)
     """
-    columns = {name: np.asarray(values, dtype="<f4") for name, values in (arrays or {}).items()}
+    # What is too large for single precision becomes infinite, and is left out of the picture.
+    with np.errstate(over="ignore"):
+        columns = {name: np.asarray(row, dtype="<f4") for name, row in (arrays or {}).items()}
     whole = {**header, "arrays": [[name, len(column)] for name, column in columns.items()]}
     text = json.dumps(plain(whole), separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % ALIGNED)

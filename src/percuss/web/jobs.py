@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.studies.axes import Span, axis_values
+from percuss.studies.axes import axis_values
 from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.question import Means
-from percuss.studies.study import Study
 from percuss.web.asked import asked_study, check_size
 from percuss.web.charts import answer_response
 from percuss.web.frame import frame
@@ -61,7 +60,7 @@ def answer_job(question: Question, handle: Handle) -> Iterator[bytes]:
 def _diagram(question: Question, handle: Handle) -> Iterator[bytes]:
     """Yield the points of the attractors over a parameter: x and v once a forcing period."""
     check_size(question)
-    asked = _asked_diagram(question)
+    asked = asked_study(question)
     own = asked.question
     assert isinstance(own, Diagram)
     ((path, axis),) = own.over.items()
@@ -91,17 +90,6 @@ def _diagram(question: Question, handle: Handle) -> Iterator[bytes]:
         yield frame(
             _header(question, done=done == len(values), share=share) | header | told, arrays
         )
-
-
-def _asked_diagram(question: Question) -> Study:
-    """Return the study of a diagram; of its values the ends are checked now, the others later."""
-    count = int(question.number("values", 2048, 2, 1e9))
-    ends = asked_study(replace(question, options={**question.options, "values": 2}))
-    own = ends.question
-    assert isinstance(own, Diagram)
-    ((path, axis),) = own.over.items()
-    assert isinstance(axis, Span)
-    return replace(ends, question=replace(own, over={path: replace(axis, count=count)}))
 
 
 def _joined(parts: list[Dataset], path: str) -> Dataset:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -37,9 +36,7 @@ def can_certify() -> bool:
     return find_spec("flint") is not None
 
 
-def proof_in_time(
-    study: Study, run: Trajectory, progress: Callable[[float, float], bool] | None = None
-) -> Proof:
+def proof_in_time(study: Study, run: Trajectory, handle: Handle | None = None) -> Proof:
     """Return what is proven of a run in a limited time.
 
     Parameters
@@ -48,8 +45,8 @@ def proof_in_time(
         Its study, with the digits wanted.
     run
         The run.
-    progress
-        As of `percuss.certify`.
+    handle
+        As in `percuss.web.jobs.answer_job`.
 
     Returns
     -------
@@ -62,13 +59,7 @@ def proof_in_time(
         If python-flint is not there.
     """
     check_certify(study)
-    end = time.monotonic() + PATIENCE
-
-    def go_on(done: float, total: float) -> bool:
-        wanted = progress is None or progress(done, total)
-        return wanted and time.monotonic() < end
-
-    return proof_of(study, run, go_on)
+    return proof_of(study, run, (handle or Handle()).part(0.0, 1.0, PATIENCE))
 
 
 def answer_certify(question: Question, handle: Handle) -> Iterator[bytes]:
@@ -95,8 +86,8 @@ def answer_certify(question: Question, handle: Handle) -> Iterator[bytes]:
     """
     digits = digits_of(question)
     study = replace(study_of(question.tables), certify=Certify(digits or 12))
-    run = followed(study).run
-    proof = proof_in_time(study, run, handle.part(0.0, 1.0))
+    run = followed(study, handle).run
+    proof = proof_in_time(study, run, handle)
     if handle.is_stopped:
         return
     proven: CertifiedRun = proof.result

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from percuss.errors import StudyError
+from percuss.model.exact import as_float
 from percuss.model.paths import long_form
 from percuss.studies.building import build
 from percuss.studies.kinds.motion import Motion
@@ -88,7 +89,9 @@ class Question:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise BadQuestion(f"{called} is not a number")
         if not low <= value <= high:
-            raise BadQuestion(f"{called} = {value:g} is not between {low:g} and {high:g}")
+            # A whole number may have more digits than a float can hold.
+            shown = f"{value:g}" if isinstance(value, float) else f"{value}"[:20]
+            raise BadQuestion(f"{called} = {shown} is not between {low:g} and {high:g}")
         return float(value)
 
     def choice(self, name: str, choices: tuple[str, ...]) -> str:
@@ -185,8 +188,8 @@ def study_of(tables: Mapping[str, Any]) -> Study:
     except (RecursionError, OverflowError) as error:
         raise BadQuestion("the study cannot be read") from error
     periods = motion_of(study).limits.periods
-    if periods is not None and float(periods) > MOST_PERIODS:
-        raise BadQuestion(f"{float(periods):g} periods; the page follows {MOST_PERIODS} at most")
+    if periods is not None and as_float(periods) > MOST_PERIODS:
+        raise BadQuestion(f"{as_float(periods):g} periods; the page follows {MOST_PERIODS} at most")
     return study
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import secrets
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from percuss.web.front import scripts_of
@@ -67,6 +70,8 @@ class ReportJob:
                 [*COMMAND, str(self.folder)],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
+                # With the processes that it starts it is ended from here.
+                start_new_session=True,
             )
 
     def state(self) -> dict[str, object]:
@@ -84,8 +89,7 @@ class ReportJob:
         """End it, and remove what it has written."""
         with self._lock:
             if self._process is not None:
-                self._process.kill()
-                self._process.wait()
+                _end(self._process)
                 self._process = None
             if self._own is not None:
                 shutil.rmtree(self._own, ignore_errors=True)
@@ -96,8 +100,7 @@ class ReportJob:
         if process is None:
             return
         if process.poll() is None and time.monotonic() - self._began > PATIENCE:
-            process.kill()
-            process.wait()
+            _end(process)
         if process.poll() is None:
             return
         self._process = None
@@ -107,3 +110,12 @@ class ReportJob:
             self.is_there = True
         else:
             self._failure = "percuss paper wrote no report; the terminal tells why"
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a process and those that it has started."""
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
+    process.wait()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -53,7 +52,7 @@ def answer_saddles(question: Question, handle: Handle) -> Iterator[bytes]:
     force = study.forcing
     if force is None or force.period is None:
         raise BadQuestion("basins need a periodic forcing")
-    end = time.monotonic() + PATIENCE
+    end = handle.seconds() + PATIENCE
     cycle = (as_float(motion_of(study).start.t0) / force.period) % 1.0
     header = {"id": question.id, "kind": "saddles"}
     found = find_orbits(study.oscillator, force, MOST_ROUNDS, MOST_ROUNDS)
@@ -65,7 +64,7 @@ def answer_saddles(question: Question, handle: Handle) -> Iterator[bytes]:
 
         def go_on(done: float, total: float, told: object = told) -> bool:
             assert callable(told)
-            return bool(told(done, total)) and time.monotonic() < end
+            return bool(told(done, total)) and handle.seconds() < end
 
         try:
             grown = manifolds(orbit, cycle=cycle, kinds=("stable",), progress=go_on)
@@ -73,7 +72,7 @@ def answer_saddles(question: Question, handle: Handle) -> Iterator[bytes]:
         except PercussError as error:
             # The basins are worth a look without it.
             arrays, reason = {}, str(error)
-        late = time.monotonic() >= end
+        late = handle.seconds() >= end
         if handle.is_stopped:
             return
         yield frame(

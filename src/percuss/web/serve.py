@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import ipaddress
+import secrets
 import socket
 import threading
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from percuss.errors import MissingExtraError, OutputError
 from percuss.model.exact import whole
+from percuss.web.gate import TOKEN
 
-__all__ = ["LOCAL", "serve"]
+if TYPE_CHECKING:
+    import uvicorn
+    from starlette.applications import Starlette
+
+__all__ = ["LOCAL", "addresses_of", "is_loopback", "serve", "server_of"]
 
 LAST_PORT = 2**16 - 1
 LOCAL = "127.0.0.1"
 # Names of this machine for itself; others would be pages that pretend to be it.
 LOCAL_NAMES = ("127.0.0.1", "localhost", "[::1]")
+# All addresses of this machine: nobody can open these.
+ANY = {"0.0.0.0": socket.AF_INET, "": socket.AF_INET, "::": socket.AF_INET6}
 
 
 def serve(
@@ -52,8 +62,6 @@ def serve(
         If the port is taken, or there is no such report.
     """
     try:
-        import uvicorn
-
         from percuss.web.app import create_app
     except ImportError as error:
         raise MissingExtraError("the page needs starlette and uvicorn", "web") from error
@@ -61,22 +69,93 @@ def serve(
     if report is not None and not (report / "index.html").is_file():
         raise OutputError(report, "holds no report; write one with percuss paper --out")
     listening = _listening(host, port)
-    hosts = LOCAL_NAMES if host in (*LOCAL_NAMES, "::1") else ("*",)
+    # Whoever reaches this machine alone is its user. Others have to know a word.
+    token = None if is_loopback(host) else secrets.token_urlsafe(24)
+    hosts = (*LOCAL_NAMES, _in_address(host)) if token is None else ("*",)
+    server = server_of(create_app(report=report, hosts=hosts, token=token))
+    addresses = addresses_of(host, listening.getsockname()[1], token)
+    say(f"percuss is at {addresses[0]} (Ctrl-C ends it)")
+    for other in addresses[1:]:
+        say(f"on this machine also at {other}")
+    if open_page:
+        opening = threading.Timer(0.5, webbrowser.open, [addresses[-1]])
+        opening.daemon = True
+        opening.start()
+    with listening:
+        server.run([listening])
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether an address is reached from this machine alone.
+
+    Examples
+    --------
+    >>> [is_loopback(host) for host in ("127.0.0.1", "localhost", "::1", "0.0.0.0", "10.0.0.2")]
+    [True, True, True, False, False]
+    """
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"
+
+
+def addresses_of(host: str, port: int, token: str | None) -> list[str]:
+    """Return the addresses to be opened: the one for other machines first.
+
+    Examples
+    --------
+    >>> addresses_of("127.0.0.1", 8765, None)
+    ['http://127.0.0.1:8765/']
+    >>> addresses_of("0.0.0.0", 8765, "abc")[-1]
+    'http://127.0.0.1:8765/?token=abc'
+    """
+    names = [host]
+    if host in ANY:
+        local = "::1" if ":" in host else LOCAL
+        names = [own_address(ANY[host]) or socket.gethostname(), local]
+    rest = f"?{TOKEN}={token}" if token else ""
+    return [f"http://{_in_address(name)}:{port}/{rest}" for name in names]
+
+
+def own_address(family: socket.AddressFamily) -> str | None:
+    """Return the address of this machine in its network, None where it has none."""
+    far = "192.0.2.1" if family is socket.AF_INET else "2001:db8::1"
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as asking:
+            # Nothing is sent: the system only chooses the way there.
+            asking.connect((far, 9))
+            return str(asking.getsockname()[0])
+    except OSError:
+        return None
+
+
+def _in_address(host: str) -> str:
+    return f"[{host}]" if ":" in host else host
+
+
+def server_of(app: Starlette) -> uvicorn.Server:
+    """Return a server of the page: its requests come in time, and it ends when it is told to."""
+    import uvicorn
+
+    from percuss.web.connections import BoundedProtocol
+
+    class Server(uvicorn.Server):
+        """Ends what is in work as soon as it is told to end."""
+
+        async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+            app.state.pools.close()
+            await super().shutdown(sockets)
+
     config = uvicorn.Config(
-        create_app(report=report, hosts=hosts),
+        app,
+        http=BoundedProtocol,
         log_level="warning",
         ws_max_size=1 << 20,
         # Numbers hardly shrink, and a slider would wait for it.
         ws_per_message_deflate=False,
-        timeout_graceful_shutdown=2,
+        timeout_graceful_shutdown=1,
     )
-    name = f"[{host}]" if ":" in host else host
-    address = f"http://{name}:{listening.getsockname()[1]}/"
-    say(f"percuss is at {address} (Ctrl-C ends it)")
-    if open_page:
-        threading.Timer(0.5, webbrowser.open, [address]).start()
-    with listening:
-        uvicorn.Server(config).run([listening])
+    return Server(config)
 
 
 def _listening(host: str, port: int) -> socket.socket:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Iterator
-from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
 from percuss.errors import ParameterError, PercussError, StudyError
@@ -16,6 +15,7 @@ from percuss.web.jobs import JOBS, answer_job
 from percuss.web.proof import answer_certify
 from percuss.web.question import BadQuestion, Question, read_question
 from percuss.web.saddles import answer_saddles
+from percuss.web.turns import Turn, Turns
 from percuss.web.wording import plain
 
 __all__ = ["FAILED", "Pools", "Session"]
@@ -32,9 +32,22 @@ FAILED = "percuss could not compute this; the terminal of the server says more"
 class Pools:
     """Where answers are computed: what a slider waits for, what takes a moment, what takes long."""
 
-    short: Executor
-    facts: Executor
-    long: Executor
+    short: Turns
+    facts: Turns
+    long: Turns
+
+    @classmethod
+    def made(cls) -> Pools:
+        """Return pools for a machine of any size.
+
+        One thread at a time computes what sliders wait for: two would wait for each other's lock.
+        """
+        return cls(Turns(1), Turns(1), Turns(2))
+
+    def close(self) -> None:
+        """End all work, without waiting for it."""
+        for turns in (self.short, self.facts, self.long):
+            turns.close()
 
 
 class Session:
@@ -106,11 +119,13 @@ def _fault(fault: object) -> dict[str, str]:
     return {"path": path, "reason": f"{value}: {reason}" if value else reason}
 
 
-def _once(answer: Callable[[Question], bytes]) -> Callable[[Question, Handle], Iterator[bytes]]:
+def _once(
+    answer: Callable[[Question, Handle], bytes],
+) -> Callable[[Question, Handle], Iterator[bytes]]:
     """Return an answer of one frame as one of many."""
 
-    def frames(question: Question, _handle: Handle) -> Iterator[bytes]:
-        yield answer(question)
+    def frames(question: Question, handle: Handle) -> Iterator[bytes]:
+        yield answer(question, handle)
 
     return frames
 
@@ -130,7 +145,7 @@ class Lane:
     """
 
     send: Send
-    pool: Executor
+    pool: Turns
     answer: Callable[[Question, Handle], Iterator[bytes]]
     failed: Callable[[Question, BaseException], bytes]
     waiting: Question | None = None
@@ -159,31 +174,38 @@ class Lane:
     async def _work(self) -> None:
         while self.waiting is not None:
             question, self.waiting = self.waiting, None
-            self.handle = Handle()
-            frames = self.answer(question, self.handle)
-            while not self.handle.is_stopped:
-                data = await self._frame(question, frames)
+            handle = self.handle = Handle()
+            frames = self.answer(question, handle)
+            while not handle.is_stopped:
+                data = await self._frame(question, frames, handle)
                 if data is None:
                     break
-                if not self.handle.is_stopped:
+                if not handle.is_stopped:
                     await self.send(data)
 
-    async def _frame(self, question: Question, frames: Iterator[bytes]) -> bytes | None:
+    async def _frame(
+        self, question: Question, frames: Iterator[bytes], handle: Handle
+    ) -> bytes | None:
         """Return the next frame of an answer, None after the last; tell the progress meanwhile."""
-        loop = asyncio.get_running_loop()
-        work = loop.run_in_executor(self.pool, self._next, question, frames)
-        told = self.handle.share
+        future = self.pool.submit(lambda turn: self._next(question, frames, handle, turn))
+        work = asyncio.wrap_future(future)
+        told = handle.share
         while True:
             done, _ = await asyncio.wait([work], timeout=TELLING)
             if done:
                 return work.result()
-            if self.handle.share > told and not self.handle.is_stopped:
-                told = self.handle.share
+            if handle.share > told and not handle.is_stopped:
+                told = handle.share
                 await self.send(frame({"id": question.id, "kind": "progress", "share": told}))
 
-    def _next(self, question: Question, frames: Iterator[bytes]) -> bytes | None:
+    def _next(
+        self, question: Question, frames: Iterator[bytes], handle: Handle, turn: Turn
+    ) -> bytes | None:
         """Return the next frame of an answer, None after the last."""
-        try:
-            return next(frames, None)
-        except Exception as error:  # noqa: BLE001 - told to the client, and reported
-            return self.failed(question, error)
+        if handle.is_stopped:
+            return None
+        with handle.during(turn):
+            try:
+                return next(frames, None)
+            except Exception as error:  # noqa: BLE001 - told to the client, and reported
+                return self.failed(question, error)

@@ -6,10 +6,11 @@ import { asCanvas } from "./draw.js";
 // The same colours as in the files, of the largest basin first; after them undecided and impossible starts.
 const COLOURS = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [204, 121, 167], [0, 114, 178], [213, 94, 0], [240, 228, 66]];
 const OTHERS = [154, 154, 154];
-const UNDECIDED = [255, 255, 255];
 const NO_START = [77, 77, 77];
-// Basins are so much paler than the attractors in them, that lines are seen on them.
+// Basins are so much paler than the attractors in them, that lines are seen on them; in the dark
+// they are as much darker.
 const PALE = 0.45;
+const PAPERS = { light: [255, 255, 255], dark: [22, 29, 37] };
 
 /** Return the colours of the attractors, by the sizes of their basins. */
 function coloursOf(attractors) {
@@ -19,7 +20,7 @@ function coloursOf(attractors) {
   return colours;
 }
 
-const pale = (colour) => colour.map((part) => Math.round(255 - PALE * (255 - part)));
+const pale = (colour, theme) => colour.map((part, k) => Math.round(PAPERS[theme][k] + PALE * (part - PAPERS[theme][k])));
 const css = (colour) => `rgb(${colour.join()})`;
 
 /** Return the name of an attractor. */
@@ -28,11 +29,11 @@ export function nameOf({ kind, name, n_impacts: impacts, n_periods: periods }) {
 }
 
 /** Return the basins as a picture, a pixel for each start. */
-export function pictureOf({ size, attractors }, basin) {
+export function pictureOf({ size, attractors }, basin, theme) {
   const image = new ImageData(size, size);
   const pixels = new Uint32Array(image.data.buffer);
-  const table = coloursOf(attractors).map((it) => packed(pale(it)));
-  const colourOf = (label) => (label === -1 ? packed(UNDECIDED) : label < 0 ? packed(NO_START) : table[label]);
+  const table = coloursOf(attractors).map((it) => packed(pale(it, theme)));
+  const colourOf = (label) => (label === -1 ? packed(PAPERS[theme]) : label < 0 ? packed(NO_START) : table[label]);
   for (let i = 0; i < size; i += 1) {
     for (let j = 0; j < size; j += 1) {
       pixels[(size - 1 - j) * size + i] = colourOf(basin[i * size + j]);
@@ -43,30 +44,30 @@ export function pictureOf({ size, attractors }, basin) {
 
 /** Return the layers: the picture, the manifolds, the saddles and the attractors. */
 export function basinLayers(header, arrays, image, box, saddles) {
-  // Each on white, so that it is seen on all colours.
+  // Each on the paper's colour, so that it is seen on all others.
   const curves = saddles.flatMap(({ arrays: { curve_x: x, curve_v: y } }) =>
-    x ? [{ x, y, colour: "#ffffff", width: 3 }, { x, y, colour: "#000000", width: 1.3 }] : [],
+    x ? [{ x, y, colour: "--paper", width: 3 }, { x, y, colour: "--ink", width: 1.3 }] : [],
   );
   const crosses = saddles.flatMap(({ arrays: { x, v: y } }) =>
-    x ? [{ kind: "crosses", x, y, colour: "#ffffff", size: 13, width: 5 }, { kind: "crosses", x, y, colour: "#000000", size: 11, width: 2 }] : [],
+    x ? [{ kind: "crosses", x, y, colour: "--paper", size: 13, width: 5 }, { kind: "crosses", x, y, colour: "--ink", size: 11, width: 2 }] : [],
   );
   const colours = coloursOf(header.attractors);
   const marks = header.attractors.flatMap((it, k) => {
     const place = { x: arrays[`x${k}`], y: arrays[`v${k}`], kind: "points" };
     const isOrbit = it.kind === "periodic" || it.kind === "rest";
     return isOrbit
-      ? [{ ...place, colour: "#ffffff", size: 12 }, { ...place, colour: "#000000", size: 9 }, { ...place, colour: css(colours[k]), size: 5 }]
-      : [{ ...place, colour: "#000000", size: 2 }];
+      ? [{ ...place, colour: "--paper", size: 12 }, { ...place, colour: "--ink", size: 9 }, { ...place, colour: css(colours[k]), size: 5 }]
+      : [{ ...place, colour: "--ink", size: 2 }];
   });
   return [{ kind: "image", image, box, x: box.x, y: box.y }, ...curves, ...crosses, ...marks];
 }
 
 /** Return the rows that name the attractors. */
-export function legendOf(header, basin) {
+export function legendOf(header, basin, theme) {
   const colours = coloursOf(header.attractors);
   const starts = basin.reduce((sum, label) => sum + (label === -2 ? 0 : 1), 0);
-  const rows = header.attractors.map((it, k) => row(pale(colours[k]), nameOf(it), shareText(it, starts)));
-  if (basin.includes(-1)) rows.push(row(UNDECIDED, "not decided in the time given", ""));
+  const rows = header.attractors.map((it, k) => row(pale(colours[k], theme), nameOf(it), shareText(it, starts)));
+  if (basin.includes(-1)) rows.push(row(PAPERS[theme], "not decided in the time given", ""));
   if (basin.includes(-2)) rows.push(row(NO_START, "no start: inside a wall", ""));
   return rows;
 }

@@ -12,7 +12,7 @@ import { isStudy, settingsOf } from "./state.js";
 
 const DEFAULTS = { x_low: -2, x_high: 2, v_low: -2, v_high: 2, starts: 256, manifolds: true, isComputed: false };
 const LABELS = { x_low: "x from", x_high: "x to", v_low: "v from", v_high: "v to", starts: "starts along a side" };
-const HINT = "Each start (x, v) has the colour of the attractor that it goes to; squares are the attractors, seen once a forcing period. Crosses are saddles, and black lines their stable manifolds: motions that start on them go to the saddle, those on either side of them part. Click a start to follow it in Explore.";
+const HINT = "Each start (x, v) has the colour of the attractor that it goes to; squares are the attractors, seen once a forcing period. Crosses are saddles, and lines their stable manifolds: motions that start on them go to the saddle, those on either side of them part. Click a start to follow it in Explore.";
 
 export class Basins {
   constructor(app) {
@@ -50,6 +50,13 @@ export class Basins {
 
   recolour() {
     this.plot.recolour();
+    this.#paint();
+    this.#draw();
+  }
+
+  /** Make the picture in the colours of the theme. */
+  #paint() {
+    if (this.header) this.image = pictureOf(this.header, this.arrays.basin, this.app.root.dataset.theme);
   }
 
   close() {
@@ -189,7 +196,7 @@ export class Basins {
     }
     this.header = header;
     this.arrays = arrays;
-    this.image = pictureOf(header, arrays.basin);
+    this.#paint();
     this.#draw();
     if (header.done && this.settings.manifolds) this.saddles.ask(this.study);
   }
@@ -198,7 +205,7 @@ export class Basins {
     if (!this.header) return;
     const box = { x: [this.header.x_low, this.header.x_high], y: [this.header.v_low, this.header.v_high] };
     this.plot.show(basinLayers(this.header, this.arrays, this.image, box, this.saddles.found), [], box);
-    this.legend.replaceChildren(...legendOf(this.header, this.arrays.basin), ...this.saddles.legend());
+    this.legend.replaceChildren(...legendOf(this.header, this.arrays.basin, this.app.root.dataset.theme), ...this.saddles.legend());
   }
 
   #at(x, y) {

@@ -28,7 +28,7 @@ export class Explore {
     this.#takeZooms();
     if (app.options.facts.certified) {
       this.certify = new Certify(app, () => this.#drawMotion());
-      this.facts.outcome.root.append(this.certify.opener);
+      this.facts.outcome.root.append(element("dd", { class: "act" }, this.certify.opener));
     }
     this.root = element(
       "section",
@@ -167,6 +167,7 @@ export class Explore {
     this.spectrum.show([{ x: arrays.omega, y: arrays.amplitude, colour: "--curve" }], [], null, isHeld);
     if (!arrays.amplitude.some((value) => value > 0)) this.spectrum.say("nothing moves in the later part");
     this.facts.showMotion(header);
+    this.facts.isKnown(known !== null);
     if (known !== null) this.facts.showExponent(known.header);
     // For whoever measures how long a slider takes.
     this.root.dataset.drawn = String(performance.now());

@@ -24,6 +24,7 @@ export class Facts {
     this.outcome = card("Outcome", "how the run ended");
     this.times = card("Impact times", "whether they repeat; the eigenset: times of the free motion from impact to impact; largest exponent: how fast neighbours part (+) or meet (−), after 200 periods and over 1000");
     this.contacts = card("Contacts", "where the mass stays at a stop for a while");
+    // Its text may be of an earlier motion for a while.
     this.orbit = card("Nearest periodic orbit", "what the motion settles to, or passes by");
     // On narrow pages it stays in sight while a slider is dragged.
     this.summary = element("p", { class: "summary", "aria-hidden": "true" });
@@ -76,8 +77,14 @@ export class Facts {
     this.#summarise(name, near, parts[0]);
   }
 
+  /** Grey what is known of an earlier motion alone. */
+  isKnown(isKnown) {
+    this.orbit.root.classList.toggle("stale", !isKnown);
+  }
+
   /** undefined: not known yet; null: none found. */
   showOrbit(orbit, counted) {
+    this.isKnown(true);
     if (orbit === undefined || orbit === null) {
       this.orbit.show(orbit === null ? "none found" : "…", "");
       return;
@@ -116,7 +123,7 @@ function exponentText({ value, error }) {
 function card(title, about) {
   const value = element("dd", {});
   const note = element("dd", { class: "note" });
-  const picture = element("div", { class: "mini" });
+  const picture = element("dd", { class: "mini" });
   const root = element("div", { class: "card", title: about }, element("dt", {}, title), value, note, picture);
   return {
     root,

@@ -252,6 +252,8 @@ class App {
   #paint() {
     const system = this.darkness.matches ? "dark" : "light";
     this.root.dataset.theme = this.theme === "system" ? system : this.theme;
+    // The report knows the system alone: see style.css.
+    this.root.dataset.turned = String(this.root.dataset.theme !== system);
     for (const view of Object.values(this.views ?? {})) view.recolour();
   }
 }

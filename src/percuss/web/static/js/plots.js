@@ -4,7 +4,7 @@ import uPlot from "../vendor/uPlot.esm.js";
 import { element, shown } from "./dom.js";
 import { drawLayer, drawLine } from "./draw.js";
 import { attach } from "./gestures.js";
-import { bisect, decadesOf, digitsOf, extentOf, grown, power, tickTexts } from "./scales.js";
+import { bisect, digitsOf, extentOf, grown, isAxis, logTexts, tickTexts, ticksOf } from "./scales.js";
 
 const css = (root, name) => getComputedStyle(root).getPropertyValue(name).trim();
 const FACE = 'system-ui, "Segoe UI", Roboto, sans-serif';
@@ -40,13 +40,17 @@ export class Plot {
     this.limits = { x: [0, 1], y: this.isLog ? [1e-6, 1] : [0, 1] };
     this.chart = null;
     this.colours = new Map();
-    this.observer = new ResizeObserver(() => this.#fit());
+    this.observer = new ResizeObserver(() => this.#guarded(() => this.#fit()));
     this.observer.observe(this.host);
     attach(this);
   }
 
   /** Show layers {x, y, kind, colour, width}; the first one is read out. Lines {x or y, colour}. */
   show(layers, lines = [], limits = null, isHeld = false) {
+    this.#guarded(() => this.#show(layers, lines, limits, isHeld));
+  }
+
+  #show(layers, lines, limits, isHeld) {
     this.layers = layers;
     this.lines = lines;
     this.empty.hidden = true;
@@ -92,7 +96,7 @@ export class Plot {
 
   /** Show a part from now on, as a link tells it; null for all. */
   take(zoom) {
-    this.zoom = zoom === null || (this.isLog && zoom.y[0] <= 0) ? null : zoom;
+    this.zoom = zoom !== null && isAxis(zoom.x, false) && isAxis(zoom.y, this.isLog) ? zoom : null;
     if (this.zoom !== null) this.limits = this.zoom;
   }
 
@@ -103,7 +107,24 @@ export class Plot {
   }
 
   redraw() {
+    this.#guarded(() => this.#redraw());
+  }
+
+  /** What fails in one plot is told in its place, and leaves the others. */
+  #guarded(work) {
+    try {
+      work();
+    } catch (error) {
+      console.error(error);
+      this.say(`this plot cannot be drawn: ${error.message}`);
+    }
+  }
+
+  #redraw() {
     if (this.chart === null) return;
+    // An axis without two finite ends would never be done.
+    if (!isAxis(this.limits.x, false)) this.limits = { ...this.limits, x: [0, 1] };
+    if (!isAxis(this.limits.y, this.isLog)) this.limits = { ...this.limits, y: this.isLog ? [1e-6, 1] : [0, 1] };
     const { x, y } = this.limits;
     this.chart.batch(() => {
       this.chart.setScale("x", { min: x[0], max: x[1] });
@@ -120,7 +141,7 @@ export class Plot {
     this.colours.clear();
     this.chart?.destroy();
     this.chart = null;
-    this.#fit();
+    this.#guarded(() => this.#fit());
   }
 
   /** End it: it is shown no more. */
@@ -157,7 +178,7 @@ export class Plot {
   }
 
   setZoom(x, y) {
-    if (!(x[1] > x[0] && y[1] > y[0]) || ![...x, ...y].every(Number.isFinite)) return;
+    if (!isAxis(x, false) || !isAxis(y, this.isLog)) return;
     this.zoom = { x, y };
     this.limits = { x, y };
     this.redraw();
@@ -187,7 +208,6 @@ export class Plot {
       stroke: css(this.root, "--ink"), grid, ticks: grid, font, labelFont: font, label, size: size * this.enlarged, labelSize: 16 * this.enlarged, labelGap: 0,
     });
     const log = this.isLog;
-    const kept = log ? { grid: { ...grid, filter: decadesOf }, ticks: { ...grid, filter: decadesOf } } : {};
     // With Shift a drag moves the picture: see gestures.js.
     const unlessShift = (_chart, _target, handler) => (event) => (event.shiftKey ? null : handler(event));
     const options = {
@@ -203,12 +223,15 @@ export class Plot {
           ...axis(this.options.x, 34),
           // Long labels stand farther apart.
           space: (_chart, _axis, low, high) => this.enlarged * Math.max(50, 8 * (digitsOf([low, high], 0.05) + 2)),
+          splits: (_chart, _axis, low, high, step) => ticksOf(low, high, false, step),
           values: (_, ticks) => tickTexts(ticks),
         },
         {
-          ...axis(this.options.y, 60), ...kept,
+          ...axis(this.options.y, 60),
+          splits: (_chart, _axis, low, high, step) => ticksOf(low, high, log, step),
+          filter: (_, ticks) => ticks,
           size: (_, texts) => this.enlarged * Math.max(60, 30 + 7 * Math.max(0, ...(texts ?? []).map((text) => text.length))),
-          values: (_, ticks) => (log ? ticks.map(power) : tickTexts(ticks)),
+          values: (_, ticks) => (log ? logTexts : tickTexts)(ticks),
         },
       ],
       series: [{}, { show: true, paths: () => null, points: { show: false } }],
@@ -218,7 +241,7 @@ export class Plot {
         drag: { x: true, y: this.options.kind !== "line", uni: 12, setScale: false },
       },
       hooks: {
-        draw: [(chart) => this.#draw(chart)],
+        draw: [(chart) => this.#guarded(() => this.#draw(chart))],
         setSelect: [(chart) => this.#selected(chart)],
         setCursor: [(chart) => this.#hover(chart)],
       },

@@ -12,7 +12,7 @@ export class Row {
    * setRange(range or null) tell what the user does.
    */
   constructor({ path, label, range, step, about }, { prefix, set, setRange }) {
-    Object.assign(this, { path, step, set, setRange, home: range, range: [...range] });
+    Object.assign(this, { path, step, set, setRange, home: range, base: range, range: [...range] });
     const id = `${prefix}-${path.replaceAll(".", "-")}`;
     this.slider = element("input", {
       type: "range", min: "0", max: "1000", step: "1", "aria-label": `${label}, slider`,
@@ -41,7 +41,8 @@ export class Row {
     if (document.activeElement !== this.box) this.box.value = text;
     this.box.title = text;
     const number = numberOf(value ?? 0);
-    if (range !== undefined) this.range = [...range];
+    if (range !== undefined) this.base = range;
+    if (range !== undefined || document.activeElement !== this.slider) this.range = [...this.base];
     if (Number.isFinite(number) && document.activeElement !== this.slider) {
       if (text === this.accepted) this.#widen(number);
       const share = (number - this.range[0]) / (this.range[1] - this.range[0]);
@@ -63,7 +64,7 @@ export class Row {
     this.show(this.value);
   }
 
-  /** A value beyond the slider's end moves the end, unless a hand is on it. */
+  /** A value beyond the slider's end moves the end while it lasts, unless a hand is on it. */
   #widen(number) {
     const beyond = Math.sign(number) * Math.min(1.5 * Math.abs(number), Number.MAX_VALUE);
     if (number > this.range[1]) this.range[1] = number > 0 ? beyond : 0;

@@ -59,12 +59,13 @@ export function grown(range, other, log) {
   ];
 }
 
+/** Widen a range to hold values; those that are not finite take no part. */
 function widen(range, values) {
   let [low, high] = range;
   for (let i = 0; i < values.length; i += 1) {
     const value = values[i];
-    if (value < low) low = value;
-    if (value > high) high = value;
+    if (value < low && value > -Infinity) low = value;
+    if (value > high && value < Infinity) high = value;
   }
   range[0] = low;
   range[1] = high;
@@ -77,19 +78,46 @@ function padded([low, high], part) {
 }
 
 function decades([, high]) {
-  if (!(high > 0)) return [1e-6, 1];
-  return [high * 1e-7, high * 3];
+  return high > 1e-290 && high < 1e290 ? [high * 1e-7, high * 3] : [1e-6, 1];
 }
 
 const RAISED = Object.fromEntries([..."-0123456789"].map((digit, i) => [digit, [..."⁻⁰¹²³⁴⁵⁶⁷⁸⁹"][i]]));
 
-/** Return the label of a tick of a logarithmic axis: whole powers of ten have one. */
-export function power(tick) {
-  if (tick === null || !(tick > 0)) return "";
+/** Return the label of a power of ten, "" of anything else. */
+function power(tick) {
   const exponent = Math.round(Math.log10(tick));
   if (Math.abs(tick / 10 ** exponent - 1) > 1e-6) return "";
   return `10${[...String(exponent)].map((digit) => RAISED[digit]).join("")}`;
 }
 
-/** Keep the ticks of a logarithmic axis that have a label. */
-export const decadesOf = (_, splits) => splits.map((split) => (power(split) === "" ? null : split));
+/** Return the labels of the ticks of a logarithmic axis. */
+export const logTexts = (ticks) => (ticks.every((tick) => power(tick) !== "") ? ticks.map(power) : tickTexts(ticks));
+
+/** Tell whether an axis can have these ends. */
+export const isAxis = ([low, high], log) => low < high && Number.isFinite(high - low) && (!log || (low >= 1e-300 && high <= 1e300));
+
+// Ticks of an axis, at most.
+const MOST_TICKS = 24;
+
+/**
+ * Return ticks within two ends, counted before they are made: steps added one by one may never pass
+ * the end.
+ *
+ * Those of a logarithmic axis are powers of ten, in a range that holds fewer than two of them, and
+ * on others, multiples of a step.
+ */
+export function ticksOf(low, high, log, step = 0) {
+  if (!isAxis([low, high], log)) return [];
+  if (log) {
+    const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)];
+    const every = [1, 2, 5, 10, 20, 50].find((n) => (last - first) / n < 12) ?? 100;
+    if (last > first) return multiples(Math.ceil(first / every), Math.floor(last / every), (k) => Number(`1e${k * every}`));
+  }
+  const least = (high - low) / MOST_TICKS;
+  // Steps of 1, 2 or 5 times a power of ten.
+  const unit = 10 ** Math.floor(Math.log10((high - low) / 5));
+  const wide = step >= least && step < high - low ? step : unit * ([1, 2, 5].find((k) => k * unit >= (high - low) / 8) ?? 10);
+  return multiples(Math.ceil(low / wide - 1e-9), Math.floor(high / wide + 1e-9), (k) => Number((k * wide).toPrecision(15)));
+}
+
+const multiples = (first, last, of) => Array.from({ length: Math.min(MOST_TICKS + 2, Math.max(0, last - first + 1)) || 0 }, (_, i) => of(first + i));

@@ -1,0 +1,145 @@
+"""What is seen and touched: colours of the dark, sizes for fingers, cards of an earlier motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+from tests.web.hands import compute, drawn, field, fill, row_of, set_box, view_of, wait_for_drawing
+from tests.web.serving import served
+
+from percuss.web.app import create_app
+
+# Of a picture: how light its pixels are on the average, from 0 to 255.
+_LIGHTNESS = """canvas => {
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  let [sum, n] = [0, 0];
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i + 3] < 255) continue;
+    sum += (data[i] + data[i + 1] + data[i + 2]) / 3;
+    n += 1;
+  }
+  return sum / n;
+}"""
+_SMALL = """() => [...document.querySelectorAll('button, select, input, summary, a, textarea')]
+  .filter((it) => it.offsetParent !== null)
+  .map((it) => [it.outerHTML.slice(0, 80), it.getBoundingClientRect()])
+  .filter(([, box]) => box.width < 24 || box.height < 24)
+  .map(([text, box]) => `${box.width} x ${box.height}: ${text}`)"""
+
+
+@pytest.fixture
+def phone(browser: Browser, address: str) -> Iterator[Page]:
+    """The page on a phone."""
+    context = browser.new_context(
+        viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True
+    )
+    opened = context.new_page()
+    opened.goto(f"http://{address}/")
+    opened.wait_for_selector(".explore[data-drawn]", timeout=60_000)
+    yield opened
+    context.close()
+
+
+def lightness(view: Locator) -> float:
+    return float(view.locator(".plot canvas").first.evaluate(_LIGHTNESS))
+
+
+def test_basins_do_not_glare_in_the_dark(page: Page) -> None:
+    view = view_of(page, "Basins")
+    fill(view, "starts along a side", "32")
+    field(view, "saddles and manifolds").uncheck()
+    compute(view)
+    light = lightness(view)
+    page.get_by_label("Light or dark").click()
+    expect(page.locator("#percuss")).to_have_attribute("data-theme", "dark")
+    dark = lightness(view)
+
+    assert light > 150
+    assert dark < 110
+
+
+def test_the_report_has_the_colours_of_the_page(browser: Browser, tmp_path: Path) -> None:
+    (tmp_path / "index.html").write_text(
+        "<style>body { background: #fff } @media (prefers-color-scheme: dark) "
+        "{ body { background: #111 } }</style>text",
+        encoding="utf-8",
+    )
+    shot = """async (url) => {
+      const image = await createImageBitmap(await (await fetch(url)).blob());
+      const canvas = new OffscreenCanvas(1, 1);
+      const context = canvas.getContext('2d');
+      context.drawImage(image, 0, 0, 1, 1);
+      return context.getImageData(0, 0, 1, 1).data[0];
+    }"""
+    with served(create_app(report=tmp_path)) as address:
+        context = browser.new_context(color_scheme="light", bypass_csp=True)
+        page = context.new_page()
+        page.goto(f"http://{address}/")
+        view_of(page, "Paper")
+        seen = []
+        # Those of the system, and the other ones.
+        for _ in range(2):
+            page.wait_for_timeout(200)
+            picture = page.locator("iframe").screenshot()
+            page.route("**/picture", lambda it, body=picture: it.fulfill(body=body))
+            seen.append(page.evaluate(shot, f"http://{address}/picture"))
+            page.unroute("**/picture")
+            page.get_by_label("Light or dark").click()
+        context.close()
+    assert seen[0] > 200
+    assert seen[1] < 60
+
+
+@pytest.mark.parametrize("name", ["Explore", "Diagram", "Basins", "Paper", "Gallery"])
+def test_on_a_phone_a_finger_hits_everything(phone: Page, name: str) -> None:
+    view_of(phone, name)
+    if name == "Explore":
+        for it in phone.locator(".row .more").all()[:2]:
+            it.click()
+        phone.get_by_text("Files", exact=True).click()
+
+    assert phone.evaluate(_SMALL) == []
+
+
+def test_lists_of_terms_hold_terms_and_descriptions_alone(page: Page) -> None:
+    wrong = page.evaluate(
+        """() => [...document.querySelectorAll('dl')].flatMap((list) => [...list.children].flatMap(
+          (it) => (it.tagName === 'DIV' ? [...it.children] : [it]).map((part) => part.tagName),
+        )).filter((tag) => tag !== 'DT' && tag !== 'DD')"""
+    )
+
+    assert wrong == []
+
+
+def test_a_value_far_beyond_a_slider_widens_it_no_longer_than_it_lasts(page: Page) -> None:
+    path = "start.t0"
+    row = row_of(page, path)
+    ends = row.locator(".ends input")
+    row.locator(".more").click()
+    before = [ends.nth(k).input_value() for k in (0, 1)]
+    seen = drawn(page)
+    set_box(page, path, "1e6")
+    wait_for_drawing(page, seen)
+    expect(ends.nth(1)).to_have_value("1500000")
+    set_box(page, path, "2")
+
+    for k, value in enumerate(before):
+        expect(ends.nth(k)).to_have_value(value)
+
+
+def test_what_is_known_of_an_earlier_motion_is_grey(page: Page) -> None:
+    card = page.locator(".facts .card").nth(2)
+    expect(card).not_to_have_class("card stale")
+    # The server is slow to tell what it knows.
+    page.evaluate(
+        "WebSocket.prototype.send = ((send) => function (text) {"
+        " if (!text.includes('facts')) send.call(this, text); })(WebSocket.prototype.send)"
+    )
+    seen = drawn(page)
+    set_box(page, "forcing.harmonics.0.omega", "2.9")
+    wait_for_drawing(page, seen)
+
+    expect(card).to_have_class("card stale")

@@ -1,0 +1,176 @@
+"""Work in turns: nobody waits for all that somebody else asks."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+import time
+from typing import Any
+
+import pytest
+import websockets
+from tests.web.frames import read_frame
+from tests.web.loops import run
+from tests.web.test_server import fetched
+
+from percuss.web.handle import Handle
+from percuss.web.turns import Turn, Turns
+
+
+def test_whoever_needs_little_does_not_wait_for_those_who_need_much() -> None:
+    turns = Turns(1)
+    is_over = threading.Event()
+
+    def much(turn: Turn) -> int:
+        n = 0
+        while not is_over.is_set() and turn.pause():
+            time.sleep(0.002)
+            n += 1
+        return n
+
+    greedy = [turns.submit(much) for _ in range(10)]
+    time.sleep(0.3)
+    for _ in range(5):
+        assert turns.submit(lambda _turn: "little").result(timeout=10) == "little"
+    assert not any(it.done() for it in greedy)
+    is_over.set()
+    # Each had a part of the time.
+    assert all(it.result(timeout=10) > 2 for it in greedy)
+
+
+def test_one_works_at_a_time_and_each_is_told_what_it_has_worked() -> None:
+    turns = Turns(1)
+    at_work = []
+    most = []
+
+    def work(turn: Turn) -> float:
+        for _ in range(30):
+            at_work.append(1)
+            most.append(len(at_work))
+            time.sleep(0.003)
+            at_work.pop()
+            turn.pause()
+        return turn.seconds()
+
+    began = time.monotonic()
+    seconds = [it.result(timeout=20) for it in [turns.submit(work) for _ in range(5)]]
+    assert max(most) == 1
+    assert sum(seconds) <= time.monotonic() - began + 0.01
+
+
+def test_what_fails_is_told_and_frees_its_place() -> None:
+    turns = Turns(1)
+
+    def fail(_turn: Turn) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        turns.submit(fail).result(timeout=10)
+    assert turns.submit(lambda _turn: 1).result(timeout=10) == 1
+
+
+def test_closed_turns_end_what_is_in_work_and_what_waits() -> None:
+    turns = Turns(1)
+    ended = threading.Event()
+
+    def endless(turn: Turn) -> None:
+        handle = Handle()
+        with handle.during(turn):
+            while handle.part(0.0, 1.0)(0.0, 1.0):
+                time.sleep(0.001)
+        ended.set()
+
+    works = [turns.submit(endless) for _ in range(3)]
+    time.sleep(0.2)
+    turns.close()
+    assert all(it.cancelled() for it in works)
+    assert ended.wait(10)
+    assert turns.submit(lambda _turn: 1).cancelled()
+
+
+def slow(study: dict[str, Any]) -> dict[str, Any]:
+    """A motion that takes as long as it may."""
+    harmonic = {**study["forcing"]["harmonics"][0], "omega": "1e-12"}
+    return {**study, "forcing": {"harmonics": [harmonic]}}
+
+
+def test_ten_clients_with_endless_motions_do_not_hold_up_a_slider(
+    address: str, study: dict[str, Any]
+) -> None:
+    async def talk() -> list[float]:
+        async def hostile() -> None:
+            async with websockets.connect(f"ws://{address}/api/socket", max_size=None) as it:
+                number = 0
+                while True:
+                    number += 1
+                    text = {"id": number, "kind": "explore", "study": slow(study)}
+                    await it.send(json.dumps(text))
+                    while True:
+                        data = await it.recv()
+                        assert isinstance(data, bytes)
+                        if read_frame(data)[0]["kind"] != "progress":
+                            break
+
+        tasks = [asyncio.create_task(hostile()) for _ in range(10)]
+        await asyncio.sleep(1.0)
+        delays = []
+        async with websockets.connect(f"ws://{address}/api/socket", max_size=None) as it:
+            for number in range(8):
+                began = time.monotonic()
+                await it.send(json.dumps({"id": number, "kind": "explore", "study": study}))
+                await it.recv()
+                delays.append(time.monotonic() - began)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        return delays
+
+    delays = run(talk())
+    # One after another they took 10 to 12 s; a round of slices takes a quarter of a second.
+    assert sorted(delays)[len(delays) // 2] < 3.0
+
+
+def test_a_file_whose_asker_has_gone_is_not_made_to_its_end(
+    address: str, study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from percuss.web import app
+
+    seen: list[Handle] = []
+
+    def endless(_question: object, _extension: str, handle: Handle) -> None:
+        seen.append(handle)
+        while handle.go_on():
+            time.sleep(0.005)
+        seen.append(handle)
+
+    monkeypatch.setattr(app, "file_of", endless)
+    body = json.dumps({"kind": "motion", "study": study}).encode()
+    head = f"POST /api/file/png HTTP/1.1\r\nHost: x\r\nContent-Length: {len(body)}\r\n\r\n"
+
+    async def leave() -> None:
+        host, port = address.split(":")
+        _, writer = await asyncio.open_connection(host, int(port))
+        writer.write(head.encode() + body)
+        while not seen:
+            await asyncio.sleep(0.01)
+        writer.close()
+        while len(seen) < 2:
+            await asyncio.sleep(0.01)
+
+    run(leave())
+    assert seen[0].is_stopped
+
+
+def test_nobody_waits_for_more_than_a_few_files_at_once(
+    address: str, study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from percuss.web import app
+
+    body = json.dumps({"kind": "motion", "study": study}).encode()
+    monkeypatch.setattr(app, "MOST_FILES", 0)
+    status, _, said = fetched(address, "/api/file/toml", body)
+    assert status == 429
+    assert "wait for one" in json.loads(said)["fault"]
+    monkeypatch.undo()
+    assert fetched(address, "/api/file/toml", body)[0] == 200
