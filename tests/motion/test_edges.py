@@ -86,7 +86,8 @@ def test_chatter_sticks_at_its_accumulation_and_is_released() -> None:
     assert run.contacts.n_impacts[0] == len(run.impacts)
     tail = run.contacts.start[0] - run.impacts.t[-1]
     assert 0.0 < tail < 1e-4
-    assert run.contacts.error_bound[0] < 1e-14
+    # The sum's own error is far below the rounding of the impacts before it.
+    assert 1e-16 < run.contacts.error_bound[0] < 1e-13
     held = np.linspace(run.contacts.start[0], run.contacts.release[0], 20)
     assert (np.array(run(held[:-1])) == 0.0).all()
     # After the release x is (t - pi)^3 / 12 at first.
