@@ -26,7 +26,7 @@ def test_chaos_says_how_fast_neighbours_part_and_which_part_is_seen(page: Page) 
 def test_files_say_how_they_are_read(page: Page) -> None:
     page.locator("summary", has_text="Files").click()
     menu = page.locator(".menu")
-    expect(menu).to_contain_text('comment="#"')
+    expect(menu).to_contain_text("pandas.read_csv(name)")
     expect(menu).to_contain_text("open_datatree")
 
 
