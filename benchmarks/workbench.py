@@ -7,6 +7,7 @@ the load share them.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import os
 import shutil
@@ -22,6 +23,8 @@ import websockets
 from benchmarks.report import Report
 
 CLIENTS, MOVES_A_SECOND, SECONDS = 200, 5, 60
+# Of the clients, those whose motions take as long as they may, one after another.
+HOSTILE, HOSTILE_SECONDS = 10, 20
 SLIDER_MOVES = 120
 STUDY: dict[str, Any] = {
     "oscillator": {
@@ -193,12 +196,32 @@ def _under_load(report: Report, server: _Server) -> None:
     report.line("memory of the server before, after", f"{before:.0f}, {after:.0f} MB")
     # 200 sockets and their frames; not what 60,000 moves would hold if they were kept.
     assert after < before + 150.0, (before, after)
+    hostile, _ = asyncio.run(_load(server.address, CLIENTS, HOSTILE_SECONDS, HOSTILE))
+    hostile.sort()
+    label = f"with {HOSTILE} of {CLIENTS} clients hostile: the others' 95 %"
+    report.below(label, hostile[int(0.95 * len(hostile))], 1.0, "s")
 
 
-async def _load(address: str, clients: int, seconds: float) -> tuple[list[float], int]:
-    """Let clients move sliders; return the delays of the answers and how many moves there were."""
+async def _load(
+    address: str, clients: int, seconds: float, n_hostile: int = 0
+) -> tuple[list[float], int]:
+    """Let clients move sliders; return the delays of the answers and how many moves there were.
+
+    Of the clients, some are hostile: each asks for an endless motion after another.
+    """
     delays: list[float] = []
     counts = [0]
+
+    async def hostile() -> None:
+        study = json.loads(json.dumps(STUDY))
+        study["forcing"]["harmonics"][0]["omega"] = "1e-12"
+        url = f"ws://{address}/api/socket"
+        async with websockets.connect(url, max_size=None, compression=None) as socket:
+            end = time.perf_counter() + seconds
+            while time.perf_counter() < end:
+                await socket.send(json.dumps({"id": 1, "kind": "explore", "study": study}))
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(socket.recv(), 2.0)
 
     async def client(k: int) -> None:
         study = json.loads(json.dumps(STUDY))
@@ -234,5 +257,8 @@ async def _load(address: str, clients: int, seconds: float) -> tuple[list[float]
             assert max(sent) == number
             listening.cancel()
 
-    await asyncio.gather(*(client(k) for k in range(clients)))
+    honest = clients - n_hostile
+    await asyncio.gather(
+        *(client(k) for k in range(honest)), *(hostile() for _ in range(n_hostile))
+    )
     return delays, counts[0]

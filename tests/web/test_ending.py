@@ -89,7 +89,12 @@ def test_ctrl_c_ends_the_server_whatever_is_in_work(tmp_path: Path, study: dict[
             process.send_signal(signal.SIGINT)
             while process.poll() is None:
                 await asyncio.sleep(0.02)
-            return time.monotonic() - began
+            seconds = time.monotonic() - began
+        for writer in (file, report, half_open):
+            writer.close()
+            with contextlib.suppress(ConnectionError):
+                await writer.wait_closed()
+        return seconds
 
     with serving(tmp_path) as (process, address):
         seconds = run(begin(address, process))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import copy
 import json
 import logging
@@ -138,6 +139,7 @@ async def messages(address: str, seed: int, seconds: float, count: int) -> list[
                 data = await asyncio.wait_for(socket.recv(), SILENCE)
             except TimeoutError:
                 wrong.append(f"seed {seed}, mutant {n}: silent: {message!r:.2000}")
+                await socket.close()
                 socket = await websockets.connect(url, max_size=None, compression=None)
                 break
             assert isinstance(data, bytes)
@@ -183,6 +185,8 @@ async def files(address: str, seed: int, seconds: float, count: int) -> list[str
             # Too long to be taken, and closed while it came.
             answer = b"HTTP/1.1 200 " if len(data) > 65_536 else b""
         writer.close()
+        with contextlib.suppress(ConnectionError):
+            await writer.wait_closed()
         status = answer.split(b" ", 2)[1:2]
         said = answer.partition(b"\r\n\r\n")[2]
         if status not in ([b"200"], [b"404"], [b"413"], [b"422"]):

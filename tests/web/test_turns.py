@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import threading
 import time
@@ -155,6 +156,8 @@ def test_a_file_whose_asker_has_gone_is_not_made_to_its_end(
         while not seen:
             await asyncio.sleep(0.01)
         writer.close()
+        with contextlib.suppress(ConnectionError):
+            await writer.wait_closed()
         while len(seen) < 2:
             await asyncio.sleep(0.01)
 

@@ -13,7 +13,7 @@ __all__ = ["BoundedProtocol"]
 # The head of a request may take so long [s].
 PATIENCE = 10.0
 # Connections that have not asked yet, and connections at all; of the first the oldest gives way.
-MOST_HALF_OPEN, MOST = 128, 800
+MOST_HALF_OPEN, MOST = 256, 800
 
 
 class BoundedProtocol(H11Protocol):

@@ -20,7 +20,7 @@ Value = TypeVar("Value")
 SLICE = 0.02
 # Of the time, the part of those that have had a slice where others come for the first time: whoever
 # needs little does not wait for a round of those who need much, and these go on all the same.
-SHARE = 0.25
+SHARE = 0.1
 # Threads, with those that wait for their next turn: more than there are clients.
 MOST_THREADS = 2048
 
