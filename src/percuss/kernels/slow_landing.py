@@ -97,7 +97,7 @@ def rest_at_landing(
     s, v = landed
     doubt, doubt_of_speed = uncertainties(law, region, start, phases, s)
     doubt += ULP * abs(distance)
-    if start[2] == 0.0:
+    if start[2] == 0.0 and distance == 0.0:
         # From a release the constant force is what the harmonics leave, with their rounding.
         blow, _, rise = free_response(law, region, s)
         doubt += FORCE_ROUNDING * law[0, FORCE_BOUND] * abs(rise)
