@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from percuss.ensembles import status_of_store as status_of_store
     from percuss.ensembles import sweep as sweep
     from percuss.errors import ConvergenceError as ConvergenceError
+    from percuss.errors import FormalOrbitWarning as FormalOrbitWarning
     from percuss.errors import LimitWarning as LimitWarning
     from percuss.errors import MissingExtraError as MissingExtraError
     from percuss.errors import OutputError as OutputError
@@ -77,6 +78,7 @@ if TYPE_CHECKING:
     from percuss.orbits import Cascade as Cascade
     from percuss.orbits import Curve as Curve
     from percuss.orbits import CurvePoint as CurvePoint
+    from percuss.orbits import FoundOrbits as FoundOrbits
     from percuss.orbits import GrazeAnalysis as GrazeAnalysis
     from percuss.orbits import ImpactMap as ImpactMap
     from percuss.orbits import ManifoldBranch as ManifoldBranch
@@ -111,6 +113,8 @@ __all__ = [
     "Curve",
     "CurvePoint",
     "Forcing",
+    "FormalOrbitWarning",
+    "FoundOrbits",
     "GrazeAnalysis",
     "Grazes",
     "Growth",
@@ -202,6 +206,7 @@ _HOMES = {
     ),
     "percuss.errors": (
         "ConvergenceError",
+        "FormalOrbitWarning",
         "LimitWarning",
         "MissingExtraError",
         "OutputError",
@@ -271,6 +276,7 @@ _HOMES = {
         "VelocityGap",
         "continue_curve",
         "continue_orbit",
+        "FoundOrbits",
         "find_orbit",
         "find_orbits",
         "follow_cascade",

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 
 __all__ = [
     "ConvergenceError",
+    "FormalOrbitWarning",
     "LimitWarning",
     "MissingExtraError",
     "OutputError",
@@ -81,6 +82,10 @@ class ConvergenceError(PercussError, RuntimeError):
     def __str__(self) -> str:
         missed = "" if self.last is None else f"; the last iterate misses by {self.residual:.3g}"
         return f"{self.what}{missed}: {self.advice}"
+
+
+class FormalOrbitWarning(UserWarning):
+    """An orbit that was found passes through a stop: it solves the equations, no motion does."""
 
 
 class LimitWarning(UserWarning):

@@ -28,6 +28,9 @@ from percuss.studies.reading import parse_study
 OSC = pc.impact_oscillator(
     Decimal("0.80"), wall="1", side="above", stiffness=1, damping=Fraction(1, 20)
 )
+
+# Formal orbits are meant here: they are looked at one by one.
+pytestmark = pytest.mark.filterwarnings("ignore::percuss.FormalOrbitWarning")
 FORCE = pc.cosine("1", phase=pc.pi_times(1, 3))
 
 

@@ -14,6 +14,9 @@ from percuss.orbits import single_impact, single_impact_orbits
 from percuss.orbits.families.family import Family
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
 
+# Formal orbits are meant here: they are looked at one by one.
+pytestmark = pytest.mark.filterwarnings("ignore::percuss.FormalOrbitWarning")
+
 COCO = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
 
 

@@ -59,7 +59,12 @@ def test_some_orbit_is_found_and_each_once(name: str) -> None:
 
     assert any(orbit.n_impacts > 0 and orbit.admissible for orbit in found)
     keys = [
-        (o.n_periods, *np.round(np.sort(o.impacts.cycle), 5), *np.round(o.multipliers, 5))
+        (
+            o.n_periods,
+            *np.round(np.sort(o.impacts.cycle), 5),
+            *np.round(np.sort(o.impacts.v_after), 5),
+            *np.round(o.multipliers, 5),
+        )
         for o in found
     ]
     assert len(set(keys)) == len(keys)
@@ -255,7 +260,8 @@ def test_guess_by_an_orbit_takes_over_its_kind_and_its_formal_ones() -> None:
     formal = single_impact_orbits(ABOVE, pc.cosine("2.7"))[1]
 
     orbit = pc.find_orbit(ABOVE, pc.cosine("2.8"), guess=near)
-    beyond = pc.find_orbit(ABOVE, pc.cosine("2.8"), guess=formal)
+    with pytest.warns(pc.FormalOrbitWarning, match="it passes through stop 0, by"):
+        beyond = pc.find_orbit(ABOVE, pc.cosine("2.8"), guess=formal)
 
     expected = single_impact_orbits(ABOVE, pc.cosine("2.8"))
     assert orbit.v0 == pytest.approx(expected[0].v0, abs=1e-12)
@@ -291,7 +297,9 @@ def test_a_run_that_sticks_gives_the_sticking_orbit() -> None:
 
 def test_where_no_motion_does_so_a_formal_orbit_is_found() -> None:
     """Two impacts on one wall of two in a period, without the other, is only formal here."""
-    orbit = pc.find_orbit(*SYSTEMS["two walls"], 2, 1, sequence=(1, 1))
+    with pytest.warns(pc.FormalOrbitWarning, match="formal, no motion follows it") as warned:
+        orbit = pc.find_orbit(*SYSTEMS["two walls"], 2, 1, sequence=(1, 1))
+    assert warned[0].filename == __file__
 
     assert orbit.sequence == (1, 1)
     assert not orbit.admissible

@@ -11,6 +11,9 @@ import percuss as pc
 from percuss.orbits.families.graze_statements import consequence
 from percuss.orbits.families.grazing import analysed_graze
 
+# Formal orbits are meant here: they are looked at one by one.
+pytestmark = pytest.mark.filterwarnings("ignore::percuss.FormalOrbitWarning")
+
 AMPLITUDE = "forcing.amplitude"
 COCO = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
 

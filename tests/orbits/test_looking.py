@@ -26,7 +26,7 @@ def test_find_orbits_tells_of_each_start() -> None:
 
     total = told[0][1]
     # It ends as soon as few orbits are estimated to be unseen.
-    assert orbits.unseen_estimate < 1.0
+    assert orbits.unseen_estimate < 0.25 or orbits.n_searches == total
     assert orbits.n_searches <= total
     assert told == [(float(k + 1), total) for k in range(orbits.n_searches)]
     assert repr(orbits) == repr(pc.find_orbits(OSC, FORCE, 2, 2))
@@ -64,7 +64,7 @@ def test_a_line_appears_for_long_searches_only(
     assert capsys.readouterr().err == ""
 
     pc.find_orbits(OSC, FORCE, 2, 1, progress=True)
-    assert "206 of 606 starts looked at" in capsys.readouterr().err
+    assert "206 of 806 starts looked at" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("n_impacts", [1, 2, 0, math.inf])

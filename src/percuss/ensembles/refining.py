@@ -16,7 +16,7 @@ from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.orbits.finding.find import find_orbit
+from percuss.orbits.finding.find import find_formal_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
@@ -115,7 +115,7 @@ def _candidates(
     if len(run.contacts) and run.contacts.start[-1] >= last:
         yield from sticking_orbits(osc, force, n_periods)
     else:
-        yield find_orbit(osc, force, n_impacts, n_periods, guess=run)
+        yield find_formal_orbit(osc, force, n_impacts, n_periods, guess=run)
 
 
 def strobes_of_orbit(system: System, orbit: PeriodicOrbit, near: Floats) -> Floats:

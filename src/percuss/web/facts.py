@@ -14,7 +14,8 @@ from percuss.model.stops import SoftStop, Wall
 from percuss.motion.outcome import Outcome
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.orbits import PeriodicOrbit, find_orbit
+from percuss.orbits import PeriodicOrbit
+from percuss.orbits.finding.find import find_formal_orbit as find_orbit
 from percuss.plotting.samples import sample_curve
 from percuss.studies.study import Study
 from percuss.web.explore import moving

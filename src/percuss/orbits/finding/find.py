@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
 
-from percuss.errors import ConvergenceError, ParameterError
+from percuss.errors import ConvergenceError, FormalOrbitWarning, ParameterError
 from percuss.model.exact import as_float, plain, whole
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
@@ -30,16 +31,17 @@ from percuss.orbits.orbit.same import are_same
 from percuss.orbits.orbit.steady import free_region, regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 
-__all__ = ["find_orbit", "find_orbits"]
+__all__ = ["find_formal_orbit", "find_orbit", "find_orbits"]
 
 # The better first.
 _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
 # Motions that are followed for long where nothing physical is found otherwise.
 ATTRACTED = 40
 # Batches of a search for all orbits, at an effort of 1; it ends early when fewer orbits than this
-# are estimated to be unseen.
-FEWEST_BATCHES, MOST_BATCHES = 4, 12
-ENOUGH = 1.0
+# are estimated to be unseen. The estimate is no bound: of 60 systems at random those that stopped
+# just below one orbit lacked up to four.
+FEWEST_BATCHES, MOST_BATCHES = 4, 16
+ENOUGH = 0.25
 LEAST_EFFORT, MOST_EFFORT = 0.1, 100.0
 # An impact as slow as rounding, as a part of the fastest one.
 NO_SPEED = 1e-12
@@ -92,7 +94,12 @@ def find_orbit(
     PeriodicOrbit
         Without a guess the most stable admissible one, and of several the one with the fastest
         least impact. An orbit that passes through a stop is returned only if nothing else is
-        found; its `admissible` is False.
+        found, or the guess leads to it; its `admissible` is False.
+
+    Warns
+    -----
+    FormalOrbitWarning
+        If the orbit passes through a stop: no motion follows it.
 
     Raises
     ------
@@ -112,6 +119,30 @@ def find_orbit(
 abs(multipliers) 0.5843, 0.5843>
     >>> round(float(orbit.impacts.v_before[0]), 12)
     1.695732937595
+    """
+    orbit = find_formal_orbit(
+        osc, force, n_impacts, n_periods, sequence, guess, seed=seed, progress=progress
+    )
+    if not orbit.admissible:
+        warnings.warn(_why_formal(orbit), FormalOrbitWarning, stacklevel=2)
+    return orbit
+
+
+def find_formal_orbit(
+    osc: Oscillator,
+    force: Forcing | None = None,
+    n_impacts: float = 1,
+    n_periods: int = 1,
+    sequence: Sequence[int] | None = None,
+    guess: GivenGuess | None = None,
+    *,
+    seed: int = 0,
+    progress: Report = None,
+) -> PeriodicOrbit:
+    """Find a periodic orbit as `find_orbit` does, without a warning where it is formal.
+
+    For callers that look at `admissible` themselves. Parameters, value and errors are those of
+    `find_orbit`.
     """
     n_impacts, n_periods = _counts(n_impacts, n_periods)
     _check(osc, force, n_impacts, sequence)
@@ -138,6 +169,16 @@ abs(multipliers) 0.5843, 0.5843>
     return min(found, key=_order)
 
 
+def _why_formal(orbit: PeriodicOrbit) -> str:
+    if len(orbit.passages):
+        k = int(np.argmax(orbit.passages.depth))
+        stop, depth = orbit.passages.stop[k], orbit.passages.depth[k]
+        where = f"it passes through stop {stop}, by {depth:.3g} at t = {orbit.passages.t[k]:.6g}"
+    else:
+        where = "one of its flights lasts less than no time"
+    return f"the orbit is formal, no motion follows it: {where}; its admissible is False"
+
+
 def find_orbits(
     osc: Oscillator,
     force: Forcing | None = None,
@@ -155,7 +196,7 @@ def find_orbits(
     complete: they come from closed forms. The others start from stretches of motions that almost
     close; of a family of orbits in one system one member is given. From how many starts each
     orbit was reached tells about how many were reached from none (`unseen_estimate`). The search
-    goes on until this estimate is below one orbit, or its effort is spent: some ten million swings
+    goes on until this estimate is below a quarter of an orbit, or its effort is spent: some ten million swings
     of all motions that are followed at the most. Very unstable orbits are reached from one start
     in a thousand or fewer; where none of them was seen the estimate cannot know of them.
 
@@ -170,7 +211,7 @@ def find_orbits(
     formal
         Whether to return those, too, that pass through a stop between impacts.
     effort
-        Multiplies the starts, 0.1 to 100: 200 from each stop at least and 600 at most. More find
+        Multiplies the starts, 0.1 to 100: 200 from each stop at least and 800 at most. More find
         more of the orbits that are hard to reach, which are the very unstable ones.
     progress
         True shows a line on the error stream after two seconds; a function

@@ -127,12 +127,13 @@ def _check(parts: Parts, impacts: float, sequence: list[int] | None) -> None:
 
 def find(study: Study, wanted: Sought) -> PeriodicOrbit:
     """Find the orbit that a study is about."""
-    from percuss.orbits import find_orbit
+    # The report and the files say where an orbit is formal.
+    from percuss.orbits.finding.find import find_formal_orbit
 
     guess = None
     if wanted.guess is not None:
         guess = as_float(wanted.guess[0]), as_float(wanted.guess[1])
-    return find_orbit(
+    return find_formal_orbit(
         study.oscillator,
         study.forcing,
         wanted.impacts,
