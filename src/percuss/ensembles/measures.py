@@ -15,6 +15,7 @@ from percuss.kernels import record as columns
 from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
 from percuss.motion.growth import fit_power_law
+from percuss.numerics import geometric
 
 __all__ = ["MEASURES", "Measure", "Window", "measure_lanes", "period_of"]
 
@@ -264,7 +265,7 @@ def _growth(group: LanesOf, window: Window, max_impacts: int) -> tuple[Floats, d
     t0 = group.starts[:, 2]
     period = group.laws[group.which, 0, PERIOD]
     duration = (window.transient + window.periods) * period
-    edges = np.geomspace(0.01, 1.0, STRETCHES + 1)
+    edges = geometric(0.01, 1.0, STRETCHES + 1)
     peaks = np.zeros((n, STRETCHES))
     reasons: dict[int, str] = {}
     n_impacts = 0

@@ -36,6 +36,7 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
+from percuss.numerics import exp, hypot
 
 __all__ = ["free_until"]
 
@@ -108,9 +109,10 @@ def clear_step(
         low, high = slow_range(law, region, start, phases, s, step, here, slow)
         error = float(sizes[~slow].sum())
         if slow.any():
-            error += float((sizes[slow] * rates[slow] ** 4).sum()) * step**4 / 384.0
+            square = rates[slow] * rates[slow] * (step * step)
+            error += float((sizes[slow] * square * square).sum()) / 384.0
         # The slow root's part goes one way: it stays between its ends.
-        left = late * math.exp(slow_root * step) if late else 0.0
+        left = late * exp(slow_root * step) if late else 0.0
         low += middle + min(late, left) - error
         high += middle + max(late, left) + error
         if misses(reach, low, high, size):
@@ -176,7 +178,7 @@ def parts(law: Law, region: int, start: Start, phases: Table, s: float) -> tuple
 def rates_and_sizes(law: Law, region: int, here: Floats) -> tuple[Floats, Floats]:
     """Return a frequency and a bound for ever of each of the `parts`."""
     n = len(here) - 1
-    gain = np.hypot(*law[region + 1 : region + 1 + n, (GAIN_RE, GAIN_IM)].T)
+    gain = hypot(*law[region + 1 : region + 1 + n, (GAIN_RE, GAIN_IM)].T)
     rows = law[FIRST_HARMONIC : FIRST_HARMONIC + n]
     y, v = here[-1]
     free, rate = abs(y), -law[region, FAST_ROOT]
@@ -211,7 +213,7 @@ def drifts_away(
     y, _ = move(law, region, start, phases, s, at)
     set_phases(law, *later(start[0], start[1], s), at)
     y -= float(steady(law, region, at)[:, 0].sum())
-    gain = np.hypot(*law[region + 1 : region + 1 + len(phases), (GAIN_RE, GAIN_IM)].T)
+    gain = hypot(*law[region + 1 : region + 1 + len(phases), (GAIN_RE, GAIN_IM)].T)
     swing = law[FIRST_HARMONIC : FIRST_HARMONIC + len(phases), (AMPLITUDE, OMEGA)].T
     size = float((swing[0] * gain).sum())
     speeds = float((swing[0] * swing[1] * gain).sum())
@@ -222,7 +224,7 @@ def drifts_away(
     low = high = y
     if damping > 0.0:
         # The drift decays to that at which the damping holds the constant force.
-        late = y + (drift - 0.5 * force / damping) * math.exp(-2.0 * damping * s) / (2.0 * damping)
+        late = y + (drift - 0.5 * force / damping) * exp(-2.0 * damping * s) / (2.0 * damping)
         low, high = min(y, late), max(y, late)
         way = force
     elif force == 0.0:

@@ -19,6 +19,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.numerics import power
 from percuss.orbits.finding.looking import Looking
 from percuss.orbits.orbit.chain import chain_of_record, chain_of_stops, entries_of, entry
 from percuss.orbits.orbit.short_runs import ShortRuns
@@ -106,7 +107,7 @@ def guesses(
         place = as_float(osc.stops[stop].at)
         for i in range(starts + LONG):
             t0 = random.random() * period
-            v0 = way * speed * 10.0 ** random.uniform(-2.0, 0.7)
+            v0 = way * speed * power(10.0, random.uniform(-2.0, 0.7))
             n_impacts = max_impacts + IMPACTS if i < starts else SETTLING
             t_end = math.inf
             if period > 0.0:
@@ -162,7 +163,7 @@ def scattered(
     for _ in range(SCATTERED):
         lasting = random.exponential(size=n) + 0.05
         lasting *= n_periods * period / lasting.sum()
-        speeds = ways * speed * 10.0 ** random.uniform(-1.5, 0.7, size=n)
+        speeds = ways * speed * power(10.0, random.uniform(-1.5, 0.7, size=n))
         unknowns = np.concatenate([[random.random() * period], lasting, speeds])
         yield Guess(chain, unknowns, len(stops), n_periods)
         looking.start_is_done()
