@@ -30,8 +30,15 @@ demo: .venv/run.stamp
 test: check
 	$(BIN)/python -m pytest
 
+# The second and third runs: the quick part as on machines of other kinds.
+SOME = tests/orbits tests/motion tests/kernels tests/model tests/paper
+PLAIN = OPENBLAS_CORETYPE=Prescott NUMBA_CPU_NAME=generic \
+	NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL" \
+	GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable
 nightly: check
 	$(BIN)/python -m pytest -m "nightly or not nightly"
+	OPENBLAS_CORETYPE=SkylakeX $(BIN)/python -m pytest $(SOME)
+	$(PLAIN) $(BIN)/python -m pytest $(SOME)
 
 check: .venv/dev.stamp
 	$(BIN)/ruff check

@@ -24,6 +24,7 @@ from percuss.ensembles.lanes import Plan, follow_lanes
 from percuss.ensembles.measures import period_of
 from percuss.ensembles.refining import NEAR, System, refined_orbit, strobes_of_orbit
 from percuss.kernels import survey
+from percuss.numerics import log
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Attractor", "label_starts"]
@@ -157,7 +158,7 @@ def _orbit_of(system: System, strobe: Floats, longest: int) -> Attractor:
     if orbit is None:
         return Attractor("periodic", n_periods, n_impacts, strobes)
     with np.errstate(divide="ignore"):
-        exponent = float(np.log(np.abs(orbit.multipliers).max()) / orbit.period)
+        exponent = float(log(np.abs(orbit.multipliers).max()) / orbit.period)
     refined = strobes_of_orbit(system, orbit, strobes[0])
     return Attractor("periodic", orbit.n_periods, orbit.n_impacts, refined, exponent, orbit=orbit)
 

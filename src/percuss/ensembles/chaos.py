@@ -12,6 +12,7 @@ from percuss.ensembles.lanes import Lanes, Plan, follow_lanes
 from percuss.ensembles.refining import System
 from percuss.ensembles.tangents import exponents_of, tangent_plan
 from percuss.kernels import survey
+from percuss.numerics import hypot
 
 __all__ = ["Chaos", "same_chaos"]
 
@@ -101,7 +102,7 @@ def same_chaos(system: System, chaos: Chaos, arrays: Arrays, rows: Numbers) -> N
 
 def _agree(chaos: Chaos, exponents: Floats, errors: Floats) -> NDArray[np.bool_]:
     apart = np.abs(exponents - chaos.exponent)
-    return np.asarray(apart <= DIFFERENT * np.hypot(errors, chaos.error))
+    return np.asarray(apart <= DIFFERENT * hypot(errors, chaos.error))
 
 
 class _Cells:

@@ -21,6 +21,7 @@ from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
+from percuss.numerics import cos, dot, exp, expm1, log, sin
 
 __all__ = ["LyapunovExponents", "lyapunov_exponents"]
 
@@ -206,17 +207,19 @@ def _rounds_to_go(log_multiplier: float, rounds: float) -> float:
     It is geometric, so that steps m, m^2, ... of the last one follow, 1 / (1 - m) in all; and where
     |m| is 1 it goes as one over the number of rounds, of which it is then as many as there were.
     """
-    left = -math.expm1(log_multiplier)
+    left = -expm1(log_multiplier)
     return 1.0 / left if left * rounds > 1.0 else max(1.0, rounds)
 
 
 def _rates(points: Floats) -> Floats:
     """Return the logarithms of the sizes of both multipliers, from three rounds' points."""
     logs, angles = points[:, survey.FIRST], points[:, survey.THIRD]
-    area = float(np.exp(points[1, survey.SECOND] - points[0, survey.SECOND]))
-    size = np.exp(logs - logs[0])
-    u, once, twice = np.stack([size * np.cos(angles), size * np.sin(angles)], axis=1)
-    trace = float((twice + area * u) @ once / (once @ once))
-    multipliers = np.abs(np.roots([1.0, -trace, area]))
-    with np.errstate(divide="ignore"):
-        return np.asarray(np.sort(np.log(multipliers))[::-1])
+    area = exp(float(points[1, survey.SECOND] - points[0, survey.SECOND]))
+    size = exp(logs - logs[0])
+    u, once, twice = np.stack([size * cos(angles), size * sin(angles)], axis=1)
+    trace = dot(twice + area * u, once) / dot(once, once)
+    half = 0.5 * trace
+    below = half * half - area
+    larger = abs(half) + math.sqrt(below) if below > 0.0 else math.sqrt(area)
+    smaller = abs(area) / larger if below > 0.0 else larger
+    return np.array([log(larger), log(smaller)])

@@ -15,6 +15,7 @@ from percuss.kernels import record as columns
 from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
 from percuss.motion.growth import fit_power_law
+from percuss.numerics import geometric
 
 __all__ = ["MEASURES", "Measure", "Window", "measure_lanes", "period_of"]
 
@@ -27,7 +28,7 @@ SAME = 1e-6
 SETTLED = 100.0
 # Edges of stretches of time, equal in its logarithm, whose fastest impacts an exponent is told
 # from, as parts of the whole.
-STRETCHES = np.geomspace(0.01, 1.0, 25)
+STRETCHES = geometric(0.01, 1.0, 25)
 
 
 @dataclass(frozen=True, slots=True)

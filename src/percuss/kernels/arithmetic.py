@@ -38,9 +38,8 @@ from percuss.kernels.doubled import nearest, two_product, two_sum
 from percuss.kernels.law import Table
 
 # What `evaluate` computes.
-EXPONENTIAL, EXPONENTIAL_LESS_ONE, LOGARITHM, COSINE, SINE, TANGENT, ARCTANGENT, HYPOTENUSE = range(
-    8
-)
+EXPONENTIAL, EXPONENTIAL_LESS_ONE, LOGARITHM, COSINE, SINE, TANGENT = range(6)
+ARCTANGENT, HYPOTENUSE, PHASOR = range(6, 9)
 
 # exp(x) is infinite above the first, 0 below the second.
 LARGEST, LEAST = 709.782712893384, -745.1332191019412
@@ -266,9 +265,14 @@ def hypotenuse(x: float, y: float) -> float:
 
 @kernel
 def evaluate(which: int, x: Table, y: Table, out: Table) -> None:
-    """Write a function of each of some numbers; ``y`` is the second argument of two, or ``x``."""
+    """Write a function of each of some numbers; ``y`` is the second argument of two, or ``x``.
+
+    A phasor is two numbers, the cosine and the sine.
+    """
     for i in range(x.shape[0]):
-        if which <= EXPONENTIAL_LESS_ONE:
+        if which == PHASOR:
+            out[2 * i], out[2 * i + 1] = cosine_sine(x[i])
+        elif which <= EXPONENTIAL_LESS_ONE:
             out[i] = exponentials(x[i])[which]
         elif which == LOGARITHM:
             out[i] = logarithm(x[i])

@@ -11,6 +11,7 @@ import math
 from typing import TypeAlias
 
 from percuss.kernels.angles import cos_sin
+from percuss.kernels.arithmetic import exponential, hypotenuse
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import Start, move
 from percuss.kernels.law import (
@@ -165,7 +166,7 @@ def is_clear(
     error = 0.0
     size = abs(middle) + abs(late)
     for j in range(phases.shape[0]):
-        gain = math.hypot(law[region + 1 + j, GAIN_RE], law[region + 1 + j, GAIN_IM])
+        gain = hypotenuse(law[region + 1 + j, GAIN_RE], law[region + 1 + j, GAIN_IM])
         swing = law[FIRST_HARMONIC + j, AMPLITUDE] * gain
         size += swing
         angle = law[FIRST_HARMONIC + j, OMEGA] * width
@@ -191,7 +192,7 @@ def is_clear(
     if law[region, OVERDAMPED] == 1.0:
         rate = math.inf
     else:
-        swing = math.hypot(z, (w + law[region, DAMPING] * z) / law[region, RATE])
+        swing = hypotenuse(z, (w + law[region, DAMPING] * z) / law[region, RATE])
     size += swing
     if rate * width > STRETCH_PHASE:
         error += swing
@@ -211,7 +212,7 @@ def is_clear(
         high = max(high, y0 + third * v0, y1 - third * v1)
     left = 0.0
     if late != 0.0:
-        left = late * math.exp(law[region, SLOW_ROOT] * width)
+        left = late * exponential(law[region, SLOW_ROOT] * width)
     low += middle + min(late, left) - error
     high += middle + max(late, left) + error
     slack = SLACK * (abs(low) + abs(high) + size)

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
+from percuss.kernels.arithmetic import exponential
 from percuss.kernels.compile import kernel
 from percuss.kernels.contact import FORCE_ROUNDING
 from percuss.kernels.flight import (
@@ -334,7 +335,7 @@ def move_by(errors: Errors, y: float, v: float) -> None:
 @kernel
 def growth_of_errors(law: Law, region: int, s: float) -> float:
     """Return by how much a displacement may grow in a time s beyond what it does freely."""
-    return math.exp(law[region, SLOW_ROOT] * s) if law[region, STIFFNESS] < 0.0 else 1.0
+    return exponential(law[region, SLOW_ROOT] * s) if law[region, STIFFNESS] < 0.0 else 1.0
 
 
 @kernel

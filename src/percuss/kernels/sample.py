@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from percuss.kernels.angles import cos_sin
+from percuss.kernels.arithmetic import exponential, logarithm
 from percuss.kernels.compile import kernel
 from percuss.kernels.doubled import turns
 from percuss.kernels.flight import Start, constant_force, force_and_slopes, move, set_phases
@@ -182,12 +183,12 @@ def tail_hop(restitution: float, v0: float, whole: float, s: float) -> tuple[flo
     left = 1.0 - s / whole
     if not left > 0.0:
         return 0.0, 0.0
-    count = max(0, int(math.log(left) / math.log(restitution)))
-    share = restitution**count
+    count = max(0, int(logarithm(left) / logarithm(restitution)))
+    share = exponential(count * logarithm(restitution))
     # The hop in which s lies, whatever the last digit of the logarithms.
     if left > share and count > 0:
         count -= 1
-        share = restitution**count
+        share = exponential(count * logarithm(restitution))
     elif left <= share * restitution:
         share *= restitution
     lasting = whole * share * (1.0 - restitution)

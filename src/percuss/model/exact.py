@@ -15,6 +15,8 @@ from numbers import Rational
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
 from percuss.errors import ParameterError
+from percuss.kernels.arithmetic import LARGEST_ANGLE
+from percuss.numerics import cos, sin
 
 if TYPE_CHECKING:
     import numpy as np
@@ -465,18 +467,18 @@ def cos_sin(phase: Phase) -> tuple[float, float]:
     >>> cos_sin("pi/3")[0]
     0.5
     """
-    if type(phase) is float:
-        return math.cos(phase), math.sin(phase)
+    if type(phase) is float and abs(phase) < LARGEST_ANGLE:
+        return cos(phase), sin(phase)
     times, plus = angle(phase)
     if times == 0 and abs(plus) > _LARGEST_REDUCED:
-        return math.cos(float(plus)), math.sin(float(plus))
+        return cos(float(plus)), sin(float(plus))
     quarters = round(2 * times if plus == 0 else 2 * (times + plus / PI))
     rest = times - Fraction(quarters, 2)
     if plus == 0 and abs(rest) == Fraction(1, 6):
         cosine, sine = math.sqrt(0.75), math.copysign(0.5, rest)
     else:
         remainder = float(rest * PI + plus)
-        cosine, sine = math.cos(remainder), math.sin(remainder)
+        cosine, sine = cos(remainder), sin(remainder)
     # Adding zero turns -0.0 into 0.0.
     return (
         (cosine, sine),

@@ -21,6 +21,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.harmonics import Component
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import SoftStop, Wall
+from percuss.numerics import exp
 
 __all__ = ["Lines", "law", "lines", "turns_per_time"]
 
@@ -33,7 +34,6 @@ GROWING_STEP_PHASE = 0.5
 NEAR_PART = Fraction(1, 16)
 # Beyond this part by floats it is not so: rounding is far smaller than what lies between.
 FAR_PART = 0.07
-ORDERS = np.arange(at.N_FORCE_BOUNDS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +174,10 @@ def _fill_header(
     with np.errstate(over="ignore"):
         for component in components:
             amplitude = math.hypot(component.cos, component.sin)
-            bounds += amplitude * float(component.omega) ** ORDERS
+            power = amplitude
+            for order in range(at.N_FORCE_BOUNDS):
+                bounds[order] += power
+                power *= float(component.omega)
     period = forcing.period if forcing is not None else None
     if forcing is None or period is None:
         return
@@ -255,7 +258,7 @@ def _fill_steps_of_search(row: at.Table, omega: float) -> None:
         row[at.STEP] = (GROWING_STEP_PHASE if k < 0.0 else STEP_PHASE) / fastest
     if k < 0.0:
         pace = a + math.sqrt(a * a - k)
-        growth = math.exp(pace * row[at.STEP])
+        growth = exp(pace * float(row[at.STEP]))
         row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * pace, growth * pace
     else:
         pace = 2.0 * a + math.sqrt(k)

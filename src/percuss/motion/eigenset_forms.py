@@ -18,6 +18,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_float, cos_sin, pi_times, whole
 from percuss.model.forcing import Forcing, cosine
 from percuss.motion.root import bisected
+from percuss.numerics import cos, sin, tan
 
 __all__ = [
     "SubsetMotion",
@@ -64,7 +65,7 @@ def eigenset_motion(v0: Exact, t: ArrayLike) -> tuple[Floats, Floats]:
         raise ParameterError("v0", v0, "negative: into the wall")
     times = np.asarray(t, dtype=np.float64)
     since = times - np.floor(times / math.pi) * math.pi
-    return speed * np.sin(since), speed * np.cos(since)
+    return speed * sin(since), speed * cos(since)
 
 
 def subset_forcing(m: int) -> Forcing:
@@ -133,8 +134,8 @@ def contact_time(m: int) -> float:
     gap = m + 1
 
     def tilt(t: float) -> float:
-        ends = 1.0 / math.tan(t / gap) + 1.0 / math.tan((t + math.pi) / gap)
-        return gap / math.tan(t) - ends
+        ends = 1.0 / tan(t / gap) + 1.0 / tan((t + math.pi) / gap)
+        return gap / tan(t) - ends
 
     return bisected(tilt, math.pi, 2.0 * math.pi)
 
@@ -171,7 +172,7 @@ def subset_critical_velocity(m: int) -> float:
     if m % 2 == 0:
         return 2.0 * kick
     t = contact_time(m)
-    return kick + 2.0 * math.sin(t / (m + 1)) * math.sin((t + math.pi) / (m + 1)) / -math.sin(t)
+    return kick + 2.0 * sin(t / (m + 1)) * sin((t + math.pi) / (m + 1)) / -sin(t)
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,9 +262,9 @@ class SubsetMotion:
         flight = np.where(since >= self.m * math.pi, 1, 0) + 2 * number.astype(np.int64)
         amplitude = amplitudes[flight % len(amplitudes)]
         # cos(pi/(m+1)) - cos((2t+pi)/(m+1)) as a product, which keeps its digits at the wall.
-        free = 2.0 * np.sin(since / gap) * np.sin((since + math.pi) / gap)
-        slope = 2.0 / gap * np.sin((2.0 * since + math.pi) / gap)
-        return amplitude * np.sin(since) + free, amplitude * np.cos(since) + slope
+        free = 2.0 * sin(since / gap) * sin((since + math.pi) / gap)
+        slope = 2.0 / gap * sin((2.0 * since + math.pi) / gap)
+        return amplitude * sin(since) + free, amplitude * cos(since) + slope
 
 
 def _kick(m: int) -> float:

@@ -13,7 +13,6 @@ of bounded phase, on which it is smooth. Neither knows a sampling rate, so there
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -33,6 +32,7 @@ from percuss.kernels.law import (
 from percuss.model.law import law
 from percuss.motion.pieces import Pieces, constant_forces, pieces_of
 from percuss.motion.trajectory import Trajectory
+from percuss.numerics import cos, dot, gauss_legendre, modulus, phasor, sin, times
 
 __all__ = ["fourier_integral"]
 
@@ -84,8 +84,8 @@ def fourier_integral(run: Trajectory, omega: Floats, low: float, high: float) ->
     total = _held(pieces, omega)
     for row in np.unique(pieces.region[~pieces.held]):
         chosen = (pieces.region == row) & ~pieces.held
-        factor = table[row, STIFFNESS] - omega**2 + 2j * table[row, DAMPING] * omega
-        is_near = np.abs(factor) < NEAR_PART * _scale(table, row, pieces, chosen)
+        factor = table[row, STIFFNESS] - omega * omega + 2j * table[row, DAMPING] * omega
+        is_near = modulus(factor) < NEAR_PART * _scale(table, row, pieces, chosen)
         by_parts = np.flatnonzero(~is_near)
         driven = _driving(table, pieces, chosen, omega[by_parts], low, forces[int(row)])
         ends = _ends(pieces, chosen, omega[by_parts], table[row, DAMPING])
@@ -97,7 +97,13 @@ def fourier_integral(run: Trajectory, omega: Floats, low: float, high: float) ->
 def _scale(table: Law, row: int, pieces: Pieces, chosen: NDArray[np.bool_]) -> float:
     """Return the size of K - w^2 + 2 i a w below which a flight tells little by its ends."""
     shortest = float(np.median(pieces.end[chosen] - pieces.start[chosen]))
-    return float(max(abs(table[row, STIFFNESS]), table[row, DAMPING] ** 2, shortest**-2))
+    return float(
+        max(
+            abs(table[row, STIFFNESS]),
+            table[row, DAMPING] * table[row, DAMPING],
+            1.0 / (shortest * shortest),
+        )
+    )
 
 
 def _held(pieces: Pieces, omega: Floats) -> Complexes:
@@ -156,15 +162,17 @@ def _exponentials(
     middle = 0.5 * (start[0] + end[0])
     rest = 0.5 * ((start[0] - middle) + (end[0] - middle)) + 0.5 * (start[1] + end[1])
     turned = [
-        weights * duration * _turned(np.array([-shift]), middle, rest)[0]
+        times(weights * duration, _turned(np.array([-shift]), middle, rest)[0])
         for shift, weights in parts
     ]
     for block, some in _blocks(len(omega), len(duration)):
         w = omega[block]
         turn = _turned(w, middle[some], rest[some])
         for (shift, _), weights in zip(parts, turned, strict=True):
-            half = np.multiply.outer(w - shift, (0.5 / math.pi) * duration[some])
-            total[block] += (np.sinc(half) * turn) @ weights[some]
+            half = np.multiply.outer(w - shift, 0.5 * duration[some])
+            # The sine of a half over it, which is 1 at zero.
+            mean = np.divide(sin(half), half, out=np.ones_like(half), where=half != 0.0)
+            total[block] += times(mean * turn, weights[some]).sum(axis=-1)
     return total
 
 
@@ -186,8 +194,9 @@ def _ends(pieces: Pieces, chosen: NDArray[np.bool_], omega: Floats, damping: flo
     weights = np.stack([velocity[used] + 2.0 * damping * place[used], place[used]], axis=1)
     total = np.zeros(len(omega), dtype=np.complex128)
     for block, some in _blocks(len(omega), len(instants)):
-        sums = _turned(omega[block], instants[some], lows[some]) @ weights[some]
-        total[block] += sums[:, 0] + 1j * omega[block] * sums[:, 1]
+        turned = _turned(omega[block], instants[some], lows[some])
+        first, second = ((turned * column).sum(axis=-1) for column in weights[some].T)
+        total[block] += first + 1j * omega[block] * second
     return total
 
 
@@ -213,7 +222,7 @@ def _panels(
     width = np.repeat((end - start) / counts, counts)
     number = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     left = np.repeat(start, counts) + number * width
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    nodes, weights = gauss_legendre(NODES)
     t = (left[:, np.newaxis] + np.multiply.outer(width, 0.5 * (nodes + 1.0))).reshape(-1)
     share = np.multiply.outer(width, 0.5 * weights).reshape(-1)
     values = share * run(np.clip(low + t, run.t0, run.t_end))[0]
@@ -221,9 +230,7 @@ def _panels(
         some = slice(i, i + AT_ONCE)
         for k, w in enumerate(omega):
             phase = w * t[some]
-            total[k] += complex(
-                float(values[some] @ np.cos(phase)), -float(values[some] @ np.sin(phase))
-            )
+            total[k] += complex(dot(values[some], cos(phase)), -dot(values[some], sin(phase)))
     return total
 
 
@@ -234,9 +241,11 @@ def _turned(omega: Floats, t: Floats, t_low: Floats) -> Complexes:
     t_high, t_rest = _halves(t)
     error = np.multiply.outer(w_high, t_high)
     error -= phase
-    # The products that are left, and the low part of the instants, as one product of matrices.
-    error += np.stack([w_high, w_low, omega], 1) @ np.stack([t_rest, t_high + t_rest, t_low])
-    cosine, sine = np.cos(phase), np.sin(phase)
+    # The products that are left, and the low part of the instants.
+    for w, rest in ((w_high, t_rest), (w_low, t_high + t_rest), (omega, t_low)):
+        error += np.multiply.outer(w, rest)
+    whole = phasor(phase)
+    cosine, sine = whole.real, whole.imag
     turned = np.empty(phase.shape, dtype=np.complex128)
     np.multiply(error, sine, out=phase)
     np.subtract(cosine, phase, out=turned.real)

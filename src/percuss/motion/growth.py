@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from percuss.errors import ParameterError
 from percuss.model.exact import real
 from percuss.motion.trajectory import Trajectory
+from percuss.numerics import dot, exp, log
 
 __all__ = ["Growth", "fit_power_law", "growth", "peaks"]
 
@@ -203,21 +204,21 @@ def fit_power_law(times: Floats, heights: Floats) -> Growth:
     """
     n = len(times)
     start, end = (float(times[0]), float(times[-1])) if n else (math.nan, math.nan)
-    points = _means(np.log(times), np.log(heights)) if n >= FEWEST_PEAKS else np.empty((2, 0))
+    points = _means(log(times), log(heights)) if n >= FEWEST_PEAKS else np.empty((2, 0))
     if points.shape[1] < FEWEST_BLOCKS:
         return Growth("too_few", math.nan, math.nan, math.nan, math.nan, start, end, n)
     # About the middle the two numbers of the line do not depend on one another.
     middle = float(points[0].mean())
     log_t, log_height = points[0] - middle, points[1]
-    spread = float(log_t @ log_t)
-    exponent = float(log_t @ log_height) / spread
+    spread = dot(log_t, log_t)
+    exponent = dot(log_t, log_height) / spread
     level = float(log_height.mean())
     residuals = log_height - level - exponent * log_t
     variance = _variance(residuals)
     exponent_error = math.sqrt(variance / spread)
-    coefficient = math.exp(level - exponent * middle)
-    relative = math.sqrt(variance / len(log_t) + variance / spread * middle**2)
-    kind = _kind(exponent, exponent_error, math.log(end / start))
+    coefficient = exp(level - exponent * middle)
+    relative = math.sqrt(variance / len(log_t) + variance / spread * middle * middle)
+    kind = _kind(exponent, exponent_error, log(end / start))
     return Growth(
         kind, coefficient, coefficient * relative, exponent, exponent_error, start, end, n
     )
@@ -236,11 +237,11 @@ def _means(log_t: Floats, log_height: Floats) -> Floats:
 def _variance(residuals: Floats) -> float:
     """Return the variance of the residuals, made larger by their correlation."""
     n = len(residuals)
-    square = float(residuals @ residuals)
+    square = dot(residuals, residuals)
     if square == 0.0:
         return 0.0
     # The two fitted numbers pull the estimate down by about 2/n each.
-    correlation = float(residuals[1:] @ residuals[:-1]) / square + 4.0 / n
+    correlation = dot(residuals[1:], residuals[:-1]) / square + 4.0 / n
     correlation = min(max(correlation, 0.0), MOST_CORRELATED)
     return square / (n - 2) * (1.0 + correlation) / (1.0 - correlation)
 

@@ -16,6 +16,7 @@ from percuss.errors import ParameterError
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.simulate import simulate
+from percuss.numerics import atan2, cos, sin
 
 __all__ = [
     "HalfHarmonicGrowth",
@@ -61,9 +62,9 @@ def half_harmonic_flight(
     (1.570796326795, -1.0)
     """
     s, t, v = (np.asarray(value, dtype=np.float64) for value in (elapsed, t_k, v_k))
-    sin_s, cos_s = np.sin(s), np.cos(s)
-    x = (v + 0.5 * s * np.sin(t)) * sin_s + 0.5 * np.cos(t) * (sin_s - s * cos_s)
-    speed = v * cos_s + 0.5 * np.sin(t) * (sin_s + s * cos_s) + 0.5 * np.cos(t) * s * sin_s
+    sin_s, cos_s = sin(s), cos(s)
+    x = (v + 0.5 * s * sin(t)) * sin_s + 0.5 * cos(t) * (sin_s - s * cos_s)
+    speed = v * cos_s + 0.5 * sin(t) * (sin_s + s * cos_s) + 0.5 * cos(t) * s * sin_s
     return x, speed
 
 
@@ -130,7 +131,7 @@ def half_harmonic_expansion(t_k: ArrayLike, v_k: ArrayLike) -> tuple[Floats, Flo
     (True, True)
     """
     t, v = np.asarray(t_k, dtype=np.float64), np.asarray(v_k, dtype=np.float64)
-    s, c = np.sin(t), np.cos(t)
+    s, c = sin(t), cos(t)
     excess = 0.5 * math.pi * c / v * (1.0 - 0.5 * math.pi * s / v)
     gain = 0.5 * math.pi * (s + (s + 0.25 * math.pi * c) * c / v)
     return t + math.pi + excess, v + gain
@@ -160,7 +161,7 @@ def half_harmonic_two_impacts(t_k: ArrayLike, v_k: ArrayLike) -> Floats:
     100.01570796326794
     """
     t, v = np.asarray(t_k, dtype=np.float64), np.asarray(v_k, dtype=np.float64)
-    return np.asarray(v + 0.5 * math.pi * np.sin(2.0 * t) / v)
+    return np.asarray(v + 0.5 * math.pi * sin(2.0 * t) / v)
 
 
 def half_harmonic_invariant(t_k: ArrayLike, v_k: ArrayLike) -> Floats:
@@ -191,11 +192,14 @@ def half_harmonic_invariant(t_k: ArrayLike, v_k: ArrayLike) -> Floats:
     True
     """
     t, v = np.asarray(t_k, dtype=np.float64), np.asarray(v_k, dtype=np.float64)
-    s, c = np.sin(t), np.cos(t)
+    s, c = sin(t), cos(t)
     across, along = np.abs(v * c), v * s
-    turned = np.arctan2(0.5 * math.pi * across, across**2 + along * (along + 0.5 * math.pi))
-    fifth = math.pi**3 / 16.0 * s**3 * c**4 / v**5
-    sixth = 13.0 * math.pi**4 / 288.0 * s**2 * c**4 * (1.0 - 4.0 * s**2) / v**6
+    turned = atan2(0.5 * math.pi * across, across * across + along * (along + 0.5 * math.pi))
+    square, fourth = s * s, c * c * (c * c)
+    ratio = math.pi / v
+    fifth = ratio * ratio * ratio / 16.0 * s * square * fourth / (v * v)
+    sixth = 13.0 * (ratio * ratio) * (ratio * ratio) / 288.0 * square * fourth
+    sixth *= (1.0 - 4.0 * square) / (v * v)
     return np.asarray(4.0 * across / math.pi * turned - 1.0 + fifth + sixth)
 
 
@@ -261,13 +265,13 @@ def half_harmonic_growth(t_k: float, v_k: float) -> HalfHarmonicGrowth:
     invariant = float(half_harmonic_invariant(t_k, v_k)) if v_k > 0.0 else math.nan
     if not abs(invariant) <= 1.0:
         raise ParameterError("v_k", v_k, "too small: the expansion for large velocities fails")
-    middle = v_k * math.cos(t_k) * (v_k * math.sin(t_k) + 0.25 * math.pi)
+    middle = v_k * cos(t_k) * (v_k * sin(t_k) + 0.25 * math.pi)
     sin_2 = math.copysign(math.sqrt((1.0 - invariant) * (1.0 + invariant)), middle)
     logarithm = math.nan
     if sin_2 != 0.0:
-        ratio = (1.0 + 3.0 * invariant - 2.0 * invariant**3) / sin_2**2
-        logarithm = -(math.pi**2) / 48.0 * ratio
-    return HalfHarmonicGrowth(0.5 * math.atan2(sin_2, invariant), 0.5 * sin_2, logarithm)
+        ratio = (1.0 + 3.0 * invariant - 2.0 * invariant * invariant * invariant) / (sin_2 * sin_2)
+        logarithm = -(math.pi * math.pi) / 48.0 * ratio
+    return HalfHarmonicGrowth(0.5 * atan2(sin_2, invariant), 0.5 * sin_2, logarithm)
 
 
 def cosine_eigenset_motion(t: ArrayLike, v0: float) -> tuple[Floats, Floats]:
@@ -307,4 +311,4 @@ def cosine_eigenset_motion(t: ArrayLike, v0: float) -> tuple[Floats, Floats]:
     s = times - math.pi * count
     sign = 1.0 - 2.0 * np.mod(count, 2.0)
     factor = v0 + 0.5 * np.where(sign > 0.0, s, math.pi - s)
-    return factor * np.sin(s), factor * np.cos(s) + 0.5 * sign * np.sin(s)
+    return factor * sin(s), factor * cos(s) + 0.5 * sign * sin(s)

@@ -16,6 +16,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_float, whole
 from percuss.model.forcing import Forcing, sine
 from percuss.motion.root import bisected
+from percuss.numerics import cos, sin, tan
 
 __all__ = ["HarmonicMotion", "harmonic_contact_time", "harmonic_critical_velocity"]
 
@@ -82,7 +83,7 @@ def harmonic_critical_velocity(n: int) -> float:
     (0.5, 0.260416666667)
     """
     eta = _touch(n)
-    return (n - math.sin(n * eta) / math.sin(eta)) / (n * n - 1)
+    return (n - sin(n * eta) / sin(eta)) / (n * n - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,8 +148,8 @@ class HarmonicMotion:
         height = self._height(index)
         # sin(n t) has changed its sign with each half turn of n t.
         force = np.where((self.n * index) % 2, -1.0, 1.0) / (self.n**2 - 1)
-        x = height * np.sin(since) - force * np.sin(self.n * since)
-        v = height * np.cos(since) - self.n * force * np.cos(self.n * since)
+        x = height * sin(since) - force * sin(self.n * since)
+        v = height * cos(since) - self.n * force * cos(self.n * since)
         return x, v
 
     @property
@@ -168,7 +169,7 @@ def _touch(n: int) -> float:
         raise ParameterError("n", n, "even: every velocity gives the eigenset")
 
     def tilt(eta: float) -> float:
-        return n / math.tan(n * eta) - 1.0 / math.tan(eta)
+        return n / tan(n * eta) - 1.0 / tan(eta)
 
     return bisected(tilt, math.pi / n, 2.0 * math.pi / n)
 

@@ -27,6 +27,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.numerics import log
+
 __all__ = ["FEWEST", "REPETITIONS", "ROUNDINGS", "TOLERANCE", "Pattern", "find_pattern"]
 
 Floats = NDArray[np.float64]
@@ -194,7 +196,7 @@ def _settling(
             parts = _parts_that_settle(times, (n_impacts, n_periods), period, window)
             if parts == 0:
                 return None
-            rate = -math.log(multiplier) / lasting if multiplier > 0.0 else math.inf
+            rate = -log(multiplier) / lasting if multiplier > 0.0 else math.inf
             own = off if parts == 1 else _deviations(times, n_impacts // parts, period)[0]
             deviation = float(np.abs(own[-1]).max())
             counts = n_impacts // parts, n_periods // parts
@@ -255,7 +257,7 @@ def _within(off: Floats, n_impacts: int, window: tuple[int, int]) -> Floats:
 def _fall(off: Floats) -> float:
     """Return the logarithm by which deviations fall from the first to the last third."""
     early, _, late = _thirds(off)
-    return math.log(early / late) if late > 0.0 else math.inf
+    return log(early / late) if late > 0.0 else math.inf
 
 
 def _deviations(times: Floats, n_impacts: int, period: float | None) -> tuple[Floats, int, float]:
@@ -291,7 +293,7 @@ def _multiplier(off: Floats) -> float | None:
     early, middle, late = _thirds(off)
     if not 0.0 < late <= FALL * early or not late < middle < early:
         return None
-    if math.log(middle / late) < STEADY * math.log(early / middle):
+    if log(middle / late) < STEADY * log(early / middle):
         return None
     p, q, error = _recurrence(off)
     if error > LINEAR:
@@ -299,8 +301,8 @@ def _multiplier(off: Floats) -> float | None:
     multiplier = _modulus(p, q)
     if not multiplier < 1.0:
         return None
-    predicted = -2.0 * (len(off) // 3) * math.log(multiplier) if multiplier > 0.0 else math.inf
-    seen = math.log(early / late)
+    predicted = -2.0 * (len(off) // 3) * log(multiplier) if multiplier > 0.0 else math.inf
+    seen = log(early / late)
     return multiplier if 0.5 * seen <= predicted <= 2.0 * seen else None
 
 

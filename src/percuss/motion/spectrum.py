@@ -13,6 +13,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.motion.fourier_integral import fourier_integral
 from percuss.motion.trajectory import Trajectory
+from percuss.numerics import cos, modulus, phasor, times
 
 if TYPE_CHECKING:
     # A second of import.
@@ -109,7 +110,9 @@ def spectrum(
         grid, transform = _fast(run, low, high, window, of, _samples(run, low, high, n))
     weight, squared = _weights(window, high - low)
     values = 2.0 * transform / weight
-    power = np.abs(transform) ** 2 / (math.pi * squared)
+    power = (transform.real * transform.real + transform.imag * transform.imag) / (
+        math.pi * squared
+    )
     names = {"method": method, "window": window, "of": of, "start": low, "end": high}
     return _dataset("omega", grid, values, names, power=power)
 
@@ -144,7 +147,7 @@ def fast_amplitudes(run: Trajectory, low: float, high: float, n: int) -> tuple[F
     """
     omega, transform = _fast(run, low, high, "hann", "displacement", n)
     weight, _ = _weights("hann", high - low)
-    return omega, np.abs(2.0 * transform / weight)
+    return omega, modulus(2.0 * transform / weight)
 
 
 def line_spectrum(
@@ -265,7 +268,7 @@ def _samples(run: Trajectory, low: float, high: float, n: int | None) -> int:
     if n is not None:
         return whole("n", n, 4)
     wanted = 4.0 * _highest(run) * (high - low) / (2.0 * math.pi)
-    return min(MOST_SAMPLES, 1 << max(2, math.ceil(math.log2(wanted))))
+    return min(MOST_SAMPLES, 1 << max(2, (math.ceil(wanted) - 1).bit_length()))
 
 
 def _exact(
@@ -279,7 +282,7 @@ def _exact(
         shifts = np.concatenate([omega, omega - step, omega + step])
         middle, lower, upper = _plain(run, shifts, low, high, of).reshape(3, -1)
         transform = 0.5 * middle - 0.25 * (lower + upper)
-    return np.asarray(transform * np.exp(-1j * omega * low))
+    return times(transform, phasor(-omega * low))
 
 
 def _plain(run: Trajectory, omega: Floats, low: float, high: float, of: Quantity) -> Complexes:
@@ -289,7 +292,7 @@ def _plain(run: Trajectory, omega: Floats, low: float, high: float, of: Quantity
         return transform
     # By parts: the displacement is continuous over impacts.
     (first, last), _ = run([low, high])
-    return np.asarray(last * np.exp(-1j * omega * (high - low)) - first + 1j * omega * transform)
+    return np.asarray(last * phasor(-omega * (high - low)) - first + 1j * omega * transform)
 
 
 def _fast(
@@ -300,10 +303,10 @@ def _fast(
     motion = run(np.minimum(low + place * (high - low), run.t_end))
     values = motion[0] if of == "displacement" else motion[1]
     if window == "hann":
-        values = values * (0.5 - 0.5 * np.cos(2.0 * math.pi * place))
+        values = values * (0.5 - 0.5 * cos(2.0 * math.pi * place))
     omega = 2.0 * math.pi / (high - low) * np.arange(n // 2 + 1, dtype=np.float64)
-    transform = np.fft.rfft(values) * ((high - low) / n) * np.exp(-1j * omega * low)
-    return omega, np.asarray(transform)
+    transform = times(np.fft.rfft(values) * ((high - low) / n), phasor(-omega * low))
+    return omega, transform
 
 
 def _weights(window: Window, duration: float) -> tuple[float, float]:
@@ -331,7 +334,7 @@ def _dataset(
     columns = {
         "cosine": (over, values.real),
         "sine": (over, -values.imag),
-        "amplitude": (over, np.abs(values)),
+        "amplitude": (over, modulus(values)),
     }
     columns |= {name: (over, column) for name, column in more.items()}
     return xarray.Dataset(columns, coords={over: places}, attrs=dict(attributes))

@@ -8,10 +8,12 @@ from percuss.numerics.functions import (
     geometric,
     hypot,
     log,
+    modulus,
     phasor,
     power,
     sin,
     tan,
+    times,
 )
 from percuss.numerics.linear import (
     determinant,
@@ -24,6 +26,7 @@ from percuss.numerics.linear import (
     norm,
     solve_linear,
 )
+from percuss.numerics.roots import gauss_legendre, polynomial_roots
 
 __all__ = [
     "atan2",
@@ -33,6 +36,7 @@ __all__ = [
     "dot",
     "exp",
     "expm1",
+    "gauss_legendre",
     "geometric",
     "hypot",
     "inverse",
@@ -40,10 +44,13 @@ __all__ = [
     "least_squares",
     "log",
     "matmul",
+    "modulus",
     "norm",
     "phasor",
+    "polynomial_roots",
     "power",
     "sin",
     "solve_linear",
     "tan",
+    "times",
 ]

@@ -23,13 +23,16 @@ __all__ = [
     "geometric",
     "hypot",
     "log",
+    "modulus",
     "phasor",
     "power",
     "sin",
     "tan",
+    "times",
 ]
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 # Up to so many numbers plain Python is faster than the first call of a kernel in a process.
 FEW = 16
@@ -177,7 +180,7 @@ def atan2(y: Any, x: Any) -> Any:
 @overload
 def hypot(x: float, y: float) -> float: ...
 @overload
-def hypot(x: Floats, y: Floats) -> Floats: ...
+def hypot(x: Floats, y: Floats | float) -> Floats: ...
 def hypot(x: Any, y: Any) -> Any:
     """Return sqrt(x^2 + y^2), without overflow on the way.
 
@@ -197,10 +200,40 @@ def phasor(angle: Floats | float) -> NDArray[np.complex128]:
     >>> phasor(0.0)
     array(1.+0.j)
     """
-    angles = np.asarray(angle, dtype=np.float64)
-    found = np.empty(angles.shape, dtype=np.complex128)
-    found.real, found.imag = cos(angles), sin(angles)
+    angles = np.ascontiguousarray(angle, dtype=np.float64)
+    flat, out = angles.reshape(-1), np.empty(2 * angles.size)
+    if angles.size <= FEW:
+        for i, value in enumerate(flat.tolist()):
+            out[2 * i : 2 * i + 2] = _cosine_sine(value)
+    else:
+        arithmetic.evaluate(arithmetic.PHASOR, flat, flat, out)
+    return out.view(np.complex128).reshape(np.shape(angle))
+
+
+def times(a: Complexes, b: Complexes) -> Complexes:
+    """Return the product of complex arrays, which NumPy contracts where the processor can.
+
+    Examples
+    --------
+    >>> times(np.array([1.0 + 2.0j]), np.array([3.0 - 1.0j]))
+    array([5.+5.j])
+    """
+    shape = np.broadcast_shapes(a.shape, b.shape)
+    found = np.empty(shape, dtype=np.complex128)
+    np.subtract(a.real * b.real, a.imag * b.imag, out=found.real)
+    np.add(a.real * b.imag, a.imag * b.real, out=found.imag)
     return found
+
+
+def modulus(z: Complexes) -> Floats:
+    """Return the absolute values of complex numbers.
+
+    Examples
+    --------
+    >>> modulus(np.array([3.0 + 4.0j]))
+    array([5.])
+    """
+    return np.asarray(hypot(z.real, z.imag))
 
 
 @overload

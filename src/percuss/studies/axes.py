@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from percuss.io.study_text import number
 from percuss.model.exact import Phase, PiTimes, angle, as_float, phase_problem
 from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
+from percuss.numerics import exp, log
 from percuss.studies.faults import shown
 from percuss.studies.lines import Path
 from percuss.studies.parts import Parts, exact_phase, reason_in_file
@@ -74,8 +74,8 @@ class Span:
         """Return the values; each is rounded once, when it becomes a float."""
         if self.spacing == "log":
             first, last = as_float(self.first), as_float(self.last)
-            ratio = math.log(last / first) / (self.count - 1)
-            inner = [first * math.exp(i * ratio) for i in range(1, self.count - 1)]
+            ratio = log(last / first) / (self.count - 1)
+            inner = [first * exp(i * ratio) for i in range(1, self.count - 1)]
             return (self.first, *inner, self.last)
         (times, plus), (times_to, plus_to) = angle(self.first), angle(self.last)
         found: list[Phase] = []

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.numerics import determinant
+from percuss.numerics import atan2, determinant, power, sin
 
 __all__ = ["Scenario", "consequence"]
 
@@ -69,11 +70,12 @@ what attracts beyond the graze is elsewhere
 
 def _of_complex(trace: float, determinant: float, transfer: float) -> tuple[Scenario, str]:
     """Return what follows where neighbours turn round the orbit without the touch."""
-    size = np.sqrt(determinant)
-    angle = float(np.arccos(np.clip(0.5 * trace / size, -1.0, 1.0)))
+    size = math.sqrt(determinant)
+    part = min(max(0.5 * trace / size, -1.0), 1.0)
+    angle = atan2(math.sqrt((1.0 - part) * (1.0 + part)), part)
     # How many periods after an impact its effect first is towards the wall, and how much is left.
     periods = 1 if transfer < 0.0 else int(np.pi // angle) + 1
-    left = abs(size ** (periods - 1) * np.sin(periods * angle) / np.sin(angle))
+    left = abs(power(size, periods - 1.0) * sin(periods * angle) / sin(angle))
     if left < FORGOTTEN:
         words = _continuous(float(size))
         return "continuous", f"{words} (the multipliers are complex, with an angle of {angle:.2g})"

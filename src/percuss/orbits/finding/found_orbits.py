@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from percuss.numerics import log
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["FoundOrbits", "estimate_unseen"]
@@ -82,4 +83,4 @@ def estimate_unseen(counts: Iterable[int]) -> float:
     once, twice = seen.count(1), seen.count(2)
     least = once**2 / (2.0 * twice) if twice else 0.5 * once * (once + 1)
     pace = math.fsum(0.5**n for n in seen)
-    return max(least, pace * math.log2(SAMPLES))
+    return max(least, pace * log(SAMPLES) / log(2.0))

@@ -19,6 +19,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.numerics import power
 from percuss.orbits.finding.guess import Guess
 from percuss.orbits.finding.looking import Looking
 from percuss.orbits.orbit.chain import chain_of_record, chain_of_stops, entries_of, entry
@@ -167,7 +168,7 @@ def _motions(
     max_impacts, max_periods = counts
     for i in range(n_short + n_long):
         t0 = random.random() * period
-        v0 = way * speed * 10.0 ** random.uniform(-2.0, 0.7)
+        v0 = way * speed * power(10.0, random.uniform(-2.0, 0.7))
         n_impacts = max_impacts + IMPACTS if i < n_short else SETTLING
         t_end = math.inf
         if period > 0.0:

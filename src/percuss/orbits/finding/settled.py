@@ -18,6 +18,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.numerics import power
 from percuss.orbits.finding.looking import Looking
 from percuss.orbits.finding.refine import once, solved
 from percuss.orbits.finding.search import Guess, guesses_in, scale_of_speed
@@ -136,7 +137,7 @@ def _starts(
     for i in range(n_starts - 1):
         x = places[i % len(places)]
         way = -1.0 if osc.stops and osc.stops[i % len(places)].side == "above" else 1.0
-        v = way * speed * 10.0 ** random.uniform(-1.5, 0.7)
+        v = way * speed * power(10.0, random.uniform(-1.5, 0.7))
         starts.append((x, v, random.random() * period))
     return starts
 

@@ -13,6 +13,7 @@ from percuss.kernels.law import PERIOD
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameter
+from percuss.numerics import log, power
 from percuss.orbits.families.branch import Branch
 from percuss.orbits.families.continuation import continue_orbit
 from percuss.orbits.finding.refine import Known, solved
@@ -50,13 +51,13 @@ class Range:
         if part <= 0.0 or part >= 1.0:
             return self.low if part <= 0.0 else self.high
         if self.by_ratios:
-            return float(self.low * (self.high / self.low) ** part)
+            return self.low * power(self.high / self.low, part)
         return self.low + part * (self.high - self.low)
 
     def part(self, value: float) -> float:
         """Return at which part of the range a value lies."""
         if self.by_ratios:
-            return math.log(value / self.low) / math.log(self.high / self.low)
+            return log(value / self.low) / log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
 

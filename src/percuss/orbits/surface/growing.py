@@ -9,6 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.numerics import atan2, hypot, power
 from percuss.orbits.surface.local_manifold import Difference, LocalManifold, PointMap
 
 __all__ = ["Grower", "Grown", "GrowthEnd", "grow"]
@@ -82,7 +83,7 @@ class Grower:
     def begin(self, parts: Floats) -> Floats:
         """Return the points of the fundamental domain at parts from 0 to 1 of it."""
         reach = self.way * self.local.reach
-        return self.local.at(reach * self.local.multiplier ** (parts - 1.0))
+        return self.local.at(reach * power(self.local.multiplier, parts - 1.0))
 
     def refined(
         self, parts: Floats, points: Floats, image: int, longest: float, room: int
@@ -116,7 +117,7 @@ class Grower:
     def sizes(self, points: Floats) -> Floats:
         """Return the (n - 1,) distances of neighbours, in units of the scale."""
         steps = self.steps(points)
-        return np.asarray(np.hypot(steps[:, 0], steps[:, 1]))
+        return np.asarray(hypot(steps[:, 0], steps[:, 1]))
 
     def steps(self, points: Floats) -> Floats:
         """Return the (n - 1, 2) differences of neighbours, in units of the scale."""
@@ -129,7 +130,7 @@ class Grower:
         wide: NDArray[np.bool_] = np.logical_or(sizes > self.spacing, known[1:] != known[:-1])
         cross = steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]
         along = (steps[:-1] * steps[1:]).sum(axis=1)
-        sharp = np.abs(np.arctan2(cross, along)) > TURN
+        sharp = np.abs(atan2(cross, along)) > TURN
         large = sizes > CLOSE * self.spacing
         wide[:-1] |= sharp & large[:-1]
         wide[1:] |= sharp & large[1:]

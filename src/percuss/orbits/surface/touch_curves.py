@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.kernels import backward as engine
+from percuss.numerics import geometric, hypot
 from percuss.orbits.orbit.chain import Entry
 from percuss.orbits.surface.backward import BackwardMotions
 
@@ -141,7 +142,7 @@ def stretches(
     parts = np.linspace(0.0, 1.0, FIRST_POINTS + 1)
     if not whole:
         # Ends of the interval, where touches lose their acceleration, are looked at closely.
-        fine = np.geomspace(FINEST, 1.0 / FIRST_POINTS, 13)[:-1]
+        fine = geometric(FINEST, 1.0 / FIRST_POINTS, 13)[:-1]
         parts = np.concatenate([fine, parts[1:-1], 1.0 - fine[::-1]])
     rows = tracer.follow(low + (high - low) * parts)
     scales = [_scale(rows, k) for k in range(tracer.n_hits)]
@@ -190,7 +191,7 @@ def _apart(rows: Floats, k: int, scale: float, period: float, spacing: float) ->
     """Tell which neighbours lie apart, or are of different kinds."""
     t, v, _ = _columns(rows, k)
     known = np.isfinite(v)
-    far = np.hypot(np.diff(t) / period, np.diff(v) / scale) > spacing
+    far = hypot(np.diff(t) / period, np.diff(v) / scale) > spacing
     return np.asarray(np.where(known[1:] & known[:-1], far, known[1:] != known[:-1]))
 
 

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from percuss.kernels import law as at
 from percuss.kernels.law import Law
+from percuss.numerics import atan2, modulus, polynomial_roots
+from percuss.numerics import cos as cos_of
+from percuss.numerics import sin as sin_of
 
 __all__ = ["touch_intervals"]
 
@@ -53,8 +56,8 @@ def touch_intervals(table: Law, constant: float, sign: float) -> list[tuple[floa
         return [(0.0, period)] if sign * (constant + cos.sum()) > 0.0 else []
     ends = np.append(zeros[1:], zeros[0] + period)
     middles = 0.5 * (zeros + ends)
-    force = constant + (cos * np.cos(np.outer(middles, omega))).sum(axis=1)
-    force += (sin * np.sin(np.outer(middles, omega))).sum(axis=1)
+    force = constant + (cos * cos_of(np.outer(middles, omega))).sum(axis=1)
+    force += (sin * sin_of(np.outer(middles, omega))).sum(axis=1)
     found: list[tuple[float, float]] = []
     for first, last, value in zip(zeros.tolist(), ends.tolist(), force.tolist(), strict=True):
         if sign * value <= 0.0:
@@ -78,13 +81,14 @@ def _zeros(omega: Floats, cos: Floats, sin: Floats, constant: float, period: flo
     for m, c, s in zip(orders, cos, sin, strict=True):
         coefficients[most - m] += 0.5 * complex(c, -s)
         coefficients[most + m] += 0.5 * complex(c, s)
-    roots = np.roots(coefficients)
-    angles = np.angle(roots[np.abs(np.abs(roots) - 1.0) < NEAR])
+    roots = polynomial_roots(coefficients)
+    roots = roots[np.abs(modulus(roots) - 1.0) < NEAR]
+    angles = atan2(roots.imag, roots.real)
     t = np.mod(angles / (2.0 * np.pi), 1.0) * period
     for _ in range(NEWTON_STEPS):
         phase = np.outer(t, omega)
-        value = constant + (cos * np.cos(phase) + sin * np.sin(phase)).sum(axis=1)
-        slope = (omega * (sin * np.cos(phase) - cos * np.sin(phase))).sum(axis=1)
+        value = constant + (cos * cos_of(phase) + sin * sin_of(phase)).sum(axis=1)
+        slope = (omega * (sin * cos_of(phase) - cos * sin_of(phase))).sum(axis=1)
         step = np.divide(value, slope, out=np.zeros_like(t), where=slope != 0.0)
         t = t - np.where(np.abs(step) < 1e-3 * period, step, 0.0)
     t = np.unique(np.mod(t, period))

@@ -13,6 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
@@ -86,7 +87,7 @@ def first_delays(run: Trajectory, contact: float = math.pi) -> Floats:
     found = []
     for k in range(len(times) - 1):
         flight = times[k + 1] - times[k]
-        force, force_after = amplitude * np.cos(OMEGA * times[k : k + 2])
+        force, force_after = amplitude * numerics.cos(OMEGA * times[k : k + 2])
         x, v = -speeds[k] * late, faster - force * late
         x, v = _rotated(x, v, flight)
         late = x / speeds[k + 1]
@@ -97,7 +98,7 @@ def first_delays(run: Trajectory, contact: float = math.pi) -> Floats:
 
 
 def _rotated(x: float, v: float, t: float) -> tuple[float, float]:
-    return x * math.cos(t) + v * math.sin(t), v * math.cos(t) - x * math.sin(t)
+    return x * numerics.cos(t) + v * numerics.sin(t), v * numerics.cos(t) - x * numerics.sin(t)
 
 
 def time_errors(stiffness: float) -> Floats:
@@ -133,7 +134,7 @@ def local_orders(smallness: Floats, errors: Floats) -> Floats:
     >>> local_orders(np.array([1.0, 0.1, 0.01]), np.array([3.0, 0.03, 0.0003])).round(12)
     array([2., 2.])
     """
-    return np.asarray(np.diff(np.log(np.abs(errors))) / np.diff(np.log(smallness)))
+    return np.asarray(np.diff(numerics.log(np.abs(errors))) / np.diff(numerics.log(smallness)))
 
 
 @dataclass(frozen=True)
@@ -164,7 +165,7 @@ class Graze:
         arrives a depth c k-^(-1/2) too low; 0 where it passes above.
         """
         depth = max(-self.clearance, 0.0) / math.sqrt(stiffness)
-        return 2.0 * math.sqrt(2.0 * math.cos(self.phase) * depth)
+        return 2.0 * math.sqrt(2.0 * numerics.cos(self.phase) * depth)
 
 
 @cache
@@ -187,7 +188,7 @@ def graze(omega: float, phase: float) -> Graze:
     run = simulate(impact_oscillator(), reversed_force, t_end=back + 0.5)
     x, v = run(back + 0.5)
     late_x = -speed * math.pi
-    late_v = -math.cos(phase - omega * back) * math.pi
+    late_v = -numerics.cos(phase - omega * back) * math.pi
     clearance, _ = _rotated(late_x, late_v, back)
     return Graze(omega, phase, -back - 0.5, float(x), -float(v), clearance)
 
@@ -218,7 +219,7 @@ def graze_error(case: Graze, stiffness: float) -> float:
         t0=case.t0,
         t_end=later,
     )
-    return float(run(later)[0] - exact(later)[0]) / math.sin(later)
+    return float(run(later)[0] - exact(later)[0]) / numerics.sin(later)
 
 
 def saturation_speed(n: int, stiffness: float) -> float:

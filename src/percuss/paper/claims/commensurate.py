@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.exact import pi_times
 from percuss.model.forcing import Forcing, sine
 from percuss.model.harmonics import Harmonic
@@ -72,22 +73,24 @@ def _room(rng: np.random.Generator, gaps: tuple[int, ...]) -> float:
         if gap > 1:
             s = np.linspace(1e-3, gap * math.pi - 1e-3, 2001)
             rise = _basis(start + s, waves) @ coefficients
-            down = np.sin(s) < -1e-3
-            highest = float((rise[down] / -np.sin(s[down])).min())
+            down = numerics.sin(s) < -1e-3
+            highest = float((rise[down] / -numerics.sin(s[down])).min())
             near_start = _basis(start + np.array([-1e-6, 1e-6]), waves) @ coefficients
             room = min(room, bound - (highest + float(np.diff(near_start)[0]) / 2e-6))
     return room
 
 
 def _basis(t: Floats, waves: Floats) -> Floats:
-    return np.concatenate([np.cos(np.outer(t, waves)), np.sin(np.outer(t, waves))], axis=1)
+    return np.concatenate(
+        [numerics.cos(np.outer(t, waves)), numerics.sin(np.outer(t, waves))], axis=1
+    )
 
 
 def _sum_on_even_gap(m: int) -> float:
     """Return by how much V0 + V(m pi) differs between two motions of the family, m even."""
     sums = []
     for part in (0.2, 0.7):
-        v0 = part * 2 / (m + 1) * math.sin(math.pi / (m + 1))
+        v0 = part * 2 / (m + 1) * numerics.sin(math.pi / (m + 1))
         run = simulate(WALL, subset_forcing(m), v0=v0, max_impacts=1)
         sums.append(v0 + float(run.impacts.v_after[0]))
     return sums[1] - sums[0]
@@ -111,9 +114,12 @@ def _climb() -> tuple[int, float, float, float]:
     run = simulate(WALL, force, v0="0.3", max_impacts=1000)
     off = np.flatnonzero(np.abs(run.impacts.t - SubsetMotion(3, 0).impact_times(1000)) > 1e-6)
     t = np.linspace(1.001 * math.pi, 1.999 * math.pi, 100_001)
-    rise = 2 * np.sin(t / 4) * np.sin((t + math.pi) / 4) - float(PUSH) * np.sin(2 * t) / 3
-    slope = 0.5 * math.sin(0.25 * math.pi) - 2 * float(PUSH) / 3
-    allowed = float((rise / -np.sin(t)).min()) + slope
+    rise = (
+        2 * numerics.sin(t / 4) * numerics.sin((t + math.pi) / 4)
+        - float(PUSH) * numerics.sin(2 * t) / 3
+    )
+    slope = 0.5 * numerics.sin(0.25 * math.pi) - 2 * float(PUSH) / 3
+    allowed = float((rise / -numerics.sin(t)).min()) + slope
     if not len(off):
         return 500, allowed, math.nan, math.nan
     # Long flights begin after every second impact.
@@ -129,11 +135,13 @@ def _single_harmonics() -> Finding:
         for twelfths in range(24):
             phase = twelfths * math.pi / 12
             k = np.arange(13)
-            at_impacts = (-1.0) ** k * np.sin(float(omega) * math.pi * k + phase)
+            at_impacts = (-1.0) ** k * numerics.sin(
+                np.asarray(float(omega) * math.pi * k + phase, dtype=np.float64)
+            )
             if np.abs(at_impacts - at_impacts[0]).max() > 1e-9:
                 continue
             keeping.append((omega, twelfths))
-            gain = math.cos(phase) + math.cos(float(omega) * math.pi + phase)
+            gain = numerics.cos(phase) + numerics.cos(float(omega) * math.pi + phase)
             if gain > 1e-9:
                 growing.append((omega, twelfths))
     odd = [(Fraction(n), j) for n in range(3, 9, 2) for j in range(24)]

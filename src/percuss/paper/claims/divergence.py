@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import Forcing, sine
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
@@ -47,7 +48,7 @@ def separation(osc: Oscillator, force: Forcing, v0: float, step: float, t_end: f
     other = simulate(osc, force, v0=v0 + step, t_end=t_end)
     t = np.arange(1, int(t_end / math.pi)) * math.pi + AFTER
     (x, v), (y, w) = one(t), other(t)
-    return np.asarray(np.hypot(x - y, v - w) / (other.v0 - one.v0))
+    return np.asarray(numerics.hypot(x - y, v - w) / (other.v0 - one.v0))
 
 
 def growth_rate(distances: Floats) -> tuple[float, float]:
@@ -55,7 +56,7 @@ def growth_rate(distances: Floats) -> tuple[float, float]:
 
     Examples
     --------
-    >>> rate, error = growth_rate(np.exp(0.3 * math.pi * np.arange(100)))
+    >>> rate, error = growth_rate(numerics.exp(0.3 * math.pi * np.arange(100)))
     >>> round(rate, 6), error < 1e-6
     (0.3, True)
     """
@@ -66,7 +67,7 @@ def growth_rate(distances: Floats) -> tuple[float, float]:
     t = math.pi * np.arange(begin, end)
     if len(t) < 4:
         return math.nan, math.nan
-    fit, covariance = np.polyfit(t, np.log(distances[begin:end]), 1, cov=True)
+    fit, covariance = np.polyfit(t, numerics.log(distances[begin:end]), 1, cov=True)
     return float(fit[0]), float(math.sqrt(covariance[0, 0]))
 
 

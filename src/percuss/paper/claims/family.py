@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.exact import pi_times
 from percuss.model.forcing import cosine
 from percuss.motion.eigenset_forms import SubsetMotion, subset_critical_velocity, subset_forcing
@@ -39,12 +40,12 @@ def _run(m: int, part: float) -> Trajectory:
 
 def _free_part(m: int, t: float) -> float:
     """Return (11) without A sin t."""
-    return math.cos(math.pi / (m + 1)) - math.cos((2 * t + math.pi) / (m + 1))
+    return numerics.cos(math.pi / (m + 1)) - numerics.cos((2 * t + math.pi) / (m + 1))
 
 
 def _kick(m: int) -> float:
     """Return q."""
-    return 2 / (m + 1) * math.sin(math.pi / (m + 1))
+    return 2 / (m + 1) * numerics.sin(math.pi / (m + 1))
 
 
 def _worst(formula: Callable[[int, float, Trajectory], float]) -> float:
@@ -94,7 +95,7 @@ def _first_times(m: int, part: float) -> Check:
 
 def _zeros() -> Finding:
     rows = [
-        abs(amplitude * math.sin(s * math.pi) + _free_part(m, s * math.pi))
+        abs(amplitude * numerics.sin(s * math.pi) + _free_part(m, s * math.pi))
         for m in NUMBERS
         for amplitude in (-1.0, 0.0, 2.0)
         for s in _indices(m, 8)
@@ -131,10 +132,10 @@ def _projected(m: int) -> float:
     """Return the cosine's share of x'' + x of (11), with x'' by differences, by projection."""
     h, period = 0.01, (m + 1) * math.pi
     t = period * np.arange(4096) / 4096
-    wave = np.cos((2 * t + math.pi) / (m + 1))
+    wave = numerics.cos((2 * t + math.pi) / (m + 1))
 
     def x(shift: float) -> Any:
-        return np.cos(math.pi / (m + 1)) - np.cos((2 * (t + shift) + math.pi) / (m + 1))
+        return numerics.cos(math.pi / (m + 1)) - numerics.cos((2 * (t + shift) + math.pi) / (m + 1))
 
     # Differences of order 6: what they leave out is below 1e-12 for these slow waves.
     weights = (-49 / 18, 3 / 2, -3 / 20, 1 / 90)
@@ -146,7 +147,7 @@ def _projected(m: int) -> float:
 
 def _first_impact(m: int, factor: Fraction) -> float:
     """Return the first impact time over m pi under a force of the form (12)."""
-    constant = math.cos(math.pi / (m + 1))
+    constant = numerics.cos(math.pi / (m + 1))
     force = cosine(Fraction(2, m + 1), factor, pi_times(1, m + 1), constant)
     end = 4 * (m + 1) * math.pi
     run = simulate(WALL, force, v0=0.3 * subset_critical_velocity(m), t_end=end)
@@ -155,7 +156,7 @@ def _first_impact(m: int, factor: Fraction) -> float:
 
 def _amplitude(m: int, run: Trajectory, t: float) -> float:
     """Return A on the flight around t of a simulated motion."""
-    return (float(run(t)[0]) - _free_part(m, t)) / math.sin(t)
+    return (float(run(t)[0]) - _free_part(m, t)) / numerics.sin(t)
 
 
 def _long_amplitude() -> Finding:
@@ -183,7 +184,7 @@ def _short_amplitude() -> Finding:
 
 def _next_velocity() -> Finding:
     def error(m: int, v0: float, run: Trajectory) -> float:
-        expected = v0 if m % 2 else -v0 + 4 / (m + 1) * math.sin(math.pi / (m + 1))
+        expected = v0 if m % 2 else -v0 + 4 / (m + 1) * numerics.sin(math.pi / (m + 1))
         return float(run.impacts.v_after[1]) - expected
 
     return Finding((near("V1 of simulated motions minus the formula, m = 2 to 9", _worst(error)),))
@@ -231,7 +232,7 @@ def _drift(m: int) -> float:
     late, q = 1e-6, _kick(m)
     v0 = 0.4 * subset_critical_velocity(m)
     run = simulate(WALL, subset_forcing(m), v0=v0, t0=late, max_impacts=4)
-    force = 4 / (m + 1) ** 2 * math.cos(math.pi / (m + 1))
+    force = 4 / (m + 1) ** 2 * numerics.cos(math.pi / (m + 1))
     factor = 8.0 if m % 2 else 4.0 * (1.0 + v0 / (2.0 * q - v0))
     return (float(run.impacts.v_after[3]) - v0) / (-factor * force * late)
 

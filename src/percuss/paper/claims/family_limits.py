@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from percuss import numerics
 from percuss.motion.eigenset_forms import (
     SubsetMotion,
     contact_time,
@@ -46,7 +47,7 @@ NEARBY = 1e-11
 
 def _kick(m: int) -> float:
     """Return q."""
-    return 2 / (m + 1) * math.sin(math.pi / (m + 1))
+    return 2 / (m + 1) * numerics.sin(math.pi / (m + 1))
 
 
 def _stays(m: int, v0: float) -> bool:
@@ -104,7 +105,7 @@ def _slopes() -> Finding:
 def _even() -> Finding:
     checks = []
     for m in EVEN:
-        printed = 4 / (m + 1) * math.sin(math.pi / (m + 1))
+        printed = 4 / (m + 1) * numerics.sin(math.pi / (m + 1))
         what = f"V*({m}) found by simulation"
         checks.append(near(what, _simulated_limit(m), printed, SLOWEST_IMPACT))
     return Finding(
@@ -131,8 +132,12 @@ def _system() -> Finding:
     for m in TABLE_1:
         t, gap = m * math.pi - contact_time(m), m + 1
         d = subset_critical_velocity(m) - _kick(m)
-        value = d * math.sin(t) - math.cos((2 * t + math.pi) / gap) + math.cos(math.pi / gap)
-        slope = d * math.cos(t) + 2 / gap * math.sin((2 * t + math.pi) / gap)
+        value = (
+            d * numerics.sin(t)
+            - numerics.cos((2 * t + math.pi) / gap)
+            + numerics.cos(math.pi / gap)
+        )
+        slope = d * numerics.cos(t) + 2 / gap * numerics.sin((2 * t + math.pi) / gap)
         size = max(abs(value), abs(slope))
         checks.append(near(f"m = {m}: both lines of (A6) at t* and D", size, tolerance=1e-13))
         inside = (m - 2) * math.pi <= t <= (m - 1) * math.pi
@@ -153,8 +158,8 @@ def _through_contact() -> Finding:
     checks = []
     for m in TABLE_1:
         t, gap = m * math.pi - contact_time(m), m + 1
-        ratio = math.sin((2 * t + math.pi) / gap) / math.cos(t)
-        value = 2 / gap * (math.sin(math.pi / gap) - ratio)
+        ratio = numerics.sin((2 * t + math.pi) / gap) / numerics.cos(t)
+        value = 2 / gap * (numerics.sin(math.pi / gap) - ratio)
         checks.append(near(f"V*({m}) by (A8), found by simulation", _simulated_limit(m), value))
     return Finding(tuple(checks), remark="For m = 3 (A8) is 0/0, and (A5) holds instead.")
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.half_harmonic import (
@@ -40,7 +41,7 @@ VELOCITIES = np.array([100.0, 200.0, 400.0, 800.0])
 
 def _exponent(errors: list[float]) -> float:
     """Return p of an error that falls as V^-p over VELOCITIES."""
-    slope = np.polyfit(np.log(VELOCITIES), np.log(np.abs(errors)), 1)[0]
+    slope = np.polyfit(numerics.log(VELOCITIES), numerics.log(np.abs(errors)), 1)[0]
     return -float(slope)
 
 
@@ -57,12 +58,16 @@ def _flight_constants() -> Finding:
         t = start + np.array([0.05, 0.3, 0.6, 0.9]) * length
         x, v = run(t)
         # A and B from the position and the velocity at the first instant, then predict the rest.
-        particular = -0.5 * t * np.cos(t)
-        slope = -0.5 * np.cos(t) + 0.5 * t * np.sin(t)
-        turn = np.array([[math.sin(t[0]), math.cos(t[0])], [math.cos(t[0]), -math.sin(t[0])]])
-        a, b = np.linalg.solve(turn, [x[0] - particular[0], v[0] - slope[0]])
-        apart_x = x - (a * np.sin(t) + b * np.cos(t) + particular)
-        apart_v = v - ((a - 0.5) * np.cos(t) - b * np.sin(t) + 0.5 * t * np.sin(t))
+        particular = -0.5 * t * numerics.cos(t)
+        slope = -0.5 * numerics.cos(t) + 0.5 * t * numerics.sin(t)
+        turn = np.array(
+            [[numerics.sin(t[0]), numerics.cos(t[0])], [numerics.cos(t[0]), -numerics.sin(t[0])]]
+        )
+        a, b = numerics.solve_linear(turn, np.array([x[0] - particular[0], v[0] - slope[0]]))
+        apart_x = x - (a * numerics.sin(t) + b * numerics.cos(t) + particular)
+        apart_v = v - (
+            (a - 0.5) * numerics.cos(t) - b * numerics.sin(t) + 0.5 * t * numerics.sin(t)
+        )
         worst = float(np.abs([apart_x, apart_v]).max())
         checks.append(Check(f"largest difference on flight {k + 1}", worst, 0.0, 1e-12))
     return Finding(tuple(checks))
@@ -72,8 +77,8 @@ def _flight_equation() -> Finding:
     printed, corrected = [], []
     for t, v in STATES:
         interval = half_harmonic_impact(t, v)[0] - t
-        s, c = math.sin(t), math.cos(t)
-        measured = math.tan(interval)
+        s, c = numerics.sin(t), numerics.cos(t)
+        measured = numerics.tan(interval)
         what = f"tan xi for t_k = {t:g}, V_k = {v:g}"
         printed.append(Check(what, measured, interval * c / (c + 2.0 * v), 1e-10))
         right = interval * c / (c + 2.0 * v + interval * s)
@@ -90,9 +95,9 @@ def _coefficient() -> Finding:
     printed, corrected = [], []
     for t, v in STATES:
         interval = half_harmonic_impact(t, v)[0] - t
-        s, c = math.sin(t), math.cos(t)
+        s, c = numerics.sin(t), numerics.cos(t)
         what = f"tan(xi) / xi for t_k = {t:g}, V_k = {v:g}"
-        measured = math.tan(interval) / interval
+        measured = numerics.tan(interval) / interval
         printed.append(Check(what, measured, c / (c + 2.0 * v), 1e-10))
         corrected.append(Check(what, measured, c / (c + 2.0 * v + interval * s), 1e-10))
     return Finding(
@@ -104,9 +109,9 @@ def _coefficient() -> Finding:
 
 
 def _interval() -> Finding:
-    a = math.cos(PHASE) / (math.cos(PHASE) + 2.0 * VELOCITIES)
+    a = numerics.cos(PHASE) / (numerics.cos(PHASE) + 2.0 * VELOCITIES)
     intervals = np.array([half_harmonic_impact(PHASE, v)[0] for v in VELOCITIES]) - PHASE
-    coefficient = a - math.cos(PHASE) / (2.0 * VELOCITIES)
+    coefficient = a - numerics.cos(PHASE) / (2.0 * VELOCITIES)
     expansion = intervals + PHASE - half_harmonic_expansion(PHASE, VELOCITIES)[0]
     return Finding(
         (
@@ -123,7 +128,7 @@ def _interval() -> Finding:
 
 
 def _next_velocity() -> Finding:
-    s, c = math.sin(PHASE), math.cos(PHASE)
+    s, c = numerics.sin(PHASE), numerics.cos(PHASE)
     exact = np.array([half_harmonic_impact(PHASE, v)[1] for v in VELOCITIES])
     a = c / (c + 2.0 * VELOCITIES)
     printed = VELOCITIES + 0.5 * math.pi * (s + (math.pi + 2.0 * s) * a)
@@ -144,7 +149,7 @@ def _second_velocity() -> Finding:
     printed, corrected = [], []
     for t in (0.0, 0.7, 2.0, 4.5):
         measured = v * (_two_impacts(t, v) - v)
-        s, c = math.sin(t), math.cos(t)
+        s, c = numerics.sin(t), numerics.cos(t)
         what = f"V_k (V_(k+2) - V_k) for t_k = {t:g}, V_k = 1e5"
         as_printed = 0.5 * math.pi * (0.5 * math.pi * c * c + 2.0 * s * c)
         printed.append(Check(what, measured, as_printed, 1e-4))

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.growth import fit_power_law, peaks
@@ -94,10 +95,12 @@ def _resonance() -> Finding:
 def _square_root() -> Finding:
     t, v, phase = impacts(0.0)
     b, logarithm, psi = limit_constant(0.0)
-    smooth = np.abs(v * np.exp(1j * phase) + 0.25j * math.pi)
+    smooth = numerics.modulus(v * numerics.phasor(phase) + 0.25j * math.pi)
     late = slice(1000, None)
-    (exponent, _), covariance = np.polyfit(np.log(t[late]), np.log(smooth[late]), 1, cov=True)
-    matrix = np.column_stack([t, np.log(t), np.ones_like(t)])[late]
+    (exponent, _), covariance = np.polyfit(
+        numerics.log(t[late]), numerics.log(smooth[late]), 1, cov=True
+    )
+    matrix = np.column_stack([t, numerics.log(t), np.ones_like(t)])[late]
     fitted = np.linalg.lstsq(matrix, smooth[late] ** 2, rcond=None)[0]
     return Finding(
         (
@@ -186,7 +189,10 @@ def _asymptotic_constant() -> Finding:
     )
     return Finding(
         (Check("limit of V / sqrt t", b, PRINTED, PRINTED_ERROR),),
-        (*checks, Check("limit of V / sqrt t", b, 0.5 * 2**0.5 * math.sin(2 * psi) ** 0.5, 1e-12)),
+        (
+            *checks,
+            Check("limit of V / sqrt t", b, 0.5 * 2**0.5 * numerics.sin(2 * psi) ** 0.5, 1e-12),
+        ),
         f"b = sqrt(sin(2 psi)/2) = {b:.12f} with psi = {psi:.12f}; 0.61 fits only up to "
         "t = 400, where peaks of x still lie above b sqrt t by cos(psi)/2",
     )
@@ -198,7 +204,7 @@ def _figure_10() -> Finding:
     factor, error = envelope_factor(t, v)
     _, late, phase = impacts(0.0)
     psi = limit_constant(0.0)[2]
-    smooth = np.abs(late[-2:] * np.exp(1j * phase[-2:]) + 0.25j * math.pi)
+    smooth = numerics.modulus(late[-2:] * numerics.phasor(phase[-2:]) + 0.25j * math.pi)
     above = float((late[-2:] - smooth).max())
     return Finding(
         (
@@ -211,12 +217,15 @@ def _figure_10() -> Finding:
         ),
         (
             Check(
-                "larger velocity less the mean, late", above, 0.25 * math.pi * math.sin(psi), 1e-3
+                "larger velocity less the mean, late",
+                above,
+                0.25 * math.pi * numerics.sin(psi),
+                1e-3,
             ),
         ),
         "velocities alternate by (pi/4) sin(psi) = "
-        f"{0.25 * math.pi * math.sin(psi):.4f} about b sqrt t, peaks of x by cos(psi)/2 = "
-        f"{0.5 * math.cos(psi):.4f}: one factor serves both only for t -> infinity, up to t = 400 "
+        f"{0.25 * math.pi * numerics.sin(psi):.4f} about b sqrt t, peaks of x by cos(psi)/2 = "
+        f"{0.5 * numerics.cos(psi):.4f}: one factor serves both only for t -> infinity, up to t = 400 "
         f"the velocities need {factor:.3f}",
         remark=f"Standard error of the fitted factor {error:.1e}.",
     )

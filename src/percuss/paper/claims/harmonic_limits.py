@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from percuss import numerics
 from percuss.model.forcing import sine
 from percuss.motion.harmonic_forms import harmonic_contact_time, harmonic_critical_velocity
 from percuss.motion.simulate import simulate
@@ -71,8 +72,8 @@ def _shifted_flight() -> Finding:
         v0, share = 1.01 * harmonic_critical_velocity(n), n / (n * n - 1)
         x, v = simulate(WALL, sine(n), v0=v0, t_end=7.0)(xi + 1.5 * math.pi)
         wave = _sign(n) / (n * n - 1)
-        in_x.append(apart(x, (v0 - share) * np.cos(xi) + wave * np.cos(n * xi)))
-        in_v.append(apart(v, -(v0 - share) * np.sin(xi) - n * wave * np.sin(n * xi)))
+        in_x.append(apart(x, (v0 - share) * numerics.cos(xi) + wave * numerics.cos(n * xi)))
+        in_v.append(apart(v, -(v0 - share) * numerics.sin(xi) - n * wave * numerics.sin(n * xi)))
     return Finding(
         (
             near("x of simulated flights minus the first line, n = 3 to 15", max(in_x)),
@@ -88,7 +89,7 @@ def _roots(n: int) -> list[float]:
     Between pi/2 - pi/n and pi/2, where both sides have a pole, there is none.
     """
     xi = np.linspace(1e-9, (0.5 - 0.5 / n) * math.pi, 400 * n)
-    values = np.sin(xi) * np.cos(n * xi) - n * np.sin(n * xi) * np.cos(xi)
+    values = numerics.sin(xi) * numerics.cos(n * xi) - n * numerics.sin(n * xi) * numerics.cos(xi)
     found = [0.0]
     for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
         before = partial(_same_sign, n, float(values[i]))
@@ -97,13 +98,13 @@ def _roots(n: int) -> list[float]:
 
 
 def _same_sign(n: int, value: float, xi: float) -> bool:
-    tilt = math.sin(xi) * math.cos(n * xi) - n * math.sin(n * xi) * math.cos(xi)
+    tilt = numerics.sin(xi) * numerics.cos(n * xi) - n * numerics.sin(n * xi) * numerics.cos(xi)
     return tilt * value > 0.0
 
 
 def _velocity(n: int, xi: float) -> float:
     """Return V of (26)."""
-    return (n - _sign(n) * math.cos(n * xi) / math.cos(xi)) / (n * n - 1)
+    return (n - _sign(n) * numerics.cos(n * xi) / numerics.cos(xi)) / (n * n - 1)
 
 
 def _third() -> Finding:

@@ -9,6 +9,7 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import sine
 from percuss.motion.harmonic_forms import HarmonicMotion, harmonic_critical_velocity
 from percuss.motion.simulate import simulate
@@ -44,7 +45,7 @@ def _eigenset(count: int) -> Floats:
 def _amplitude(n: int, run: Trajectory, k: int) -> float:
     """Return A_k of a simulated motion, from x in the middle of its flight."""
     t = (k + 0.5) * math.pi
-    return (float(run(t)[0]) + math.sin(n * t) / (n * n - 1)) / math.sin(t)
+    return (float(run(t)[0]) + numerics.sin(n * t) / (n * n - 1)) / numerics.sin(t)
 
 
 def _velocity(run: Trajectory, k: int) -> float:
@@ -103,8 +104,8 @@ def _form(numbers: tuple[int, ...]) -> Finding:
     for n in numbers:
         x, v = _run(n)(t)
         a = np.array([_amplitude(n, _run(n), k) for k in range(FLIGHTS + 1)])[flights]
-        in_x.append(apart(x, a * np.sin(t) - np.sin(n * t) / (n * n - 1)))
-        slope = a * np.cos(t) - _share(n) * np.cos(n * t)
+        in_x.append(apart(x, a * numerics.sin(t) - numerics.sin(n * t) / (n * n - 1)))
+        slope = a * numerics.cos(t) - _share(n) * numerics.cos(n * t)
         in_v.append(apart(v[inner], slope[inner]))
     which = ", ".join(map(str, numbers))
     return Finding(
@@ -139,7 +140,9 @@ def _every_velocity() -> Finding:
     ]
     # The ratio is the same on either side of pi/2.
     eta = np.linspace(1e-6, 0.5 * math.pi, 100_001)
-    ratio = max(float((np.abs(np.sin(n * eta)) / np.sin(eta)).max()) / n for n in (2, 4, 6, 20))
+    ratio = max(
+        float((np.abs(numerics.sin(n * eta)) / numerics.sin(eta)).max()) / n for n in (2, 4, 6, 20)
+    )
     return Finding(
         (
             near("t_k minus pi k, n = 2 to 100, V0 = 0 to 10", max(kept)),
@@ -216,7 +219,7 @@ def _flight_values(n: int, k: int) -> tuple[Floats, Floats]:
     run = _run(n)
     t = (k + np.linspace(0.001, 0.999, 999)) * math.pi
     amplitude = run.v0 * _sign(k) + _share(n)
-    return run(t)[0], amplitude * np.sin(t) - np.sin(n * t) / (n * n - 1)
+    return run(t)[0], amplitude * numerics.sin(t) - numerics.sin(n * t) / (n * n - 1)
 
 
 def _second_flight() -> Finding:

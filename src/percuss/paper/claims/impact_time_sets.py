@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import Forcing, cosine, sine
 from percuss.motion.eigenset import eigenset
 from percuss.motion.eigenset_forms import SubsetMotion, subset_forcing
@@ -84,9 +85,13 @@ def _velocity_error(v0: str) -> float:
     run = simulate(WALL, sine(3), v0=v0, t_end=200.0)
     t0, t1 = run.impacts.t[:-1], run.impacts.t[1:]
     flight = run.impacts.intervals[1:]
-    short = np.abs(np.sin(flight)) > 1e-3
-    p0, p1, slope = -np.sin(3 * t0) / 8, -np.sin(3 * t1) / 8, -3 * np.cos(3 * t0) / 8
-    v = slope + (p0 * np.cos(flight) - p1) / np.sin(flight)
+    short = np.abs(numerics.sin(flight)) > 1e-3
+    p0, p1, slope = (
+        -numerics.sin(3 * t0) / 8,
+        -numerics.sin(3 * t1) / 8,
+        -3 * numerics.cos(3 * t0) / 8,
+    )
+    v = slope + (p0 * numerics.cos(flight) - p1) / numerics.sin(flight)
     return apart(v[short], run.impacts.v_after[:-1][short])
 
 

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.exact import Exact
 from percuss.model.forcing import Forcing, cosine, fourier, sine
 from percuss.model.harmonics import Harmonic
@@ -152,12 +153,12 @@ def _split() -> Finding:
     t = np.linspace(0.0, 1.5, 301)
     printed, corrected = [], []
     for name, force, part, slope in (
-        ("cos 2t", cosine(2), -np.cos(2 * t) / 3, 0.0),
-        ("sin 2t", sine(2), -np.sin(2 * t) / 3, -2.0 / 3.0),
+        ("cos 2t", cosine(2), -numerics.cos(2 * t) / 3, 0.0),
+        ("sin 2t", sine(2), -numerics.sin(2 * t) / 3, -2.0 / 3.0),
     ):
         x = simulate(WALL, force, v0=1.0, t_end=1.5)(t)[0]
-        as_printed = 1.0 * np.sin(t) - part[0] + part
-        right = (1.0 - slope) * np.sin(t) - part[0] * np.cos(t) + part
+        as_printed = 1.0 * numerics.sin(t) - part[0] + part
+        right = (1.0 - slope) * numerics.sin(t) - part[0] * numerics.cos(t) + part
         printed.append(near(f"{name}: x minus (15)", apart(x, as_printed)))
         corrected.append(near(f"{name}: x minus the corrected form", apart(x, right)))
     return Finding(

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.exact import pi_times
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
@@ -98,7 +99,7 @@ def periodic_speed(omega: float) -> float:
     >>> round(periodic_speed(2.02), 9)
     20.871774049
     """
-    return abs(math.tan(math.pi / omega) / (1.0 - omega * omega))
+    return abs(numerics.tan(math.pi / omega) / (1.0 - omega * omega))
 
 
 def periodic_start(omega: Fraction, faster: float, impacts: int = 300) -> float:

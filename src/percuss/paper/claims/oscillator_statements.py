@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
@@ -35,7 +36,7 @@ def _smoothness() -> Finding:
     run = simulate(osc, cosine("1.3"), v0=1.0, t_end=10.0)
     crossing, v = float(run.crossings.t[0]), float(run.crossings.v[0])
     # Polynomials through 9 Chebyshev points on intervals of 0.2: exact to 1e-11.
-    nodes = 0.1 * (1.0 - np.cos(math.pi * np.arange(9) / 8))
+    nodes = 0.1 * (1.0 - numerics.cos(math.pi * np.arange(9) / 8))
     sides = []
     for sign in (-1.0, 1.0):
         velocity = run(crossing + sign * nodes, "after" if sign > 0 else "before")[1]

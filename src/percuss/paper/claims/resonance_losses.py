@@ -8,6 +8,7 @@ from functools import cache, partial
 
 import numpy as np
 
+from percuss import numerics
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.forcing import cosine
 from percuss.orbits.finding.find import find_formal_orbit
@@ -131,7 +132,7 @@ def _measured_peak(n: int, lost: float, by_wall: bool) -> tuple[float, float]:
 
 def _damping(lost: float) -> float:
     """Return the damping that takes this share of the speed in a flight."""
-    ratio = -math.log(1.0 - lost) / math.pi
+    ratio = -numerics.log(1.0 - lost) / math.pi
     return ratio / math.sqrt(1.0 + ratio**2)
 
 
@@ -145,7 +146,7 @@ def _half() -> Finding:
     ]
     fast = [(one.multipliers[1] - 1.0) / large, (other.multipliers[1] - 1.0) / small]
     ratio = (1.0 - one.multipliers[0]) / (1.0 - other.multipliers[0])
-    order = math.log(ratio) / math.log(large / small)
+    order = numerics.log(ratio) / numerics.log(large / small)
     ends = [half_peak(lost).end / lost**2 for lost in (0.025, 0.0125)]
     return Finding(
         (

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import line_spectrum, spectrum
@@ -75,7 +76,7 @@ def peak_law(v0: str) -> float:
         int(np.flatnonzero(inside)[amplitude[inside].argmax()])
         for inside in ((omega >= low) & (omega < 2.0 * low) for low in edges[:-1])
     ]
-    return float(np.polyfit(np.log(omega[highest]), np.log(amplitude[highest]), 1)[0])
+    return float(np.polyfit(numerics.log(omega[highest]), numerics.log(amplitude[highest]), 1)[0])
 
 
 def _bound(v0: str) -> float:
@@ -241,7 +242,7 @@ def share_between_lines(motion: Trajectory | Floats) -> float:
         n = round((len(motion) - 1) * WINDOW / T_END)
         share = np.arange(n) / n
         # The points do not divide the window evenly: its end is within half a step of 28 pi.
-        transform = np.fft.rfft(motion[:n] * (0.5 - 0.5 * np.cos(2.0 * math.pi * share)))
+        transform = np.fft.rfft(motion[:n] * (0.5 - 0.5 * numerics.cos(2.0 * math.pi * share)))
         amplitude = np.abs(transform[number])
     power = amplitude**2
     between = (number % 7 >= 2) & (number % 7 <= 5)

@@ -14,6 +14,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
+
 __all__ = ["Averaged", "averaged", "fast_flight", "kick", "mean_delays", "order", "strength"]
 
 Floats = NDArray[np.float64]
@@ -114,7 +116,7 @@ def strength(omega: Fraction) -> float:
     if q == 3:
         return k**3 * (1.0 - w * w) / (12.0 * math.pi)
     if q == 4:
-        return k**4 * w * (1.0 - w * w) * math.tan(0.5 * math.pi * w) / (24.0 * math.pi)
+        return k**4 * w * (1.0 - w * w) * numerics.tan(0.5 * math.pi * w) / (24.0 * math.pi)
     return math.nan
 
 
@@ -156,13 +158,17 @@ def _flight(phase: Floats, speed: Floats, omega: float, longer: Floats) -> tuple
     s = math.pi + longer
     end = phase + omega * s
     if omega == 1.0:
-        x = speed * np.sin(s) + 0.5 * (s * np.sin(end) - np.sin(phase) * np.sin(s))
-        v = speed * np.cos(s) + 0.5 * (np.sin(end) + s * np.cos(end) - np.sin(phase) * np.cos(s))
+        x = speed * numerics.sin(s) + 0.5 * (
+            s * numerics.sin(end) - numerics.sin(phase) * numerics.sin(s)
+        )
+        v = speed * numerics.cos(s) + 0.5 * (
+            numerics.sin(end) + s * numerics.cos(end) - numerics.sin(phase) * numerics.cos(s)
+        )
         return x, v
     gain = 1.0 / (1.0 - omega * omega)
-    start_x, start_v = gain * np.cos(phase), speed + gain * omega * np.sin(phase)
-    x = start_v * np.sin(s) - start_x * np.cos(s) + gain * np.cos(end)
-    v = start_v * np.cos(s) + start_x * np.sin(s) - gain * omega * np.sin(end)
+    start_x, start_v = gain * numerics.cos(phase), speed + gain * omega * numerics.sin(phase)
+    x = start_v * numerics.sin(s) - start_x * numerics.cos(s) + gain * numerics.cos(end)
+    v = start_v * numerics.cos(s) + start_x * numerics.sin(s) - gain * omega * numerics.sin(end)
     return x, v
 
 
@@ -196,7 +202,7 @@ def mean_delays(omega: float, speeds: Floats, flights: int = 2000) -> Floats:
     for k in range(flights):
         phase, v, delays[k] = fast_flight(phase, v, omega)
     s = (np.arange(flights) + 0.5) / flights
-    return np.asarray(np.average(delays, axis=0, weights=np.exp(-1.0 / (s * (1.0 - s)))))
+    return np.asarray(np.average(delays, axis=0, weights=numerics.exp(-1.0 / (s * (1.0 - s)))))
 
 
 @cache
@@ -240,5 +246,5 @@ def _measure(omega: float, p: int, q: int, speed: float) -> tuple[float, float]:
     lasting = q * math.pi
     power = 0.5 * (v - speed) * (v + speed) / lasting * speed ** (q - 2)
     # q times the phase in the middle of a flight is q times that at its start and p half turns.
-    strength_now = (-1) ** p * 2.0 * float(np.mean(power * np.sin(q * start))) / (q * omega)
+    strength_now = (-1) ** p * 2.0 * float(np.mean(power * numerics.sin(q * start))) / (q * omega)
     return strength_now, float(np.mean(delay)) / lasting * speed**6 / -4.0

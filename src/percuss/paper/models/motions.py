@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.io.study_text import motion_text
 from percuss.model.exact import Exact, as_float
 from percuss.model.forcing import Forcing
@@ -135,7 +135,7 @@ def step_through(force: Forcing, v0: Exact, t_end: Exact) -> SteppedMotion:
     motion = runge_kutta(
         STIFFNESS_BELOW["stiff"],
         float(part.omega),
-        math.atan2(-part.sin, part.cos),
+        numerics.atan2(-part.sin, part.cos),
         v0=as_float(v0),
         t_end=as_float(t_end),
         tolerance=STEP_TOLERANCE,

@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from percuss import numerics
 from percuss.ensembles.sweep import sweep
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.forcing import cosine
@@ -64,7 +65,7 @@ def lost_share(restitution: float, damping: float) -> float:
     >>> round(lost_share(0.8, 0.0), 12)
     0.2
     """
-    return 1.0 - restitution * math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))
+    return 1.0 - restitution * numerics.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))
 
 
 def gain(n: int) -> float:
@@ -105,8 +106,8 @@ def single_impact_speed(omega: ArrayLike, turns: int, restitution: float, dampin
     w = np.asarray(omega, dtype=np.float64)
     natural = math.sqrt(1.0 - damping**2)
     flight = 2.0 * math.pi * turns / w
-    decay = np.exp(-damping * flight)
-    c, s = np.cos(natural * flight), np.sin(natural * flight) / natural
+    decay = numerics.exp(-damping * flight)
+    c, s = numerics.cos(natural * flight), numerics.sin(natural * flight) / natural
     # The response to the force has the displacement X and the velocity Y at the impact; per unit
     # of the speed they solve two linear equations.
     a11, a12 = -(1.0 - decay * (c + damping * s)), decay * s
@@ -115,7 +116,7 @@ def single_impact_speed(omega: ArrayLike, turns: int, restitution: float, dampin
     determinant = a11 * a22 - a12 * a21
     x, y = (b1 * a22 - a12 * b2) / determinant, (a11 * b2 - a21 * b1) / determinant
     response = 1.0 / np.abs(1.0 - w**2 + 2j * damping * w)
-    return np.asarray(response / np.hypot(x, y / w))
+    return np.asarray(response / numerics.hypot(x, y / w))
 
 
 def saddle_speed(omega: Fraction, lost: float) -> float:

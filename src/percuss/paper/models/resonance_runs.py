@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.simulate import simulate
@@ -73,8 +74,8 @@ class Ensemble:
         skip
             How many counts to leave out at the start.
         """
-        speeds = np.log(self.largest if what == "largest" else self.typical)[:, skip:]
-        steps = np.log(self.counts[skip:])
+        speeds = numerics.log(self.largest if what == "largest" else self.typical)[:, skip:]
+        steps = numerics.log(self.counts[skip:].astype(np.float64))
         generator = np.random.default_rng(0)
         motions = len(speeds)
         drawn = [_slope(steps, speeds[generator.integers(0, motions, motions)]) for _ in range(200)]
@@ -109,7 +110,7 @@ def ensemble(
     """
     generator = np.random.default_rng(0)
     steps = 4 * int(np.log10(impacts / 100)) + 1
-    counts = np.round(np.geomspace(100, impacts, steps)).astype(np.int64)
+    counts = np.round(numerics.geometric(100, impacts, steps)).astype(np.int64)
     largest, typical = np.empty((2, motions, len(counts)))
     for row in range(motions):
         phase = generator.uniform(0.0, 2.0 * math.pi)
@@ -143,7 +144,7 @@ def energy_rates(motions: int = 16, impacts: int = 20_000) -> tuple[list[float],
         square = 0.5 * (hits.v_after[:-1] ** 2 + hits.v_after[1:] ** 2)
         gained = square[-1] - square[impacts // 2]
         slopes.append(float(gained / (hits.t[-2] - hits.t[impacts // 2])))
-        predicted.append(0.5 * abs(math.sin(2.0 * (2.0 * math.pi * hits.cycle[-1] + phase))))
+        predicted.append(0.5 * abs(numerics.sin(2.0 * (2.0 * math.pi * hits.cycle[-1] + phase))))
     return slopes, predicted
 
 
@@ -217,8 +218,8 @@ def deviation_power(omega: Fraction, speed: float, impacts: int) -> float:
     """
     behind, ahead = (growing_run(omega, speed, start, impacts) for start in (-1e-3, 1e-3))
     apart, mean = np.abs(ahead[1] - behind[1]), 0.5 * (ahead[0] + behind[0])
-    chosen = np.unique(np.geomspace(10, len(mean) - 1, 24).astype(np.int64))
-    return float(np.polyfit(np.log(mean[chosen]), np.log(apart[chosen]), 1)[0])
+    chosen = np.unique(numerics.geometric(10, len(mean) - 1, 24).astype(np.int64))
+    return float(np.polyfit(numerics.log(mean[chosen]), numerics.log(apart[chosen]), 1)[0])
 
 
 def offset(angle: Floats, q: int) -> Floats:
