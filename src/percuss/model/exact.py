@@ -228,7 +228,7 @@ _PLAIN_TYPES = frozenset({int, float, Fraction, Decimal, str, PiTimes})
 
 
 def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
-    """Return a whole number, NumPy's too, as Python's own.
+    """Return a whole number, NumPy's and 4.0 too, as Python's own.
 
     Parameters
     ----------
@@ -256,6 +256,8 @@ def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
     3
     """
     number = plain(value)
+    if isinstance(number, (float, Fraction)) and number % 1 == 0:
+        number = int(number)
     if isinstance(number, bool) or not isinstance(number, int) or not least <= number <= most:
         limits = f"of at least {least}" if math.isinf(most) else f"from {least} to {most}"
         raise ParameterError(name, number, f"not a whole number {limits}")

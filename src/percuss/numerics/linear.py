@@ -18,6 +18,7 @@ __all__ = [
     "determinant",
     "directions",
     "dot",
+    "fit_line",
     "inverse",
     "is_finite",
     "least_squares",
@@ -221,6 +222,33 @@ def least_squares(matrix: Floats, right: Floats, weak: float) -> Floats:
             # In two steps: the square of a size may lie beyond the doubles.
             found += dot(image / size, right) / size * row
     return found
+
+
+def fit_line(x: Floats, y: Floats) -> tuple[float, float]:
+    """Return the slope of the line through points in the least squares, and its standard error.
+
+    Parameters
+    ----------
+    x, y
+        (n,) arrays; the x are not all the same.
+
+    Returns
+    -------
+    slope, error : float
+        The error is NaN for fewer than three points.
+
+    Examples
+    --------
+    >>> fit_line(np.array([0.0, 1.0, 2.0]), np.array([1.0, 3.0, 5.0]))
+    (2.0, 0.0)
+    """
+    # About the middle the two numbers of a line do not depend on one another.
+    steps = x - x.mean()
+    spread = dot(steps, steps)
+    slope = dot(steps, y) / spread
+    rest = y - y.mean() - slope * steps
+    variance = dot(rest, rest) / (len(x) - 2) if len(x) > 2 else math.nan
+    return slope, math.sqrt(variance / spread)
 
 
 def _check(*arrays: Floats) -> None:

@@ -63,19 +63,24 @@ def _room(rng: np.random.Generator, gaps: tuple[int, ...]) -> float:
     times = math.pi * np.concatenate([[0], np.cumsum(gaps)[:-1]])
     coefficients = rng.normal(size=2 * len(waves))
     basis = _basis(times, waves)
-    coefficients -= np.linalg.pinv(basis) @ (basis @ coefficients)
+    # The least of the vectors that the basis takes to the same: the rest is taken to zero.
+    coefficients -= numerics.least_squares(basis, numerics.matmul(basis, coefficients), 1e-12)
     t = np.linspace(0.0, period, 4001)
-    p = _basis(t, waves) @ coefficients
-    slopes = _basis(t + 1e-6, waves) @ coefficients - _basis(t - 1e-6, waves) @ coefficients
+    p = numerics.matmul(_basis(t, waves), coefficients)
+    slopes = numerics.matmul(_basis(t + 1e-6, waves), coefficients) - numerics.matmul(
+        _basis(t - 1e-6, waves), coefficients
+    )
     bound = float(np.abs(p).max() + np.abs(slopes).max() / 2e-6)
     room = math.inf
     for start, gap in zip(times, gaps, strict=True):
         if gap > 1:
             s = np.linspace(1e-3, gap * math.pi - 1e-3, 2001)
-            rise = _basis(start + s, waves) @ coefficients
+            rise = numerics.matmul(_basis(start + s, waves), coefficients)
             down = numerics.sin(s) < -1e-3
             highest = float((rise[down] / -numerics.sin(s[down])).min())
-            near_start = _basis(start + np.array([-1e-6, 1e-6]), waves) @ coefficients
+            near_start = numerics.matmul(
+                _basis(start + np.array([-1e-6, 1e-6]), waves), coefficients
+            )
             room = min(room, bound - (highest + float(np.diff(near_start)[0]) / 2e-6))
     return room
 

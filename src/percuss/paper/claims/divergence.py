@@ -64,11 +64,10 @@ def growth_rate(distances: Floats) -> tuple[float, float]:
         return math.nan, math.nan
     begin = int(np.argmax(distances > LEAST))
     end = int(np.argmax(distances > MOST)) or len(distances)
-    t = math.pi * np.arange(begin, end)
+    t = math.pi * np.arange(begin, end, dtype=np.float64)
     if len(t) < 4:
         return math.nan, math.nan
-    fit, covariance = np.polyfit(t, numerics.log(distances[begin:end]), 1, cov=True)
-    return float(fit[0]), float(math.sqrt(covariance[0, 0]))
+    return numerics.fit_line(t, numerics.log(distances[begin:end]))
 
 
 def _numerics() -> Finding:

@@ -41,8 +41,7 @@ VELOCITIES = np.array([100.0, 200.0, 400.0, 800.0])
 
 def _exponent(errors: list[float]) -> float:
     """Return p of an error that falls as V^-p over VELOCITIES."""
-    slope = np.polyfit(numerics.log(VELOCITIES), numerics.log(np.abs(errors)), 1)[0]
-    return -float(slope)
+    return -numerics.fit_line(numerics.log(VELOCITIES), numerics.log(np.abs(errors)))[0]
 
 
 def _is_of_order(what: str, errors: list[float], power: float) -> Check:

@@ -97,11 +97,9 @@ def _square_root() -> Finding:
     b, logarithm, psi = limit_constant(0.0)
     smooth = numerics.modulus(v * numerics.phasor(phase) + 0.25j * math.pi)
     late = slice(1000, None)
-    (exponent, _), covariance = np.polyfit(
-        numerics.log(t[late]), numerics.log(smooth[late]), 1, cov=True
-    )
+    exponent, error = numerics.fit_line(numerics.log(t[late]), numerics.log(smooth[late]))
     matrix = np.column_stack([t, numerics.log(t), np.ones_like(t)])[late]
-    fitted = np.linalg.lstsq(matrix, smooth[late] ** 2, rcond=None)[0]
+    fitted = numerics.least_squares(matrix, smooth[late] ** 2, 1e-14)
     return Finding(
         (
             # Over this run the logarithm bends the exponent by (ln t)/t: 1e-4.
@@ -110,7 +108,7 @@ def _square_root() -> Finding:
             Check("factor of ln t in V^2, fitted, against theory", fitted[1], logarithm, 1e-3),
         ),
         remark=(
-            f"Standard error of the exponent {math.sqrt(covariance[0, 0]):.1e}. Exactly, V^2 = "
+            f"Standard error of the exponent {error:.1e}. Exactly, V^2 = "
             "sin(2 psi) t/2 + c ln t + O(1), V freed of its alternation by (pi/4) sin psi; here "
             f"psi = {psi:.12f}, c = {logarithm:.6f}."
         ),

@@ -76,7 +76,7 @@ def peak_law(v0: str) -> float:
         int(np.flatnonzero(inside)[amplitude[inside].argmax()])
         for inside in ((omega >= low) & (omega < 2.0 * low) for low in edges[:-1])
     ]
-    return float(np.polyfit(numerics.log(omega[highest]), numerics.log(amplitude[highest]), 1)[0])
+    return numerics.fit_line(numerics.log(omega[highest]), numerics.log(amplitude[highest]))[0]
 
 
 def _bound(v0: str) -> float:

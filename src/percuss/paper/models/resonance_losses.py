@@ -283,8 +283,12 @@ def peak_and_width(omegas: Floats, speeds: Floats) -> tuple[float, float]:
     high = np.interp(-level, -speeds[[j - 1, j]], omegas[[j - 1, j]])
     # A parabola through the three highest points has its top between them.
     if 0 < top < len(speeds) - 1:
-        fit = np.polyfit(omegas[top - 1 : top + 2] - omegas[top], speeds[top - 1 : top + 2], 2)
-        return float(fit[2] - fit[1] ** 2 / (4.0 * fit[0])), float(high - low)
+        before, after = omegas[top - 1] - omegas[top], omegas[top + 1] - omegas[top]
+        left = (speeds[top - 1] - speeds[top]) / before
+        right = (speeds[top + 1] - speeds[top]) / after
+        bend = (right - left) / (after - before)
+        slope = left - bend * before
+        return float(speeds[top] - slope**2 / (4.0 * bend)), float(high - low)
     return float(speeds[top]), float(high - low)
 
 

@@ -83,7 +83,7 @@ class Ensemble:
 
 
 def _slope(steps: Floats, speeds: Floats) -> float:
-    return float(np.polyfit(steps, np.median(speeds, axis=0), 1)[0])
+    return numerics.fit_line(steps, np.median(speeds, axis=0))[0]
 
 
 @cache
@@ -109,7 +109,8 @@ def ensemble(
     1.0
     """
     generator = np.random.default_rng(0)
-    steps = 4 * int(np.log10(impacts / 100)) + 1
+    # Four steps a power of ten.
+    steps = 4 * (len(str(impacts // 100)) - 1) + 1
     counts = np.round(numerics.geometric(100, impacts, steps)).astype(np.int64)
     largest, typical = np.empty((2, motions, len(counts)))
     for row in range(motions):
@@ -219,7 +220,7 @@ def deviation_power(omega: Fraction, speed: float, impacts: int) -> float:
     behind, ahead = (growing_run(omega, speed, start, impacts) for start in (-1e-3, 1e-3))
     apart, mean = np.abs(ahead[1] - behind[1]), 0.5 * (ahead[0] + behind[0])
     chosen = np.unique(numerics.geometric(10, len(mean) - 1, 24).astype(np.int64))
-    return float(np.polyfit(numerics.log(mean[chosen]), numerics.log(apart[chosen]), 1)[0])
+    return numerics.fit_line(numerics.log(mean[chosen]), numerics.log(apart[chosen]))[0]
 
 
 def offset(angle: Floats, q: int) -> Floats:

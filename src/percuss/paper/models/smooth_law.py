@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from percuss.errors import ParameterError
 from percuss.model.forcing import Forcing
+from percuss.numerics import hypot
 from percuss.paper.models.runge_kutta import Spring, harmonics_of, integrate
 
 __all__ = ["Rounding", "growth_rate", "rounded_magnitude", "smooth_motion"]
@@ -59,7 +60,7 @@ def rounded_magnitude(x: ArrayLike, radius: float, rounding: Rounding = "parabol
     if radius == 0.0:
         return plain
     if rounding == "hyperbola":
-        return np.asarray(np.hypot(place, radius))
+        return np.asarray(hypot(place, radius))
     inside = plain < radius
     return np.where(inside, (place**2 + radius**2) / (2.0 * radius), plain)
 

@@ -8,6 +8,7 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.ensembles.lyapunov import lyapunov_exponents
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
@@ -47,6 +48,8 @@ CHAOTIC_OMEGA, CHAOTIC_SPEED = "2.6", 0.3
 CHAOTIC_RADII = (1e-2, 1e-3, 1e-4, 1e-5)
 CHAOTIC_END = 140.0
 FAR = 0.1
+# Beta(1/3, 1/2) / 3, the integral of (1 - u^3)^(-1/2) over [0, 1].
+CONTACT_INTEGRAL = 1.4021821053254543
 # Motions for the statistics, how many periods their starts lie apart, and how long each may take.
 CHAOTIC_STARTS, APART, LONGEST = 40, 20, 1000.0
 EXPONENT_PERIODS = 20_000
@@ -107,8 +110,8 @@ def bound_use(until: float) -> float:
     used = []
     for radius in RADII.tolist():
         x, v = _smooth(radius)
-        error = np.hypot(math.sqrt(mean) * (x - exact_x), v - exact_v)[chosen]
-        bound = radius * math.sqrt(mean) * np.expm1(growth_rate(1.0, BELOW) * TIMES[chosen])
+        error = numerics.hypot(math.sqrt(mean) * (x - exact_x), v - exact_v)[chosen]
+        bound = radius * math.sqrt(mean) * numerics.expm1(growth_rate(1.0, BELOW) * TIMES[chosen])
         used.append(float((error / bound).max()))
     return max(used)
 
@@ -129,8 +132,8 @@ def grazing_errors(rounding: Rounding = "parabola") -> Floats:
         x = (cos omega t - cos t) / (1 - omega^2).
     """
     gain, ends = 1.0 / (1.0 - OMEGA**2), np.array([-1.0, 0.5])
-    x = gain * (np.cos(OMEGA * ends) - np.cos(ends))
-    v = gain * (np.sin(ends) - OMEGA * np.sin(OMEGA * ends))
+    x = gain * (numerics.cos(OMEGA * ends) - numerics.cos(ends))
+    v = gain * (numerics.sin(ends) - OMEGA * numerics.sin(OMEGA * ends))
     found = []
     for radius in RADII.tolist():
         smooth = smooth_motion(
@@ -199,12 +202,10 @@ def wall_delay(stiffness: float, radius: float) -> float:
     wall = impact_oscillator(wall=radius)
     run = simulate(wall, cosine(STIFF_OMEGA), X0, STIFF_SPEED, t_end=STIFF_TIME)
     hit, speed = float(run.impacts.t[0]), float(run.impacts.v_after[0])
-    # The integral is Beta(1/3, 1/2) / 3.
-    integral = math.gamma(1 / 3) * math.gamma(1 / 2) / math.gamma(5 / 6) / 3.0
-    late = 2.0 * (6.0 * radius / (stiffness * speed)) ** (1.0 / 3.0) * integral
+    late = 2.0 * (6.0 * radius / (stiffness * speed)) ** (1.0 / 3.0) * CONTACT_INTEGRAL
     flight = STIFF_TIME - hit
-    force = math.cos(STIFF_OMEGA * hit) - radius
-    return float(-late * (speed * math.cos(flight) + force * math.sin(flight)))
+    force = numerics.cos(STIFF_OMEGA * hit) - radius
+    return float(-late * (speed * numerics.cos(flight) + force * numerics.sin(flight)))
 
 
 @cache
@@ -313,5 +314,5 @@ def expected_gain() -> tuple[float, float]:
         _CHAOTIC, cosine(CHAOTIC_OMEGA), start=(0.0, CHAOTIC_SPEED), periods=EXPONENT_PERIODS
     )
     rate, error = float(found.exponents[0]), float(found.errors[0])
-    time = 2.0 * math.log(10.0) / rate
+    time = 2.0 * numerics.log(10.0) / rate
     return time, time * error / rate
