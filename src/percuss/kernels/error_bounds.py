@@ -57,6 +57,7 @@ from percuss.kernels.record import (
     KIND,
     NEXT_REGION,
     RELEASE,
+    SLOW_LANDING,
     START,
     V_AFTER,
     V_BEFORE,
@@ -123,6 +124,9 @@ def contact_errors(
         elif kind == RELEASE:
             known = known and events[row, EVENT_T] - events[row - 1, EVENT_T] > out[count - 1]
             doubt = release_errors(law, events, marks, row, phases, errors)
+        elif kind == SLOW_LANDING:
+            # The window of the landing holds the rounding of its own flight, and of none before.
+            known = known and errors[1][0] == 0 and place == 0.0
         elif known:
             known = fly(law, events, marks, row, x0, (place, doubt), phases, arrival, errors)
             place = 0.0
@@ -524,6 +528,8 @@ def error_of_contact(
     low = abs(events[row, EVENT_T_LOW])
     if marks[row - 1, KIND] == START:
         return late0 + low
+    if marks[row - 1, KIND] == SLOW_LANDING:
+        return events[row, V_BEFORE] + low
     before = row - 1
     region = int(marks[before, NEXT_REGION])
     upper = marks[before, BOUND] != law[region, NUMBER]

@@ -370,6 +370,8 @@ def rest(
     state[FORCE] = law[region, UPPER_FORCE if side > 0.0 else LOWER_FORCE]
     state[V] = 0.0
     note(state, counters, events, marks, SLOW_LANDING, bound, v, 0.0)
+    # A limit of impacts ends motions that land at rest again and again, too.
+    counters[N_IMPACTS] += 1
     pressing = side * (state[FORCE] + force_and_slopes(law, phases)[0])
     # Within the rounding of the force the contact's release decides, from where the mass would
     # beyond doubt be in the wall.

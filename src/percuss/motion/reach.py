@@ -98,7 +98,7 @@ def drifts_away(
     y, _ = move(law, region, start, phases, s, at)
     set_phases(law, *later(start[0], start[1], s), at)
     y -= float(steady(law, region, at)[:, 0].sum())
-    gain = np.hypot(*law[region + 1 : region + 1 + len(phases), (GAIN_RE, GAIN_IM)].T)
+    gain = hypot(*law[region + 1 : region + 1 + len(phases), (GAIN_RE, GAIN_IM)].T)
     swing = law[FIRST_HARMONIC : FIRST_HARMONIC + len(phases), (AMPLITUDE, OMEGA)].T
     size = float((swing[0] * gain).sum())
     speeds = float((swing[0] * swing[1] * gain).sum())
@@ -109,7 +109,7 @@ def drifts_away(
     low = high = y
     if damping > 0.0:
         # The drift decays to that at which the damping holds the constant force.
-        late = y + (drift - 0.5 * force / damping) * math.exp(-2.0 * damping * s) / (2.0 * damping)
+        late = y + (drift - 0.5 * force / damping) * exp(-2.0 * damping * s) / (2.0 * damping)
         low, high = min(y, late), max(y, late)
         way = force
     elif force == 0.0:

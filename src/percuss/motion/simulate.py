@@ -90,7 +90,8 @@ def simulate(
     periods
         Number of forcing periods from t0 to the end, > 0, in place of `t_end`.
     max_impacts
-        Number of impacts after which to stop, >= 1; an entry into a soft stop counts as one.
+        Number of impacts after which to stop, >= 1; an entry into a soft stop counts as one, and
+        so does a landing at rest.
         Without it the run stops at ten million, which elastic hops on a wall can reach.
     progress
         True shows a line on the error stream for runs longer than two seconds; a function
