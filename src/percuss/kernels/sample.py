@@ -8,7 +8,15 @@ from percuss.kernels.angles import cos_sin
 from percuss.kernels.arithmetic import exponential, logarithm
 from percuss.kernels.compile import kernel
 from percuss.kernels.doubled import turns
-from percuss.kernels.flight import Start, constant_force, force_and_slopes, move, set_phases
+from percuss.kernels.flight import (
+    Start,
+    constant_force,
+    force_and_slopes,
+    move,
+    set_phases,
+    uncertainty,
+)
+from percuss.kernels.landing import ULP
 from percuss.kernels.law import (
     COSINE,
     DAMPING,
@@ -141,11 +149,15 @@ def fill(
             motion[0, i] = y
             motion[1, i] = v
         motion[0, i] += x
-        # Between two events nothing lies beyond a bound; rounding may have put it there.
-        if motion[0, i] < law[region, LOWER]:
-            motion[0, i] = law[region, LOWER]
-        elif motion[0, i] > law[region, UPPER]:
-            motion[0, i] = law[region, UPPER]
+        # Between two events nothing lies beyond a bound but by rounding, and in formal orbits.
+        bound = min(max(motion[0, i], law[region, LOWER]), law[region, UPPER])
+        beyond = abs(motion[0, i] - bound)
+        if beyond > 0.0:
+            doubt = 0.0
+            if s > 0.0:
+                doubt = uncertainty(law, region, (t, t_low, v0, force), phases, s)
+            if beyond <= doubt + ULP * abs(bound):
+                motion[0, i] = bound
 
 
 @kernel

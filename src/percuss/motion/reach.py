@@ -30,6 +30,7 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
+from percuss.numerics import exp, hypot
 
 __all__ = ["free_until"]
 

@@ -249,22 +249,27 @@ class _March:
         return bool(flies and self.law[self.counters[columns.REGION], STIFFNESS] < 0.0)
 
     def last_moderate(self, end: float) -> float:
-        """Return up to when, at most ``end``, the last flight stays below HUGE."""
-        low = self.last_time
-        if self._is_moderate(end):
+        """Return up to when, at most ``end``, the last flight stays below HUGE.
+
+        One that begins beyond that is kept as long as it has numbers.
+        """
+        low, limit = self.last_time, columns.HUGE
+        if self._is_below(limit, end):
             return end
-        if not self._is_moderate(low):
-            return low
+        if not self._is_below(limit, low):
+            limit = math.inf
         high, step = end, 1.0
-        while self._is_moderate(low + step) and low + step < end:
+        while self._is_below(limit, low + step) and low + step < end:
             low, step = low + step, 2.0 * step
         high = min(high, low + step)
+        if self._is_below(limit, high):
+            return high
         while low < (middle := 0.5 * (low + high)) < high:
-            low, high = (middle, high) if self._is_moderate(middle) else (low, middle)
+            low, high = (middle, high) if self._is_below(limit, middle) else (low, middle)
         return low
 
-    def _is_moderate(self, t: float) -> bool:
-        """Tell whether position and velocity at t are below HUGE."""
+    def _is_below(self, limit: float, t: float) -> bool:
+        """Tell whether position and velocity at t are numbers below a limit."""
         if not t < math.inf:
             return False
         n = int(self.counters[columns.N_EVENTS])
@@ -281,7 +286,7 @@ class _March:
                 np.empty_like(self.phases),
                 motion,
             )
-        return bool((np.abs(motion) < columns.HUGE).all())
+        return bool((np.abs(motion) < limit).all())
 
     def _look_far(self, end: float) -> float:
         """Move on the search of a long flight; return how far it is free of events."""
