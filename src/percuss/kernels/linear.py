@@ -68,6 +68,8 @@ def orthogonalise(rows: Table, turned: Table) -> bool:
         for k in range(m):
             whole += rows[i, k] * rows[i, k]
     least = ROUNDING * ROUNDING * whole
+    # A sum of m products is known to m roundings.
+    square = ORTHOGONAL * m
     for _ in range(MOST_SWEEPS):
         settled = True
         for i in range(n - 1):
@@ -81,7 +83,7 @@ def orthogonalise(rows: Table, turned: Table) -> bool:
                     both += rows[i, k] * rows[j, k]
                 if min(first, second) <= least:
                     continue
-                if abs(both) <= ORTHOGONAL * math.sqrt(first) * math.sqrt(second):
+                if abs(both) <= square * math.sqrt(first) * math.sqrt(second):
                     continue
                 settled = False
                 slope = 0.5 * (second - first) / both
