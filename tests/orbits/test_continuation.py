@@ -135,7 +135,8 @@ def test_symmetry_breaking_between_two_walls(mirrored: Branch) -> None:
 
 def test_strong_resonances_of_a_conservative_family() -> None:
     osc = pc.impact_oscillator(1, wall=-0.5)
-    orbit = pc.find_orbit(osc, pc.cosine(2.6))
+    with pytest.warns(pc.FormalOrbitWarning):
+        orbit = pc.find_orbit(osc, pc.cosine(2.6))
 
     branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.2, 3.8)})
 

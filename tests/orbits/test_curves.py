@@ -346,7 +346,8 @@ def test_bad_input_is_named(branch: Branch, mirrored: Branch) -> None:
 
 def test_other_kinds_of_points_make_no_curve() -> None:
     osc = pc.impact_oscillator(1, wall=-0.5)
-    orbit = pc.find_orbit(osc, pc.cosine(2.6))
+    with pytest.warns(pc.FormalOrbitWarning):
+        orbit = pc.find_orbit(osc, pc.cosine(2.6))
     branch = pc.continue_orbit(orbit, over={OMEGA: (2.2, 3.8)})
     resonance = points(branch, "strong_resonance")[0]
 

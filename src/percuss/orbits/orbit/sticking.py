@@ -166,7 +166,9 @@ def _returns(
         time = lasted[columns.EVENT_T] + lasted[columns.EVENT_T_LOW]
         n = round(time / period)
         if 1 <= n <= max_periods and abs(time - n * period) <= SAME * period:
-            return [((events[2 : i + 1].copy(), marks[2 : i + 1].copy()), n)]
+            record = events[2 : i + 1].copy(), marks[2 : i + 1].copy()
+            # An orbit is told from an impact; one that only lands at rest has none.
+            return [(record, n)] if (record[1][:, columns.KIND] == columns.IMPACT).any() else []
     return []
 
 
