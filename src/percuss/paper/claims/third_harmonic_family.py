@@ -13,6 +13,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss import numerics
 from percuss.model.forcing import sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator
 from percuss.model.start import Start
@@ -76,7 +77,7 @@ def impact_times(v0: float, periods: int) -> Floats:
     >>> (impact_times(0.45, 1) / math.pi).round(4)
     array([1.    , 1.3976, 2.3976, 2.6024, 3.6024, 4.    ])
     """
-    short = math.asin(math.sqrt(2.0 * v0))
+    short = numerics.atan2(math.sqrt(2.0 * v0), math.sqrt(1.0 - 2.0 * v0))
     pattern = np.array([0.0, short, math.pi + short, 2 * math.pi - short, 3 * math.pi - short])
     pattern = np.append(math.pi + pattern, 4 * math.pi)
     return np.asarray(

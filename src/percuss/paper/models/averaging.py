@@ -83,7 +83,9 @@ def kick(omega: float) -> float:
     (0.666666666667, 1.570796326795, True)
     """
     # 2 cos(pi w / 2) / (1 - w^2) = pi sinc((1 - w) / 2) / (1 + w), without the pole at w = 1.
-    return math.pi * float(np.sinc(0.5 * (1.0 - omega))) / (1.0 + omega)
+    turn = 0.5 * math.pi * (1.0 - omega)
+    sinc = numerics.sin(turn) / turn if turn != 0.0 else 1.0
+    return math.pi * sinc / (1.0 + omega)
 
 
 def strength(omega: Fraction) -> float:
