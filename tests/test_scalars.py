@@ -168,7 +168,8 @@ def test_arrays_of_exact_numbers_become_doubles_one_by_one() -> None:
 
 def test_whole_numbers_have_limits() -> None:
     assert whole("n", np.array(3), 1) == 3
+    assert whole("n", np.float64(3), 1) == 3
     assert type(plain(np.uint8(3))) is int
-    for wrong in (2.5, True, 0, None, np.float64(3)):
+    for wrong in (2.5, True, 0, None, np.float64(3.5), float("inf"), float("nan")):
         with pytest.raises(pc.ParameterError, match=r"n = .*: not a whole number of at least 1"):
             whole("n", wrong, 1)

@@ -78,7 +78,8 @@ def test_a_lane_is_the_run_of_simulate(name: str) -> None:
     lanes = lanes_of(osc, force, np.array([[x0, v0, 0.0]]), 30.0)
 
     entries = int((run.crossings.direction == "in").sum())
-    assert lanes.n_impacts[0] == len(run.impacts) + entries
+    at_rest = int((run._marks[:, columns.KIND] == columns.SLOW_LANDING).sum())
+    assert lanes.n_impacts[0] == len(run.impacts) + entries + at_rest
     x, v = run(30.0, "before")
     found = lanes.tallies[0, [survey.END_X, survey.END_V]]
     # The trajectory sums the terms of a fast formula in another order.
