@@ -52,10 +52,16 @@ def lay_down(target: Path, values: NDArray[np.generic]) -> None:
     part = target.with_name(f"{target.name}.{os.getpid()}.part")
     target.parent.mkdir(parents=True, exist_ok=True)
     content = values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
+    left = memoryview(content + checksum(content).to_bytes(SUM, "little"))
     try:
-        with part.open("wb") as file:
-            file.write(content)
-            file.write(checksum(content).to_bytes(SUM, "little"))
+        # Without a file object: Ctrl-C can come between its making and its first line.
+        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0)
+        file = os.open(part, flags, 0o666)
+        try:
+            while left:
+                left = left[os.write(file, left) :]
+        finally:
+            os.close(file)
         part.replace(target)
     finally:
         part.unlink(missing_ok=True)
