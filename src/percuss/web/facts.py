@@ -15,7 +15,7 @@ from percuss.motion.outcome import Outcome
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits import PeriodicOrbit
-from percuss.orbits.finding.find import find_formal_orbit as find_orbit
+from percuss.orbits.finding.find import find_formal_orbit
 from percuss.plotting.samples import sample_curve
 from percuss.studies.study import Study
 from percuss.web.explore import moving
@@ -117,7 +117,7 @@ def _nearest(study: Study, run: Trajectory) -> PeriodicOrbit | None:
     formal = None
     for found in _returns(run, force.period):
         try:
-            orbit = find_orbit(
+            orbit = find_formal_orbit(
                 study.oscillator,
                 force,
                 n_impacts=found.n_impacts,
