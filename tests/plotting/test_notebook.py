@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from asyncio import run
-
-import nbformat
 import numpy as np
-from nbclient import NotebookClient
+from tests.notebooks import executed
 
 import percuss as pc
 from percuss.motion.html_table import html_table
@@ -23,20 +20,13 @@ CELLS = [
 
 
 def test_a_picture_is_shown_once_and_a_table_as_one() -> None:
-    cells = [nbformat.v4.new_code_cell(text) for text in CELLS]  # type: ignore[no-untyped-call]
-    notebook = nbformat.v4.new_notebook(cells=cells)  # type: ignore[no-untyped-call]
-
-    async def executed() -> None:
-        await NotebookClient(notebook, timeout=100).async_execute()
-
-    run(executed())
+    cells = executed(CELLS)
     shown = [
-        sum("image/png" in output.get("data", {}) for output in cell.outputs)
-        for cell in notebook.cells
+        sum("image/png" in output.get("data", {}) for output in cell.outputs) for cell in cells
     ]
 
     assert shown == [0, 0, 1, 1, 1, 1, 0]
-    (table,) = notebook.cells[-1].outputs
+    (table,) = cells[-1].outputs
     assert table["data"]["text/html"].startswith("<table><caption>Impacts: 2, t = ")
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 import websockets
-from tests.web.loops import run
+from tests.loops import run
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX")
 

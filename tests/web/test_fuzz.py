@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 import websockets
+from tests.loops import run
 from tests.web.frames import read_frame
-from tests.web.loops import run
 
 from percuss.web.presets import presets
 from percuss.web.session import FAILED

@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 import websockets
+from tests.loops import run
 from tests.web.frames import read_frame
-from tests.web.loops import run
 
 from percuss.web.app import SafeHeaders
 from percuss.web.front import claims_of, scripts_of

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from tests.loops import run
 from tests.web.frames import read_frame
-from tests.web.loops import run
 
 from percuss.web import session as sessions
 from percuss.web.frame import frame

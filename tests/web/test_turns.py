@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 import websockets
+from tests.loops import run
 from tests.web.frames import read_frame
-from tests.web.loops import run
 from tests.web.test_server import fetched
 
 from percuss.web.handle import Handle

@@ -8,11 +8,10 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-import nbformat
 import pytest
-from nbclient import NotebookClient
 from playwright.sync_api import Browser, Page
-from tests.web.loops import run
+from tests.loops import run
+from tests.notebooks import executed
 
 import percuss as pc
 from percuss.errors import ParameterError
@@ -40,14 +39,8 @@ print(header["id"], header["n_impacts"], sent[1][0]["name"])
 
 
 def test_widget_answers_in_a_notebook() -> None:
-    cell = nbformat.v4.new_code_cell(CELL)  # type: ignore[no-untyped-call]
-    notebook = nbformat.v4.new_notebook(cells=[cell])  # type: ignore[no-untyped-call]
-
-    async def executed() -> None:
-        await NotebookClient(notebook, timeout=100).async_execute()
-
-    run(executed())
-    text = notebook.cells[0].outputs[-1]["text"]
+    (cell,) = executed([CELL])
+    text = cell.outputs[-1]["text"]
 
     osc, force = pc.impact_oscillator("0.8"), pc.cosine("2.8")
     found = pc.simulate(osc, force, v0="0.5", periods=60)

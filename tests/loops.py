@@ -1,4 +1,8 @@
-"""Running coroutines beside a browser, which keeps the event loop of this thread to itself."""
+"""Running coroutines in a thread of their own.
+
+A browser keeps the event loop of its thread to itself, and `asyncio.run` throws away the one that
+a Dask client left there, unclosed.
+"""
 
 from __future__ import annotations
 
