@@ -48,19 +48,45 @@ def ids_answered(texts: list[str]) -> list[dict[str, Any]]:
     return headers
 
 
-def test_of_many_moves_of_a_slider_the_first_and_the_last_are_answered(
+def test_of_many_moves_of_a_slider_the_last_is_answered_when_the_turn_comes(
     monkeypatch: pytest.MonkeyPatch, study: dict[str, Any]
 ) -> None:
-    gate = threading.Event()
+    begun, gate = threading.Event(), threading.Event()
 
     def slow(question: Question, _handle: Handle) -> bytes:
-        gate.wait(0.2)
+        begun.set()
+        gate.wait(10.0)
         return frame({"id": question.id, "kind": "explore"})
 
     monkeypatch.setattr(sessions, "answer_explore", slow)
-    headers = ids_answered([message(i, "explore", study) for i in range(1, 41)])
+    answered: dict[str, list[int]] = {"one": [], "other": []}
 
-    assert [header["id"] for header in headers] == [1, 40]
+    async def talk() -> None:
+        async def move(name: str, numbers: range) -> Session:
+            async def send(data: bytes) -> None:
+                answered[name].append(read_frame(data)[0]["id"])
+
+            session = Session(send, POOLS)
+            for number in numbers:
+                await session.receive(message(number, "explore", study))
+                await asyncio.sleep(0)
+            return session
+
+        # The one client has the turn; the other moves its slider and waits for its own.
+        one = await move("one", range(1, 2))
+        while not begun.is_set():
+            await asyncio.sleep(0.01)
+        other = await move("other", range(1, 41))
+        await one.receive(message(2, "explore", study))
+        gate.set()
+        for session in (one, other):
+            task = session._lanes["explore"].task
+            assert task is not None
+            await task
+
+    run(talk())
+
+    assert answered == {"one": [1, 2], "other": [40]}
 
 
 def test_a_new_job_ends_the_one_before(study: dict[str, Any]) -> None:

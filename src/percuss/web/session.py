@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass, field
 
@@ -149,21 +150,28 @@ class Lane:
     answer: Callable[[Question, Handle], Iterator[bytes]]
     failed: Callable[[Question, BaseException], bytes]
     waiting: Question | None = None
-    task: asyncio.Task[None] | None = None
+    # In work: None until its turn has begun, so that the newest is answered and not the one that
+    # was newest a round ago.
+    question: Question | None = None
+    frames: Iterator[bytes] = field(default_factory=lambda: iter(()))
     handle: Handle = field(default_factory=Handle)
+    task: asyncio.Task[None] | None = None
+    lock: threading.Lock = field(default_factory=threading.Lock)
 
     def ask(self, question: Question) -> None:
         """Put a question in the place of the one that waits."""
-        self.waiting = question
-        if question.kind in LONG:
-            # The answer to the one before is wanted no more.
-            self.handle.is_stopped = True
+        with self.lock:
+            self.waiting = question
+            if question.kind in LONG and self.question is not None:
+                # The answer to the one before is wanted no more.
+                self.handle.is_stopped = True
         if self.task is None or self.task.done():
             self.task = asyncio.get_running_loop().create_task(self._work())
 
     def cancel(self) -> None:
         """End what is in work, and drop what waits."""
-        self.waiting, self.handle.is_stopped = None, True
+        with self.lock:
+            self.waiting, self.handle.is_stopped = None, True
 
     async def close(self) -> None:
         """End what is in work, and wait for its end."""
@@ -173,39 +181,38 @@ class Lane:
 
     async def _work(self) -> None:
         while self.waiting is not None:
-            question, self.waiting = self.waiting, None
-            handle = self.handle = Handle()
-            frames = self.answer(question, handle)
-            while not handle.is_stopped:
-                data = await self._frame(question, frames, handle)
-                if data is None:
-                    break
+            with self.lock:
+                self.question, handle = None, Handle()
+                self.handle = handle
+            while not handle.is_stopped and (data := await self._frame(handle)) is not None:
                 if not handle.is_stopped:
                     await self.send(data)
 
-    async def _frame(
-        self, question: Question, frames: Iterator[bytes], handle: Handle
-    ) -> bytes | None:
+    async def _frame(self, handle: Handle) -> bytes | None:
         """Return the next frame of an answer, None after the last; tell the progress meanwhile."""
-        future = self.pool.submit(lambda turn: self._next(question, frames, handle, turn))
-        work = asyncio.wrap_future(future)
+        work = asyncio.wrap_future(self.pool.submit(lambda turn: self._next(handle, turn)))
         told = handle.share
         while True:
             done, _ = await asyncio.wait([work], timeout=TELLING)
             if done:
                 return work.result()
-            if handle.share > told and not handle.is_stopped:
+            if self.question is not None and handle.share > told and not handle.is_stopped:
                 told = handle.share
-                await self.send(frame({"id": question.id, "kind": "progress", "share": told}))
+                header = {"id": self.question.id, "kind": "progress", "share": told}
+                await self.send(frame(header))
 
-    def _next(
-        self, question: Question, frames: Iterator[bytes], handle: Handle, turn: Turn
-    ) -> bytes | None:
+    def _next(self, handle: Handle, turn: Turn) -> bytes | None:
         """Return the next frame of an answer, None after the last."""
-        if handle.is_stopped:
-            return None
+        with self.lock:
+            if handle.is_stopped:
+                return None
+            if self.question is None:
+                self.question, self.waiting = self.waiting, None
+                assert self.question is not None
+                self.frames = self.answer(self.question, handle)
+            question = self.question
         with handle.during(turn):
             try:
-                return next(frames, None)
+                return next(self.frames, None)
             except Exception as error:  # noqa: BLE001 - told to the client, and reported
                 return self.failed(question, error)
