@@ -1,4 +1,4 @@
-# make paper | demo | test | nightly | docs | benchmark | lock | clean. Set-up happens by itself, in .venv.
+# make paper | demo | test | frozen | nightly | docs | benchmark | lock | clean. Set-up happens by itself, in .venv.
 
 # The first Python that is new enough; PYTHON=... on the command line chooses another.
 CANDIDATES = python3 python3.14 python3.13 python3.12 python3.11
@@ -13,7 +13,7 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test nightly docs benchmark check lock clean
+.PHONY: paper demo test frozen nightly docs benchmark check lock clean
 .DELETE_ON_ERROR:
 
 paper: .venv/run.stamp
@@ -29,6 +29,10 @@ demo: .venv/run.stamp
 
 test: check
 	$(BIN)/python -m pytest
+
+# What a change of the house must not change; after a change that is meant, `make frozen KEEP=--write`.
+frozen: .venv/dev.stamp
+	$(BIN)/python -m tests.frozen $(KEEP)
 
 # The second and third runs: the quick part as on machines of other kinds.
 SOME = tests/orbits tests/motion tests/kernels tests/model tests/paper

@@ -1,0 +1,1 @@
+"""Results that a change of the house must not change: `make frozen`."""

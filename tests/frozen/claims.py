@@ -1,0 +1,29 @@
+"""The verdicts and measured values of `percuss paper`."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from percuss.paper.run import run_paper
+
+# What one run does not share with another.
+OWN = ("seconds", "command", "date", "versions", "machine", "milliseconds")
+
+
+def frozen() -> dict[str, Any]:
+    """Return what claims.json says, without times."""
+    with tempfile.TemporaryDirectory() as folder:
+        run_paper(folder, force=True, lanes=1)
+        written = json.loads((Path(folder) / "claims.json").read_text(encoding="utf-8"))
+    return {str(name): value for name, value in _lasting(written).items()}
+
+
+def _lasting(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _lasting(inner) for name, inner in value.items() if name not in OWN}
+    if isinstance(value, list):
+        return [_lasting(inner) for inner in value]
+    return value
