@@ -146,7 +146,9 @@ def _at_random() -> Results:
         found = pc.find_orbits(osc, force, max_impacts=2, max_periods=2)
         yield f"orbits of {seed}", found
         for orbit in found[:1]:
-            path, value = (OMEGA, 2 * math.pi / (force.period or 1.0)) if seed % 2 else (CONSTANT, 0.0)
+            path, value = (
+                (OMEGA, 2 * math.pi / (force.period or 1.0)) if seed % 2 else (CONSTANT, 0.0)
+            )
             over = {path: (value - 0.2, value + 0.2)}
             try:
                 branch = pc.continue_orbit(orbit, over=over, max_points=100)

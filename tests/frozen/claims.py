@@ -18,12 +18,12 @@ def frozen() -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         run_paper(folder, force=True, lanes=1)
         written = json.loads((Path(folder) / "claims.json").read_text(encoding="utf-8"))
-    return {str(name): value for name, value in _lasting(written).items()}
+    return {row["id"]: _without_times(row) for row in written}
 
 
-def _lasting(value: Any) -> Any:
+def _without_times(value: Any) -> Any:
     if isinstance(value, dict):
-        return {name: _lasting(inner) for name, inner in value.items() if name not in OWN}
+        return {name: _without_times(inner) for name, inner in value.items() if name not in OWN}
     if isinstance(value, list):
-        return [_lasting(inner) for inner in value]
+        return [_without_times(inner) for inner in value]
     return value

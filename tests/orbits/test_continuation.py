@@ -236,8 +236,8 @@ def test_progress_is_told_and_may_stop_it() -> None:
 def test_a_long_branch_shows_a_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("percuss.motion.progress.PATIENCE", 0.0)
-    monkeypatch.setattr("percuss.motion.progress.RENEWED", 0.0)
+    monkeypatch.setattr("percuss.progress.PATIENCE", -1.0)
+    monkeypatch.setattr("percuss.progress.RENEWED_IN_A_LOG", 0.0)
     orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
 
     pc.continue_orbit(orbit, over={"forcing.omega": (2.49, 2.51)}, progress=True)

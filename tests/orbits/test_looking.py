@@ -57,8 +57,8 @@ def test_find_orbit_stops_with_the_best_or_says_that_it_was_stopped() -> None:
 def test_a_line_appears_for_long_searches_only(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("percuss.motion.progress.PATIENCE", 0.0)
-    monkeypatch.setattr("percuss.motion.progress.RENEWED", 0.0)
+    monkeypatch.setattr("percuss.progress.PATIENCE", -1.0)
+    monkeypatch.setattr("percuss.progress.RENEWED_IN_A_LOG", 0.0)
     pc.find_orbits(OSC, FORCE, 1, 1, progress=True)
     # All of one impact come from the closed form.
     assert capsys.readouterr().err == ""

@@ -27,7 +27,7 @@ from percuss.certified.undecided import Undecided
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_fraction
 from percuss.model.start import Start
-from percuss.motion.progress import Progress
+from percuss.motion.progress import RunProgress
 
 __all__ = ["Limits", "march"]
 
@@ -57,12 +57,14 @@ class Limits:
         self.end = arb.pos_inf() if t_end is None else time_ball(t_end)
 
 
-def march(system: System, start: Start, limits: Limits, watch: Progress | None = None) -> Record:
+def march(
+    system: System, start: Start, limits: Limits, progress: RunProgress | None = None
+) -> Record:
     """Follow a motion in balls of the working precision; never raises Undecided."""
     walk = _Walk(system, limits)
     try:
         walk.begin(start)
-        while walk.go_on() and walk.may_go_on(watch):
+        while walk.go_on() and walk.may_go_on(progress):
             pass
     except KeyboardInterrupt:
         walk.stop(Undecided("interrupted", ""))
@@ -92,10 +94,10 @@ class _Walk:
             return self._wait(self.now)
         return False
 
-    def may_go_on(self, watch: Progress | None) -> bool:
+    def may_go_on(self, progress: RunProgress | None) -> bool:
         """Tell the caller how far it is; end the march if that is wanted."""
         t = float(self.record.pieces[-1].start) if self.record.pieces else 0.0
-        if watch is not None and not watch.go_on(t, self.record.n_entries):
+        if progress is not None and not progress.reach_event(t, self.record.n_entries):
             raise Undecided("interrupted", "")
         return True
 

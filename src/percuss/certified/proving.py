@@ -20,7 +20,7 @@ from percuss.certified.system import system_of
 from percuss.model.exact import Phase, as_float
 from percuss.model.start import Start
 from percuss.motion.outcome import Outcome
-from percuss.motion.progress import Progress
+from percuss.motion.progress import RunProgress
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["certify_run"]
@@ -53,11 +53,11 @@ def certify_run(
         lost = lost_bits(system)
     work = bits or min(most_bits, math.ceil(digits / math.log10(2)) + FIRST_MARGIN + lost)
     for attempt in count():
-        watch = _watch(progress, begin, t_end, number)
+        reported = _progress(progress, begin, t_end, number)
         with precision(work):
-            record = march(system, begin, Limits(t_end, number, finest), watch)
+            record = march(system, begin, Limits(t_end, number, finest), reported)
             spent, missing = _bits(record, digits)
-        watch.close()
+        reported.close()
         enough = missing <= 0 and record.ending not in OPEN
         if best is None or enough or not record.until < best[0].until:
             best = record, spent
@@ -76,14 +76,14 @@ def certify_run(
     raise AssertionError
 
 
-def _watch(
+def _progress(
     progress: bool | Callable[[float, float], bool] | None,
     begin: Start,
     t_end: Phase | None,
     number: int | None,
-) -> Progress:
+) -> RunProgress:
     end = math.inf if t_end is None else as_float(t_end)
-    return Progress(progress, as_float(begin.t0), end, number or MOST_EVENTS)
+    return RunProgress(progress, as_float(begin.t0), end, number or MOST_EVENTS)
 
 
 def _limits_of(run: Trajectory) -> tuple[Phase | None, int | None]:

@@ -94,7 +94,7 @@ def run(
     instead = f"--force replaces the results in {folder}, --out writes into another folder"
     with faults_on_stderr(instead=instead):
         from percuss.cli.report import print_report
-        from percuss.cli.watch import Watch
+        from percuss.cli.progress_bar import ProgressBar
         from percuss.studies.reading import load_study
         from percuss.studies.study import Certify
 
@@ -106,7 +106,7 @@ def run(
         # Only now: what draws and saves takes a second to import.
         from percuss.studies.running import run_study
 
-        with Watch(asked.question.doing, of_chunks=asked.question.is_ensemble) as watch:
+        with ProgressBar(asked.question.doing, of_chunks=asked.question.is_ensemble) as watch:
             result = run_study(
                 asked,
                 folder,
@@ -152,13 +152,13 @@ def paper(
     """Recompute Dyskin, Pasternak & Pelinovsky (2012) and judge it, statement by statement."""
     with faults_on_stderr(f"the finished figures are in {out}, without a report"):
         from percuss.cli.verdicts import print_verdicts
-        from percuss.cli.watch import Watch
+        from percuss.cli.progress_bar import ProgressBar
         from percuss.paper.run import run_paper
 
         options = ["--only", only] if only is not None else []
         options += ["--out", str(out), *(["--force"] if force else [])]
         command = shlex.join(["percuss", "paper", *options])
-        with Watch("recomputing the paper") as watch:
+        with ProgressBar("recomputing the paper") as watch:
             result = run_paper(out, only=only, command=command, force=force, progress=watch)
         print_verdicts(result)
     if result.is_interrupted:

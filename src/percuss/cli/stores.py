@@ -63,7 +63,7 @@ def _size(found: Any) -> str:
 
 def _rows(store: Path, status: dict[str, Any]) -> dict[str, str]:
     """Return what is shown, by its name."""
-    from percuss.ensembles.watch import in_words
+    from percuss.progress import duration_text
 
     study = status["study"]
     what = ", ".join(study.get("measure", [])) or str(study["kind"]).split(",")[0]
@@ -81,11 +81,11 @@ def _rows(store: Path, status: dict[str, Any]) -> dict[str, str]:
     if done == total:
         rows["time left"] = "none, it is complete"
     elif status["seconds_left"] is not None:
-        left = f"{in_words(status['seconds_left'])} at the rate of the last chunks"
+        left = f"{duration_text(status['seconds_left'])} at the rate of the last chunks"
         if status["running"] is False:
             rows["not running"] = f"as it seems; the rest would take {left}"
         else:
             rows["time left"] = f"{left}, if it is running"
     if done < total and status["seconds_since"] is not None:
-        rows["last chunk"] = f"{in_words(status['seconds_since'])} ago"
+        rows["last chunk"] = f"{duration_text(status['seconds_since'])} ago"
     return rows

@@ -18,10 +18,9 @@ from percuss.ensembles.grid import whole
 from percuss.ensembles.job import Block, Job
 from percuss.ensembles.main_script import check_main
 from percuss.ensembles.threads import Threads
-from percuss.ensembles.watch import tell_of_stopping
 from percuss.errors import ParameterError
 
-__all__ = ["Engine", "EngineError", "check_engine", "done_chunks", "make_ready"]
+__all__ = ["Engine", "EngineError", "check_engine", "done_chunks", "make_ready", "say_stopping"]
 
 # "threads", "processes", the address of a Dask scheduler, or a `distributed.Client`.
 Engine: TypeAlias = Any
@@ -84,6 +83,12 @@ def done_chunks(
     if isinstance(engine, str):
         return chunks_by_address(job, spans, engine, tick)
     return chunks_by_client(job, spans, engine, tick)
+
+
+def say_stopping() -> None:
+    """Say at once that Ctrl-C was heard: chunks that are at work may take a while."""
+    sys.stderr.write("\nstopping after the chunks at work; Ctrl-C again drops them\n")
+    sys.stderr.flush()
 
 
 def _goes_on() -> bool:
@@ -201,7 +206,7 @@ def _of_pool(
                 n_interrupts += 1
                 if n_interrupts > 1:
                     raise
-                tell_of_stopping()
+                say_stopping()
                 running = {future: i for future, i in running.items() if not future.cancel()}
                 continue
             except BrokenProcessPool:

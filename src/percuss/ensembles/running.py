@@ -9,12 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.ensembles.checks import check_means
-from percuss.ensembles.engines import Engine, EngineError, done_chunks, make_ready
+from percuss.ensembles.engines import (
+    Engine,
+    EngineError,
+    done_chunks,
+    make_ready,
+    say_stopping,
+)
 from percuss.ensembles.job import Answer, Block, Job, check_room, chunks_of, numbers_of
 from percuss.ensembles.sizes import NUMBER, in_gigabytes
 from percuss.ensembles.store import RESULT, Store, has_store, keep_result
-from percuss.ensembles.watch import Report, Watch, tell_of_stopping
 from percuss.errors import OutputError
+from percuss.progress import PATIENCE, Progress, Report, duration_text, rate_text
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
@@ -22,6 +28,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Report", "keep", "run_job", "unanswered"]
 
+# What takes longer than this [s] is said once where no progress was asked for.
+LONG = 600.0
 # An answer of so many bytes is told before the work.
 LARGE = 1_000_000_000
 
@@ -71,24 +79,17 @@ def run_job(
     make_ready(job, engine, is_new=store is not None and not has_store(Path(store)))
     keeper = _Memory(job, spans) if store is None else Store(store, job)
     todo = keeper.todo()
-    watch = Watch(progress, job.size, _size(spans, todo), getattr(job, "each", "points"))
+    reported = _ChunkProgress(progress, job, _size(spans, todo))
     if progress is not False and todo:
         _tell_size(job, store)
-    is_interrupted = is_stopped = False
-
-    def tick() -> bool:
-        nonlocal is_stopped
-        is_stopped = not watch.tick()
-        return not is_stopped
-
+    is_interrupted = False
     those = [spans[i] for i in todo]
-    coming = done_chunks(job, those, engine, n_workers, tick) if todo else iter(())
+    coming = done_chunks(job, those, engine, n_workers, reported.tick) if todo else iter(())
     try:
         for place, block in coming:
             keeper.write(todo[place], block)
             first, last = spans[todo[place]]
-            if not watch.go_on(last - first, block.n_impacts):
-                is_stopped = True
+            if not reported.chunk_done(last - first, block.n_impacts):
                 break
     except EngineError as error:
         done = f"{job.size - _size(spans, keeper.todo()):,} of {job.size:,} points are done"
@@ -99,17 +100,17 @@ def run_job(
         is_interrupted = True
         if getattr(coming, "gi_frame", None) is not None:
             # It came between two chunks: those at work have still to end.
-            tell_of_stopping()
+            say_stopping()
     finally:
         close = getattr(coming, "close", None)
         if close is not None:
             close()
-        watch.close()
+        reported.close()
     if is_interrupted:
         # What was being written then may be done or not.
-        watch.tell_of_interruption(job.size - _size(spans, keeper.todo()), store)
+        reported.say_interrupted(job.size - _size(spans, keeper.todo()), store)
     answer = keeper.read()
-    if store is not None and not (answer.complete or is_interrupted or is_stopped):
+    if store is not None and not (answer.complete or is_interrupted or reported.is_stopped):
         reason = (
             "has lost chunks that were written: someone has removed them; the same call goes on"
         )
@@ -117,16 +118,49 @@ def run_job(
     return answer
 
 
+class _ChunkProgress(Progress):
+    """The points of a job that are done, with the rate of impacts and the time left."""
+
+    def __init__(self, report: Report, job: Job, n_todo: int) -> None:
+        units = getattr(job, "each", "points")
+        super().__init__(report, job.size, units, done=job.size - n_todo)
+        self._is_silent, self._n_impacts = report is None, 0
+
+    def chunk_done(self, n_points: int, n_impacts: int) -> bool:
+        """Count a chunk; return whether to go on."""
+        # The first one may have had to compile: the rate is that of the others.
+        since = self.since_first()
+        self._n_impacts += n_impacts if since > 0.0 else 0
+        rate = rate_text(self._n_impacts / since) if since > 0.0 else ""
+        is_wanted = self.advance(n_points, f"{rate} impacts/s" if rate else "")
+        if self._is_silent and since > PATIENCE and self.seconds_left() > LONG:
+            self._is_silent = False
+            _say(
+                f"{duration_text(self.seconds_left())} left for {self.total:,} points at the rate "
+                "of the first chunks; progress=True shows how far it is, store= keeps what is done"
+            )
+        return is_wanted
+
+    def say_interrupted(self, done: int, store: str | Path | None) -> None:
+        """Say what an interruption has left: so many points, in a store or in hand."""
+        kept = f"kept in {store}: the same call goes on from there" if store else "returned"
+        _say(f"interrupted; {done:,} of {self.total:,} {self._units} are done and {kept}")
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(f"{text}\n")
+    sys.stderr.flush()
+
+
 def _tell_size(job: Job, store: str | Path | None) -> None:
     """Say before the work how large the answer will be, where it is large."""
     size = NUMBER * numbers_of(job) * job.size
     if size >= LARGE:
         where = "of memory" if store is None else f"in {store}"
-        sys.stderr.write(
+        _say(
             f"{job.size:,} points in chunks of {job.chunk:,}, whose answer takes "
-            f"{in_gigabytes(size)} {where}\n"
+            f"{in_gigabytes(size)} {where}"
         )
-        sys.stderr.flush()
 
 
 def _size(spans: list[tuple[int, int]], numbers: list[int]) -> int:

@@ -30,7 +30,7 @@ from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, end_after_periods, periods_faults, start_faults
 from percuss.motion.outcome import Outcome
-from percuss.motion.progress import Progress
+from percuss.motion.progress import RunProgress
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Trajectory
 
@@ -137,8 +137,8 @@ def simulate(
     table = law(osc, force)
     _check_times(table, as_float(t0), end)
     march = _March(table, as_float(x0), as_float(v0), as_float(t0), limit)
-    watch = Progress(progress, as_float(t0), end, limit)
-    outcome = march.run(end, limit, watch)
+    reported = RunProgress(progress, as_float(t0), end, limit)
+    outcome = march.run(end, limit, reported)
     stopped: Phase = march.last_time
     if outcome in (Outcome.reached_t_end, Outcome.at_rest) and t_end is not None:
         stopped = cast("Phase", plain(t_end))
@@ -210,7 +210,7 @@ class _March:
         """The time of the last event."""
         return float(self.state[columns.T])
 
-    def run(self, end: float, limit: int, watch: Progress) -> Outcome:
+    def run(self, end: float, limit: int, progress: RunProgress) -> Outcome:
         """March to the limits, or until the user stops it."""
         try:
             while True:
@@ -235,12 +235,14 @@ class _March:
                 elif self._look_far(end) == math.inf and end == math.inf:
                     return Outcome.no_more_impacts
                 searched = max(self.state[columns.FREE_BELOW], self.state[columns.HELD])
-                if not watch.go_on(self.last_time + searched, self.counters[columns.N_IMPACTS]):
+                if not progress.reach_event(
+                    self.last_time + searched, int(self.counters[columns.N_IMPACTS])
+                ):
                     return Outcome.interrupted
         except KeyboardInterrupt:
             return Outcome.interrupted
         finally:
-            watch.close()
+            progress.close()
 
     @property
     def may_grow(self) -> bool:

@@ -17,8 +17,8 @@ from percuss.orbits.curves.curve_equations import CurveEquations
 from percuss.orbits.curves.curve_start import equations_of
 from percuss.orbits.curves.curve_walk import CurveRow, CurveWalk
 from percuss.orbits.families.special_points import SpecialPoint
-from percuss.orbits.families.telling import Report, Telling
 from percuss.orbits.families.walk import STOPPED
+from percuss.progress import Progress, Report
 
 __all__ = ["continue_curve"]
 
@@ -94,8 +94,8 @@ def continue_curve(
         raise ParameterError("largest_step", largest_step, "not above 0 and at most 1")
     equations, guess = equations_of(point, ranges)
     kind = cast("CurveKind", point.kind)
-    telling = Telling(progress, 2 * max_points, next(iter(ranges)))
-    walk = CurveWalk(equations, kind, max_points, largest_step, telling)
+    reported = Progress(progress, 2 * max_points, "orbits", is_bound=True)
+    walk = CurveWalk(equations, kind, max_points, largest_step, reported)
     start = walk.start(guess)
     leading = start.tangent[-2] if abs(start.tangent[-2]) > 1e-9 else start.tangent[-1]
     towards = way * math.copysign(1.0, leading)
@@ -106,7 +106,7 @@ def continue_curve(
         behind, why_behind, _ = walk.along(start, -towards)
         if behind:
             why = f"{why_behind}; at the other end {why_ahead}"
-    telling.close()
+    reported.close()
     return _curve(kind, equations, [*reversed(behind), (start, None), *ahead], why)
 
 

@@ -13,8 +13,8 @@ from percuss.orbits.curves.curve import CurveKind, CurvePoint
 from percuss.orbits.curves.curve_equations import CurveEquations
 from percuss.orbits.curves.curve_points import curve_points_between, lost_stop, met_stop
 from percuss.orbits.families.conditions import Point
-from percuss.orbits.families.telling import Telling
 from percuss.orbits.families.walk import STOPPED
+from percuss.progress import Progress
 
 __all__ = ["CurveRow", "CurveWalk"]
 
@@ -44,8 +44,8 @@ class CurveWalk:
         The most steps one way.
     largest_step
         The longest step of the scaled parameters.
-    telling
-        Told of each step.
+    progress
+        Counts the steps.
     """
 
     def __init__(
@@ -54,9 +54,9 @@ class CurveWalk:
         kind: CurveKind,
         max_points: int,
         largest_step: float,
-        telling: Telling,
+        progress: Progress,
     ) -> None:
-        self.equations, self.kind, self.telling = equations, kind, telling
+        self.equations, self.kind, self.progress = equations, kind, progress
         self.max_points, self.largest = max_points, largest_step
 
     def start(self, guess: Floats) -> Point:
@@ -83,7 +83,8 @@ class CurveWalk:
             end = self._edge(here)
             if end:
                 return rows, end, False
-            if not self.telling.go_on(self.equations.values(here.z)[0]):
+            path, value = self.equations.equations.paths[0], self.equations.values(here.z)[0]
+            if not self.progress.advance(text=f"{path} = {value:.6g}"):
                 return rows, STOPPED, False
             found, step, why = self._step(here, bend, step)
             if found is None:

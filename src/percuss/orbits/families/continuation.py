@@ -18,9 +18,9 @@ from percuss.orbits.families.conditions import Point
 from percuss.orbits.families.family import Family
 from percuss.orbits.families.ranges import checked_range
 from percuss.orbits.families.sticking_branch import sticking_branch
-from percuss.orbits.families.telling import Report, Telling
 from percuss.orbits.families.walk import STOPPED, Row, Walk
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.progress import Progress, Report
 
 __all__ = ["continue_orbit"]
 
@@ -93,26 +93,26 @@ def continue_orbit(
     largest_step = real("largest_step", largest_step)
     if not 0.0 < largest_step <= 1.0:
         raise ParameterError("largest_step", largest_step, "not above 0 and at most 1")
-    telling = Telling(progress, 2 * max_points, path)
+    reported = Progress(progress, 2 * max_points, "orbits", is_bound=True)
     if math.isinf(orbit.n_impacts):
         branch = sticking_branch(
             orbit, path, value, (first, last),
-            max_points=max_points, largest_step=largest_step, telling=telling,
+            max_points=max_points, largest_step=largest_step, progress=reported,
         )  # fmt: skip
-        telling.close()
+        reported.close()
         return branch
     family = Family(orbit, path, min(first, last), max(first, last))
     walk = Walk(family, max_points, largest_step)
     start = walk.start(orbit, value)
     towards = math.copysign(1.0, last - first) * (math.copysign(1.0, start.tangent[-1]))
-    ahead, why_ahead, closed = walk.along(start, towards, telling=telling)
+    ahead, why_ahead, closed = walk.along(start, towards, progress=reported)
     behind: list[Row] = []
     why = why_ahead
     if not closed and why != STOPPED:
-        behind, why_behind, _ = walk.along(start, -towards, telling=telling)
+        behind, why_behind, _ = walk.along(start, -towards, progress=reported)
         if behind:
             why = f"{why_behind}; at the other end {why_ahead}"
-    telling.close()
+    reported.close()
     return _branch(family, [*reversed(behind), (start, None), *ahead], why)
 
 

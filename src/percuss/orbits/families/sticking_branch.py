@@ -21,10 +21,10 @@ from percuss.errors import ParameterError
 from percuss.model.paths import replace_parameters
 from percuss.orbits.families.branch import Branch
 from percuss.orbits.families.special_points import LOCATED, Kind, SpecialPoint
-from percuss.orbits.families.telling import Telling
 from percuss.orbits.families.walk import STOPPED
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.sticking import sticking_orbit_near
+from percuss.progress import Progress
 
 __all__ = ["sticking_branch"]
 
@@ -58,7 +58,7 @@ def sticking_branch(
     *,
     max_points: int,
     largest_step: float,
-    telling: Telling,
+    progress: Progress,
 ) -> Branch:
     """Follow an orbit with sticking along a parameter, both ways.
 
@@ -72,7 +72,7 @@ def sticking_branch(
         Its range; the branch is told from the first to the second.
     max_points, largest_step
         The most steps each way, and their length as a part of the range.
-    telling
+    progress
         Is told of each orbit, and may end the branch.
 
     Returns
@@ -82,10 +82,10 @@ def sticking_branch(
     """
     line = _Line(path, abs(ends[1] - ends[0]), max_points, largest_step)
     start = _At(value, orbit)
-    ahead, why = line.along(start, ends[1], telling)
+    ahead, why = line.along(start, ends[1], progress)
     behind: list[_At] = []
     if why != STOPPED and value != ends[0]:
-        behind, why_behind = line.along(start, ends[0], telling)
+        behind, why_behind = line.along(start, ends[0], progress)
         why = f"{why}; at the other end {why_behind}"
     rows = [*reversed(behind), start, *ahead]
     fastest = [(abs(row.orbit.impacts.v_before).max(),) for row in rows]
@@ -116,7 +116,7 @@ class _Line:
     def __init__(self, path: str, width: float, max_points: int, step: float) -> None:
         self.path, self.width, self.max_points, self.step = path, width, max_points, step
 
-    def along(self, start: _At, end: float, telling: Telling) -> tuple[list[_At], str]:
+    def along(self, start: _At, end: float, progress: Progress) -> tuple[list[_At], str]:
         """Go one way; return the rows after the start, and why they end."""
         rows: list[_At] = []
         here = start
@@ -137,7 +137,7 @@ class _Line:
                 return [*rows, at], why
             rows.append(last)
             here = last
-            if not telling.go_on(here.value):
+            if not progress.advance(text=f"{self.path} = {here.value:.6g}"):
                 return rows, STOPPED
         return rows, f"{self.path} = {end:.12g} reached"
 

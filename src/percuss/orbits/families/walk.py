@@ -19,10 +19,10 @@ from percuss.orbits.families.special_points import (
     corner_point,
     special_points_between,
 )
-from percuss.orbits.families.telling import Telling
 from percuss.orbits.families.touches import fastest
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.same import are_same
+from percuss.progress import Progress
 
 __all__ = ["STOPPED", "Row", "Walk"]
 
@@ -72,12 +72,12 @@ class Walk:
         way: float,
         *,
         until: Callable[[SpecialPoint], bool] | None = None,
-        telling: Telling | None = None,
+        progress: Progress | None = None,
     ) -> tuple[list[Row], str, bool]:
         """Go one way; return the rows after the start, why they end, whether they close.
 
-        ``until`` ends it at a special point, which then is the last row; ``telling`` is told of
-        each orbit, and may end it too.
+        ``until`` ends it at a special point, which then is the last row; ``progress``
+        counts the orbits, and may end it too.
         """
         rows: list[Row] = []
         walk, here = self, dataclasses.replace(start, tangent=way * start.tangent)
@@ -113,7 +113,8 @@ class Walk:
             if len(rows) > 5 and walk._is_back(start, found, way, here):
                 return rows, "the branch closed", True
             here = found
-            if telling is not None and not telling.go_on(walk.family.value(here.z)):
+            text = f"{walk.family.path} = {walk.family.value(here.z):.6g}"
+            if progress is not None and not progress.advance(text=text):
                 return rows, STOPPED, False
         return rows, f"max_points = {self.max_points} reached", False
 

@@ -15,7 +15,6 @@ from percuss.model.exact import as_float, plain, whole
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
-from percuss.motion.progress import Report
 from percuss.orbits.finding.found_orbits import FoundOrbits, estimate_unseen
 from percuss.orbits.finding.guess import Guess
 from percuss.orbits.finding.guessing import GivenGuess
@@ -30,6 +29,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.same import are_same
 from percuss.orbits.orbit.steady import free_region, regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
+from percuss.progress import Report
 
 __all__ = ["find_formal_orbit", "find_orbit", "find_orbits"]
 

@@ -7,8 +7,8 @@ import math
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels.law import Law
-from percuss.motion.progress import Report, Told
 from percuss.orbits.orbit.steady import regions
+from percuss.progress import Progress, Report
 
 __all__ = ["Looking", "check_length", "swings_of"]
 
@@ -66,12 +66,12 @@ class Looking:
 
     def __init__(self, table: Law, report: Report = None, starts: int = 1) -> None:
         self.law, self.end_reason = table, ""
-        self._told, self._starts, self._done, self._spent = Told(report), starts, 0, 0.0
+        self._progress, self._spent = Progress(report, starts, "starts looked at"), 0.0
 
     @property
     def n_done(self) -> int:
         """How many starts have been looked at."""
-        return self._done
+        return int(self._progress.done)
 
     def goes_on(self) -> bool:
         """Tell whether to look at more."""
@@ -91,14 +91,12 @@ class Looking:
 
     def start_is_done(self) -> None:
         """Take down that the motion from a start has been looked at."""
-        self._done += 1
-        text = f"{self._done:,} of {self._starts:,} starts looked at"
-        if not self._told.tell(float(self._done), float(self._starts), lambda: text):
+        if not self._progress.advance():
             self.end_reason = "stopped by progress"
 
     def close(self) -> None:
         """End the line that tells of it, if there is one."""
-        self._told.close()
+        self._progress.close()
 
     def _spend(self, swings: float) -> None:
         self._spent += swings

@@ -26,7 +26,7 @@ from percuss.orbits.responses.response_table import (
     rows_of,
     special_rows_of,
 )
-from percuss.orbits.responses.steps import Report
+from percuss.progress import Report
 
 if TYPE_CHECKING:
     # A second of import.

@@ -20,7 +20,7 @@ from percuss.orbits.orbit.extremes import Extremes
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import free_region, steady_orbit
 from percuss.orbits.responses.following import Following
-from percuss.orbits.responses.steps import Report, Steps
+from percuss.progress import Progress, Report
 
 __all__ = ["SeenAttractor", "search_families"]
 
@@ -97,8 +97,8 @@ def search_families(
     """
     each = PER_SEARCH * n_seeds
     n_compared = max(LEAST_COMPARED, each // 2)
-    steps = Steps(report, n_seeds + each + n_compared)
-    search = _Search(following, counts, seed, steps)
+    progress = Progress(report, n_seeds + each + n_compared)
+    search = _Search(following, counts, seed, progress)
     try:
         seeds = list(search.searched(n_seeds)) + list(search.settled(each))
         search.follow_without_impacts()
@@ -108,24 +108,24 @@ def search_families(
             compared = list(search.compared(number, n_compared))
             new = [it for it in compared if it.branch is None and it.orbit is not None]
             seen += compared
-            if steps.stopped or not any(search.is_wanted(it.orbit) for it in new):
+            if progress.is_stopped or not any(search.is_wanted(it.orbit) for it in new):
                 break
             if number < ROUNDS - 1:
                 found = [(it.value, it.orbit) for it in new if it.orbit is not None]
                 search.follow([seed for seed in found if search.is_wanted(seed[1])])
                 seen = [search.seen(it) for it in seen]
     finally:
-        steps.close()
-    return seen, not steps.stopped
+        progress.close()
+    return seen, not progress.is_stopped
 
 
 class _Search:
     """The steps of a search on one system."""
 
     def __init__(
-        self, following: Following, counts: tuple[int, int], seed: int, steps: Steps
+        self, following: Following, counts: tuple[int, int], seed: int, progress: Progress
     ) -> None:
-        self.following, self.counts, self.seed, self.steps = following, counts, seed, steps
+        self.following, self.counts, self.seed, self.progress = following, counts, seed, progress
 
     def is_wanted(self, orbit: PeriodicOrbit | None) -> bool:
         """Tell whether an orbit is of the kinds looked for."""
@@ -139,7 +139,7 @@ class _Search:
         """Yield orbits that are searched for, stable or not."""
         for i in range(n_values):
             value = self.following.within.value((i + 0.5) / n_values)
-            if not self.steps.go_on(f"searching at {self.following.path} = {value:.6g}"):
+            if not self.progress.advance(text=f"searching at {self.following.path} = {value:.6g}"):
                 return
             osc, force = self.following.system(value)
             if osc.stops:
@@ -157,7 +157,7 @@ class _Search:
 
     def _in_closed_form(self, value: float) -> Iterator[PeriodicOrbit]:
         """Yield the physical orbits with one impact on a wall, which need no search."""
-        if self.steps.stopped:
+        if self.progress.is_stopped:
             return
         osc, force = self.following.system(value)
         for stop in range(len(osc.stops)):
@@ -168,7 +168,7 @@ class _Search:
 
     def _settled(self, number: int, part: float, before: list[Settled]) -> list[Settled]:
         value = self.following.within.value(part)
-        if not self.steps.go_on(f"settling at {self.following.path} = {value:.6g}"):
+        if not self.progress.advance(text=f"settling at {self.following.path} = {value:.6g}"):
             return []
         osc, force = self.following.system(value)
         return settled_motions(
@@ -233,7 +233,7 @@ class _Search:
         """Follow orbits that are on no branch, and those that start at their period doublings."""
         # From the fastest on: their velocities and periods are the units of the steps.
         todo = sorted(seeds, key=_slowness)
-        while todo and not self.steps.stopped:
+        while todo and not self.progress.is_stopped:
             value, orbit = todo.pop(0)
             if self.following.add(orbit, value):
                 todo += self._doubled(self.following.branches[-1])

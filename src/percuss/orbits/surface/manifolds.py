@@ -16,7 +16,6 @@ from percuss.numerics import inverse, matmul
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.surface.growing import Grower, Grown, GrowthEnd, grow
 from percuss.orbits.surface.local_manifold import TOLERANCE, LocalManifold, PointMap, local_manifold
-from percuss.orbits.surface.manifold_progress import Teller
 from percuss.orbits.surface.saddles import (
     SaddlePoints,
     check_saddle,
@@ -24,6 +23,7 @@ from percuss.orbits.surface.saddles import (
     points_at_strobes,
 )
 from percuss.orbits.surface.sections import ImpactSection, Section, SectionKind, StroboscopicSection
+from percuss.progress import Progress
 
 if TYPE_CHECKING:
     # A second of import.
@@ -254,19 +254,23 @@ def manifolds(
     multipliers = orbit.multipliers.real.copy()
     unstable, stable = (saddles.directions(float(value)) for value in multipliers)
     ways = {"unstable": (unstable, multipliers[0]), "stable": (stable, multipliers[1])}
-    teller = Teller(progress, 2 * len(saddles.points) * len(kinds))
-    branches = []
+    reported = Progress(progress, 2 * len(saddles.points) * len(kinds))
+    branches: list[ManifoldBranch] = []
+
+    def part_done(part: float) -> bool:
+        return reported.reach(len(branches) + min(part, 1.0))
+
     for kind, i in product(kinds, range(len(saddles.points))):
-        if not teller.stopped:
+        if not reported.is_stopped:
             map_, local = _local(place, kind, saddles, i, ways[kind][0][i], float(ways[kind][1]))
         for side in (1, -1):
-            if teller.stopped:
+            if reported.is_stopped:
                 break
             grower = Grower(map_, place.apart, local, float(side), saddles.scale, spacing)
-            grown = grow(grower, length, max_points, teller.go_on)
+            grown = grow(grower, length, max_points, part_done)
             branches.append(_branch(place, kind, i, side, grown))
-            teller.finish_one()
-    teller.close()
+            reported.reach(len(branches))
+    reported.close()
     return Manifolds(
         orbit=orbit,
         section=section,

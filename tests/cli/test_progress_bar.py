@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from percuss.cli import watch
-from percuss.cli.watch import INTERRUPTED, STARTING, Watch
+from percuss.cli.progress_bar import INTERRUPTED, STARTING, ProgressBar
 
 
 def test_a_log_gets_lines_by_the_clock_from_the_start_on(
@@ -23,7 +23,7 @@ def test_a_log_gets_lines_by_the_clock_from_the_start_on(
             time.sleep(0.01)
         return text.splitlines()[-1]
 
-    with Watch("measuring [x]") as watched:
+    with ProgressBar("measuring [x]") as watched:
         # Nothing is reported: the engine compiles.
         assert next_line() == f"{STARTING}, 0 s so far"
         assert watched(0.5, 2.0)
@@ -39,7 +39,7 @@ def test_a_log_gets_lines_by_the_clock_from_the_start_on(
 
 
 def test_a_short_run_leaves_no_line(capfd: pytest.CaptureFixture[str]) -> None:
-    with Watch() as watched:
+    with ProgressBar() as watched:
         assert watched(0.5, 1.0)
 
     assert not watched._clock.is_alive()
@@ -49,7 +49,7 @@ def test_a_short_run_leaves_no_line(capfd: pytest.CaptureFixture[str]) -> None:
 def test_ctrl_c_stops_the_run_and_the_next_drops_what_is_written(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
-    with Watch() as watched:
+    with ProgressBar() as watched:
         assert watched(0.1, 1.0)
         signal.raise_signal(signal.SIGINT)
         assert not watched(0.2, 1.0)
@@ -62,7 +62,7 @@ def test_ctrl_c_stops_the_run_and_the_next_drops_what_is_written(
 
 
 def test_ctrl_c_while_a_whole_run_is_written_drops_it(capfd: pytest.CaptureFixture[str]) -> None:
-    with Watch() as watched:
+    with ProgressBar() as watched:
         watched.writing(Path("motion.nc"))
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)

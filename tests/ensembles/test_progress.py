@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.ensembles import watch
-from percuss.ensembles.watch import Watch
+from percuss import progress
+from percuss.ensembles.running import _ChunkProgress
+from percuss.progress import Progress, Report
 
 OSC, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
 
@@ -23,19 +24,30 @@ OSC, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Return a clock that stands still; add to its only entry."""
     now = [0.0]
-    monkeypatch.setattr("percuss.ensembles.watch.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("percuss.progress.time.monotonic", lambda: now[0])
     return now
+
+
+class SomeJob:
+    """As much of a job as its progress knows."""
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+
+
+def of_chunks(report: Report, size: int, todo: int) -> _ChunkProgress:
+    return _ChunkProgress(report, SomeJob(size), todo)  # type: ignore[arg-type]
 
 
 def test_a_terminal_sees_one_line_with_rate_and_time_left(
     clock: list[float], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(watch, "_goes_back", lambda: True)
-    seen = Watch(True, size=1000, todo=800)
+    monkeypatch.setattr(progress, "_can_rewrite", lambda: True)
+    seen = of_chunks(True, size=1000, todo=800)
     # The first chunk compiles; the rate is that of the others.
     for passed, impacts in ((50.0, 1), (2.0, 3_000_000), (2.0, 5_000_000)):
         clock[0] += passed
-        assert seen.go_on(100, impacts)
+        assert seen.chunk_done(100, impacts)
     seen.close()
 
     lines = capsys.readouterr().err.split("\r")
@@ -48,7 +60,7 @@ def test_a_terminal_sees_one_line_with_rate_and_time_left(
 def test_followed_branches_are_told_as_such(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(watch, "PATIENCE", -1.0)
+    monkeypatch.setattr(progress, "PATIENCE", -1.0)
 
     pc.bifurcation_diagram(OSC, FORCE, over={"forcing.omega": [2.4, 2.45, 2.5]}, points=2,
                            transient=2, progress=True)  # fmt: skip
@@ -61,10 +73,10 @@ def test_followed_branches_are_told_as_such(
 def test_a_log_gets_a_line_now_and_then(
     clock: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    seen = Watch(True, size=100, todo=100)
+    seen = Progress(True, 100, "points")
     for _ in range(80):
         clock[0] += 1.0
-        seen.go_on(1, 10)
+        seen.advance()
     seen.close()
 
     lines = capsys.readouterr().err.splitlines()
@@ -76,7 +88,7 @@ def test_a_log_gets_a_line_now_and_then(
 def test_a_log_gets_lines_before_the_first_chunk_is_done(
     clock: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    seen = Watch(True, size=100, todo=100)
+    seen = Progress(True, 100, "points")
     for _ in range(30):
         clock[0] += 1.0
         assert seen.tick()
@@ -94,7 +106,7 @@ def test_a_function_is_called_by_the_clock_while_no_chunk_is_done(clock: list[fl
         calls.append((done, clock[0]))
         return total > 0 and len(calls) < 3
 
-    seen = Watch(report, size=100, todo=80)
+    seen = Progress(report, 100, done=20)
     wanted = []
     for _ in range(8):
         clock[0] += 0.5
@@ -164,26 +176,26 @@ def test_long_work_is_told_once_where_no_progress_was_asked_for(
     clock: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:
     for report, told in ((None, 1), (False, 0)):
-        seen = Watch(report, size=10_000, todo=10_000)
+        seen = of_chunks(report, size=10_000, todo=10_000)
         for _ in range(50):
             clock[0] += 1.0
-            seen.go_on(1, 10)
+            seen.chunk_done(1, 10)
         seen.close()
         lines = capsys.readouterr().err.splitlines()
         assert len(lines) == told
-    short = Watch(None, size=100, todo=100)
+    short = of_chunks(None, size=100, todo=100)
     for _ in range(50):
         clock[0] += 1.0
-        short.go_on(1, 10)
+        short.chunk_done(1, 10)
     assert capsys.readouterr().err == ""
 
 
 def test_what_is_soon_over_shows_nothing(
     clock: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    seen = Watch(True, size=10, todo=10)
+    seen = Progress(True, 10)
     clock[0] += 1.0
-    seen.go_on(10, 10)
+    seen.advance(10)
     seen.close()
 
     assert capsys.readouterr().err == ""

@@ -20,7 +20,7 @@ RUNNING = "simulating"
 INTERRUPTED = "interrupted; writing what was done (Ctrl-C again drops it)"
 
 
-class Watch:
+class ProgressBar:
     """The progress of a run, as `simulate` reports it.
 
     Inside the ``with`` block the first Ctrl-C ends the run where it is, and the second one ends
