@@ -93,8 +93,8 @@ def run(
     folder = Path(study.stem) if out is None else out
     instead = f"--force replaces the results in {folder}, --out writes into another folder"
     with faults_on_stderr(instead=instead):
-        from percuss.cli.report import print_report
         from percuss.cli.progress_bar import ProgressBar
+        from percuss.cli.report import print_report
         from percuss.studies.reading import load_study
         from percuss.studies.study import Certify
 
@@ -151,8 +151,8 @@ def paper(
 ) -> None:
     """Recompute Dyskin, Pasternak & Pelinovsky (2012) and judge it, statement by statement."""
     with faults_on_stderr(f"the finished figures are in {out}, without a report"):
-        from percuss.cli.verdicts import print_verdicts
         from percuss.cli.progress_bar import ProgressBar
+        from percuss.cli.verdicts import print_verdicts
         from percuss.paper.run import run_paper
 
         options = ["--only", only] if only is not None else []
