@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from percuss.cli import watch
+from percuss.cli import progress_bar
 
 
 @pytest.fixture(autouse=True)
 def _no_lines_by_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a command says does not depend on how fast the machine is."""
-    monkeypatch.setattr(watch, "PATIENCE", 3600.0)
+    monkeypatch.setattr(progress_bar, "PATIENCE", 3600.0)
