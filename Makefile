@@ -13,7 +13,7 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test frozen nightly docs benchmark check lock clean
+.PHONY: paper demo test frozen nightly docs benchmark check doctests numbers lock clean
 .DELETE_ON_ERROR:
 
 paper: .venv/run.stamp
@@ -27,8 +27,13 @@ demo: .venv/run.stamp
 	done
 	$(BIN)/python examples/graze_and_chatter.py --out demo/graze_and_chatter.png
 
-test: check
-	$(BIN)/python -m pytest
+# As many tests at a time as there are cores; a worker that has done its share takes from another's.
+TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
+
+# The examples of docstrings compile the kernels for all on one core; mypy has another meanwhile.
+test: .venv/dev.stamp
+	$(MAKE) --jobs 2 check doctests
+	$(TESTS) tests
 
 # What a change of the house must not change; after a change that is meant, `make frozen KEEP=--write`.
 frozen: .venv/dev.stamp
@@ -39,16 +44,24 @@ SOME = tests/orbits tests/motion tests/kernels tests/model tests/paper
 PLAIN = OPENBLAS_CORETYPE=Prescott NUMBA_CPU_NAME=generic \
 	NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL" \
 	GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable
-nightly: check
-	$(BIN)/python -m pytest -m "nightly or not nightly"
-	OPENBLAS_CORETYPE=SkylakeX $(BIN)/python -m pytest $(SOME)
-	$(PLAIN) $(BIN)/python -m pytest $(SOME)
+nightly: .venv/dev.stamp
+	$(MAKE) --jobs 2 check doctests
+	$(TESTS) -m "nightly or not nightly" tests
+	OPENBLAS_CORETYPE=SkylakeX $(TESTS) $(SOME)
+	$(PLAIN) $(TESTS) $(SOME)
 
 check: .venv/dev.stamp
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+doctests: .venv/dev.stamp
+	$(BIN)/python -m pytest src
+
+# What hangs on numbers, for a second run as on a machine of another kind.
+numbers: .venv/dev.stamp
+	$(TESTS) tests/orbits tests/motion tests/paper tests/reproducible
 
 docs: .venv/docs.stamp
 	$(BIN)/python -m sphinx -b html -W --keep-going -q docs docs/_build

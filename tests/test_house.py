@@ -1,0 +1,148 @@
+"""Rules of the package that no tool checks; what still breaks one is counted, and may only shrink.
+
+Lower a number here when you lower its count; where nothing is left, delete the entry.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import grimp
+import pytest
+
+import percuss
+
+ROOT = Path(percuss.__file__).parent
+
+# Reads of another module's `_name`, for each package.
+PRIVATE_READS = {
+    "certified": 17,
+    "ensembles": 2,
+    "kernels": 1,
+    "motion": 2,
+    "orbits": 98,
+    "paper": 1,
+    "plotting": 5,
+}
+# Names of types that are defined more than once, with the number of definitions.
+TYPES = {
+    "Answer": 2, "Axis": 2, "Branch": 3, "Column": 4, "Complexes": 4, "Curve": 5, "Direction": 2,
+    "Figure": 2, "Floats": 133, "Followed": 3, "Found": 2, "Integers": 2, "Kind": 6, "Lane": 2,
+    "Law": 2, "Limits": 2, "Matrix": 2, "Motion": 3, "Number": 2, "Numbers": 13, "Pair": 3,
+    "Part": 4, "Parts": 3, "Pattern": 2, "Phase": 2, "Progress": 3, "Proof": 2, "Quantity": 4,
+    "Question": 2, "Range": 2, "Record": 3, "Response": 2, "Scalar": 2, "Section": 4, "Send": 2,
+    "Span": 2, "Start": 2, "States": 2, "Stretch": 2, "System": 2, "Table": 5, "Touch": 2,
+    "Turn": 2, "Turns": 2, "Value": 3, "Walk": 2, "Window": 2, "_Search": 2,
+}  # fmt: skip
+# Modules that import each other, directly or by way of others.
+CIRCLES = [
+    {"percuss.orbits.families.corners", "percuss.orbits.families.family"},
+    {"percuss.paper.report.page", "percuss.paper.run"},
+    {"percuss.studies.question", "percuss.studies.study"},
+]
+# What NamedTuple gives to all, behind an underscore that keeps it apart from the fields.
+PUBLIC = {"_asdict", "_field_defaults", "_fields", "_make", "_replace"}
+
+
+@cache
+def modules() -> dict[Path, ast.Module]:
+    """Return the syntax trees of all modules by their path in the package."""
+    return {
+        file.relative_to(ROOT): ast.parse(file.read_text(encoding="utf-8"))
+        for file in sorted(ROOT.rglob("*.py"))
+    }
+
+
+def is_private(name: str) -> bool:
+    return name.startswith("_") and not name.startswith("__") and name not in PUBLIC
+
+
+def names_made(tree: ast.Module) -> set[str]:
+    """Return all names that a module defines: functions, classes, variables and attributes."""
+    made: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            made.add(node.name)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            made.add(node.id)
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            made.add(node.attr)
+    return made
+
+
+def private_reads(tree: ast.Module) -> Iterator[str]:
+    """Yield each `value._name` and each import of a `_name` that the module does not define."""
+    made = names_made(tree)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            yield from (
+                f"{node.lineno}: from {node.module} import {imported.name}"
+                for imported in node.names
+                if is_private(imported.name)
+            )
+        elif isinstance(node, ast.Attribute) and is_private(node.attr):
+            own = isinstance(node.value, ast.Name) and node.value.id in {"self", "cls"}
+            if not own and node.attr not in made:
+                yield f"{node.lineno}: {ast.unparse(node)}"
+
+
+def type_names(tree: ast.Module) -> Iterator[str]:
+    """Yield the names of the classes of a module, and those of its type aliases and variables."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef):
+            yield node.name
+    for node in tree.body:
+        if isinstance(node, ast.Assign):
+            names = [target.id for target in node.targets if isinstance(target, ast.Name)]
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            names = [node.target.id]
+        else:
+            continue
+        # A constant has no lower-case letter, a variable begins with one.
+        yield from (name for name in names if name.lstrip("_")[0].isupper() and not name.isupper())
+
+
+@pytest.mark.parametrize("package", sorted({path.parts[0] for path in modules()}))
+def test_no_module_reads_the_private_names_of_another(package: str) -> None:
+    found = [
+        f"{path}:{read}"
+        for path, tree in modules().items()
+        if path.parts[0] == package
+        for read in private_reads(tree)
+    ]
+
+    assert len(found) <= PRIVATE_READS.get(package, 0), "\n".join(found)
+
+
+def test_no_name_of_a_type_is_defined_twice() -> None:
+    count = Counter(name for tree in modules().values() for name in type_names(tree))
+
+    assert {name: n for name, n in count.items() if n > TYPES.get(name, 1)} == {}
+
+
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    graph = grimp.build_graph("percuss", cache_dir=None)
+    # The package itself imports its parts on demand, which is no circle.
+    circles = {
+        frozenset(graph.find_upstream_modules(name) & graph.find_downstream_modules(name) | {name})
+        for name in graph.modules - {"percuss"}
+    }
+
+    assert [circle for circle in circles if len(circle) > 1 and circle not in CIRCLES] == []
+
+
+def test_a_private_read_is_found_wherever_it_stands() -> None:
+    """Names that the module itself defines, its own attributes and those of NamedTuple pass."""
+    tree = ast.parse(
+        "from other import _a, b\n"
+        "class Own:\n    _own = 1\n    def f(self): return self._x, b.one._own, b._fields, b._c\n"
+    )
+
+    assert list(private_reads(tree)) == ["1: from other import _a", "4: b._c"]
+    assert list(type_names(ast.parse("Floats = int\nMOST = 1\nfew = 2\nclass A:\n    B = 3"))) == [
+        "A", "Floats",
+    ]  # fmt: skip
