@@ -21,7 +21,7 @@ from percuss.errors import OutputError, ParameterError
 from percuss.io import load_netcdf, load_record, save_csv, save_netcdf
 from percuss.io.exactly import decoded, encoded
 from percuss.orbits import Branch, PeriodicOrbit
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 from percuss.studies.reading import parse_study
 
 # Exact numbers of every type, which a file has to keep apart.
@@ -161,7 +161,7 @@ def test_the_record_of_an_orbit_finds_it_again(orbit: PeriodicOrbit, tmp_path: P
 
     record = load_record(tmp_path / "orbit.nc")
     study = parse_study(record.study)
-    again = study.question.answer(study, Means())
+    again = study.question.answer(study, Execution())
 
     assert record.command == "by hand"
     assert study.kind == "orbit"
@@ -172,7 +172,7 @@ def test_the_record_of_a_branch_follows_it_again(branch: Branch, tmp_path: Path)
     save_csv(branch, tmp_path / "branch.csv")
 
     study = parse_study(load_record(tmp_path / "branch.csv").study)
-    again = study.question.answer(study, Means())
+    again = study.question.answer(study, Execution())
 
     found = {point.kind: point.value for point in again.special_points}
     for point in branch.special_points:

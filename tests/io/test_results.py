@@ -33,7 +33,7 @@ from percuss.motion.tables import COLUMNS
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import offscreen_figure, plot_velocity
 from percuss.studies import Limits, Motion, load_study, parse_study
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 
 Saver = Callable[..., None]
 
@@ -108,7 +108,7 @@ def test_every_file_says_how_to_repeat_the_run(name: str, run: Trajectory, tmp_p
 
     record = load_record(path)
     study = load_study(path)
-    again = study.question.answer(study, Means())
+    again = study.question.answer(study, Execution())
 
     assert record.command == 'percuss run "a b.toml"'
     assert record.outcome == run.outcome.value

@@ -5,12 +5,11 @@ from __future__ import annotations
 import doctest
 from collections.abc import Iterator
 from pathlib import Path
-from typing import get_args
 
 import pytest
-from pydantic import BaseModel
 
 from percuss.studies.kinds import kind_named, kind_names
+from percuss.studies.reading import known_keys
 from percuss.studies.templates import template_text
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -33,11 +32,8 @@ def test_the_code_of_a_page_gives_what_it_shows(name: str) -> None:
 
 def keys_of(kind: str) -> Iterator[tuple[str, str]]:
     """Give table and key of everything that files of a kind hold besides the model."""
-    for table, field in kind_named(kind).shape.model_fields.items():
-        shapes = [it for it in (field.annotation, *get_args(field.annotation))
-                  if isinstance(it, type) and issubclass(it, BaseModel)]  # fmt: skip
-        if table not in ("study", "oscillator", "forcing"):
-            yield from ((table, key) for shape in shapes for key in shape.model_fields)
+    for table, keys in known_keys(kind_named(kind)).items():
+        yield from ((table, key) for key in keys)
 
 
 @pytest.mark.parametrize("kind", kind_names())

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 from percuss.studies.reading import parse_study
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -23,7 +23,7 @@ def answer(name: str, **replaced: str) -> Any:
         (number,) = (i for i, text in enumerate(lines) if text.strip('"').startswith(start))
         lines[number] = line
     study = parse_study("\n".join(lines), name)
-    return study.question.answer(study, Means())
+    return study.question.answer(study, Execution())
 
 
 def test_cocos_family_ends_at_a_fold_just_below_its_graze() -> None:

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from percuss.io.toml import toml_text
-from percuss.studies.lines import Path, key_lines, line_of
+from percuss.studies.faults import Path, line_of
+from percuss.studies.lines import key_lines
 
 EVERYTHING = '''\
 title = "a # b [c]" # a comment = 1

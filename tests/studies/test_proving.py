@@ -27,7 +27,7 @@ from percuss.studies import (
     parse_study,
     run_study,
 )
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 from percuss.studies.study import Draw
 
 pytest.importorskip("flint")
@@ -150,9 +150,9 @@ def test_special_points_of_a_branch_are_proven(tmp_path: Path) -> None:
 def test_stopped_study_is_not_proven_but_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def half(_: Motion, study: Study, means: Means) -> pc.Trajectory:
-        assert callable(means.progress)
-        assert not means.progress(0.5, 1.0)
+    def half(_: Motion, study: Study, execution: Execution) -> pc.Trajectory:
+        assert callable(execution.progress)
+        assert not execution.progress(0.5, 1.0)
         return pc.simulate(study.oscillator, study.forcing, v0="0.45", max_impacts=2)
 
     monkeypatch.setattr(Motion, "answer", half)

@@ -17,7 +17,7 @@ from percuss.errors import ParameterError
 from percuss.motion.trajectory import Trajectory
 from percuss.studies.kinds import kind_names
 from percuss.studies.kinds.motion import Motion
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 from percuss.studies.reading import load_study, parse_study
 from percuss.studies.study import Study
 from percuss.studies.templates import template_names, template_text
@@ -27,7 +27,7 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 def run_of(study: Study) -> Trajectory:
     assert isinstance(study.question, Motion)
-    return study.question.answer(study, Means())
+    return study.question.answer(study, Execution())
 
 
 def motions(names: Iterable[str]) -> list[str]:

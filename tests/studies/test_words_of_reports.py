@@ -10,8 +10,8 @@ import pytest
 
 import percuss as pc
 from percuss.studies.kinds.basins import Basins
-from percuss.studies.kinds.many import failure_rows
 from percuss.studies.kinds.response import Response
+from percuss.studies.words import failure_rows
 
 
 def response(missed: int) -> Any:
@@ -40,7 +40,7 @@ def test_basins_whose_starts_are_all_inside_a_wall_say_so() -> None:
     with pytest.warns(UserWarning, match="no motion starts anywhere"):
         found = pc.basins(osc, force, x0=[-1.0, -2.0], v0=[0.0, 1.0])
 
-    rows = Basins(axes={}).report(found)
+    rows = Basins().report(found)
 
     assert rows == {"starts": "0", "inside a wall": "4 of 4"}
     assert math.isfinite(cast("float", found.attrs["undecided"]))

@@ -15,7 +15,7 @@ from tests.web.frames import read_frame
 import percuss as pc
 from percuss.errors import StudyError
 from percuss.studies import parse_study
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 from percuss.web.asked import asked_study
 from percuss.web.code_text import python_text
 from percuss.web.explore import answer_explore
@@ -364,7 +364,7 @@ def test_the_study_of_a_view_and_its_python_ask_the_same(
     script = tmp_path / "script.py"
     script.write_text(text)
     names = runpy.run_path(str(script))
-    found = asked_for.question.answer(asked_for, Means())
+    found = asked_for.question.answer(asked_for, Execution())
     column = "basin" if kind == "basins" else "x"
     # The values between the ends are rounded otherwise, by a unit in the last place.
     assert names["found"][column].values == pytest.approx(found[column].values, abs=1e-9)

@@ -18,7 +18,7 @@ from percuss.motion.simulate import simulate
 from percuss.studies import parse_study, run_study
 from percuss.studies.kinds.basins import Basins
 from percuss.studies.kinds.diagram import Diagram
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 from percuss.web import kept
 from percuss.web.asked import asked_study
 from percuss.web.downloads import file_of
@@ -55,7 +55,7 @@ def test_what_the_page_computes_is_what_its_study_computes(
     found = KEPT.get(asked_study(question))
     again = parse_study(asked_study(question).text())
 
-    assert found.identical(again.question.answer(again, Means()))
+    assert found.identical(again.question.answer(again, Execution()))
 
 
 @pytest.mark.parametrize("extension", ["png", "svg", "csv", "nc"])
@@ -215,7 +215,7 @@ def test_of_many_answers_as_many_bytes_are_kept_as_there_is_room_for(
 def test_the_size_of_an_answer_is_that_of_its_arrays(study: dict[str, Any]) -> None:
     for kind, options in (("diagram", {"values": 50, "points": 8}), ("response", {})):
         found = asked_study(asked(kind, study, **options))
-        answer = found.question.answer(found, Means())
+        answer = found.question.answer(found, Execution())
         assert 1_000 < size_of(answer) < 5_000_000
 
 

@@ -16,10 +16,10 @@ from percuss.paper.claim import Claim, examine
 from percuss.paper.collection import Item, choose, figure_named, statement_with_id
 from percuss.paper.figure_files import Drawn, draw_figure
 from percuss.paper.lanes import in_lanes
+from percuss.progress import Progress, Report
 
 __all__ = ["INTERRUPTED", "PaperResult", "run_paper"]
 
-Progress = Callable[[float, float], bool]
 
 LANES = 2
 # Fewer items are done before a second process has started.
@@ -97,7 +97,7 @@ def run_paper(
     only: str | None = None,
     command: str = "",
     force: bool = False,
-    progress: Progress | None = None,
+    progress: Report = None,
     lanes: int | None = None,
 ) -> PaperResult:
     """Recompute the paper, or a part of it, and write the report.
@@ -113,8 +113,8 @@ def run_paper(
     force
         Whether a folder that is not empty may be written to; files of other names stay.
     progress
-        Called with what is done and the total; False stops the run: the finished figures stay, and
-        the report says what is missing.
+        As in `percuss.simulate`. What is stopped leaves the finished figures, and the report says
+        what is missing.
     lanes
         Number of processes; default: two where there are two cores and much to do.
 
@@ -134,13 +134,11 @@ def run_paper(
     out = Path(folder)
     _check_folder(out, force=force)
     began = time.perf_counter()
-    stopped: list[bool] = []
     done = _Gathered()
+    counted = Progress(progress, len(chosen), "statements and figures")
 
     def go_on() -> bool:
-        if not stopped and progress is not None and progress(len(done), len(chosen)) is False:
-            stopped.append(True)
-        return not stopped
+        return counted.reach(len(done))
 
     for answer in _answers(chosen, partial(_work, out, command), _lanes(lanes, chosen), go_on):
         done.add(answer)

@@ -1,12 +1,11 @@
-"""On which line of a TOML text each key stands: what tomllib knows and does not tell."""
+"""On which line of a TOML text each key stands: which tomllib does not return."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-Path = tuple[str | int, ...]
+from percuss.studies.faults import Path
 
 _TOKEN = re.compile(
     r'"""(?:\\.|[^\\])*?"{3,5}'
@@ -156,12 +155,3 @@ def key_lines(text: str) -> dict[Path, int]:
             while scanner.peek() not in ("\n", ""):
                 scanner.position += 1
     return scanner.lines
-
-
-def line_of(lines: dict[Path, int], path: Sequence[str | int]) -> int | None:
-    """Return the line of a path, or of the innermost table or list around it."""
-    for length in range(len(path), 0, -1):
-        line = lines.get(tuple(path[:length]))
-        if line is not None:
-            return line
-    return None

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from percuss.errors import ParameterError
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
-from percuss.studies.question import Progress
+from percuss.progress import Report
+from percuss.studies.words import counted
 
 if TYPE_CHECKING:
     # Needs python-flint.
@@ -24,7 +25,6 @@ __all__ = ["STEM", "Proof", "check_certify", "draw_proof", "is_drawn", "proof_of
 
 # Of the files: certified.csv, certified.png.
 STEM = "certified"
-KINDS = ("motion", "orbit", "branch")
 # Digits of a number in the table beyond those asked for, and at least.
 MORE_DIGITS, LEAST_DIGITS = 4, 17
 # Digits of a number in the report, at most.
@@ -68,18 +68,18 @@ def check_certify(study: Study) -> None:
     """
     if study.certify is None:
         return
-    if study.kind not in KINDS:
-        reason = f"for studies of kind {', '.join(KINDS[:-1])} and {KINDS[-1]}; this one is of kind"
-        raise ParameterError("certify", study.certify.digits, f"{reason} {study.kind}")
+    if not study.question.is_certifiable:
+        reason = f"for studies of kind motion, orbit and branch; this one is of kind {study.kind}"
+        raise ParameterError("certify", study.certify.digits, reason)
     import percuss.certified  # noqa: F401  says what to install
 
 
 def is_drawn(study: Study) -> bool:
     """Return whether there is a picture of the enclosure: of each kind that can be certified."""
-    return study.certify is not None and study.kind in KINDS
+    return study.certify is not None and study.question.is_certifiable
 
 
-def proof_of(study: Study, answer: Any, progress: Progress | bool | None) -> Proof:
+def proof_of(study: Study, answer: Any, progress: Report) -> Proof:
     """Certify the answer of a study to the digits that it asks for."""
     from percuss.certified import certify
 
@@ -119,13 +119,13 @@ def draw_proof(proof: Proof, study: Study, figure: Any) -> None:
 
 
 def _run_rows(run: CertifiedRun) -> dict[str, str]:
-    """Tell up to where a run is proven, why no further, and how well it is known."""
+    """Return up to where a run is proven, why no further, and how well it is known."""
     last = run.t_end
     place = (
         f"up to t = {_shown(last, run.wanted_digits)}" if last.arb.is_finite() else "for all times"
     )
     counts = [
-        _counted(len(table), name)
+        counted(len(table), name)
         for name, table in (
             ("impact", run.impacts), ("crossing", run.crossings), ("contact", run.contacts)
         )
@@ -154,12 +154,12 @@ def _run_rows(run: CertifiedRun) -> dict[str, str]:
 
 
 def _doubles_row(result: CertifiedRun | CertifiedOrbit) -> dict[str, str]:
-    """Tell which numbers were not the decimals that they were written as."""
+    """Return which numbers were not the decimals that they were written as."""
     return {"taken as doubles": ", ".join(result.doubles)} if result.doubles else {}
 
 
 def _orbit_rows(orbit: CertifiedOrbit) -> dict[str, str]:
-    """Tell what is proven of an orbit, and what is open."""
+    """Return what is proven of an orbit, and what is open."""
     if not orbit.exists:
         return {"certified": f"nothing: {orbit.reason}"}
     digits = orbit.wanted_digits
@@ -195,7 +195,7 @@ def _within(orbit: CertifiedOrbit) -> str:
 
 
 def _point_rows(points: Sequence[CertifiedPoint], left: int) -> dict[str, str]:
-    """Tell of each special point where it is for certain, or why that is open."""
+    """Return of each special point where it is for certain, or why that is open."""
     lines = []
     for point in points:
         name = point.kind.replace("_", " ")
@@ -210,7 +210,7 @@ def _point_rows(points: Sequence[CertifiedPoint], left: int) -> dict[str, str]:
         else:
             lines.append(f"{name} at {point.point.value:.12g}: not proven; {point.reason}")
     if left:
-        lines.append(f"interrupted before {_counted(left, 'more special point')}")
+        lines.append(f"interrupted before {counted(left, 'more special point')}")
     return {"certified": "\n".join(lines) or "no special points, so nothing to prove"}
 
 
@@ -302,7 +302,3 @@ def _largest_radius(balls: Sequence[Ball]) -> str:
 def _shown(ball: Ball, digits: int) -> str:
     """Return a ball with about the digits that were asked for, as far as a line has room."""
     return ball.text(min(digits + 3, MOST_SHOWN))
-
-
-def _counted(n: int, thing: str) -> str:
-    return f"{n:,} {thing}" + ("" if n == 1 else "s")

@@ -4,15 +4,25 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 
 from percuss.errors import StudyError
 from percuss.io.reading import load_record
-from percuss.studies.building import build
-from percuss.studies.faults import StudyFault, shown
+from percuss.studies.faults import StudyFault, StudyFaults, shown, unknown_key, unknown_value
+from percuss.studies.kinds import kind_named, kind_names
 from percuss.studies.lines import key_lines
-from percuss.studies.shape import Found
+from percuss.studies.model_tables import read_model
+from percuss.studies.question import (
+    TABLES,
+    Question,
+    StudyDraft,
+    read_question,
+    table_keys,
+    table_names,
+)
 from percuss.studies.study import Study
+from percuss.studies.tables import Certify, Draw, RawTable, Save, StudyTable, raw_table, read
 
 _RESULTS = (".nc", ".csv", ".png", ".svg")
 _MOST_SYNTAX_FAULTS = 20
@@ -26,7 +36,11 @@ _UNQUOTED = re.compile(
 )
 _PLACE = re.compile(r"\s*\(at (?:line (?P<line>\d+), column \d+|end of document)\)$")
 
-__all__ = ["load_study", "parse_study"]
+# Tables and keys that files of all kinds may have.
+_OF_ALL = ("study", "oscillator", "forcing", "save", "draw")
+_SAVE, _DRAW = ("netcdf", "csv"), ("png", "svg", "length_unit", "time_unit")
+
+__all__ = ["build_study", "known_keys", "load_study", "parse_study"]
 
 
 def load_study(path: Path | str) -> Study:
@@ -101,14 +115,78 @@ def parse_study(text: str, name: str = "study") -> Study:
         raise StudyError([_no_toml(name, syntax[0])])
     if document is None:
         raise StudyError(syntax)
-    found = Found(name, key_lines("\n".join(lines)), list(syntax))
-    study = build(document, found)
+    faults = StudyFaults(name, key_lines("\n".join(lines)), list(syntax))
+    study = build_study(document, faults)
     # A line that could not be read may hold what seems to be missing.
-    certain = (f for f in found.faults if not (syntax and f.reason.startswith("missing")))
-    faults = sorted(certain, key=_place)
-    if faults or study is None:
-        raise StudyError(faults)
+    certain = (f for f in faults.faults if not (syntax and f.reason.startswith("missing")))
+    ordered = sorted(certain, key=lambda fault: (fault.line or 0, fault.path))
+    if ordered or study is None:
+        raise StudyError(ordered)
     return study
+
+
+def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
+    """Return the study of a document, None if it has faults; add the faults to those found.
+
+    Parameters
+    ----------
+    document
+        The tables as `tomllib` reads them, faulty ones too.
+    faults
+        The faults found so far.
+    """
+    name = raw_table(document, "study").get("kind", "motion")
+    kind = kind_named(name) if name in kind_names() else None
+    if kind is None and isinstance(name, str):
+        faults.add(("study", "kind"), unknown_value(name, kind_names()), shown(name))
+    _check_tables(document, kind, faults)
+    known = known_keys(kind)
+    head = read(StudyTable, raw_table(document, "study"), faults, ("study",))
+    save = read(Save, raw_table(document, "save"), faults, ("save",), known["save"])
+    draw = read(Draw, raw_table(document, "draw"), faults, ("draw",), known["draw"])
+    certify = None
+    if "certify" in known and "certify" in document:
+        certify = read(Certify, raw_table(document, "certify"), faults, ("certify",))
+    question = None if kind is None else read_question(kind, document, faults)
+    oscillator, forcing, given = read_model(document, faults)
+    if question is None:
+        return None
+    question = question.checked(StudyDraft(document, oscillator, forcing, draw, faults))
+    if faults.faults:
+        return None
+    return Study(oscillator, forcing, question, head.title, save, draw, given, certify)
+
+
+def known_keys(kind: type[Question] | None) -> dict[str, list[str]]:
+    """Return the tables that files of a kind have besides the model, with their keys.
+
+    Parameters
+    ----------
+    kind
+        The kind; None: what files of all kinds have.
+    """
+    if kind is None:
+        return {"save": [*_SAVE], "draw": [*_DRAW]}
+    own = {name: table_keys(kind, name) for name in table_names(kind)}
+    return {"save": [*_SAVE, *kind.save_keys], "draw": [*_DRAW, *kind.draw_keys], **own}
+
+
+def _check_tables(document: RawTable, kind: type[Question] | None, faults: StudyFaults) -> None:
+    """Add tables that are unknown, missing, or none."""
+    known = [*_OF_ALL, *(table_names(kind) if kind is not None else ())]
+    of_some_kinds = {*TABLES.values(), *kind_names(), "certify"} - {"motion"}
+    for name, table in document.items():
+        if name in known or name == "record":
+            if not isinstance(table, Mapping):
+                faults.add((name,), "not a table", shown(table))
+        elif kind is not None and name in of_some_kinds:
+            reason = f"no table of this kind of study; its tables are {', '.join(known)}"
+            faults.add((name,), reason)
+        elif kind is not None:
+            faults.add((name,), unknown_key(name, known))
+    for name in ("oscillator", *(kind.needed if kind is not None else ())):
+        if name not in document:
+            faults.add((name,), f"missing; a table [{name}] is needed")
 
 
 def _is_no_toml(lines: list[str], faults: list[StudyFault]) -> bool:
@@ -126,10 +204,6 @@ def _is_no_toml(lines: list[str], faults: list[StudyFault]) -> bool:
 def _no_toml(name: str, first: StudyFault) -> StudyFault:
     reason = f'not a TOML file: {first.reason}; "percuss new" writes a study to begin with'
     return StudyFault(name, first.line, "", reason)
-
-
-def _place(fault: StudyFault) -> tuple[int, str]:
-    return fault.line or 0, fault.path
 
 
 def _document(text: str, name: str) -> tuple[dict[str, object] | None, list[str], list[StudyFault]]:

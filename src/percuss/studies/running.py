@@ -12,23 +12,25 @@ from typing import Any
 import numpy as np
 
 from percuss.errors import ParameterError
+from percuss.io.columns import Columns
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles, check_output
 from percuss.io.netcdf import write_netcdf
 from percuss.io.reading import record_file
 from percuss.io.record import Record, make_record
 from percuss.io.results import table_of
-from percuss.io.table import write_columns, write_csv
+from percuss.io.table import write_columns
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.plotting.style import offscreen_figure, style
+from percuss.progress import Progress, Report
 from percuss.studies.proving import STEM, Proof, check_certify, draw_proof, is_drawn, proof_of
-from percuss.studies.question import Means, Progress
+from percuss.studies.question import Execution
 from percuss.studies.study import Study
 
 # A table of more rows is no help to anybody as CSV: spreadsheets hold so many, header included.
 MOST_ROWS = 2**20
-# Files that are told of before they are written [bytes].
+# Files of which a warning is given before they are written [bytes].
 LARGE = 1e8
 
 __all__ = ["StudyResult", "output_files", "run_study"]
@@ -43,7 +45,7 @@ class StudyResult:
     answer
         The result: a run, an orbit, a branch, a dataset, as the function of that kind returns it.
     report
-        What was found, in a few lines: words by what they are about.
+        The results, in a few lines: words by what they are about.
     files
         The files that were written; none where a run into a store was interrupted.
     seconds
@@ -76,9 +78,10 @@ def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
     Returns
     -------
     tuple of Path
-        Those of its kind that the study asks for, such as ``motion.nc``, ``impacts.csv``
-        with its record ``impacts.csv.toml``, ``motion.csv``, ``crossings.csv`` (where there are soft stops), ``motion.png`` and ``motion.svg``; also
-        ``certified.csv`` and ``certified.png`` where the answer is to be proven.
+        Those of its kind that the study asks for, such as ``motion.nc``, ``impacts.csv`` with its
+        record ``impacts.csv.toml``, ``motion.csv``, ``crossings.csv`` (where there are soft
+        stops), ``motion.png`` and ``motion.svg``; also ``certified.csv`` and ``certified.png``
+        where the answer is to be proven.
     """
     question = study.question
     names = [f"{question.stem}.nc"] if study.save.netcdf else []
@@ -104,7 +107,7 @@ def run_study(
     force: bool = False,
     store: Path | str | None = None,
     engine: str = "threads",
-    progress: Progress | bool | None = None,
+    progress: Report | bool | None = None,
     on_write: Callable[[Path], None] | None = None,
 ) -> StudyResult:
     """Answer a study and write its files, all of them or none.
@@ -148,55 +151,93 @@ def run_study(
     MissingExtraError
         If one is to be certified, and python-flint is not there.
     """
-    question = study.question
-    for name, value in (("store", store), ("engine", engine if engine != "threads" else None)):
-        if value is not None and not question.is_ensemble:
-            reason = f"for studies of many motions; this one is of kind {question.kind}"
-            raise ParameterError(name, str(value), reason)
+    _check_execution(study, store, engine)
     check_certify(study)
     files = output_files(study, folder)
     check_output(files, force=force)
     # The first run of a process compiles the engine or loads it: no time of this study.
     simulate(Oscillator(), t_end=1.0)
-    watched = _Watched(progress)
-    means = Means(None if store is None else Path(store), engine, watched.report)
     began = time.perf_counter()
-    answer = question.answer(study, means)
-    proof = None
-    if study.certify is not None and not watched.is_stopped:
-        proof = proof_of(study, answer, watched.report)
+    place = None if store is None else Path(store)
+    answer, proof, is_whole = _answered(study, place, engine, progress)
     seconds = time.perf_counter() - began
-    is_whole = not watched.is_stopped and getattr(answer, "attrs", {}).get("complete", 1) == 1
+    report = study.question.report(answer) | _proof_rows(study, proof)
     if store is not None and not is_whole:
-        return StudyResult(answer, question.report(answer), (), seconds, is_whole=False)
-    record = make_record(answer, study=study.text(), command=command)
+        return StudyResult(answer, report, (), seconds, is_whole)
     if study.certify is not None and proof is None:
         files = tuple(file for file in files if file.name.partition(".")[0] != STEM)
-    files = _without_long_tables(files, answer, study)
+    tables = _tables(answer, study, proof)
+    files = _without_long_tables(files, tables, study)
+    record = make_record(answer, study=study.text(), command=command)
     with OutputFiles(*files, force=force) as parts:
-        _write(answer, study, record, {file: parts[file] for file in files}, on_write, proof)
-    report = question.report(answer) | _proven_rows(study, proof)
-    result = None if proof is None else proof.result
-    return StudyResult(answer, report, files, seconds, is_whole, result)
+        paths = {file: parts[file] for file in files}
+        _write(answer, study, proof, tables, record, paths, on_write)
+    return StudyResult(answer, report, files, seconds, is_whole, proof and proof.result)
 
 
-def _without_long_tables(files: tuple[Path, ...], answer: Any, study: Study) -> tuple[Path, ...]:
-    """Return the files without the tables that are too long, and tell of these and of the size."""
-    tables = study.question.csv(study)
+def _check_execution(study: Study, store: Path | str | None, engine: str) -> None:
+    """Raise a ParameterError if a store or an engine is given to a study without use for it."""
+    for name, value in (("store", store), ("engine", engine if engine != "threads" else None)):
+        if value is not None and not study.question.is_ensemble:
+            reason = f"for studies of many motions; this one is of kind {study.kind}"
+            raise ParameterError(name, str(value), reason)
+
+
+def _answered(
+    study: Study, store: Path | None, engine: str, report: Report
+) -> tuple[Any, Proof | None, bool]:
+    """Return the answer, its proof if one is wanted, and whether both came to their end."""
+    progress = Progress(report if callable(report) else None, total=1.0)
+
+    def reach(done: float, total: float) -> bool:
+        progress.total = total
+        return progress.reach(done)
+
+    def is_stopped() -> bool:
+        # What is done cannot be stopped any more.
+        return progress.is_stopped and progress.done < progress.total
+
+    watched = reach if callable(report) else report
+    answer = study.question.answer(study, Execution(store, engine, watched))
+    wanted = study.certify is not None and not is_stopped()
+    proof = proof_of(study, answer, watched) if wanted else None
+    is_complete = getattr(answer, "attrs", {}).get("complete", 1) == 1
+    return answer, proof, is_complete and not is_stopped()
+
+
+def _proof_rows(study: Study, proof: Proof | None) -> dict[str, str]:
+    if proof is not None:
+        return proof.report
+    return {} if study.certify is None else {"certified": "nothing, the study was interrupted"}
+
+
+def _tables(answer: Any, study: Study, proof: Proof | None) -> dict[str, Columns]:
+    """Return the tables saved as CSV, by the stem of the file."""
+    if not study.save.csv:
+        return {}
+    names = study.question.csv(study)
+    own = {stem: table_of(answer, name, study.save.samples) for stem, name in names.items()}
+    return own if proof is None else {**own, STEM: proof.columns}
+
+
+def _without_long_tables(
+    files: tuple[Path, ...], tables: Mapping[str, Columns], study: Study
+) -> tuple[Path, ...]:
+    """Return the files without the tables that are too long; warn of these and of the size."""
     left_out: set[Path] = set()
     size = 0
     for file in files:
-        if file.suffix != ".csv" or file.stem not in tables or tables[file.stem] == "motion":
+        # The length of a sampled motion and of a proof is what the study asks for.
+        if file.suffix != ".csv" or file.stem in ("motion", STEM):
             continue
-        columns = [np.asarray(it) for it in table_of(answer, tables[file.stem]).values()]
+        columns = [np.asarray(column) for column in tables[file.stem].values()]
         size += sum(column.nbytes for column in columns)
         n_rows = len(columns[0])
         if n_rows > MOST_ROWS and study.save.netcdf:
             left_out |= {file, record_file(file)}
-            name = f"{study.question.stem}.nc"
             warnings.warn(
                 f"{file.name} is left out: {n_rows:,} rows are more than the {MOST_ROWS:,} of a "
-                f"spreadsheet; {name} has them, percuss.load_netcdf reads it",
+                f"spreadsheet; {study.question.stem}.nc has them, percuss.load_netcdf reads it",
                 stacklevel=3,
             )
     if size > LARGE:
@@ -204,69 +245,40 @@ def _without_long_tables(files: tuple[Path, ...], answer: Any, study: Study) -> 
     return tuple(file for file in files if file not in left_out)
 
 
-def _proven_rows(study: Study, proof: Proof | None) -> dict[str, str]:
-    if proof is not None:
-        return proof.report
-    return {} if study.certify is None else {"certified": "nothing, the study was interrupted"}
-
-
-class _Watched:
-    """A progress function that remembers whether it has stopped the work."""
-
-    def __init__(self, progress: Progress | bool | None) -> None:
-        self._progress = progress
-        self.is_stopped = False
-
-    @property
-    def report(self) -> Progress | bool | None:
-        """What to give to the work."""
-        return self._call if callable(self._progress) else self._progress
-
-    def _call(self, done: float, total: float) -> bool:
-        goes_on = not callable(self._progress) or self._progress(done, total) is not False
-        # What is done cannot be stopped any more.
-        self.is_stopped = not goes_on and done < total
-        return goes_on
-
-
 def _write(
     answer: Any,
     study: Study,
-    record: Record,
-    parts: Mapping[Path, Path],
-    on_write: Callable[[Path], None] | None,
     proof: Proof | None,
+    tables: Mapping[str, Columns],
+    record: Record,
+    paths: Mapping[Path, Path],
+    on_write: Callable[[Path], None] | None,
 ) -> None:
     """Write each file under its temporary name."""
-    tables, pictures = study.question.csv(study), study.question.pictures(study)
-    units = {"length_unit": study.draw.length_unit, "time_unit": study.draw.time_unit}
     figures: dict[str, Any] = {}
-    for file, part in parts.items():
+    units = {"length_unit": study.draw.length_unit, "time_unit": study.draw.time_unit}
+    for file, path in paths.items():
         if file.suffix == ".toml":
             # Written with the table that it lies beside.
             continue
         if on_write is not None:
             on_write(file)
         if file.suffix == ".nc":
-            write_netcdf(answer, part, record, samples=study.save.samples)
-        elif file.suffix == ".csv" and file.stem == STEM and proof is not None:
-            write_columns(proof.columns, part, record, **units, beside=parts[record_file(file)])
+            write_netcdf(answer, path, record, samples=study.save.samples)
         elif file.suffix == ".csv":
-            write_csv(
-                answer,
-                part,
-                record,
-                table=tables[file.stem],
-                **units,
-                beside=parts[record_file(file)],
-                samples=getattr(study.save, "samples", None),
-            )
+            beside = paths[record_file(file)]
+            write_columns(tables[file.stem], path, record, **units, beside=beside)
         else:
             if file.stem not in figures:
-                figures[file.stem] = offscreen_figure()
-                with style():
-                    if file.stem == STEM and proof is not None:
-                        draw_proof(proof, study, figures[file.stem])
-                    else:
-                        pictures[file.stem](answer, study, figures[file.stem])
-            write_figure(figures[file.stem], part, file.suffix, record)
+                figures[file.stem] = _figure(file.stem, answer, study, proof)
+            write_figure(figures[file.stem], path, file.suffix, record)
+
+
+def _figure(stem: str, answer: Any, study: Study, proof: Proof | None) -> Any:
+    figure = offscreen_figure()
+    with style():
+        if stem == STEM and proof is not None:
+            draw_proof(proof, study, figure)
+        else:
+            study.question.pictures(study)[stem](answer, study, figure)
+    return figure

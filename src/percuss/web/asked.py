@@ -9,9 +9,9 @@ from typing import Any
 from percuss.errors import StudyError
 from percuss.io.study_text import number
 from percuss.studies.axes import Span
-from percuss.studies.building import build
+from percuss.studies.faults import StudyFaults
 from percuss.studies.kinds.diagram import Diagram
-from percuss.studies.shape import Found
+from percuss.studies.reading import build_study
 from percuss.studies.study import Certify, Draw, Study
 from percuss.web.question import (
     BadQuestion,
@@ -81,11 +81,11 @@ def asked_study(question: Question) -> Study:
     if not question.tables.get("forcing", {}).get("harmonics"):
         raise BadQuestion(f"{NAMES[question.kind]} a periodic force: add a harmonic in Explore")
     model = {name: question.tables[name] for name in MODEL if name in question.tables}
-    found = Found("study", {})
+    faults = StudyFaults("study", {})
     document = {"study": {"kind": question.kind}, **model, **ASKED[question.kind](question, motion)}
-    study = build(document, found)
-    if found.faults or study is None:
-        raise StudyError(found.faults)
+    study = build_study(document, faults)
+    if study is None:
+        raise StudyError(faults.faults)
     if isinstance(study.question, Diagram):
         study = replace(study, question=_with_all_values(question, study.question))
     wants = question.kind == "basins" and question.options.get("manifolds") is True

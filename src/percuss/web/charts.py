@@ -13,7 +13,7 @@ from percuss.model.paths import replace_parameter
 from percuss.orbits import Branch, PeriodicOrbit, continue_orbit, find_orbits
 from percuss.orbits.orbit.extremes import extremes_of
 from percuss.studies.kinds.response import Response
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 from percuss.studies.study import Study
 from percuss.web.asked import asked_study, check_size
 from percuss.web.frame import frame
@@ -76,7 +76,7 @@ def answer_response(question: Question, handle: Handle) -> Iterator[bytes]:
         yield frame({**header, "done": False, "share": share, "families": families}, arrays)
     if handle.is_stopped:
         return
-    found = asked.question.answer(asked, Means(progress=handle.part(ROUGH, 1.0)))
+    found = asked.question.answer(asked, Execution(progress=handle.part(ROUGH, 1.0)))
     if handle.is_stopped:
         return
     KEPT.put(asked, found)

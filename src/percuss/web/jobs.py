@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from percuss.studies.axes import axis_values
 from percuss.studies.kinds.diagram import Diagram
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 from percuss.web.asked import asked_study, check_size
 from percuss.web.charts import answer_response
 from percuss.web.frame import frame
@@ -73,7 +73,7 @@ def _diagram(question: Question, handle: Handle) -> Iterator[bytes]:
         begin, done = done / len(values), done + len(level)
         share = done / len(values)
         some = replace(own, over={path: tuple(values[i] for i in level)})
-        found = some.answer(asked, Means(progress=handle.part(begin, share)))
+        found = some.answer(asked, Execution(progress=handle.part(begin, share)))
         if handle.is_stopped:
             return
         parts.append(found)
@@ -116,7 +116,7 @@ def _basins(question: Question, handle: Handle) -> Iterator[bytes]:
     for size in sizes:
         begin, done = done / whole, done + size * size
         asked = asked_study(replace(question, options={**question.options, "starts": size}))
-        found = asked.question.answer(asked, Means(progress=handle.part(begin, done / whole)))
+        found = asked.question.answer(asked, Execution(progress=handle.part(begin, done / whole)))
         if handle.is_stopped:
             return
         if size == finest:

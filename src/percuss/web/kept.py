@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from percuss.motion.outcome import Outcome
-from percuss.studies.question import Means
+from percuss.studies.question import Execution
 from percuss.studies.study import Draw, Save, Study
 from percuss.web.handle import Handle
 from percuss.web.question import BadQuestion
@@ -121,7 +121,7 @@ def answer_of(study: Study, handle: Handle) -> Any:
         late.append(done < total)
         return False
 
-    answer = study.question.answer(study, Means(progress=go_on))
+    answer = study.question.answer(study, Execution(progress=go_on))
     if handle.is_stopped:
         raise BadQuestion("nobody waits for this file any more")
     if any(late) or getattr(answer, "outcome", None) is Outcome.interrupted:

@@ -10,9 +10,9 @@ from typing import Any
 from percuss.errors import StudyError
 from percuss.model.exact import as_float
 from percuss.model.paths import long_form
-from percuss.studies.building import build
+from percuss.studies.faults import StudyFaults
 from percuss.studies.kinds.motion import Motion
-from percuss.studies.shape import Found
+from percuss.studies.reading import build_study
 from percuss.studies.study import Study
 
 __all__ = [
@@ -200,10 +200,10 @@ def motion_of(study: Study) -> Motion:
 
 
 def _parsed(tables: Mapping[str, Any]) -> Study:
-    found = Found("study", {})
-    study = build(tables, found)
-    if found.faults or study is None:
-        raise StudyError(found.faults)
+    faults = StudyFaults("study", {})
+    study = build_study(tables, faults)
+    if study is None:
+        raise StudyError(faults.faults)
     return study
 
 

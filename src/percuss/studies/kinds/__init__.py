@@ -1,10 +1,10 @@
-"""The kinds of studies, one module each."""
+"""The kinds of studies, one module each, named as its class."""
 
 from __future__ import annotations
 
 from importlib import import_module
 
-from percuss.studies.question import Kind
+from percuss.studies.question import Question
 
 __all__ = ["kind_named", "kind_names"]
 
@@ -27,7 +27,7 @@ def kind_names() -> list[str]:
     return list(_KINDS)
 
 
-def kind_named(name: str) -> Kind:
-    """Return a kind by its name."""
-    kind: Kind = import_module(f"{__name__}.{name}").KIND
+def kind_named(name: str) -> type[Question]:
+    """Return the questions of a kind by its name."""
+    kind: type[Question] = getattr(import_module(f"{__name__}.{name}"), name.capitalize())
     return kind

@@ -3,108 +3,101 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter
 
-from percuss.io.study_text import number
+from percuss.ensembles.diagram import Direction, Section, bifurcation_diagram
+from percuss.io.study_text import start_table
 from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
-from percuss.studies.axes import Axis, axes_table, values_of
-from percuss.studies.faults import shown
-from percuss.studies.kinds.many import Whole, ends_of, failure_rows, means_of, over_of
-from percuss.studies.kinds.motion import right_walls
-from percuss.studies.kinds.starting import AT_REST
-from percuss.studies.parts import Parts, exact_phase, reason_in_file
-from percuss.studies.question import Kind, Means, Picture
-from percuss.studies.schema import Document, Phase, Table
+from percuss.studies.axes import Axes, over_of, values_over
+from percuss.studies.faults import shown, words_of_file
+from percuss.studies.question import (
+    AT_REST,
+    Execution,
+    Picture,
+    Question,
+    StudyDraft,
+    known_walls,
+    titled_axes,
+)
+from percuss.studies.tables import Phase, Whole, default, raw_table, table
+from percuss.studies.words import ends_of, failure_rows
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
     from percuss.studies.study import Study
 
-__all__ = ["KIND", "Diagram"]
+__all__ = ["Diagram"]
 
-Direction = Literal["forward", "backward"]
-Section = Literal["stroboscopic", "impacts"]
-
-
-class DiagramTable(Table):
-    """``[diagram]``: which points, from where, and when."""
-
-    section: Section = "stroboscopic"
-    starts: Annotated[
-        list[Annotated[list[Phase], Field(min_length=2, max_length=3)]], Field(min_length=1)
-    ] = Field(default=[[0.0, 0.0]])
-    follow: list[Direction] = Field(default=["forward", "backward"])
-    transient: Whole = 200
-    points: Annotated[int, Field(ge=2)] = 64
+_ROW = TypeAdapter(Annotated[list[Phase], Field(min_length=2, max_length=3)])
+_NAMES = ("x0", "v0", "t0")
 
 
-class DiagramDocument(Document):
-    """A study file of a bifurcation diagram."""
+def _start(row: Any) -> Start:
+    """Return a start in a list, not checked."""
+    if isinstance(row, Start):
+        return row
+    return draft(Start, **dict(zip(_NAMES, _ROW.validate_python(row), strict=False)))
 
-    over: dict[str, object]
-    diagram: DiagramTable = DiagramTable()
+
+Row = Annotated[
+    Start, PlainValidator(_start), PlainSerializer(lambda start: [*start_table(start).values()])
+]
 
 
-@dataclass(frozen=True, slots=True)
-class Diagram:
+@table
+class Diagram(Question):
     """The points of the attractors over a parameter, as `bifurcation_diagram` takes them."""
 
-    kind: ClassVar[str] = "diagram"
-    doing: ClassVar[str] = "following the motions"
-    stem: ClassVar[str] = "diagram"
-    is_ensemble: ClassVar[bool] = True
+    kind: ClassVar = "diagram"
+    doing: ClassVar = "following the motions"
+    stem: ClassVar = "diagram"
+    is_ensemble: ClassVar = True
+    needed: ClassVar = ("over",)
+    columns: ClassVar = {"diagram": "table"}
 
-    over: dict[str, Axis]
-    starts: tuple[Start, ...] = (AT_REST,)
-    section: Section = "stroboscopic"
-    follow: tuple[Direction, ...] = ("forward", "backward")
-    transient: int = 200
-    points: int = 64
+    over: Axes
+    section: Section = default(bifurcation_diagram, "section")
+    starts: Annotated[tuple[Row, ...], Field(min_length=1)] = (AT_REST,)
+    follow: tuple[Direction, ...] = default(bifurcation_diagram, "follow")
+    transient: Whole = default(bifurcation_diagram, "transient")
+    points: Annotated[Whole, Field(ge=2)] = default(bifurcation_diagram, "points")
 
-    def tables(self) -> dict[str, object]:
-        """Return ``[over]`` and ``[diagram]``."""
-        starts = [[number(value) for value in (it.x0, it.v0, it.t0)] for it in self.starts]
-        own = {
-            "section": self.section,
-            "starts": starts,
-            "follow": list(self.follow),
-            "transient": self.transient,
-            "points": self.points,
-        }
-        return {"over": axes_table(self.over), "diagram": own}
+    def checked(self, study: StudyDraft) -> Self:
+        """Check the period of the forcing and the starts, and read the axis."""
+        study.needs_period("a diagram needs a periodic forcing")
+        self._check_starts(study)
+        return replace(self, over=values_over(study, 1, self.starts[0]))
 
-    def csv(self, study: Study) -> dict[str, str]:  # noqa: ARG002
-        """Return one row a point."""
-        return {"diagram": "table"}
+    def _check_starts(self, study: StudyDraft) -> None:
+        walls = draft(Oscillator, stops=known_walls(study))
+        path = ("diagram", "starts")
+        is_given = "starts" in raw_table(study.document, "diagram")
+        for index, start in enumerate(self.starts):
+            for fault in start_faults(walls, start.x0, start.v0, start.t0, max_impacts=1):
+                reason = words_of_file(fault.reason)
+                if is_given:
+                    place = (*path, index, _NAMES.index(fault.name))
+                    study.faults.add(place, reason, shown(fault.value))
+                else:
+                    study.faults.add(path, f"missing; the default x0 = 0 lies {reason}")
+
+    def answer(self, study: Study, execution: Execution) -> Dataset:
+        """Return the points."""
+        arguments = self.arguments() | {"over": over_of(self.over)} | execution.of_ensemble()
+        return bifurcation_diagram(study.oscillator, study.forcing, **arguments)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
         """Return the diagram."""
         return {"diagram": _draw}
 
-    def answer(self, study: Study, means: Means) -> Dataset:
-        """Follow the motions."""
-        from percuss.ensembles import bifurcation_diagram
-
-        return bifurcation_diagram(
-            study.oscillator,
-            study.forcing,
-            over=over_of(self.over),
-            section=self.section,
-            starts=self.starts,
-            follow=self.follow,
-            transient=self.transient,
-            points=self.points,
-            **means_of(means),
-        )
-
     def report(self, result: Dataset) -> dict[str, str]:
-        """Tell the periods found on each branch, and what failed."""
+        """Return the periods on each branch, and what failed."""
         rows = {"over": ends_of(result)}
         reasons: list[str] = []
         for branch in result.branch.values:
@@ -117,44 +110,6 @@ class Diagram:
 
 
 def _draw(result: Dataset, study: Study, figure: Any) -> None:
-    from percuss.plotting import Units, plot_diagram
+    from percuss.plotting import plot_diagram
 
-    figure.set_size_inches(7.6, 5.0)
-    units = Units(study.draw.length_unit, study.draw.time_unit)
-    plot_diagram(result, figure.add_subplot(), units=units)
-    figure.suptitle(study.title, parse_math=False)
-
-
-def _starts(parts: Parts) -> tuple[Start, ...]:
-    """Return the starts of a document, and add what is wrong with them."""
-    walls = draft(Oscillator, stops=right_walls(parts.oscillator, parts.found))
-    found = []
-    names = ("x0", "v0", "t0")
-    given = parts.keys("diagram").get("starts")
-    for index, row in enumerate([[0.0, 0.0]] if given is None else given):
-        values = [exact_phase(value) for value in row]
-        start = draft(Start, **dict(zip(names, values, strict=False)))
-        for fault in start_faults(walls, start.x0, start.v0, start.t0, max_impacts=1):
-            if given is None:
-                reason = f"missing; the default x0 = 0 lies {fault.reason}"
-                parts.found.add(("diagram", "starts"), reason)
-            else:
-                place = ("diagram", "starts", index, names.index(fault.name))
-                parts.found.add(place, reason_in_file(fault.reason), shown(fault.value))
-        found.append(start)
-    return tuple(found)
-
-
-def build(parts: Parts) -> Diagram | None:
-    """Return the question of a document, None if it has faults."""
-    own = parts.keys("diagram")
-    parts.needs_period("a diagram needs a periodic forcing")
-    starts = _starts(parts)
-    over = values_of(parts, 1, starts[0] if starts else None)
-    if parts.found.faults:
-        return None
-    own |= {"follow": tuple(own["follow"])} if "follow" in own else {}
-    return Diagram(over, **{**own, "starts": starts})
-
-
-KIND = Kind(DiagramDocument, build)
+    plot_diagram(result, titled_axes(study, figure, 7.6, 5.0), units=study.draw.units())

@@ -3,56 +3,37 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import BeforeValidator, Field
+from pydantic import PlainSerializer, PlainValidator
 from pydantic_core import PydanticCustomError
 
-from percuss.io.study_text import number
-from percuss.model.exact import Exact, as_float
+from percuss.model.exact import as_float
 from percuss.model.faults import number_faults
-from percuss.studies.parts import Parts, add_faults
-from percuss.studies.question import Kind, Means, Picture
-from percuss.studies.schema import CertifyTable, Document, Number, SampledSaveTable, Table
+from percuss.studies.question import Execution, Picture, Question, StudyDraft
+from percuss.studies.tables import Count, Number, Whole, table
+from percuss.studies.words import counted, impacts_in_words
 
 if TYPE_CHECKING:
     from percuss.orbits import PeriodicOrbit
     from percuss.studies.study import Study
 
-__all__ = ["KIND", "Orbit", "Sought", "counted", "find", "impacts_in_words", "orbit_rows", "sought"]
+__all__ = ["Orbit", "Sought"]
 
 
 def _impacts(value: object) -> object:
     whole = isinstance(value, int) and not isinstance(value, bool) and value >= 0
     if not whole and value not in ("inf", math.inf):
         raise PydanticCustomError("impacts", 'neither a whole number nor "inf", for sticking')
-    return value
+    return value if whole else math.inf
 
 
-Count = Annotated[int, Field(ge=1)]
+Impacts = Annotated[
+    float, PlainValidator(_impacts), PlainSerializer(lambda n: "inf" if math.isinf(n) else n)
+]
 
 
-class OrbitTable(Table):
-    """``[orbit]``: which orbit, and where to look for it."""
-
-    impacts: Annotated[int | float | str, BeforeValidator(_impacts)] = 1
-    periods: Count = 1
-    sequence: list[Annotated[int, Field(ge=0)]] | None = None
-    cycle: Number | None = None
-    v_after: Number | None = None
-    seed: Annotated[int, Field(ge=0)] = 0
-
-
-class OrbitDocument(Document):
-    """A study file of one orbit."""
-
-    orbit: OrbitTable
-    certify: CertifyTable | None = None
-    save: SampledSaveTable = SampledSaveTable()
-
-
-@dataclass(frozen=True, slots=True)
+@table
 class Sought:
     """Which orbit is looked for, as `percuss.find_orbit` takes it.
 
@@ -60,92 +41,72 @@ class Sought:
     ----------
     impacts, periods, sequence, seed
         As there; infinitely many impacts are sticking.
-    guess
-        (cycle, v_after) of an impact; or None.
+    cycle, v_after
+        The guess: those of an impact, both or none.
     """
 
-    impacts: float = 1
-    periods: int = 1
-    sequence: tuple[int, ...] | None = None
-    guess: tuple[Exact, Exact] | None = None
-    seed: int = 0
+    impacts: Impacts = 1
+    periods: Count = 1
+    sequence: tuple[Whole, ...] | None = None
+    cycle: Number | None = None
+    v_after: Number | None = None
+    seed: Annotated[Whole, PlainSerializer(lambda seed: seed or None)] = 0
 
-    def table(self) -> dict[str, object]:
-        """Return it as an ``[orbit]`` table."""
-        cycle, v_after = (None, None) if self.guess is None else map(number, self.guess)
-        return {
-            "impacts": "inf" if math.isinf(self.impacts) else int(self.impacts),
-            "periods": self.periods,
-            "sequence": None if self.sequence is None else list(self.sequence),
-            "cycle": cycle,
-            "v_after": v_after,
-            "seed": self.seed or None,
-        }
+    @property
+    def guess(self) -> tuple[float, float] | None:
+        """The guess as `percuss.find_orbit` takes it."""
+        if self.cycle is None or self.v_after is None:
+            return None
+        return as_float(self.cycle), as_float(self.v_after)
 
+    def check(self, study: StudyDraft) -> None:
+        """Add what is wrong with the guess, with the stops, and with the forcing."""
+        faults, guess = study.faults, {"cycle": self.cycle, "v_after": self.v_after}
+        for name, value in guess.items():
+            if value is not None:
+                faults.add_from_model(number_faults(f"orbit.{name}", value))
+        missing = [name for name, value in guess.items() if value is None]
+        if len(missing) == 1 and not faults.is_wrong("orbit"):
+            (given,) = guess.keys() - set(missing)
+            reason = f"missing; a guess is a cycle and a v_after, and {given} is given"
+            faults.add(("orbit", missing[0]), reason)
+        self._check_stops(study)
+        if study.forcing is not None and study.forcing.harmonics:
+            study.needs_period("a periodic orbit needs a periodic forcing")
 
-def sought(parts: Parts) -> Sought:
-    """Return which orbit a document looks for, and add what is wrong with it."""
-    given, found = parts.keys("orbit"), parts.found
-    impacts = math.inf if given.get("impacts", 1) == "inf" else given.get("impacts", 1)
-    sequence = given.get("sequence")
-    parts_of_guess = [given.get(name) for name in ("cycle", "v_after")]
-    for name, value in zip(("cycle", "v_after"), parts_of_guess, strict=True):
-        if value is not None:
-            add_faults(number_faults(f"orbit.{name}", value), found)
-    if (parts_of_guess[0] is None) != (parts_of_guess[1] is None):
-        there, missing = ("v_after", "cycle") if parts_of_guess[0] is None else ("cycle", "v_after")
-        if not found.is_wrong("orbit"):
-            found.add(("orbit", missing), f"missing; a guess is a cycle and a v_after, and {there} "
-                                          "is given")  # fmt: skip
-    _check(parts, impacts, sequence)
-    if parts.forcing is not None and parts.forcing.harmonics:
-        parts.needs_period("a periodic orbit needs a periodic forcing")
-    guess = None if None in parts_of_guess else (parts_of_guess[0], parts_of_guess[1])
-    return Sought(
-        impacts,
-        given.get("periods", 1),
-        None if sequence is None else tuple(sequence),
-        guess,  # type: ignore[arg-type]  # numbers, or a fault
-        given.get("seed", 0),
-    )
+    def _check_stops(self, study: StudyDraft) -> None:
+        faults, stops, sequence = study.faults, study.oscillator.stops, self.sequence
+        if faults.is_wrong("oscillator") or faults.is_wrong("orbit"):
+            return
+        path = ("orbit", "sequence")
+        if self.impacts != 0 and not stops:
+            reason = "the oscillator has no stops to meet"
+            faults.add(("orbit", "impacts"), reason, f"{self.impacts:g}")
+        elif sequence is not None and len(sequence) != self.impacts:
+            reason = f"not one stop for each of the {self.impacts:g} impacts"
+            faults.add(path, reason, str(list(sequence)))
+        elif sequence and max(sequence) >= len(stops):
+            reason = f"the oscillator has {counted(len(stops), 'stop')}, counted from 0"
+            faults.add(path, reason, str(list(sequence)))
 
+    def find(self, study: Study) -> PeriodicOrbit:
+        """Find the orbit that a study is about."""
+        # The report and the files say where an orbit is formal.
+        from percuss.orbits.finding.find import find_formal_orbit
 
-def _check(parts: Parts, impacts: float, sequence: list[int] | None) -> None:
-    """Add where the stops do not go with the impacts."""
-    found, stops = parts.found, parts.oscillator.stops
-    if found.is_wrong("oscillator") or found.is_wrong("orbit"):
-        return
-    if impacts != 0 and not stops:
-        found.add(("orbit", "impacts"), "the oscillator has no stops to meet", f"{impacts:g}")
-    elif sequence is not None and len(sequence) != impacts:
-        reason = f"not one stop for each of the {impacts:g} impacts"
-        found.add(("orbit", "sequence"), reason, str(sequence))
-    elif sequence and max(sequence) >= len(stops):
-        reason = f"the oscillator has {counted(len(stops), 'stop')}, counted from 0"
-        found.add(("orbit", "sequence"), reason, str(sequence))
-
-
-def find(study: Study, wanted: Sought) -> PeriodicOrbit:
-    """Find the orbit that a study is about."""
-    # The report and the files say where an orbit is formal.
-    from percuss.orbits.finding.find import find_formal_orbit
-
-    guess = None
-    if wanted.guess is not None:
-        guess = as_float(wanted.guess[0]), as_float(wanted.guess[1])
-    return find_formal_orbit(
-        study.oscillator,
-        study.forcing,
-        wanted.impacts,
-        wanted.periods,
-        wanted.sequence,
-        guess,
-        seed=wanted.seed,
-    )
+        return find_formal_orbit(
+            study.oscillator,
+            study.forcing,
+            self.impacts,
+            self.periods,
+            self.sequence,
+            self.guess,
+            seed=self.seed,
+        )
 
 
-@dataclass(frozen=True, slots=True)
-class Orbit:
+@table
+class Orbit(Question):
     """One periodic orbit.
 
     Parameters
@@ -154,65 +115,50 @@ class Orbit:
         Which one.
     """
 
-    kind: ClassVar[str] = "orbit"
-    doing: ClassVar[str] = "looking for the orbit"
-    stem: ClassVar[str] = "orbit"
-    is_ensemble: ClassVar[bool] = False
+    kind: ClassVar = "orbit"
+    doing: ClassVar = "looking for the orbit"
+    stem: ClassVar = "orbit"
+    is_certifiable: ClassVar = True
+    needed: ClassVar = ("orbit",)
+    save_keys: ClassVar = ("samples",)
+    # The impacts of a period.
+    columns: ClassVar = {"impacts": "impacts"}
 
     sought: Sought = Sought()
 
-    def tables(self) -> dict[str, object]:
-        """Return ``[orbit]``."""
-        return {"orbit": self.sought.table()}
+    def checked(self, study: StudyDraft) -> Self:
+        """Check which orbit is looked for."""
+        self.sought.check(study)
+        return self
 
-    def csv(self, study: Study) -> dict[str, str]:  # noqa: ARG002
-        """Return the impacts of a period."""
-        return {"impacts": "impacts"}
+    def answer(self, study: Study, execution: Execution) -> PeriodicOrbit:  # noqa: ARG002
+        """Find it."""
+        return self.sought.find(study)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
         """Return the orbit in the plane, and its multipliers."""
         return {"orbit": _draw}
 
-    def answer(self, study: Study, means: Means) -> PeriodicOrbit:  # noqa: ARG002
-        """Find it."""
-        return find(study, self.sought)
-
     def report(self, result: PeriodicOrbit) -> dict[str, str]:
-        """Tell what it is and how stable."""
-        return orbit_rows(result)
-
-
-def orbit_rows(orbit: PeriodicOrbit) -> dict[str, str]:
-    """Return what there is to say of an orbit."""
-    count = impacts_in_words(orbit.n_impacts)
-    turns = f" in {counted(orbit.n_periods, 'forcing period')}" if orbit.n_periods else ""
-    values = ", ".join(_shown(value) for value in orbit.multipliers)
-    rows = {
-        "orbit": f"{count}{turns}, period {orbit.period:.10g}",
-        "stability": f"{orbit.stability}, multipliers {values}",
-    }
-    if len(orbit.impacts):
-        cycle, v = orbit.impacts.cycle[0], orbit.impacts.v_after[0]
-        rows["first impact"] = f"at t = {orbit.t0:.12g}, v_after = {v:.12g}" + (
-            f", cycle {cycle:.12g}" if orbit.n_periods else ""
-        )
-    rows["grazing margin"] = f"{orbit.grazing_margin:.6g}"
-    if not orbit.admissible:
-        times = counted(len(orbit.passages), "time")
-        rows["not physical"] = f"it passes through a stop {times} a round"
-    if not orbit.isolated:
-        rows["not isolated"] = "one of a family of orbits in this same system"
-    return rows | {"residual": f"{orbit.residual:.2g}"}
-
-
-def impacts_in_words(n_impacts: float) -> str:
-    """Return a number of impacts in words."""
-    return "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
-
-
-def counted(n: float, thing: str) -> str:
-    """Return a number and what it counts."""
-    return f"{n:g} {thing}" + ("" if n == 1 else "s")
+        """Return what it is and how stable."""
+        turns = f" in {counted(result.n_periods, 'forcing period')}" if result.n_periods else ""
+        values = ", ".join(_shown(value) for value in result.multipliers)
+        rows = {
+            "orbit": f"{impacts_in_words(result.n_impacts)}{turns}, period {result.period:.10g}",
+            "stability": f"{result.stability}, multipliers {values}",
+        }
+        if len(result.impacts):
+            cycle, v = result.impacts.cycle[0], result.impacts.v_after[0]
+            rows["first impact"] = f"at t = {result.t0:.12g}, v_after = {v:.12g}" + (
+                f", cycle {cycle:.12g}" if result.n_periods else ""
+            )
+        rows["grazing margin"] = f"{result.grazing_margin:.6g}"
+        if not result.admissible:
+            times = counted(len(result.passages), "time")
+            rows["not physical"] = f"it passes through a stop {times} a round"
+        if not result.isolated:
+            rows["not isolated"] = "one of a family of orbits in this same system"
+        return rows | {"residual": f"{result.residual:.2g}"}
 
 
 def _shown(value: complex) -> str:
@@ -220,19 +166,10 @@ def _shown(value: complex) -> str:
 
 
 def _draw(orbit: PeriodicOrbit, study: Study, figure: Any) -> None:
-    from percuss.plotting import Units, plot_multipliers, plot_orbit
+    from percuss.plotting import plot_multipliers, plot_orbit
 
     figure.set_size_inches(9.6, 4.8)
     left, right = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
-    plot_orbit(orbit, left, units=Units(study.draw.length_unit, study.draw.time_unit))
+    plot_orbit(orbit, left, units=study.draw.units())
     plot_multipliers(orbit, right)
     figure.suptitle(study.title, parse_math=False)
-
-
-def build(parts: Parts) -> Orbit | None:
-    """Return the question of a document, None if it has faults."""
-    wanted = sought(parts)
-    return None if parts.found.faults else Orbit(wanted)
-
-
-KIND = Kind(OrbitDocument, build)

@@ -2,92 +2,67 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from pydantic import Field
-
-from percuss.studies.axes import Range, axes_table, ranges_of
-from percuss.studies.kinds.orbit import Count
-from percuss.studies.parts import Parts
-from percuss.studies.question import Kind, Means, Picture
-from percuss.studies.schema import Document, Table
+from percuss.orbits import response_curve
+from percuss.studies.axes import Ranges, ranges_over
+from percuss.studies.question import Execution, Picture, Question, StudyDraft
+from percuss.studies.tables import Count, Whole, default, table
+from percuss.studies.words import intervals_in_words
 
 if TYPE_CHECKING:
     from percuss.orbits import Response as ResponseResult
     from percuss.studies.study import Study
 
-__all__ = ["KIND", "Response"]
+__all__ = ["Response"]
 
 
-class ResponseTable(Table):
-    """``[response]``: how long the orbits are that are looked for, and where."""
-
-    max_impacts: Count = 4
-    max_periods: Count = 3
-    seed: Annotated[int, Field(ge=0)] = 0
-    n_seeds: Count = 16
-
-
-class ResponseDocument(Document):
-    """A study file of a response."""
-
-    over: dict[str, object]
-    response: ResponseTable = ResponseTable()
-
-
-@dataclass(frozen=True, slots=True)
-class Response:
+@table
+class Response(Question):
     """All families of orbits over one parameter, as `percuss.response_curve` takes it."""
 
-    kind: ClassVar[str] = "response"
-    doing: ClassVar[str] = "looking for families of orbits"
-    stem: ClassVar[str] = "response"
-    is_ensemble: ClassVar[bool] = False
+    kind: ClassVar = "response"
+    doing: ClassVar = "looking for families of orbits"
+    stem: ClassVar = "response"
+    needed: ClassVar = ("over",)
+    # One row an orbit, with the number of its branch.
+    columns: ClassVar = {"response": "response"}
 
-    over: dict[str, Range]
-    max_impacts: int = 4
-    max_periods: int = 3
-    seed: int = 0
-    n_seeds: int = 16
+    over: Ranges
+    max_impacts: Count = default(response_curve, "max_impacts")
+    max_periods: Count = default(response_curve, "max_periods")
+    seed: Whole = default(response_curve, "seed")
+    n_seeds: Count = default(response_curve, "n_seeds")
 
-    def tables(self) -> dict[str, object]:
-        """Return ``[over]`` and ``[response]``."""
-        names = ("max_impacts", "max_periods", "seed", "n_seeds")
-        own = {name: getattr(self, name) for name in names}
-        return {"over": axes_table(self.over), "response": own}
+    def checked(self, study: StudyDraft) -> Self:
+        """Check the period of the forcing, and read the range."""
+        study.needs_period("a response is one to a periodic forcing")
+        return replace(self, over=ranges_over(study, 1))
 
-    def csv(self, study: Study) -> dict[str, str]:  # noqa: ARG002
-        """Return one row an orbit, with the number of its branch."""
-        return {"response": "response"}
+    def answer(self, study: Study, execution: Execution) -> ResponseResult:
+        """Find and follow the families."""
+        # A study without one was refused.
+        assert study.forcing is not None
+        arguments = self.arguments() | {"progress": execution.progress}
+        return response_curve(study.oscillator, study.forcing, **arguments)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
         """Return amplitude and impact velocity over the parameter."""
         return {"response": _draw}
 
-    def answer(self, study: Study, means: Means) -> ResponseResult:
-        """Find and follow the families."""
-        from percuss.orbits import response_curve
-
-        # A study without one was refused.
-        assert study.forcing is not None
-        return response_curve(
-            study.oscillator,
-            study.forcing,
-            self.over,
-            max_impacts=self.max_impacts,
-            max_periods=self.max_periods,
-            seed=self.seed,
-            n_seeds=self.n_seeds,
-            progress=means.progress,
-        )
-
     def report(self, result: ResponseResult) -> dict[str, str]:
-        """Tell the families, where they are stable, and what was missed."""
+        """Return the families, where they are stable, and what was missed."""
         rows = {"branches": str(len(result.branches))}
         for family in result.families:
-            name = f"({family.n_impacts}, {family.n_periods})"
-            rows[name] = _words(_intervals(family.ranges), _intervals(family.stable_ranges))
+            physical = intervals_in_words(family.ranges)
+            stable = intervals_in_words(family.stable_ranges)
+            where = f"stable {stable}" if stable else "nowhere stable"
+            rows[f"({family.n_impacts}, {family.n_periods})"] = (
+                f"physical {physical}; {where}"
+                if physical
+                else "formal everywhere: each orbit would pass through a stop"
+            )
         compared = f"{len(result.attractors)} attractors of direct simulation"
         missed = len(result.missed)
         where = f"{missed} of them on no branch" if missed else "all of them on a branch"
@@ -95,36 +70,14 @@ class Response:
         return rows
 
 
-def _words(physical: str, stable: str) -> str:
-    """Return where a family is physical, and stable, in words."""
-    if not physical:
-        return "formal everywhere: each orbit would pass through a stop"
-    return f"physical {physical}; {f'stable {stable}' if stable else 'nowhere stable'}"
-
-
-def _intervals(ranges: Any) -> str:
-    return ", ".join(f"{low:.6g} to {high:.6g}" for low, high in ranges)
-
-
 def _draw(response: ResponseResult, study: Study, figure: Any) -> None:
-    from percuss.plotting import Units, plot_response
+    from percuss.plotting import plot_response
 
-    units = Units(study.draw.length_unit, study.draw.time_unit)
     figure.set_size_inches(8.0, 9.0)
     upper, lower = figure.subplots(2, 1)
-    plot_response(response, "amplitude", upper, units=units)
-    plot_response(response, "impact_velocity", lower, units=units)
+    plot_response(response, "amplitude", upper, units=study.draw.units())
+    plot_response(response, "impact_velocity", lower, units=study.draw.units())
     figure.suptitle(study.title, parse_math=False)
     # Once is enough.
     if lower.get_legend() is not None:
         lower.get_legend().remove()
-
-
-def build(parts: Parts) -> Response | None:
-    """Return the question of a document, None if it has faults."""
-    parts.needs_period("a response is one to a periodic forcing")
-    over = ranges_of(parts, 1)
-    return None if parts.found.faults else Response(over, **parts.keys("response"))
-
-
-KIND = Kind(ResponseDocument, build)

@@ -1,0 +1,335 @@
+"""The tables of a study file as values: checked by pydantic, written back by it."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
+
+from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter
+from pydantic import ValidationError as ShapeError
+from pydantic.dataclasses import dataclass
+from pydantic_core import PydanticCustomError
+
+from percuss.errors import ParameterError
+from percuss.io.results import SAMPLES
+from percuss.io.study_text import number, start_table
+from percuss.model import exact
+from percuss.model.exact import PiTimes, angle, as_fraction, number_problem, phase_problem
+from percuss.model.faults import draft
+from percuss.model.start import Start
+from percuss.studies.faults import (
+    MISSING,
+    NO_NUMBER,
+    NO_PHASE,
+    Path,
+    StudyFaults,
+    shown,
+    unknown_key,
+)
+
+if TYPE_CHECKING:
+    from percuss.plotting.style import Units
+
+__all__ = [
+    "DRAW_ALL", "SAVE_ALL", "Certify", "Count", "Draw", "Flag", "Number", "Phase", "RawTable",
+    "Save", "StartState", "StartTable", "StudyTable", "Text", "Whole", "as_written", "default",
+    "exact_phase", "keys_of", "raw_table", "read", "sentence", "table", "table_only", "values_of",
+]  # fmt: skip
+
+RawTable: TypeAlias = Mapping[str, Any]
+T = TypeVar("T")
+
+# As `percuss.certify` takes them.
+MOST_DIGITS = 1000
+# Samples of a motion in a file: more take over two gigabytes.
+MOST_SAMPLES = 100_000_000
+
+Quantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
+
+# What pydantic calls an error, and what we say; {} stands for its context.
+_REASONS = {
+    "bool_type": "neither true nor false",
+    "int_type": "not a whole number",
+    "float_type": "not a number; write 2.8, without quotes",
+    "finite_number": "not finite",
+    "string_type": "not a text; put it in quotes",
+    "list_type": "not a list",
+    "tuple_type": "not a list",
+    "model_type": "not a table",
+    "model_attributes_type": "not a table",
+    "dataclass_type": "not a table",
+    "dict_type": "not a table",
+    "literal_error": "not {expected}",
+    "union_tag_invalid": 'neither "wall" nor "soft"',
+    "greater_than": "not more than {gt}",
+    "greater_than_equal": "less than {ge}",
+    "less_than_equal": "more than {le}",
+    "too_short": "{actual_length} values; {min_length} are needed",
+    "too_long": "{actual_length} values; {max_length} are needed",
+}
+
+
+def sentence(error: Any) -> str:
+    """Return an error of pydantic in our words."""
+    words = _REASONS.get(error["type"])
+    if error["type"] == "missing":
+        return "missing"
+    if words is None:
+        message = str(error["msg"])
+        return message[:1].lower() + message[1:]
+    return words.format(**error.get("ctx", {})).replace("'", '"')
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(Field,))
+def table(kind: type[T]) -> type[T]:
+    """Make a class a frozen table: its fields are its keys, their types the checks.
+
+    What pydantic refuses is a `ParameterError` in Python, and a fault in a file (`read`).
+    """
+    made: Any = dataclass(frozen=True, slots=True, config={"arbitrary_types_allowed": True})(kind)
+    construct = made.__init__
+
+    @functools.wraps(construct)
+    def checked(self: Any, *values: Any, **named: Any) -> None:
+        try:
+            construct(self, *values, **named)
+        except ShapeError as error:
+            wrong = error.errors(include_url=False)[0]
+            path = ".".join([made.__name__.lower(), *map(str, wrong["loc"])])
+            raise ParameterError(path, wrong["input"], sentence(wrong)) from error
+
+    made.__init__ = checked
+    return made  # type: ignore[no-any-return]
+
+
+def keys_of(kind: type) -> list[str]:
+    """Return the names of the fields of a table."""
+    return list(kind.__pydantic_fields__)  # type: ignore[attr-defined]
+
+
+def values_of(made: Any) -> dict[str, Any]:
+    """Return the fields of a table by name, as they are."""
+    return {name: getattr(made, name) for name in keys_of(type(made))}
+
+
+def as_written(made: Any) -> dict[str, Any]:
+    """Return a table as a study file holds it."""
+    return dict(made.__pydantic_serializer__.to_python(made))
+
+
+def default(function: Callable[..., Any], name: str) -> Any:
+    """Return the default of a parameter of a function."""
+    return inspect.signature(function).parameters[name].default
+
+
+def read(
+    kind: type[T],
+    raw: RawTable,
+    faults: StudyFaults,
+    path: Path,
+    known: list[str] | None = None,
+    given: RawTable | None = None,
+) -> T:
+    """Return the table of raw values, and add what is wrong with them.
+
+    Parameters
+    ----------
+    kind
+        The table.
+    raw
+        The keys as `tomllib` reads them. A wrong one counts as left out; what then is missing is
+        `MISSING`.
+    faults
+        The faults found so far.
+    path
+        Where the table stands in the file.
+    known
+        The keys that there are in this file; default: all of the table.
+    given
+        Fields that do not stand in the table.
+    """
+    known = keys_of(kind) if known is None else known
+    for key in raw:
+        if key not in known:
+            faults.add((*path, key), unknown_key(key, known))
+    rest = {key: value for key, value in raw.items() if key in known} | dict(given or {})
+    while True:
+        try:
+            return TypeAdapter(kind).validate_python(rest)
+        except ShapeError as error:
+            for wrong in error.errors(include_url=False):
+                reason, value = sentence(wrong), wrong["input"]
+                is_missing = wrong["type"] == "missing"
+                faults.add((*path, *wrong["loc"]), reason, "" if is_missing else shown(value))
+                name = str(wrong["loc"][0])
+                rest.pop(name, None)
+                rest |= {name: MISSING} if is_missing else {}
+
+
+def raw_table(document: RawTable, name: str) -> RawTable:
+    """Return a table of a document, empty where there is none."""
+    found = document.get(name, {})
+    return found if isinstance(found, Mapping) else {}
+
+
+def exact_phase(value: Any) -> Any:
+    """Return ``"pi/2 + 1/3"`` as the exact phase it means; anything else unchanged.
+
+    Examples
+    --------
+    >>> exact_phase("-pi/2 + 0.25"), exact_phase("pi/2")
+    (pi_times(-1, 2) + 0.25, 'pi/2')
+    """
+    if not isinstance(value, str) or value.count("+") != 1 or "pi" not in value:
+        return value
+    multiple, _, rest = value.partition("+")
+    if phase_problem(multiple) is not None or number_problem(rest) is not None:
+        return value
+    times, _ = angle(multiple)
+    return PiTimes(times, as_fraction(rest))
+
+
+def _is_number(value: object) -> bool:
+    # Whether a text is a number is the model's question; true is an int for Python only.
+    is_given = isinstance(value, str) or hasattr(value, "__float__") or value is MISSING
+    return is_given and not isinstance(value, bool)
+
+
+def _number(value: object) -> object:
+    if not _is_number(value):
+        raise PydanticCustomError("number", NO_NUMBER)
+    return value
+
+
+def _phase(value: object) -> object:
+    if not _is_number(value):
+        raise PydanticCustomError("number", NO_PHASE)
+    return exact_phase(value)
+
+
+def _digits(value: object) -> object:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_DIGITS:
+        raise PydanticCustomError("digits", f"not a whole number from 1 to {MOST_DIGITS}")
+    return value
+
+
+def table_only(value: object) -> object:
+    """Return a value that is a table; what stands in it is read where the model is known."""
+    if not isinstance(value, Mapping):
+        raise PydanticCustomError("dict_type", "not a table")
+    return value
+
+
+Number = Annotated[exact.Exact, PlainValidator(_number), PlainSerializer(number)]
+# May be a multiple of pi.
+Phase = Annotated[exact.Phase, PlainValidator(_phase), PlainSerializer(number)]
+Whole = Annotated[int, Field(strict=True, ge=0)]
+Count = Annotated[int, Field(strict=True, ge=1)]
+Flag = Annotated[bool, Field(strict=True)]
+Text = Annotated[str, Field(strict=True)]
+
+
+@table
+class StudyTable:
+    """``[study]``: what is asked."""
+
+    kind: Text = "motion"
+    title: Text = ""
+
+
+@table
+class StartTable:
+    """``[start]``: the state in which the motion begins, not checked yet."""
+
+    x0: Number
+    v0: Number
+    t0: Phase = 0.0
+
+
+def _start(value: Any) -> Start:
+    if isinstance(value, Start):
+        return value
+    # Not checked yet: a wall of the model may be in its way, which is one fault, not two.
+    return draft(Start, **values_of(TypeAdapter(StartTable).validate_python(value)))
+
+
+StartState = Annotated[Start, PlainValidator(_start), PlainSerializer(start_table)]
+
+
+@table
+class Save:
+    """Which files a study writes.
+
+    Parameters
+    ----------
+    netcdf
+        Whether to write the result as NetCDF.
+    csv
+        Whether to write its tables as CSV.
+    samples
+        Number of equally spaced times in the NetCDF file of a motion or an orbit.
+    """
+
+    netcdf: Flag = True
+    csv: Flag = True
+    samples: Annotated[
+        int,
+        Field(strict=True, ge=2, le=MOST_SAMPLES),
+        PlainSerializer(lambda n: None if n == SAMPLES else n),
+    ] = SAMPLES
+
+
+@table
+class Draw:
+    """Which pictures a study draws.
+
+    Parameters
+    ----------
+    png, svg
+        Whether to write the picture in this format.
+    window
+        First and last time of a motion that are drawn; default: the whole run.
+    length_unit, time_unit
+        Units on the axes; empty for dimensionless ones.
+    quantity
+        What of a branch is drawn over its parameter, as in `percuss.plotting.plot_branch`.
+    manifolds
+        Whether the stable manifolds of saddles are drawn into basins.
+    """
+
+    png: Flag = True
+    svg: Flag = True
+    window: Annotated[tuple[Phase, ...], Field(min_length=2, max_length=2)] | None = None
+    length_unit: Text = ""
+    time_unit: Text = ""
+    quantity: Quantity | None = None
+    manifolds: Annotated[Flag, PlainSerializer(lambda is_on: is_on or None)] = False
+
+    def units(self) -> Units:
+        """Return the units as plots take them."""
+        from percuss.plotting.style import Units
+
+        return Units(self.length_unit, self.time_unit)
+
+
+@table
+class Certify:
+    """To how many digits the answer of a study is proven in ball arithmetic.
+
+    Parameters
+    ----------
+    digits
+        As `percuss.certify` takes them: 1 to 1000.
+
+    Raises
+    ------
+    ParameterError
+        If they are fewer or more.
+    """
+
+    digits: Annotated[int, PlainValidator(_digits)] = 12
+
+
+SAVE_ALL, DRAW_ALL = Save(), Draw()
