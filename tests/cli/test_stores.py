@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import percuss as pc
 from percuss.cli import app
-from percuss.ensembles.store_chunks import lay_down
+from percuss.ensembles.store import write_chunk
 
 RUNNER = CliRunner()
 OSC, FORCE = pc.impact_oscillator(restitution="0.8"), pc.cosine(2.5)
@@ -122,7 +122,7 @@ def test_status_shows_no_time_left_where_nothing_runs(tmp_path: Path) -> None:
     outputs = []
     for ago in (1.0, 3600.0):
         for i, mark in enumerate(marks):
-            lay_down(mark, np.array([20, int(1e6 * (now - ago - i))]))
+            write_chunk(mark, np.array([20, int(1e6 * (now - ago - i))]))
         outputs.append(RUNNER.invoke(app, ["status", str(path)]).output)
 
     assert "if it is running" in outputs[0]

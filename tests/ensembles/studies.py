@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import sys
 from collections.abc import Iterator
 
 import numpy as np
 
 import percuss as pc
-from percuss.ensembles.running import Report
+from percuss.progress import Report
 
 
 @contextlib.contextmanager
 def points_a_chunk(n: int) -> Iterator[None]:
     """Cut sweeps into chunks of so many points: by themselves small studies are one."""
-    module = sys.modules["percuss.ensembles.sweep"]
+    module = importlib.import_module("percuss.ensembles.sweep")
     before = vars(module)["LARGEST_CHUNK"]
     module.LARGEST_CHUNK = n  # type: ignore[attr-defined]
     try:

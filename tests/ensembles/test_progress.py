@@ -14,7 +14,7 @@ import pytest
 
 import percuss as pc
 from percuss import progress
-from percuss.ensembles.running import _ChunkProgress
+from percuss.ensembles.execution import ChunkProgress
 from percuss.progress import Progress, Report
 
 OSC, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
@@ -35,8 +35,8 @@ class SomeJob:
         self.size = size
 
 
-def of_chunks(report: Report, size: int, todo: int) -> _ChunkProgress:
-    return _ChunkProgress(report, SomeJob(size), todo)  # type: ignore[arg-type]
+def of_chunks(report: Report, size: int, todo: int) -> ChunkProgress:
+    return ChunkProgress(report, SomeJob(size), todo)  # type: ignore[arg-type]
 
 
 def test_a_terminal_sees_one_line_with_rate_and_time_left(

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import percuss as pc
 from percuss.cli import app
-from percuss.ensembles import running, sizes
+from percuss.ensembles import execution, job
 
 OSC, FORCE = pc.impact_oscillator("0.8"), pc.cosine(2.5)
 MANY = np.linspace(1.0, 2.0, 20_000)
@@ -67,7 +67,7 @@ def test_an_answer_beyond_memory_needs_a_store_and_is_read_from_its_disk(
 ) -> None:
     over = {"forcing.omega": MANY[::200], "start.v0": [0.5, 1.0]}
     expected = pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)
-    monkeypatch.setattr(sizes, "memory", lambda: 1000)
+    monkeypatch.setattr(job, "memory", lambda: 1000)
 
     with pytest.raises(
         pc.ParameterError, match=r"200 points.*1\.6e-06 GB; .*with store= it is kept"
@@ -89,7 +89,7 @@ def test_an_answer_beyond_memory_needs_a_store_and_is_read_from_its_disk(
 def test_a_large_answer_is_told_before_the_work(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(running, "LARGE", 1000)
+    monkeypatch.setattr(execution, "LARGE", 1000)
     over = {"forcing.omega": MANY[::200], "start.v0": [0.5, 1.0]}
 
     pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)
@@ -102,18 +102,18 @@ def test_a_large_answer_is_told_before_the_work(
 def test_memory_is_what_is_to_be_had_and_not_what_is_built_in(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    built_in = sizes.memory()
+    built_in = job.memory()
     for name, text in (
         ("AVAILABLE", "MemTotal: 999 kB\nMemAvailable: 100 kB\n"),
         ("GROUP_MOST", "60000\n"),
         ("GROUP_TAKEN", "20000\n"),
     ):
         (tmp_path / name).write_text(text, encoding="ascii")
-        monkeypatch.setattr(sizes, name, tmp_path / name)
+        monkeypatch.setattr(job, name, tmp_path / name)
 
-    assert sizes.memory() == 40_000
+    assert job.memory() == 40_000
     (tmp_path / "GROUP_MOST").write_text("max\n", encoding="ascii")
-    assert sizes.memory() == 102_400 < built_in
+    assert job.memory() == 102_400 < built_in
 
 
 def test_a_study_of_too_many_points_is_a_fault_of_its_file(tmp_path: Path) -> None:

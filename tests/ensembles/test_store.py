@@ -14,7 +14,7 @@ from tests.ensembles.studies import chart, exponents, failing
 import percuss as pc
 from percuss.ensembles import store as store_module
 from percuss.ensembles.job import Block
-from percuss.ensembles.store_contents import REASON_BYTES, reasons_as_bytes
+from percuss.ensembles.store import REASON_BYTES, reasons_as_bytes
 
 ROOT = Path(__file__).parents[2]
 KILLS = 3
@@ -153,7 +153,7 @@ def test_a_full_disk_is_told_and_what_was_finished_is_kept(
 
     def fail(self: store_module.Store, number: int, block: Block) -> None:
         if len(written) == 2:
-            with store_module.told(self.path):
+            with store_module.faults_told(self.path):
                 raise OSError(28, "No space left on device")
         written.append(number)
         write(self, number, block)

@@ -152,7 +152,7 @@ def test_a_store_that_was_killed_while_it_was_made_is_told_as_begun(
     def die(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(store_module, "_array", die)
+    monkeypatch.setattr(store_module, "_make_array", die)
     with pytest.raises(KeyboardInterrupt):
         small(path)
     monkeypatch.undo()

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from percuss.ensembles.basins import UNITS, columns_of, no_starts, warn_without_starts
 from percuss.ensembles.datasets import attributes_of, coordinates_of, motion_of
 from percuss.ensembles.engines import Engine
+from percuss.ensembles.execution import Execution, Report, run_job
 from percuss.ensembles.fates import STAGE, Fates, Rules
 from percuss.ensembles.grid import Grid, LanesOf, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.matching import Followed, follow_attractors
-from percuss.ensembles.running import Report, keep, run_job
 from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, real
@@ -120,6 +120,7 @@ def basin_fractions(
     >>> found.name.values.tolist()
     [['(1, 1)', '(1, 1)', '(1, 1)'], ['', '(0, 1)', '(0, 1)']]
     """
+    execution = Execution.of(store, engine, n_workers, progress)
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
     periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
@@ -138,10 +139,10 @@ def basin_fractions(
     }  # fmt: skip
     drawn = Scattered(grid, box, n_starts, seed)
     job = Fates(drawn, rules, tuple(told.items()))
-    answer = run_job(job, store, engine, n_workers, progress)
+    answer = run_job(job, execution)
     warn_without_starts(drawn, answer)
     followed = follow_attractors(grid, rules, answer.arrays, n_starts)
-    return keep(_dataset(grid, answer, followed), store)
+    return execution.keep(_dataset(grid, answer, followed))
 
 
 def _range(name: str, ends: object) -> tuple[float, float]:

@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.attractors import Attractor, label_starts
-from percuss.ensembles.datasets import attributes_of, motion_of
+from percuss.ensembles.datasets import attributes_of, motion_of, warn_of_failures
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.failures import warn_of_failures
+from percuss.ensembles.execution import Execution, Report, run_job
 from percuss.ensembles.fates import CHUNK, NO_START, STAGE, Fates, Rules, Starts
 from percuss.ensembles.grid import Grid, LanesOf, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
 from percuss.ensembles.refining import System, impacts_at
-from percuss.ensembles.running import Report, keep, run_job
 from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.kernels.law import PERIOD
@@ -124,6 +123,7 @@ def basins(
     >>> [str(found.name.values[i]) for i in found.basin.values[:, 0]]
     ['(1, 1)', '(0, 1)', '(0, 1)', '(1, 1)']
     """
+    execution = Execution.of(store, engine, n_workers, progress)
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
     periods = whole("periods", periods, STAGE)
@@ -135,10 +135,10 @@ def basins(
     rules = Rules(begin, at_wall is not None, periods, escape)
     told = identity_of(grid) | {"kind": "basins", "stop": at_wall}
     starts = grid if at_wall is None else AtWall(grid, at_wall)
-    answer = run_job(Fates(starts, rules, tuple(told.items())), store, engine, n_workers, progress)
+    answer = run_job(Fates(starts, rules, tuple(told.items())), execution)
     warn_without_starts(starts, answer)
     found = label_starts(System.of(osc, force, begin), answer.arrays)
-    return keep(_dataset(starts, System.of(osc, force, begin), answer, *found), store)
+    return execution.keep(_dataset(starts, System.of(osc, force, begin), answer, *found))
 
 
 def no_starts(answer: Answer) -> int:

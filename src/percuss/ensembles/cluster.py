@@ -6,7 +6,7 @@ import contextlib
 import queue
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from typing import Any
 
 from percuss.ensembles.job import Block, Job
@@ -35,7 +35,7 @@ class EngineError(PercussError):
 
 def chunks_by_address(
     job: Job, spans: Sequence[tuple[int, int]], address: str, tick: Callable[[], bool]
-) -> Iterator[tuple[int, Block]]:
+) -> Generator[tuple[int, Block], None, None]:
     """Do chunks on the cluster whose scheduler is at an address, as `done_chunks` does."""
     client = _client(address)
     try:
@@ -61,16 +61,16 @@ def _client(address: str) -> Any:
 
 def chunks_by_client(
     job: Job, spans: Sequence[tuple[int, int]], client: Any, tick: Callable[[], bool]
-) -> Iterator[tuple[int, Block]]:
+) -> Generator[tuple[int, Block], None, None]:
     """Do chunks on the cluster of a client, as `done_chunks` does."""
-    crowd = _Crowd(job, spans, client)
+    submitted = _Submitted(job, spans, client)
     try:
-        yield from crowd.done(tick)
+        yield from submitted.done(tick)
     finally:
-        crowd.cancel()
+        submitted.cancel()
 
 
-class _Crowd:
+class _Submitted:
     """The chunks that a scheduler has."""
 
     def __init__(self, job: Job, spans: Sequence[tuple[int, int]], client: Any) -> None:
@@ -85,14 +85,14 @@ class _Crowd:
         self._told: float | None = None
         self._patience: dict[Any, float] = {}
 
-    def done(self, tick: Callable[[], bool]) -> Iterator[tuple[int, Block]]:
+    def done(self, tick: Callable[[], bool]) -> Generator[tuple[int, Block], None, None]:
         about = self._asked()
         if self._waiting and about is not None and not about["workers"]:
             # Theirs may be in a queue: it is no fault, but looks like one.
             self._tell("no workers yet")
         while self._waiting or self._running:
             try:
-                while self._waiting and len(self._running) < self._room():
+                while self._waiting and len(self._running) < self._wanted():
                     self._submit(self._waiting.pop())
                 future = self._next(tick)
                 if future is None:
@@ -195,7 +195,7 @@ class _Crowd:
             )
             sys.stderr.flush()
 
-    def _room(self) -> int:
+    def _wanted(self) -> int:
         """Return how many chunks the scheduler should have; workers may have joined."""
         now = time.monotonic()
         if now - self._looked >= RENEWED:

@@ -1,9 +1,15 @@
-"""Answers as labelled arrays."""
+"""Answers as labelled arrays and as files, and the warning of points without an answer."""
 
 from __future__ import annotations
 
+import contextlib
+import re
+import sys
+import warnings
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from importlib import metadata
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,9 +19,15 @@ from percuss.ensembles.job import Answer, Column, Dimension
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
-    from xarray import Dataset
+    from xarray import Dataset, DataTree
 
-__all__ = ["attributes_of", "coordinates_of", "dataset_of", "motion_of"]
+__all__ = [
+    "attributes_of", "commonest", "coordinates_of", "dataset_of", "motion_of", "warn_of_failures",
+    "warn_of_some", "write_whole",
+]  # fmt: skip
+
+# Reasons that differ in their numbers only are one.
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 
 
 def dataset_of(
@@ -84,3 +96,98 @@ def attributes_of(
         "complete": int(answer.complete),
         "failed": len(answer.reasons),
     }
+
+
+def write_whole(result: Dataset | DataTree, path: Path) -> None:
+    """Write a dataset or a tree of them as a NetCDF file.
+
+    HDF5 that writes to a full disk by itself ends the whole process when it closes the file. So it
+    writes to memory, and the file is written at once by Python, which raises.
+
+    Parameters
+    ----------
+    result
+        What to write.
+    path
+        The file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    with _without_cluster():
+        content = result.to_netcdf(engine="h5netcdf")
+    path.write_bytes(content)
+
+
+def _without_cluster() -> contextlib.AbstractContextManager[Any]:
+    """Have xarray write by itself: it asks for Dask's scheduler, which may be lost by now."""
+    config = sys.modules.get("dask.config")
+    return contextlib.nullcontext() if config is None else config.set(scheduler="synchronous")
+
+
+def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
+    """Return the commonest reason, of how many points it is one, and how many others there are.
+
+    Parameters
+    ----------
+    reasons
+        One for each point without an answer, at least one; of a traceback the last line counts.
+
+    Returns
+    -------
+    tuple of str, int and int
+        Reasons that differ in their numbers only are one; the first of them stands for all.
+
+    Examples
+    --------
+    >>> commonest(["x0 = -1: below the wall", "x0 = -2: below the wall", "damping = -1: negative"])
+    ('x0 = -1: below the wall', 2, 1)
+    """
+    lines = [(text.strip().splitlines() or [""])[-1] for text in reasons]
+    kinds = [NUMBER.sub("#", line) for line in lines]
+    (kind, count), *others = Counter(kinds).most_common()
+    return lines[kinds.index(kind)], count, len(others)
+
+
+def warn_of_some(
+    those: str, reasons: Iterable[str], total: int, first: str, stacklevel: int = 3
+) -> None:
+    """Warn that some have no answer: how many of how many, where the first is, and why.
+
+    Parameters
+    ----------
+    those
+        What they are, in the plural.
+    reasons
+        One for each of them, at least one.
+    total
+        How many there are with the others.
+    first
+        The parameters of the first of them.
+    stacklevel
+        As in `warn_of_failures`.
+    """
+    given = list(reasons)
+    what = f"{len(given):,} of {total:,} {those} have no answer, the first at {first}"
+    warn_of_failures(what, given, stacklevel + 1)
+
+
+def warn_of_failures(what: str, reasons: Iterable[str], stacklevel: int = 3) -> None:
+    """Warn that there is no answer, with the commonest reason and its count.
+
+    Parameters
+    ----------
+    what
+        The beginning of the sentence: what has no answer, and for how many points.
+    reasons
+        One for each of them.
+    stacklevel
+        As `warnings.warn` takes it; by default whoever calls the function that calls this one.
+    """
+    given = list(reasons)
+    reason, count, others = commonest(given)
+    which = "the commonest reason" if others else "the reason"
+    message = f"{what}; {which} ({count:,} of {len(given):,}): {reason}"
+    warnings.warn(message, stacklevel=stacklevel)

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import pickle
-import signal
 import sys
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, TypeAlias
 
 from percuss.ensembles.cluster import EngineError, chunks_by_address, chunks_by_client, reach
-from percuss.ensembles.grid import whole
 from percuss.ensembles.job import Block, Job
-from percuss.ensembles.main_script import check_main
+from percuss.ensembles.processes import check_processes, compute_remembered, process_pool
 from percuss.ensembles.threads import Threads
 from percuss.errors import ParameterError
+from percuss.model.exact import whole
 
 __all__ = ["Engine", "EngineError", "check_engine", "done_chunks", "make_ready", "say_stopping"]
 
@@ -42,10 +39,10 @@ def done_chunks(
     engine: Engine = "threads",
     n_workers: int | None = None,
     tick: Tick | None = None,
-) -> Iterator[tuple[int, Block]]:
+) -> Generator[tuple[int, Block], None, None]:
     """Do chunks, and give each as soon as it is done with its place in ``spans``.
 
-    Closing the iterator drops what is at work and what has not begun.
+    Closing the generator drops what is at work and what has not begun.
 
     Parameters
     ----------
@@ -58,11 +55,11 @@ def done_chunks(
     n_workers
         Threads or processes; default: the cores that this process may use.
     tick
-        Called every half second while no chunk is finished; False ends the iterator.
+        Called every half second while no chunk is finished; False ends the generator.
 
     Returns
     -------
-    iterator of (int, Block)
+    generator of (int, Block)
         In the order in which they come.
 
     Raises
@@ -76,10 +73,10 @@ def done_chunks(
     tick = tick or _goes_on
     n = n_workers or cores()
     if engine == "threads":
-        return _of_pool(lambda: Threads(n), job, spans, n, tick)
+        return _Pool(lambda: Threads(n), job.compute, spans, n).done(tick)
     if engine == "processes":
-        _check_that_it_travels(job)
-        return _of_pool(lambda: _processes(n, job), None, spans, n, tick)
+        check_processes(job)
+        return _Pool(lambda: process_pool(n, job), compute_remembered, spans, n).done(tick)
     if isinstance(engine, str):
         return chunks_by_address(job, spans, engine, tick)
     return chunks_by_client(job, spans, engine, tick)
@@ -126,8 +123,7 @@ def make_ready(job: Job, engine: Engine, *, is_new: bool) -> None:
         If no cluster answers.
     """
     if engine == "processes":
-        _check_that_it_travels(job)
-        check_main(job)
+        check_processes(job)
     elif is_new and isinstance(engine, str) and "://" in engine:
         reach(engine)
 
@@ -139,108 +135,91 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def _processes(n: int, job: Job) -> futures.Executor:
-    return futures.ProcessPoolExecutor(
-        n,
-        # Forking a process whose threads hold locks can hang it.
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=_remember,
-        initargs=(job,),
-    )
+class _Pool:
+    """The chunks of a job in a pool of threads or processes."""
 
+    def __init__(
+        self,
+        make: Callable[[], futures.Executor],
+        compute: Callable[[int, int], Block],
+        spans: Sequence[Span],
+        n: int,
+    ) -> None:
+        self._make, self._compute, self._spans = make, compute, spans
+        self._queue = _Queue(len(spans), n)
+        self._running: dict[futures.Future[Block], int] = {}
+        self._is_interrupted = False
 
-def _check_that_it_travels(job: Job) -> None:
-    """Say in a sentence that a function cannot be sent to another process, before any begins."""
-    measure = getattr(job, "measure", None)
-    try:
-        pickle.dumps(job)
-    except (pickle.PicklingError, AttributeError, TypeError) as error:
-        if measure is None:
-            raise
-        reason = (
-            "cannot be sent to another process, which takes functions by the name that they have "
-            'in a module; define it with def in a module, or take engine="threads"'
-        )
-        raise ParameterError("measure", getattr(measure, "__name__", measure), reason) from error
+    def done(self, tick: Tick) -> Generator[tuple[int, Block], None, None]:
+        """Yield chunks as they are done, with their places; as `done_chunks` says."""
+        is_over = False
+        self._pool = self._make()
+        try:
+            while True:
+                done: set[futures.Future[Block]] = set()
+                try:
+                    is_broken = not self._submit()
+                    if not (self._running or is_broken):
+                        break
+                    if not is_broken:
+                        done, _ = futures.wait(
+                            self._running, TICK, return_when=futures.FIRST_COMPLETED
+                        )
+                        if not done and not tick():
+                            return
+                except KeyboardInterrupt:
+                    self._interrupt()
+                    continue
+                lost = {future for future in done if _is_lost(future)}
+                for future in sorted(done - lost, key=self._running.__getitem__):
+                    block = future.result()
+                    yield self._running.pop(future), block
+                if lost or is_broken:
+                    self._begin_again()
+            is_over = True
+            if self._is_interrupted:
+                raise KeyboardInterrupt
+        finally:
+            for future in self._running:
+                future.cancel()
+            # A second Ctrl-C may come while the first is still being told.
+            if is_over:
+                self._pool.shutdown(wait=True)
+            else:
+                _drop(self._pool)
 
-
-_JOB: list[Job] = []
-
-
-def _remember(job: Job) -> None:
-    _JOB[:] = [job]
-    # Ctrl-C reaches all processes of a terminal; what is done about it is the caller's.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _compute(job: Job | None, span: Span) -> Block:
-    return (job or _JOB[0]).compute(*span)
-
-
-def _of_pool(
-    make: Callable[[], futures.Executor],
-    job: Job | None,
-    spans: Sequence[Span],
-    n: int,
-    tick: Tick,
-) -> Iterator[tuple[int, Block]]:
-    hand = _Hand(len(spans), n)
-    running: dict[futures.Future[Block], int] = {}
-    n_interrupts = 0
-    is_over = False
-    pool = make()
-    try:
-        while True:
-            done: set[futures.Future[Block]] = set()
-            is_broken = False
+    def _submit(self) -> bool:
+        """Hand out chunks as long as workers want some; return whether the pool has taken them."""
+        while not self._is_interrupted and self._queue.has_next(len(self._running)):
+            i = self._queue.take()
             try:
-                while n_interrupts == 0 and hand.has_next(len(running)):
-                    i = hand.take()
-                    running[pool.submit(_compute, job, spans[i])] = i
-                if not running:
-                    break
-                done, _ = futures.wait(running, TICK, return_when=futures.FIRST_COMPLETED)
-                if not done and not tick():
-                    return
-            except KeyboardInterrupt:
-                n_interrupts += 1
-                if n_interrupts > 1:
-                    raise
-                say_stopping()
-                running = {future: i for future, i in running.items() if not future.cancel()}
-                continue
+                self._running[self._pool.submit(self._compute, *self._spans[i])] = i
             except BrokenProcessPool:
-                # It did not take what it was handed.
-                hand.take_back([i])
-                is_broken = True
-            lost = [future for future in done if _is_lost(future)]
-            for future in sorted(done.difference(lost), key=running.__getitem__):
-                block = future.result()
-                yield running.pop(future), block
-            if lost or is_broken:
-                # With a process its whole pool is lost, and what it has not finished.
-                if n_interrupts > 0:
-                    raise KeyboardInterrupt
-                futures.wait(running)
-                gone = {future: i for future, i in running.items() if _is_lost(future)}
-                running = {future: i for future, i in running.items() if future not in gone}
-                hand.note_death(sorted(gone.values()), spans)
-                pool.shutdown(wait=False)
-                pool = make()
-        is_over = True
-        if n_interrupts > 0:
+                self._queue.take_back([i])
+                return False
+        return True
+
+    def _interrupt(self) -> None:
+        """Hand out no more; what is at work is waited for, until a second Ctrl-C."""
+        if self._is_interrupted:
             raise KeyboardInterrupt
-    finally:
-        for future in running:
-            future.cancel()
-        # The second may come while the first is still being told.
-        if is_over:
-            pool.shutdown(wait=True)
-        else:
-            _drop(pool)
+        self._is_interrupted = True
+        say_stopping()
+        self._running = {it: i for it, i in self._running.items() if not it.cancel()}
+
+    def _begin_again(self) -> None:
+        """Make a new pool: with a process all of it is lost, and what it has not finished."""
+        if self._is_interrupted:
+            raise KeyboardInterrupt
+        futures.wait(self._running)
+        lost = {future: i for future, i in self._running.items() if _is_lost(future)}
+        self._running = {it: i for it, i in self._running.items() if it not in lost}
+        self._queue.note_death(sorted(lost.values()), self._spans)
+        self._pool.shutdown(wait=False)
+        self._pool = self._make()
 
 
-class _Hand:
+class _Queue:
     """Which chunk is handed out next: one at whose work a process has died goes alone."""
 
     def __init__(self, count: int, n: int) -> None:

@@ -1,9 +1,7 @@
-"""What makes a function the function that it is: its code, and the values that it stands on."""
+"""What an answer depends on: the code of percuss, and a function of the user's with its values."""
 
 from __future__ import annotations
 
-import builtins
-import dis
 import functools
 import hashlib
 import inspect
@@ -13,6 +11,8 @@ import sys
 import sysconfig
 import types
 from collections.abc import Callable, Iterator
+from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -20,23 +20,18 @@ import numpy as np
 
 from percuss.errors import ParameterError
 
-__all__ = ["fingerprint"]
+__all__ = ["code_hash", "fingerprint"]
 
-# Of a class these change with the interpreter and not with the class.
-NOT_OF_A_CLASS = {
-    *("__module__", "__dict__", "__weakref__", "__doc__", "__annotations__", "_abc_impl"),
-    *("__abstractmethods__", "__firstlineno__", "__static_attributes__", "__annotate_func__"),
-    *("__annotations_cache__", "__conditional_annotations__", "__dataclass_fields__"),
-    *("__dataclass_params__", "__slotnames__"),
-}
-# What dataclasses write themselves, from fields that are seen as it is.
-WRITTEN = "<string>"
-# What has no value of its own to tell.
-PLAIN = (bool, int, str, bytes, type(None), type(Ellipsis), type(NotImplemented))
+# Folders of percuss whose code an answer depends on.
+CODE = ("kernels", "model", "motion", "ensembles")
+# Values whose representation is exact.
+PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis), type(NotImplemented))
+# What wraps a function, and under what name it keeps it.
+WRAPPED = ("py_func", "__wrapped__", "__func__", "func")
 
 
 class UnknownError(Exception):
-    """Something has no representation that lasts."""
+    """A value has no representation that is the same in every process."""
 
 
 def fingerprint(function: Callable[..., Any]) -> dict[str, str]:
@@ -69,12 +64,12 @@ def fingerprint(function: Callable[..., Any]) -> dict[str, str]:
     >>> three == again, [key for key in three if three[key] != five[key]]
     (True, ['measure.k'])
     """
-    teller = _Teller()
-    found = {"measure.code": f"Python {sys.version_info[0]}.{sys.version_info[1]}"}
-    for name, value in _parts_of(teller, function):
-        key = f"measure.{name}" if name else "measure.code"
+    describe = _Description()
+    found = {"measure.code": _hash(f"Python {sys.version_info[0]}.{sys.version_info[1]}")}
+    for name, value in _parts_of(function):
+        key = f"measure.{name or 'code'}"
         try:
-            told = json.dumps(value() if callable(value) else value)
+            found[key] = _hash([found.get(key), describe(value)])
         except (UnknownError, RecursionError) as error:
             what = f"{name!r}, " if name else ""
             reason = (
@@ -83,220 +78,133 @@ def fingerprint(function: Callable[..., Any]) -> dict[str, str]:
             )
             shown = getattr(function, "__qualname__", type(function).__name__)
             raise ParameterError("measure", shown, reason) from error
-        found[key] = hashlib.sha256((found.get(key, "") + told).encode()).hexdigest()[:20]
     return found
 
 
-def _parts_of(teller: _Teller, function: Any) -> Iterator[tuple[str, Any]]:
-    """Give what a function consists of by name, the code itself under none."""
+def _hash(described: object) -> str:
+    return hashlib.sha256(json.dumps(described).encode()).hexdigest()[:20]
+
+
+def _parts_of(function: Any) -> Iterator[tuple[str, Any]]:
+    """Yield what a function consists of by name, its code under none."""
     if isinstance(function, functools.partial):
-        yield from _parts_of(teller, function.func)
-        for i, value in enumerate(function.args):
-            yield f"argument {i}", functools.partial(teller.tell, value)
-        for key, value in sorted(function.keywords.items()):
-            yield key, functools.partial(teller.tell, value)
+        yield from _parts_of(function.func)
+        yield from ((f"argument {i}", value) for i, value in enumerate(function.args))
+        yield from sorted(function.keywords.items())
     elif isinstance(function, types.FunctionType) and not _is_installed(function):
-        yield "", _code(function.__code__)
-        for name, value in _values_of(function):
-            yield name, functools.partial(teller.tell, value)
+        yield "", function.__code__
+        yield from _values_of(function)
     else:
-        yield "", functools.partial(teller.tell, function)
+        yield "", function
 
 
-class _Teller:
-    """Tells values as JSON can hold them, each the same in every process."""
+def _values_of(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
+    """Yield what a function stands on besides its code, by name."""
+    for parameter in inspect.signature(function, follow_wrapped=False).parameters.values():
+        if parameter.default is not parameter.empty:
+            yield parameter.name, parameter.default
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        # Named before it is given a value: no cell has contents then.
+        yield name, cell.cell_contents if cell != types.CellType() else NotImplemented
+    yield from sorted(vars(function).items())
+    names, space = _names_in(function.__code__), function.__globals__
+    for name in sorted(names & space.keys()):
+        yield name, space[name]
+        if isinstance(space[name], types.ModuleType) and not _is_installed(space[name]):
+            yield from ((f"{name}.{it}", value) for it, value in sorted(vars(space[name]).items())
+                        if it in names)  # fmt: skip
+
+
+def _names_in(code: types.CodeType) -> set[str]:
+    """Return the names of globals and attributes in a function and in those inside it."""
+    inner = (_names_in(one) for one in code.co_consts if isinstance(one, types.CodeType))
+    return set(code.co_names).union(*inner)
+
+
+class _Description:
+    """Describes values as JSON can hold them, each the same in every process."""
 
     def __init__(self) -> None:
         self._open: dict[int, int] = {}
-        # With the value, whose number another could have after it.
-        self._known: dict[int, tuple[Any, Any]] = {}
+        # With the value: after its end another could have its number.
+        self._known: dict[int, tuple[str, Any]] = {}
 
-    def tell(self, value: Any) -> Any:
-        """Return a value as JSON can hold it."""
-        if isinstance(value, PLAIN) and type(value) in PLAIN:
-            return [type(value).__name__, repr(value)]
-        if type(value) in (float, complex):
+    def __call__(self, value: Any) -> Any:
+        if type(value) in PLAIN:
             return [type(value).__name__, repr(value)]
         if id(value) in self._open:
             return ["again", len(self._open) - self._open[id(value)]]
         if id(value) not in self._known:
             self._open[id(value)] = len(self._open)
-            told = json.dumps(self._told(value))
+            self._known[id(value)] = _hash(self._container(value)), value
             del self._open[id(value)]
-            self._known[id(value)] = hashlib.sha256(told.encode()).hexdigest(), value
         return self._known[id(value)][0]
 
-    def _told(self, value: Any) -> Any:
+    def _container(self, value: Any) -> Any:
         kind = type(value)
         if kind in (tuple, list):
-            return [kind.__name__, [self.tell(one) for one in value]]
+            return [kind.__name__, [self(one) for one in value]]
         if kind in (set, frozenset):
-            return [kind.__name__, sorted(json.dumps(self.tell(one)) for one in value)]
-        if kind is dict:
-            pairs = [[json.dumps(self.tell(k)), self.tell(v)] for k, v in value.items()]
-            return ["dict", sorted(pairs, key=lambda pair: str(pair[0]))]
-        if isinstance(value, np.ndarray | np.generic) and value.dtype.kind != "O":
-            array = np.ascontiguousarray(value)
-            digest = hashlib.sha256(array.tobytes()).hexdigest()
-            return [kind.__name__, repr(array.dtype), list(np.shape(value)), digest]
-        return self._told_of_code(value)
+            return [kind.__name__, sorted(json.dumps(self(one)) for one in value)]
+        if kind in (dict, types.MappingProxyType):
+            return ["dict", sorted([json.dumps(self(k)), self(v)] for k, v in value.items())]
+        if isinstance(value, np.ndarray | np.generic) and not value.dtype.hasobject:
+            content = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+            return [kind.__name__, repr(value.dtype), list(np.shape(value)), content]
+        return self._code(value)
 
-    def _told_of_code(self, value: Any) -> Any:
+    def _code(self, value: Any) -> Any:
+        if isinstance(value, types.CodeType):
+            # Not the names of files and the numbers of lines: it may move in its file.
+            steps = value.co_code.hex(), value.co_exceptiontable.hex()
+            names = value.co_names, value.co_varnames, value.co_freevars
+            return ["code", value.co_name, steps, self(value.co_consts), names]
         if isinstance(value, types.ModuleType):
-            return ["module", value.__name__, _text_of(value)]
+            return ["module", value.__name__]
+        named = isinstance(value, types.FunctionType | types.BuiltinFunctionType | type | np.ufunc)
+        if named and _is_installed(value):
+            own = getattr(value, "__closure__", None) or getattr(value, "__self__", None)
+            bound = None if own is None or isinstance(own, types.ModuleType) else self(own)
+            return ["installed", _module_of(value), value.__qualname__, bound]
         if isinstance(value, types.FunctionType):
-            return self._function(value)
-        if isinstance(value, types.MethodType):
-            return ["method", self.tell(value.__func__), self.tell(value.__self__)]
-        if isinstance(value, types.BuiltinFunctionType | np.ufunc):
-            of = getattr(value, "__self__", None)
-            own = None if of is None or isinstance(of, types.ModuleType) else self.tell(of)
-            return ["builtin", str(getattr(value, "__module__", "")), value.__name__, own]
+            return ["function", self(value.__code__), self(list(_values_of(value)))]
+        if isinstance(value, types.CellType):
+            return ["cell", self(value.cell_contents)]
         if isinstance(value, type):
-            return self._class(value)
-        if isinstance(value, staticmethod | classmethod):
-            return [type(value).__name__, self.tell(value.__func__)]
-        if isinstance(value, property):
-            return ["property", *(self.tell(one) for one in (value.fget, value.fset, value.fdel))]
-        if isinstance(value, functools.cached_property):
-            return ["cached_property", self.tell(value.func)]
-        if isinstance(value, types.MemberDescriptorType | types.GetSetDescriptorType):
-            return ["member", value.__name__]
-        # What numba has compiled, and what functools has wrapped.
-        inner = getattr(value, "py_func", None) or getattr(value, "__wrapped__", None)
-        if inner is not None and callable(value):
-            return ["wrapped", type(value).__qualname__, self.tell(inner)]
+            members = {k: v for k, v in vars(value).items() if _is_member(k, v)}
+            return ["class", value.__qualname__, self(value.__bases__), self(members)]
         return self._object(value)
 
-    def _function(self, function: types.FunctionType) -> Any:
-        name = [function.__module__, function.__qualname__]
-        if _is_installed(function):
-            cells = [self.tell(value) for _, value in _cells_of(function)]
-            return ["installed", *name, cells]
-        values = [[name, self.tell(value)] for name, value in _values_of(function)]
-        return ["function", function.__qualname__, _code(function.__code__), values]
-
-    def _class(self, kind: type) -> Any:
-        if _is_installed(kind):
-            return ["installed", kind.__module__, kind.__qualname__]
-        members = [
-            [name, self.tell(value)]
-            for name, value in sorted(vars(kind).items())
-            if name not in NOT_OF_A_CLASS and not _is_written(kind, name, value)
-        ]
-        return ["class", kind.__qualname__, [self.tell(base) for base in kind.__bases__], members]
-
     def _object(self, value: Any) -> Any:
-        """Tell an object as it would be pickled, its class as what it is."""
+        inner = next((getattr(value, it) for it in WRAPPED if hasattr(value, it)), None)
+        if inner is not None and not isinstance(value, functools.partial):
+            bound = getattr(value, "__self__", None)
+            return ["wrapped", type(value).__qualname__, self(inner), self(bound)]
+        if isinstance(value, property):
+            return ["property", self((value.fget, value.fset, value.fdel))]
         try:
             reduced = value.__reduce_ex__(4)
         except Exception as error:
             raise UnknownError(f"a {type(value).__qualname__}") from error
         if isinstance(reduced, str):
             # The name that it has in its module.
-            if getattr(value, "__module__", None) is None or not _is_installed(value):
+            if not _is_installed(value):
                 raise UnknownError(f"a {type(value).__qualname__}")
-            return ["installed", value.__module__, reduced]
-        make, arguments, *rest = reduced
-        state, items, pairs = ([*rest, None, None, None])[:3]
-        return [
-            "object",
-            self.tell(type(value)),
-            self.tell(make),
-            self.tell(tuple(arguments)),
-            self.tell(state),
-            self.tell(None if items is None else list(items)),
-            self.tell(None if pairs is None else [tuple(pair) for pair in pairs]),
-        ]
+            return ["installed", _module_of(value), reduced]
+        make, arguments, *state = reduced
+        listed = [list(one) if isinstance(one, Iterator) else one for one in state]
+        return ["object", self(type(value)), self(make), self(tuple(arguments)), self(listed)]
 
 
-def _is_written(kind: type, name: str, value: Any) -> bool:
-    """Tell whether dataclasses have written a method, from the fields."""
-    code = getattr(value, "__code__", None)
-    return (
-        "__dataclass_fields__" in vars(kind)
-        and name.startswith("__")
-        and (code is None or code.co_filename in (WRITTEN, _REPRS))
-    )
+def _is_member(name: str, value: Any) -> bool:
+    """Return whether a member of a class is the class's own, and not Python's note about it."""
+    is_note = name.startswith("__") and name.endswith("__") and name != "__slots__"
+    is_of_slots = isinstance(value, types.MemberDescriptorType | types.GetSetDescriptorType)
+    return not is_of_slots and name != "_abc_impl" and (not is_note or callable(value))
 
 
-# Where the representation of a dataclass that may hold itself is written.
-_REPRS = getattr(sys.modules.get("reprlib"), "__file__", WRITTEN)
-
-
-def _values_of(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """Give what a function stands on besides its code, by name."""
-    parameters = list(inspect.signature(function, follow_wrapped=False).parameters.values())
-    for parameter in parameters:
-        if parameter.default is not parameter.empty:
-            yield f"{parameter.name}", parameter.default
-    yield from _cells_of(function)
-    yield from sorted(vars(function).items())
-    yield from _globals_of(function.__code__, function.__globals__)
-
-
-def _cells_of(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
-    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
-        try:
-            yield name, cell.cell_contents
-        except ValueError:
-            # Named before it is given a value.
-            yield name, NotImplemented
-
-
-def _globals_of(code: types.CodeType, space: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Give the module's own variables that code names; of a module what is taken from it."""
-    seen: set[str] = set()
-    for inner in _codes(code):
-        steps = list(dis.get_instructions(inner))
-        for i, step in enumerate(steps):
-            if step.opname not in ("LOAD_GLOBAL", "LOAD_NAME") or step.argval not in space:
-                # Python's own, or not given a value yet.
-                continue
-            name, value = str(step.argval), space[step.argval]
-            for after in steps[i + 1 :]:
-                # PUSH_NULL and the like stand between in some versions.
-                if after.opname in ("PUSH_NULL", "CACHE", "NOP"):
-                    continue
-                taken = after.opname in ("LOAD_ATTR", "LOAD_METHOD")
-                if not (taken and isinstance(value, types.ModuleType)):
-                    break
-                name = f"{name}.{after.argval}"
-                # What an installed module holds counts by its name.
-                known = _is_installed(value)
-                value = name if known else getattr(value, str(after.argval), NotImplemented)
-            if name not in seen:
-                seen.add(name)
-                yield name, value
-
-
-def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
-    """Give the code of a function and of those inside it."""
-    yield code
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            yield from _codes(constant)
-
-
-def _code(code: types.CodeType) -> Any:
-    """Return what code does, wherever it stands in its file."""
-    constants = [
-        _code(one) if isinstance(one, types.CodeType) else _Teller().tell(one)
-        for one in code.co_consts
-    ]
-    names = [code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars]
-    return [code.co_name, code.co_code.hex(), constants, [list(one) for one in names]]
-
-
-def _text_of(module: types.ModuleType) -> str:
-    """Return a hash of the text of a module of the user's own."""
-    file = getattr(module, "__file__", None)
-    if _is_installed(module) or file is None:
-        return ""
-    try:
-        return hashlib.sha256(Path(file).read_bytes()).hexdigest()
-    except OSError:
-        return ""
+def _module_of(value: Any) -> str:
+    return str(getattr(value, "__module__", None) or "builtins")
 
 
 @functools.cache
@@ -308,15 +216,32 @@ def _installed() -> tuple[str, ...]:
 
 
 def _is_installed(value: Any) -> bool:
-    """Tell whether a function, class or module is Python's, a library's or percuss's."""
-    name = value.__name__ if isinstance(value, types.ModuleType) else str(value.__module__)
+    """Return whether a function, class or module is Python's, a library's or percuss's."""
     if isinstance(value, types.FunctionType):
         file: str | None = value.__code__.co_filename
-    elif name == builtins.__name__:
-        return True
     else:
+        name = value.__name__ if isinstance(value, types.ModuleType) else _module_of(value)
         module = sys.modules.get(name)
         file = getattr(module, "__file__", None)
-        if module is not None and file is None and name != "__main__":
-            return True
+        if module is not None and file is None:
+            return name != "__main__"
     return file is not None and str(Path(file).resolve()).startswith(_installed())
+
+
+@functools.cache
+def code_hash() -> str:
+    """Return a hash of the code of percuss that an answer depends on."""
+    digest = hashlib.sha256()
+    for folder in CODE:
+        for name, content in _sources(resources.files("percuss").joinpath(folder), folder):
+            digest.update(f"{name} {len(content)}\n".encode())
+            digest.update(content)
+    return digest.hexdigest()[:20]
+
+
+def _sources(folder: Traversable, name: str) -> Iterator[tuple[str, bytes]]:
+    for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
+        if entry.is_dir():
+            yield from _sources(entry, f"{name}/{entry.name}")
+        elif entry.name.endswith(".py"):
+            yield f"{name}/{entry.name}", entry.read_bytes()

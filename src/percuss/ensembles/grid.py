@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.job import Dimension
-from percuss.ensembles.stopping import check_wanted
-from percuss.ensembles.units import units_of
+from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.model.exact import Phase, as_float, phase_problem, plain, whole
@@ -22,13 +21,32 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
 
-__all__ = ["POINTS", "Axis", "Grid", "LanesOf", "make_grid", "values_of", "walls_of", "whole"]
+__all__ = [
+    "POINTS", "Axis", "Grid", "LanesOf", "make_grid", "units_of", "values_of", "walls_of", "whole",
+]  # fmt: skip
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 _OF_START = ("x0", "v0", "t0")
 _OWNERS = ("oscillator", "forcing", "start")
+# Dimensions of parameters by the last word of their paths.
+UNITS = {
+    "stiffness": "1/time^2",
+    "damping": "1/time",
+    "at": "length",
+    "restitution": "1",
+    "amplitude": "length/time^2",
+    "omega": "1/time",
+    "phase": "rad",
+    "constant": "length/time^2",
+    "period": "time",
+    "cos": "length/time^2",
+    "sin": "length/time^2",
+    "x0": "length",
+    "v0": "length/time",
+    "t0": "time",
+}
 # Values that a range (low, high) stands for where nothing else is said.
 POINTS = 101
 
@@ -337,3 +355,25 @@ def _spread(path: str, ends: tuple[Phase, ...], points: int) -> tuple[Phase, ...
         raise ParameterError(path, ends, "a range without width; give one value as [value]")
     between = (float(value) for value in np.linspace(low, high, points)[1:-1])
     return (ends[0], *between, ends[1])
+
+
+def units_of(path: str) -> str:
+    """Return the dimensions of a parameter.
+
+    Parameters
+    ----------
+    path
+        Its dotted path.
+
+    Returns
+    -------
+    str
+        In length, time and radians.
+
+    Examples
+    --------
+    >>> units_of("oscillator.stops.0.at"), units_of("forcing.cos.0")
+    ('length', 'length/time^2')
+    """
+    words = [word for word in path.split(".") if not word.isdigit()]
+    return UNITS[words[-1]]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.stopping import check_wanted, stop_flag
+from percuss.ensembles.threads import check_wanted, stop_flag
 from percuss.kernels import batch, bench, survey
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases

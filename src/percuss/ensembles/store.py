@@ -1,15 +1,17 @@
 """Answers on disk, chunk by chunk, so that what was done outlives whoever did it.
 
 A store is a Zarr group: an array for each column of the answer, in which each chunk of the job is
-a chunk, and ``done``, with a chunk of its own for each of them. A chunk's data are written first
-and its mark in ``done`` after them, each by writing a file and renaming it: whatever is killed at
-whatever moment leaves chunks that are marked and whole, and others that are done again. The mark
-is two numbers: one more than the impacts that the chunk took, and when it was finished, which a
-copy of the file does not tell any more. Every file of a chunk ends with a checksum.
+a chunk, and ``done``, with a chunk of its own for each of them: its mark. The mark is two numbers,
+one more than the impacts that the chunk took and when it was finished, and is written after the
+chunk's data. Each file ends with the checksum of its bytes, so that what was cut off by a kill, a
+full disk or a crash of the machine is seen, counts as not done, and is done again.
 
 The store's own ``zarr.json`` is its marker: it is the first thing that is written, under another
 name that is then linked to this one, and it says what study it is. A folder that holds anything
 and has no such marker is somebody else's, and is left as it is. No folder is ever removed.
+
+Zarr describes the arrays; the chunks are written here, as Zarr's codecs "bytes" and "crc32c" do:
+docs/decisions/016-stores.md.
 """
 
 from __future__ import annotations
@@ -19,26 +21,20 @@ import json
 import math
 import os
 import re
-from collections.abc import Iterator, Sequence
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from percuss.ensembles.code import code_hash
-from percuss.ensembles.job import Answer, Block, Job, chunks_of
-from percuss.ensembles.netcdf_bytes import write_whole
-from percuss.ensembles.store_chunks import (
-    MARK,
-    cut_files,
-    key_of,
-    lay_down,
-    mark_of,
-    marks_in,
-    sound_chunks,
-)
-from percuss.ensembles.store_contents import REASON_BYTES, contents, reasons_as_bytes
+from percuss.ensembles.datasets import write_whole
+from percuss.ensembles.fingerprint import code_hash
+from percuss.ensembles.job import Answer, Block, Column, Job, chunks_of, too_large
 from percuss.errors import OutputError, PercussError
 
 if TYPE_CHECKING:
@@ -46,17 +42,9 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = [
-    "RESULT",
-    "Store",
-    "described",
-    "has_store",
-    "is_vacant",
-    "keep_result",
-    "make_folder",
-    "opened_group",
-    "own_attributes",
-    "told",
-]
+    "REASON_BYTES", "RESULT", "Chunks", "Store", "check_vacant", "described", "faults_told", "has_store",
+    "keep_result", "make_folder", "own_attributes", "reasons_as_bytes", "write_chunk",
+]  # fmt: skip
 
 FORMAT = 3
 # The finished result, for whoever only wants to look at it.
@@ -64,6 +52,176 @@ RESULT = "result.nc"
 # What says which study a store is of, and under what name it is written first.
 MARKER = "zarr.json"
 PART = re.compile(r"zarr\.json\.\d+\.part")
+# Numbers of a mark, and bytes of a checksum.
+MARK, CHECKSUM = 2, 4
+# Room for the reasons of a chunk: what does not fit is cut off.
+REASON_BYTES = 1 << 18
+
+
+def write_chunk(file: Path, values: NDArray[np.generic]) -> None:
+    """Write the numbers of a chunk, the little end first, and their checksum (CRC-32C)."""
+    # Only who has a store should wait for it.
+    from google_crc32c import value as checksum
+
+    content = values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
+    left = memoryview(content + checksum(content).to_bytes(CHECKSUM, "little"))
+    file.parent.mkdir(parents=True, exist_ok=True)
+    # Without a file object: Ctrl-C can come between its making and its first line.
+    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0)
+    descriptor = os.open(file, flags, 0o666)
+    try:
+        while left:
+            left = left[os.write(descriptor, left) :]
+    finally:
+        os.close(descriptor)
+
+
+def read_chunk(file: Path) -> bytes | None:
+    """Return the bytes of a chunk; None if there is no such file or it is not as it was written."""
+    from google_crc32c import value as checksum
+
+    try:
+        content = file.read_bytes()
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
+        return None
+    inner, stored = content[:-CHECKSUM], content[-CHECKSUM:]
+    return inner if inner and checksum(inner).to_bytes(CHECKSUM, "little") == stored else None
+
+
+@dataclass(frozen=True, slots=True)
+class Chunks:
+    """The chunks of a store, as files.
+
+    Attributes
+    ----------
+    path
+        The folder of the store.
+    columns
+        The columns of the answer.
+    size, chunk
+        Number of points, and points of a chunk; the last one is stored as long as the others.
+    """
+
+    path: Path
+    columns: Mapping[str, Column]
+    size: int
+    chunk: int
+
+    @property
+    def count(self) -> int:
+        """How many chunks there are."""
+        return -(-self.size // self.chunk)
+
+    def span(self, number: int) -> tuple[int, int]:
+        """Return first and last point of a chunk, the last not included."""
+        return number * self.chunk, min((number + 1) * self.chunk, self.size)
+
+    def file(self, name: str, number: int) -> Path:
+        """Return the file of a chunk of one array."""
+        tail = {"reasons": 1, "done": 0}.get(name) if name not in self.columns else None
+        depth = len(self.columns[name].tail) if tail is None else tail
+        return self.path.joinpath(name, "c", str(number), *("0" * depth))
+
+    def _bytes(self, column: Column) -> int:
+        return self.chunk * math.prod(column.tail) * np.dtype(column.dtype).itemsize
+
+    def write(self, number: int, block: Block) -> None:
+        """Write a chunk, and its mark after it."""
+        first, last = self.span(number)
+        for name, column in self.columns.items():
+            values = np.asarray(block.arrays[name], dtype=column.dtype)
+            rest = column.empty(self.chunk - (last - first))
+            write_chunk(self.file(name, number), np.concatenate([values, rest]))
+        if block.reasons:
+            opened_array(self.path / "reasons")[number] = reasons_as_bytes(block.reasons)
+        mark = np.array([1 + block.n_impacts, time.time_ns() // 1000], dtype=np.int64)
+        write_chunk(self.file("done", number), mark)
+
+    def marks(self) -> NDArray[np.int64]:
+        """Return the marks of all chunks, (n, 2) array; 0 where there is none or it is damaged."""
+        marks = np.zeros((self.count, MARK), dtype=np.int64)
+        folder = self.path / "done" / "c"
+        for entry in os.scandir(folder) if folder.is_dir() else ():
+            if entry.name.isdecimal() and int(entry.name) < len(marks):
+                content = read_chunk(Path(entry.path))
+                if content is not None and len(content) == marks[0].nbytes:
+                    marks[int(entry.name)] = np.frombuffer(content, dtype="<i8")
+        return marks
+
+    def seems_whole(self, number: int) -> bool:
+        """Return whether a chunk has all its data, by the lengths of its files alone."""
+        try:
+            return all(
+                self.file(name, number).stat().st_size == self._bytes(column) + CHECKSUM
+                for name, column in self.columns.items()
+            )
+        except (FileNotFoundError, NotADirectoryError):
+            return False
+
+    def read(self, number: int) -> Block | None:
+        """Return the data of a chunk; None if a part is missing or is not as it was written."""
+        first, last = self.span(number)
+        arrays: dict[str, NDArray[np.generic]] = {}
+        for name, column in self.columns.items():
+            content = read_chunk(self.file(name, number))
+            if content is None or len(content) != self._bytes(column):
+                return None
+            values = np.frombuffer(content, dtype=np.dtype(column.dtype).newbyteorder("<"))
+            arrays[name] = values.reshape(self.chunk, *column.tail)[: last - first]
+        reasons = self.file("reasons", number)
+        # Of most chunks there is no file.
+        if not reasons.exists():
+            return Block(arrays)
+        if read_chunk(reasons) is None:
+            return None
+        text = bytes(opened_array(reasons.parents[2])[number]).rstrip(b"\0")
+        return Block(arrays, {i: it for it, those in json.loads(text or "[]") for i in those})
+
+    def answer(self) -> Answer:
+        """Return what has been done; NaN and -1 elsewhere."""
+        arrays = {
+            name: _room(self.path, column, self.size) for name, column in self.columns.items()
+        }
+        reasons: dict[int, str] = {}
+        n_impacts, complete = 0, True
+        for number, (impacts, _) in enumerate(self.marks().tolist()):
+            first, last = self.span(number)
+            block = self.read(number) if impacts > 0 else None
+            for name, column in self.columns.items():
+                arrays[name][first:last] = (
+                    column.empty(last - first) if block is None else block.arrays[name]
+                )
+            if block is None:
+                complete = False
+            else:
+                reasons |= {first + i: text for i, text in block.reasons.items()}
+                n_impacts += impacts - 1
+        return Answer(arrays, dict(sorted(reasons.items())), n_impacts, complete=complete)
+
+
+def _room(path: Path, column: Column, size: int) -> NDArray[np.generic]:
+    """Return room for a column, in a nameless file beside it where memory has none."""
+    shape = (size, *column.tail)
+    if too_large([size], math.prod(column.tail)) is None:
+        return np.empty(shape, dtype=column.dtype)
+    with tempfile.TemporaryFile(dir=path) as file:
+        return np.memmap(file, dtype=column.dtype, mode="w+", shape=shape)
+
+
+def reasons_as_bytes(reasons: dict[int, str]) -> NDArray[np.uint8]:
+    """Return reasons as JSON, each text once, cut where they do not fit."""
+    by_text: dict[str, list[int]] = {}
+    for i, text in sorted(reasons.items()):
+        by_text.setdefault(text, []).append(i)
+    for longest in (None, 2000, 300, 40, 0):
+        short: dict[str, list[int]] = {}
+        for text, those in by_text.items():
+            cut = text if longest is None else text[-longest:] if longest else ""
+            short.setdefault(cut, []).extend(those)
+        found = json.dumps(list(short.items())).encode()
+        if len(found) <= REASON_BYTES:
+            break
+    return np.frombuffer(found.ljust(REASON_BYTES, b"\0"), dtype=np.uint8)
 
 
 class Store:
@@ -82,58 +240,51 @@ class Store:
         If it holds something else, another study, the work of other code, or cannot be written.
     """
 
-    def __init__(self, path: str | Path, job: Job) -> None:
-        self.path = Path(path)
-        self.spans = chunks_of(job)
-        self._chunk = min(job.chunk, job.size)
-        self._columns = job.columns
-        with told(self.path):
-            is_there = has_store(self.path)
-            self._arrays = _open(self.path, job) if is_there else _make(self.path, job)
-            if is_there:
-                self._drop_damaged()
+    def __init__(self, path: Path, job: Job) -> None:
+        self.path = path
+        self._chunks = Chunks(path, job.columns, job.size, min(job.chunk, job.size))
+        # As it comes back from the file: tuples as lists.
+        about = json.loads(json.dumps(_description(job)))
+        with faults_told(path):
+            if not has_store(path):
+                check_vacant(path)
+                make_folder(path)
+                _mark(path, about)
+            _check_description(path, about)
+            _make_arrays(path, job)
+            for number in np.flatnonzero(self._chunks.marks()[:, 0]).tolist():
+                if self._chunks.read(number) is None:
+                    # Its data are gone or cut off: without its mark it is done again.
+                    self._chunks.file("done", number).unlink()
 
     def todo(self) -> list[int]:
         """Return the numbers of the chunks without a mark."""
-        with told(self.path):
-            return np.flatnonzero(marks_in(self.path, len(self.spans))[:, 0] == 0).tolist()
+        with faults_told(self.path):
+            return np.flatnonzero(self._chunks.marks()[:, 0] == 0).tolist()
 
     def write(self, number: int, block: Block) -> None:
         """Write a chunk, and its mark after it."""
-        first, last = self.spans[number]
-        with told(self.path):
-            for name, column in self._columns.items():
-                values = np.asarray(block.arrays[name], dtype=column.dtype)
-                if last - first < self._chunk:
-                    # The last chunk is stored as long as the others.
-                    values = np.concatenate([values, column.empty(self._chunk - last + first)])
-                lay_down(self.path / name / "c" / key_of(number, column.tail), values)
-            if block.reasons:
-                self._arrays["reasons"][number] = reasons_as_bytes(block.reasons)
-            lay_down(self.path / "done" / "c" / str(number), mark_of(block.n_impacts))
+        with faults_told(self.path):
+            self._chunks.write(number, block)
 
     def read(self) -> Answer:
         """Return what has been done."""
-        with told(self.path):
-            return contents(self.path, self._arrays, self._columns, self.spans)
-
-    def _drop_damaged(self) -> None:
-        """Take the marks off chunks whose data are gone or cut off, so that they are done again."""
-        marks = marks_in(self.path, len(self.spans))
-        sound = sound_chunks(self.path, self._columns, self._chunk, marks, thoroughly=True)
-        for number in np.flatnonzero((marks[:, 0] > 0) & ~sound).tolist():
-            (self.path / "done" / "c" / str(number)).unlink()
+        with faults_told(self.path):
+            return self._chunks.answer()
 
 
 @contextlib.contextmanager
-def told(path: Path) -> Iterator[None]:
-    """Say in a sentence what is wrong with a store."""
+def faults_told(path: Path) -> Iterator[None]:
+    """Raise an `OutputError` that says in a sentence what is wrong with a store."""
     try:
         yield
     except PercussError:
         raise
     except OSError as error:
-        kept = "; what was finished is kept" if _has_chunks(path) else ""
+        kept = ""
+        # The path itself may be what is wrong.
+        with contextlib.suppress(OSError):
+            kept = "; what was finished is kept" if (path / "done" / "c").exists() else ""
         raise OutputError(path, f"{error.strerror or error}{kept}") from error
     except json.JSONDecodeError as error:
         raise OutputError(path, _cut_off(path)) from error
@@ -146,21 +297,24 @@ def told(path: Path) -> Iterator[None]:
 
 def _cut_off(path: Path) -> str:
     """Say which description of a damaged store is cut off, and what to do."""
-    cut = cut_files(path)
-    if "zarr.json" in cut or not cut:
+    cut = [file for file in sorted(path.glob(f"*/{MARKER}")) if not _is_json(file)]
+    if cut and _is_json(path / MARKER):
+        name = cut[0].relative_to(path)
         return (
-            "a damaged store: its zarr.json, which says what study it is, is cut off or changed; "
-            "put a copy of that file back, or choose another name"
+            f"a damaged store: {name} is cut off or changed; the command that began it mends that"
         )
-    return f"a damaged store: {cut[0]} is cut off or changed; the command that began it mends that"
+    return (
+        "a damaged store: its zarr.json, which says what study it is, is cut off or changed; "
+        "put a copy of that file back, or choose another name"
+    )
 
 
-def _has_chunks(path: Path) -> bool:
+def _is_json(file: Path) -> bool:
     try:
-        return (path / "done" / "c").exists()
-    except OSError:
-        # The path itself may be what is wrong.
+        json.loads(file.read_bytes())
+    except ValueError:
         return False
+    return True
 
 
 def has_store(path: Path) -> bool:
@@ -180,47 +334,6 @@ def described(path: Path) -> dict[str, Any] | None:
     attributes = about.get("attributes") if isinstance(about, dict) else None
     own = attributes.get("percuss") if isinstance(attributes, dict) else None
     return own if isinstance(own, dict) and about.get("node_type") == "group" else None
-
-
-def is_vacant(path: Path, parts: Sequence[str] = ()) -> bool:
-    """Return whether a store can be made in a folder, because nothing of anybody's is in it.
-
-    Parameters
-    ----------
-    path
-        The folder: missing, empty, or with what a process has left that was killed while it made
-        a store there.
-    parts
-        Names of folders in it that may be there if they are vacant themselves.
-    """
-    if not path.exists():
-        return True
-    return path.is_dir() and all(
-        PART.fullmatch(entry.name) or (entry.name in parts and is_vacant(entry))
-        for entry in path.iterdir()
-    )
-
-
-def make_folder(path: Path) -> None:
-    """Make the folder of a store; what it lies in is there, or the path has a slip in it.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be made.
-    """
-    with told(path):
-        if not path.parent.exists():
-            raise OutputError(path, f"there is no folder {path.parent}; make it first")
-        path.mkdir(exist_ok=True)
-
-
-def opened_group(path: Path, mode: str) -> Any:
-    """Return the Zarr group in a folder."""
-    # Half a second of import, which only who has a store should wait.
-    import zarr
-
-    return zarr.open_group(str(path), mode=mode, zarr_format=3)  # type: ignore[arg-type]
 
 
 def own_attributes(path: Path) -> dict[str, Any]:
@@ -244,7 +357,46 @@ def own_attributes(path: Path) -> dict[str, Any]:
     return own
 
 
-def keep_result(path: str | Path, dataset: Dataset) -> None:
+def check_vacant(path: Path, parts: Sequence[str] = ()) -> None:
+    """Raise an `OutputError` unless nothing of anybody's is in a folder.
+
+    Parameters
+    ----------
+    path
+        The folder: missing, empty, or with what a process has left that was killed while it made
+        a store there.
+    parts
+        Names of folders in it that may be there if they are vacant themselves.
+    """
+    if not _is_vacant(path, parts):
+        reason = "exists and is no store of percuss; it is left as it is; choose another name"
+        raise OutputError(path, reason)
+
+
+def _is_vacant(path: Path, parts: Sequence[str] = ()) -> bool:
+    if not path.exists():
+        return True
+    return path.is_dir() and all(
+        PART.fullmatch(entry.name) or (entry.name in parts and _is_vacant(entry))
+        for entry in path.iterdir()
+    )
+
+
+def make_folder(path: Path) -> None:
+    """Make the folder of a store; what it lies in is there, or the path has a slip in it.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made.
+    """
+    with faults_told(path):
+        if not path.parent.exists():
+            raise OutputError(path, f"there is no folder {path.parent}; make it first")
+        path.mkdir(exist_ok=True)
+
+
+def keep_result(path: Path, dataset: Dataset) -> None:
     """Write the finished result into its store, for `load_store`.
 
     Parameters
@@ -259,27 +411,17 @@ def keep_result(path: str | Path, dataset: Dataset) -> None:
     OutputError
         If it cannot be written.
     """
-    target = Path(path) / RESULT
-    part = target.with_suffix(f".{os.getpid()}.part")
-    with told(Path(path)):
+    part = (path / RESULT).with_suffix(f".{os.getpid()}.part")
+    with faults_told(path):
         try:
             write_whole(dataset, part)
-            part.replace(target)
+            part.replace(path / RESULT)
         finally:
             part.unlink(missing_ok=True)
 
 
-def _identity(job: Job) -> dict[str, Any]:
-    # As it comes back from the file: tuples as lists.
-    identity: dict[str, Any] = json.loads(json.dumps(job.identity()))
-    return identity
-
-
-def _make(path: Path, job: Job) -> dict[str, Any]:
-    if not is_vacant(path):
-        reason = "exists and is no store of percuss; it is left as it is; choose another name"
-        raise OutputError(path, reason)
-    about = {
+def _description(job: Job) -> dict[str, Any]:
+    return {
         "format": FORMAT,
         "version": metadata.version("percuss"),
         "code": code_hash(),
@@ -292,12 +434,8 @@ def _make(path: Path, job: Job) -> dict[str, Any]:
             name: {"dims": list(column.dims), "units": column.units, "meaning": column.meaning}
             for name, column in job.columns.items()
         },
-        "study": _identity(job),
+        "study": job.identity(),
     }
-    make_folder(path)
-    _mark(path, about)
-    # Arrays that are missing are made, here and after a process that was killed before.
-    return _open(path, job)
 
 
 def _mark(path: Path, about: dict[str, object]) -> None:
@@ -322,81 +460,77 @@ def _mark(path: Path, about: dict[str, object]) -> None:
         part.unlink(missing_ok=True)
 
 
-def _open(path: Path, job: Job) -> dict[str, Any]:
+def _check_description(path: Path, wanted: Mapping[str, Any]) -> None:
+    """Raise an `OutputError` unless a store is of this job, and begun by this code."""
     own = own_attributes(path)
-    wanted = _identity(job)
-    known = {*own["study"], *wanted}
-    different = [key for key in sorted(known) if own["study"].get(key) != wanted.get(key)]
-    if different or (own["size"], own["chunk"]) != (job.size, job.chunk):
+    study, asked = own["study"], wanted["study"]
+    different = [key for key in sorted({*study, *asked}) if study.get(key) != asked.get(key)]
+    if different or any(own[key] != wanted[key] for key in ("size", "chunk")):
         what = ", ".join(different) or "the chunks"
         raise OutputError(
             path, f"holds another study, which differs in {what}; choose another name"
         )
-    if own["code"] != code_hash():
+    if own["code"] != wanted["code"]:
         reason = (
             f"was begun by other code (percuss {own['version']}, code {own['code']}; this is "
-            f"{metadata.version('percuss')}, code {code_hash()}), whose last bits may differ; "
+            f"{wanted['version']}, code {wanted['code']}), whose last bits may differ; "
             "finish it with that or choose another name"
         )
         raise OutputError(path, reason)
-    group = opened_group(path, "r+")
-    return {name: _opened_array(path, group, name, job) for name in _names(job)}
 
 
-def _names(job: Job) -> tuple[str, ...]:
-    return (*job.columns, "reasons", "done")
+def opened_array(path: Path) -> Any:
+    """Return the Zarr array in a folder."""
+    # Half a second of import, which only who has a store should wait.
+    import zarr
+
+    return zarr.open_array(str(path), mode="r+", zarr_format=3)
 
 
-def _opened_array(path: Path, group: Any, name: str, job: Job) -> Any:
-    """Return an array, described anew where a crash of the machine has left no description."""
-    try:
-        found = group[name]
-    except (ValueError, KeyError, TypeError):
-        if not is_vacant(path / name) and not _is_of_store(path / name):
-            reason = f"holds a {name} that is no array of this store, and is left as it is"
-            raise OutputError(path, f"{reason}; move it away") from None
-        (path / name / MARKER).unlink(missing_ok=True)
-        return _array(group, name, job)
-    shape = _shape(name, job)
-    if getattr(found, "shape", None) != shape:
-        reason = f"holds a {name} that is no array of shape {shape}, as this store has it"
-        raise OutputError(path, f"{reason}; move it away")
-    return found
+def _make_arrays(path: Path, job: Job) -> None:
+    """Describe the arrays of a store; chunks that are there stay.
 
-
-def _is_of_store(folder: Path) -> bool:
-    """Return whether a folder holds nothing but what an array of a store is made of."""
-    return folder.is_dir() and {entry.name for entry in folder.iterdir()} <= {MARKER, "c"}
-
-
-def _shape(name: str, job: Job) -> tuple[int, ...]:
-    n = len(chunks_of(job))
-    if name in ("done", "reasons"):
-        return (MARK * n,) if name == "done" else (n, REASON_BYTES)
-    return (job.size, *job.columns[name].tail)
-
-
-def _array(group: Any, name: str, job: Job) -> Any:
-    """Describe an array in a group; chunks that are there stay."""
+    One whose description a kill or a crash of the machine has taken is described anew.
+    """
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
-    shape, sums = _shape(name, job), [Crc32cCodec()]
-    if name == "done":
-        return group.create_array(
-            name, shape=shape, chunks=(MARK,), dtype="i8", fill_value=0, compressors=sums
-        )
-    if name == "reasons":
-        return group.create_array(
-            name, shape=shape, chunks=(1, REASON_BYTES), dtype="u1", fill_value=0,
-            compressors=[ZstdCodec(), *sums],
-        )  # fmt: skip
-    column = job.columns[name]
-    return group.create_array(
-        name,
-        shape=shape,
-        chunks=(min(job.chunk, job.size), *column.tail),
-        dtype=column.dtype,
-        fill_value=np.nan if column.dtype == "f8" else -1,
-        dimension_names=("point", *column.dims) if column.dims or not column.tail else None,
-        compressors=sums,
-    )
+    n, sums = len(chunks_of(job)), [Crc32cCodec()]
+    arrays: dict[str, dict[str, Any]] = {
+        name: {
+            "shape": (job.size, *column.tail),
+            "chunks": (min(job.chunk, job.size), *column.tail),
+            "dtype": column.dtype,
+            "fill_value": np.nan if column.dtype == "f8" else -1,
+            "dimension_names": ("point", *column.dims) if column.dims or not column.tail else None,
+            "compressors": sums,
+        }
+        for name, column in job.columns.items()
+    }
+    arrays["reasons"] = {
+        "shape": (n, REASON_BYTES), "chunks": (1, REASON_BYTES), "dtype": "u1", "fill_value": 0,
+        "compressors": [ZstdCodec(), *sums],
+    }  # fmt: skip
+    arrays["done"] = {
+        "shape": (MARK * n,), "chunks": (MARK,), "dtype": "i8", "fill_value": 0,
+        "compressors": sums,
+    }  # fmt: skip
+    for name, about in arrays.items():
+        _make_array(path / name, about)
+
+
+def _make_array(path: Path, about: dict[str, Any]) -> None:
+    import zarr
+
+    try:
+        found = opened_array(path)
+    except (OSError, ValueError, KeyError, TypeError):
+        is_of_store = path.is_dir() and {it.name for it in path.iterdir()} <= {MARKER, "c"}
+        if not _is_vacant(path) and not is_of_store:
+            reason = f"holds a {path.name} that is no array of this store, and is left as it is"
+            raise OutputError(path.parent, f"{reason}; move it away") from None
+        (path / MARKER).unlink(missing_ok=True)
+        zarr.create_array(str(path), zarr_format=3, **about)
+        return
+    if found.shape != about["shape"]:
+        reason = f"holds a {path.name} that is no array of shape {about['shape']}"
+        raise OutputError(path.parent, f"{reason}, as this store has it; move it away")

@@ -12,13 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.basins import no_starts
-from percuss.ensembles.checks import folder_of
 from percuss.ensembles.datasets import attributes_of, coordinates_of, dataset_of
-from percuss.ensembles.diagram_jobs import failed_values
-from percuss.ensembles.job import Answer, Column, Dimension, spans_of
-from percuss.ensembles.store import RESULT, described, has_store, opened_group, own_attributes, told
-from percuss.ensembles.store_chunks import marks_in, sound_chunks
-from percuss.ensembles.store_contents import contents
+from percuss.ensembles.diagram import failed_values
+from percuss.ensembles.execution import folder_of
+from percuss.ensembles.job import Answer, Column, Dimension
+from percuss.ensembles.store import (
+    RESULT,
+    Chunks,
+    described,
+    faults_told,
+    has_store,
+    own_attributes,
+)
 from percuss.errors import OutputError
 
 if TYPE_CHECKING:
@@ -135,7 +140,7 @@ def load_store(path: str | Path) -> Dataset:
 
     where = folder_of(path)
     parts = _parts(where)
-    with told(where):
+    with faults_told(where):
         if all(_is_complete(part) for part in parts) and (where / RESULT).exists():
             try:
                 with xarray.open_dataset(where / RESULT, engine="h5netcdf") as found:
@@ -175,20 +180,14 @@ def _is_foreign(path: Path) -> bool:
 
 
 def _is_complete(path: Path) -> bool:
-    own = own_attributes(path)
-    marks = marks_in(path, len(spans_of(own["size"], own["chunk"])))
-    sound = sound_chunks(path, _columns(path, own), _chunk(own), marks, thoroughly=False)
-    return bool(sound.all())
+    chunks = _chunks(path, own_attributes(path))
+    marks = chunks.marks()[:, 0].tolist()
+    return all(mark > 0 and chunks.seems_whole(i) for i, mark in enumerate(marks))
 
 
-def _chunk(own: Mapping[str, Any]) -> int:
-    """Return the points of a chunk as it is written."""
-    return min(int(own["chunk"]), int(own["size"]))
-
-
-def _columns(path: Path, own: Mapping[str, Any]) -> dict[str, Column]:
-    """Return the columns of a store as their descriptions have them."""
-    found: dict[str, Column] = {}
+def _chunks(path: Path, own: Mapping[str, Any]) -> Chunks:
+    """Return the chunks of a store, its columns as their descriptions have them."""
+    columns: dict[str, Column] = {}
     for name, about in own["columns"].items():
         file = path / name / "zarr.json"
         if not file.exists():
@@ -197,27 +196,27 @@ def _columns(path: Path, own: Mapping[str, Any]) -> dict[str, Column]:
             if (path / "done" / "c").exists():
                 reason = f"has lost its {name}/zarr.json; the command that began it mends that"
             raise OutputError(path, reason)
-        described = json.loads(file.read_bytes())
-        found[name] = Column(
-            tuple(described["shape"][1:]),
-            _KINDS[described["data_type"]],
+        array = json.loads(file.read_bytes())
+        columns[name] = Column(
+            tuple(array["shape"][1:]),
+            _KINDS[array["data_type"]],
             tuple(about["dims"]),
             about["units"],
             about.get("meaning", ""),
         )
-    return found
+    return Chunks(path, columns, own["size"], min(own["chunk"], own["size"]))
 
 
 def _status_of_part(path: Path) -> dict[str, Any]:
-    with told(path):
+    with faults_told(path):
         own = own_attributes(path)
-        marks = marks_in(path, len(spans_of(own["size"], own["chunk"])))
-        sound = marks[:, 0] > 0
-        if sound.any():
+        # What was killed while it was made has no marks, and no arrays either.
+        marks = Chunks(path, {}, own["size"], min(own["chunk"], own["size"])).marks()
+        done = np.flatnonzero(marks[:, 0])
+        if len(done):
             # By their lengths: to look at every byte would take long.
-            columns = _columns(path, own)
-            sound = sound_chunks(path, columns, _chunk(own), marks, thoroughly=False)
-    done = np.flatnonzero(sound)
+            chunks = _chunks(path, own)
+            done = np.array([i for i in done.tolist() if chunks.seems_whole(i)], dtype=np.int64)
     each = own["motions_of_a_point"]
     sizes = np.full(len(marks), own["chunk"] * each)
     sizes[-1] = (own["size"] - own["chunk"] * (len(marks) - 1)) * each
@@ -261,13 +260,11 @@ def _pause(steps: Floats) -> float:
 
 def _load_part(path: Path) -> Dataset:
     own = own_attributes(path)
-    group = opened_group(path, "r")
     dimensions = [
         Dimension(name, tuple(values), units) for name, values, units in own["dimensions"]
     ]
-    columns = _columns(path, own)
-    spans = spans_of(own["size"], own["chunk"])
-    answer = contents(path, group, columns, spans)
+    chunks = _chunks(path, own)
+    answer, columns = chunks.answer(), chunks.columns
     study = own["study"]
     if study["kind"] == "sweep":
         motion = {name: study[name] for name in ("oscillator", "forcing", "start")}

@@ -13,17 +13,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.datasets import attributes_of, dataset_of, motion_of
+from percuss.ensembles.datasets import (
+    attributes_of,
+    dataset_of,
+    motion_of,
+    warn_of_failures,
+    warn_of_some,
+)
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.failures import warn_of_failures, warn_of_some
+from percuss.ensembles.execution import Execution, Report, run_job
 from percuss.ensembles.fingerprint import fingerprint
 from percuss.ensembles.grid import Grid, make_grid, whole
-from percuss.ensembles.job import Block, Column, Dimension
+from percuss.ensembles.job import Block, Column, Dimension, too_large
 from percuss.ensembles.lanes import MOST_IMPACTS
 from percuss.ensembles.measures import MEASURES, Window, measure_lanes
-from percuss.ensembles.running import Report, run_job
-from percuss.ensembles.sizes import too_large
-from percuss.ensembles.stopping import check_wanted
+from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import survey
 from percuss.model.exact import Phase
@@ -135,9 +139,10 @@ def sweep(
     >>> found.period.values
     array([1., 2., 0.])
     """
+    execution = Execution.of(store, engine, n_workers, progress)
     grid = make_grid(osc, force, start, over)
     work = _work(measure, grid, Window(transient, periods), max_impacts)
-    answer = run_job(work, store, engine, n_workers, progress, is_read_from_disk=True)
+    answer = run_job(work, execution, is_read_from_disk=True)
     nowhere = [name for name in work.names if not _has_any(answer.arrays[name])]
     if answer.complete and answer.reasons and not nowhere:
         first = grid.words(next(iter(answer.reasons)))

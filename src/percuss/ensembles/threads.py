@@ -1,4 +1,9 @@
-"""Threads whose work can be left where it is."""
+"""Threads whose work can be left where it is.
+
+A thread cannot be ended from outside: it looks at a flag of its own between the steps of its work,
+which compiled loops take as an array and look at too. Elsewhere than in the threads of `Threads`
+the flag is never set.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +15,35 @@ from concurrent import futures
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from percuss.ensembles.stopping import obey
+from percuss.errors import PercussError
 
-__all__ = ["Threads"]
+__all__ = ["Threads", "UnwantedError", "check_wanted", "stop_flag"]
+
+_own = threading.local()
+_NEVER = np.zeros(1, dtype=np.int64)
+
+
+class UnwantedError(PercussError):
+    """Work was given up because nobody waits for it any more."""
+
+
+def stop_flag() -> NDArray[np.int64]:
+    """Return the flag of this thread, (1,) array: 0 as long as its work is wanted."""
+    found: NDArray[np.int64] = getattr(_own, "flag", _NEVER)
+    return found
+
+
+def check_wanted() -> None:
+    """Raise `UnwantedError` if nobody waits for the work of this thread any more.
+
+    Examples
+    --------
+    >>> check_wanted()
+    """
+    if stop_flag()[0] != 0:
+        raise UnwantedError("given up")
 
 
 class Threads(futures.Executor):
@@ -64,7 +94,7 @@ class Threads(futures.Executor):
             thread.join(max(0.0, until - time.monotonic()))
 
     def _run(self) -> None:
-        obey(self._stop)
+        _own.flag = self._stop
         while (item := self._work.get()) is not None:
             future, fn, args, kwargs = item
             if future.set_running_or_notify_cancel():

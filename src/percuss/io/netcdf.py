@@ -9,7 +9,7 @@ from typing import Any
 
 import xarray as xr
 
-from percuss.ensembles.netcdf_bytes import write_whole
+from percuss.ensembles.datasets import write_whole
 from percuss.errors import PercussError
 from percuss.io.exactly import decoded, encoded
 from percuss.io.files import OutputFiles, tell_size

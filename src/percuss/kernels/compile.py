@@ -12,7 +12,6 @@ from typing import Any, ParamSpec, TypeVar, cast
 import numba
 
 from percuss.kernels.cache import KernelCache
-from percuss.kernels.hot_spots import hastened
 from percuss.kernels.parts import as_part
 
 P = ParamSpec("P")
@@ -128,7 +127,7 @@ def _compiled(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, 
 
 
 def _undisturbed(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile without the garbage collector, a tenth of the time, and with numba hastened."""
+    """Compile without the garbage collector, which takes a tenth of the time."""
 
     @functools.wraps(function)
     def wrapped(*args: Any, **keywords: Any) -> Any:
@@ -136,8 +135,7 @@ def _undisturbed(function: Callable[..., Any]) -> Callable[..., Any]:
             return function(*args, **keywords)
         gc.disable()
         try:
-            with hastened():
-                return function(*args, **keywords)
+            return function(*args, **keywords)
         finally:
             gc.enable()
 

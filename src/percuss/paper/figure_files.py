@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss.ensembles.netcdf_bytes import write_whole
+from percuss.ensembles.datasets import write_whole
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles
 from percuss.io.record import Record

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import PlainSerializer, PlainValidator
 
-from percuss.ensembles.sizes import too_large
+from percuss.ensembles.job import too_large
 from percuss.errors import ParameterError
 from percuss.io.study_text import number
 from percuss.model.exact import Phase, PiTimes, angle, as_float, phase_problem

@@ -39,7 +39,7 @@ def failure_rows(reasons: list[str], n_points: int) -> dict[str, str]:
     """Return how many points have no answer, and why."""
     if not reasons:
         return {}
-    from percuss.ensembles.failures import commonest
+    from percuss.ensembles.datasets import commonest
 
     reason, count, others = commonest(reasons)
     more = f"; other reasons: {others}" if others else ""

@@ -1,0 +1,285 @@
+"""How a job is done: into what store, on what engine, and who hears of its progress."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import os
+import sys
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from percuss.ensembles.engines import (
+    Engine,
+    EngineError,
+    check_engine,
+    done_chunks,
+    make_ready,
+    say_stopping,
+)
+from percuss.ensembles.job import (
+    NUMBER,
+    Answer,
+    Block,
+    Job,
+    check_room,
+    chunks_of,
+    in_gigabytes,
+    numbers_of,
+)
+from percuss.ensembles.store import RESULT, Store, has_store, keep_result
+from percuss.errors import OutputError, ParameterError
+from percuss.progress import PATIENCE, Progress, Report, duration_text, rate_text
+
+if TYPE_CHECKING:
+    # A second of import, which no worker needs.
+    from xarray import Dataset
+
+__all__ = ["ChunkProgress", "Execution", "Report", "folder_of", "run_job"]
+
+# What takes longer than this [s] is said once where no progress was asked for.
+LONG = 600.0
+# An answer of so many bytes is told before the work.
+LARGE = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """How the jobs of a study are done; nothing of it changes the answer.
+
+    Attributes
+    ----------
+    store
+        Folder of a store; None keeps the answer in memory alone.
+    engine, n_workers
+        As `done_chunks` takes them.
+    progress
+        True shows a line on the error stream after two seconds, with the rate and the time
+        left; a function ``(done, total) -> bool`` is called with numbers of points after each
+        chunk, and at least every 1.5 s while none is finished.
+
+    Raises
+    ------
+    ParameterError
+        If one of them cannot be taken.
+    """
+
+    store: Path | None = None
+    engine: Engine = "threads"
+    n_workers: int | None = None
+    progress: Report = None
+
+    @classmethod
+    def of(
+        cls,
+        store: str | Path | None,
+        engine: Engine,
+        n_workers: int | None,
+        progress: Report,
+    ) -> Execution:
+        """Return the execution that a call asks for by its keywords, all of them checked."""
+        folder = None if store is None else folder_of(store)
+        check_engine(engine, n_workers)
+        if not (progress is None or isinstance(progress, bool) or callable(progress)):
+            reason = "neither True nor a function (done, total) -> bool"
+            raise ParameterError("progress", progress, reason)
+        return cls(folder, engine, n_workers, progress)
+
+    def of_part(self, name: str) -> Execution:
+        """Return the execution of one part of a study, whose store is a folder in this one."""
+        return self if self.store is None else replace(self, store=self.store / name)
+
+    def keep(self, dataset: Dataset) -> Dataset:
+        """Keep a result in the store once it is complete, and return it."""
+        store = self.store
+        if store is not None and dataset.attrs["complete"] and not (store / RESULT).exists():
+            keep_result(store, dataset)
+        return dataset
+
+
+def folder_of(store: object) -> Path:
+    """Return the folder of a store.
+
+    Examples
+    --------
+    >>> folder_of(3)
+    Traceback (most recent call last):
+    percuss.errors.ParameterError: store = 3: not the path of a folder, such as "run.zarr"
+    """
+    if not isinstance(store, str | os.PathLike):
+        raise ParameterError("store", store, 'not the path of a folder, such as "run.zarr"')
+    return Path(store)
+
+
+def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) -> Answer:
+    """Do what is left of a job and return the whole answer.
+
+    Ctrl-C, and a progress function that returns False, end it with what is done; with a store,
+    the same call goes on from there.
+
+    Parameters
+    ----------
+    job
+        The job.
+    execution
+        How it is done.
+    is_read_from_disk
+        Whether the answer may be larger than memory where there is a store.
+
+    Returns
+    -------
+    Answer
+        The same bits whatever the engine, the workers and the interruptions.
+    """
+    keeper = _keeper(job, execution, is_read_from_disk=is_read_from_disk)
+    todo, spans = keeper.todo(), chunks_of(job)
+    progress = ChunkProgress(execution.progress, job, _points(job, todo))
+    if execution.progress is not False and todo:
+        _say_size(job, execution.store)
+    is_interrupted = False
+    chunks = _chunks(job, todo, execution, progress)
+    try:
+        for number, block in chunks:
+            keeper.write(number, block)
+            first, last = spans[number]
+            if not progress.chunk_done(last - first, block.n_impacts):
+                break
+    except EngineError as error:
+        done = f"{job.size - _points(job, keeper.todo()):,} of {job.size:,} points are done"
+        kept = f"kept in {execution.store}: the same call goes on from there"
+        lost = "lost; with store= they would be kept, and the same call would go on from there"
+        raise EngineError(f"{error}; {done} and {kept if execution.store else lost}") from error
+    except KeyboardInterrupt:
+        is_interrupted = True
+        if inspect.getgeneratorstate(chunks) != inspect.GEN_CLOSED:
+            # It came between two chunks: those at work have still to end.
+            say_stopping()
+    finally:
+        chunks.close()
+        progress.close()
+    if is_interrupted:
+        # What was being written then may be done or not.
+        progress.say_interrupted(job.size - _points(job, keeper.todo()), execution.store)
+    answer = keeper.read()
+    if not (answer.complete or is_interrupted or progress.is_stopped or execution.store is None):
+        reason = (
+            "has lost chunks that were written: someone has removed them; the same call goes on"
+        )
+        raise OutputError(execution.store, reason)
+    return answer
+
+
+def _keeper(job: Job, execution: Execution, *, is_read_from_disk: bool) -> Store | _Memory:
+    """Return what keeps the answer, once there is room for it and the engine can begin."""
+    store = execution.store
+    is_new = store is not None and not has_store(store)
+    on_disk = store if is_read_from_disk else None
+    hint = "; with store= it is kept on disk" if is_read_from_disk and store is None else ""
+    # What has been begun has taken its room already.
+    if on_disk is None or is_new:
+        check_room(job, on_disk, hint)
+    make_ready(job, execution.engine, is_new=is_new)
+    return _Memory(job) if store is None else Store(store, job)
+
+
+def _chunks(
+    job: Job, todo: Sequence[int], execution: Execution, progress: Progress
+) -> Generator[tuple[int, Block], None, None]:
+    """Yield the chunks to do by their numbers, each as soon as it is done."""
+    if todo:
+        spans = chunks_of(job)
+        those = [spans[number] for number in todo]
+        done = done_chunks(job, those, execution.engine, execution.n_workers, progress.tick)
+        with contextlib.closing(done):
+            for place, block in done:
+                yield todo[place], block
+
+
+def _points(job: Job, chunks: Sequence[int]) -> int:
+    """Return how many points some chunks have."""
+    spans = chunks_of(job)
+    return sum(spans[i][1] - spans[i][0] for i in chunks)
+
+
+class ChunkProgress(Progress):
+    """The points of a job that are done, with the rate of impacts and the time left."""
+
+    def __init__(self, report: Report, job: Job, n_todo: int) -> None:
+        units = getattr(job, "each", "points")
+        super().__init__(report, job.size, units, done=job.size - n_todo)
+        self._is_silent, self._n_impacts = report is None, 0
+
+    def chunk_done(self, n_points: int, n_impacts: int) -> bool:
+        """Count a chunk; return whether to go on."""
+        # The first one may have had to compile: the rate is that of the others.
+        since = self.since_first()
+        self._n_impacts += n_impacts if since > 0.0 else 0
+        rate = rate_text(self._n_impacts / since) if since > 0.0 else ""
+        is_wanted = self.advance(n_points, f"{rate} impacts/s" if rate else "")
+        if self._is_silent and since > PATIENCE and self.seconds_left() > LONG:
+            self._is_silent = False
+            _say(
+                f"{duration_text(self.seconds_left())} left for {self.total:,} points at the rate "
+                "of the first chunks; progress=True shows how far it is, store= keeps what is done"
+            )
+        return is_wanted
+
+    def say_interrupted(self, done: int, store: Path | None) -> None:
+        """Say what an interruption has left: so many points, in a store or in hand."""
+        kept = f"kept in {store}: the same call goes on from there" if store else "returned"
+        _say(f"interrupted; {done:,} of {self.total:,} {self._units} are done and {kept}")
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(f"{text}\n")
+    sys.stderr.flush()
+
+
+def _say_size(job: Job, store: Path | None) -> None:
+    """Say before the work how large the answer will be, where it is large."""
+    size = NUMBER * numbers_of(job) * job.size
+    if size >= LARGE:
+        where = "of memory" if store is None else f"in {store}"
+        _say(
+            f"{job.size:,} points in chunks of {job.chunk:,}, whose answer takes "
+            f"{in_gigabytes(size)} {where}"
+        )
+
+
+class _Memory:
+    """Keeps the answer where there is no store, as a `Store` does."""
+
+    def __init__(self, job: Job) -> None:
+        # Filled where nothing has come: to write all of a large answer takes seconds.
+        self._arrays = {
+            name: np.empty((job.size, *column.tail), dtype=column.dtype)
+            for name, column in job.columns.items()
+        }
+        self._columns = job.columns
+        self._spans = chunks_of(job)
+        self._left = dict.fromkeys(range(len(self._spans)))
+        self._reasons: dict[int, str] = {}
+        self._n_impacts = 0
+
+    def todo(self) -> list[int]:
+        return list(self._left)
+
+    def write(self, number: int, block: Block) -> None:
+        first, last = self._spans[number]
+        for name, array in self._arrays.items():
+            array[first:last] = block.arrays[name]
+        self._reasons |= {first + i: text for i, text in block.reasons.items()}
+        self._n_impacts += block.n_impacts
+        del self._left[number]
+
+    def read(self) -> Answer:
+        reasons = dict(sorted(self._reasons.items()))
+        for number in self._left:
+            first, last = self._spans[number]
+            for name, array in self._arrays.items():
+                array[first:last] = self._columns[name].empty(last - first)
+        return Answer(self._arrays, reasons, self._n_impacts, complete=not self._left)
