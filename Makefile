@@ -57,7 +57,7 @@ check: .venv/dev.stamp
 	$(BIN)/lint-imports
 
 doctests: .venv/dev.stamp
-	$(BIN)/python -m pytest src
+	MPLBACKEND=agg $(BIN)/python -m pytest src
 
 # What hangs on numbers, for a second run as on a machine of another kind.
 numbers: .venv/dev.stamp

@@ -5,12 +5,12 @@ from tests.certified.comparison import misses
 from tests.oracle.random_problems import FORCE_FREE, random_motion
 
 
-# The first 300 are the suite's, in parts that can run side by side.
+# The first 150 are the suite's, in parts that can run side by side.
 @pytest.mark.parametrize(
     "seeds",
     [
-        *(range(first, first + 75) for first in range(0, 300, 75)),
-        pytest.param(range(300, 10_000), marks=pytest.mark.nightly),
+        *(range(first, first + 50) for first in range(0, 150, 50)),
+        pytest.param(range(150, 10_000), marks=pytest.mark.nightly),
     ],
     ids=lambda seeds: f"{seeds.start} to {seeds.stop - 1}",
 )
