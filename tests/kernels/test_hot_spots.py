@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from numba.core import compiler, ir, targetconfig
 
-from percuss.kernels import formulas, march, search
-from percuss.kernels.hot_spots import OWN, hastened, values, variables_in
+from percuss.kernels import march, plain, search
+from percuss.kernels.compile import OWN, hastened, values, variables_in
 
 OWN_VALUES, OWN_VARIABLES = OWN
 # numba has no types of its own.
@@ -22,7 +22,7 @@ def functions_of(module: ModuleType) -> list[Any]:
     return [function for function in found if inspect.isfunction(function)]
 
 
-@pytest.mark.parametrize("module", [formulas, march, search])
+@pytest.mark.parametrize("module", [plain, march, search])
 def test_variables_of_every_statement(module: ModuleType) -> None:
     statements = 0
     for function in functions_of(module):
