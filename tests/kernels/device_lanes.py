@@ -1,4 +1,4 @@
-"""The lanes as a kernel for a CUDA device: one thread follows one lane.
+"""A batch as a kernel for a CUDA device: one thread follows one motion.
 
 Run as a program it says what it has found, as JSON: ``types`` type-checks and lowers the kernel
 for the CUDA target, for which neither a device nor its libraries are needed; ``values`` runs it
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import percuss as pc
-from percuss.kernels import batch, lane, lockstep, survey
+from percuss.kernels import batch, lockstep, survey
 from percuss.kernels import record as columns
 from percuss.model.law import law
 
@@ -27,16 +27,18 @@ types: Any = importlib.import_module("numba.types")
 MOST_IMPACTS, PATIENCE = 1_000, 20_000
 
 
-def follow_on_device(crowd: Any, rooms: Any, section: int, surveyed: bool) -> None:
-    """Follow the lane of this thread to its end; each thread has a room of its own."""
+def follow_on_device(arrays: Any, buffers: Any, section: int, surveyed: bool) -> None:
+    """Follow the motion of this thread to its end; each thread has a workspace of its own."""
     i = cuda.grid(1)
-    if i < crowd[4].shape[0]:
-        events, marks, grazes, phases = rooms
-        room = (events[i], marks[i], grazes[i], phases[i])
-        wish = (MOST_IMPACTS, section, surveyed)
-        one = batch.lane_of(crowd, i)
-        lane.begin_lane(one, room, wish)
-        crowd[4][i] = lane.follow(one, room, wish, PATIENCE, False)
+    laws, which, states, counters, status, plans, tallies, points = arrays
+    if i < status.shape[0]:
+        motions = batch.Batch(laws, which, states, counters, status, plans, tallies, points)
+        events, marks, grazes, phases = buffers
+        workspace = batch.Workspace(events[i], marks[i], grazes[i], phases[i])
+        options = batch.Options(MOST_IMPACTS, section, surveyed, PATIENCE)
+        member = batch.member_of(motions, workspace, i)
+        batch.begin_member(member, options)
+        status[i] = batch.follow(member, options, False)
 
 
 def broken_on_device(numbers: Any) -> None:
@@ -85,22 +87,22 @@ def _types() -> dict[str, str]:
         return types.Array(kind, n, "C")
 
     real, whole = types.float64, types.int64
-    crowd = types.Tuple(
+    arrays = types.Tuple(
         [
             *(table(real, 3), table(whole, 1), table(real, 2), table(whole, 2)),
             *(table(whole, 1), table(real, 2), table(real, 2), table(real, 3)),
         ]
     )
-    rooms = types.Tuple([table(real, 3), table(whole, 3), table(real, 3), table(real, 4)])
+    buffers = types.Tuple([table(real, 3), table(whole, 3), table(real, 3), table(real, 4)])
     return {
-        "follow": _checked(follow_on_device, (crowd, rooms, whole, types.boolean)),
+        "follow": _checked(follow_on_device, (arrays, buffers, whole, types.boolean)),
         "lockstep": _checked(_round_on_device, (table(real, 1),)),
         "broken": _checked(broken_on_device, (table(real, 1),)),
     }
 
 
-def _round_on_device(one_bench: Any) -> None:
-    lockstep.fly_round(one_bench)
+def _round_on_device(block: Any) -> None:
+    lockstep.fly_round(block)
 
 
 def _values() -> dict[str, list[Any]]:
@@ -109,7 +111,7 @@ def _values() -> dict[str, list[Any]]:
     n = len(starts)
     states = np.zeros((n, columns.STATE_ENTRIES))
     states[:, [columns.X, columns.V, columns.T]] = starts
-    crowd = (
+    arrays = (
         law(osc, force)[np.newaxis],
         np.zeros(n, dtype=np.int64),
         states,
@@ -119,18 +121,18 @@ def _values() -> dict[str, list[Any]]:
         np.zeros((n, survey.TALLIES)),
         np.full((n, 40, survey.POINT_COLUMNS), np.nan),
     )
-    rooms = (
+    buffers = (
         np.zeros((n, batch.BUFFER, columns.EVENT_COLUMNS)),
         np.zeros((n, batch.BUFFER, columns.MARK_COLUMNS), dtype=np.int64),
         np.zeros((n, batch.GRAZES, columns.GRAZE_COLUMNS)),
         np.zeros((n, 3, 1, 2)),
     )
-    cuda.jit(follow_on_device)[2, 2](crowd, rooms, survey.IMPACT_POINTS, False)
-    counts = crowd[3][:, columns.N_IMPACTS]
+    cuda.jit(follow_on_device)[2, 2](arrays, buffers, survey.IMPACT_POINTS, False)
+    counts = arrays[3][:, columns.N_IMPACTS]
     runs = [pc.simulate(osc, force, *start, t_end=9.0).impacts for start in starts]
     return {
-        "status": crowd[4].tolist(),
-        "speeds": [crowd[7][i, : counts[i], survey.SECOND].tolist() for i in range(n)],
+        "status": arrays[4].tolist(),
+        "speeds": [arrays[7][i, : counts[i], survey.SECOND].tolist() for i in range(n)],
         "expected": [run.v_after.tolist() for run in runs],
     }
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 import percuss as pc
 from percuss.kernels import backward as engine
 from percuss.kernels.backward import bound_of_fourth, time_to_leave
-from percuss.kernels.flight import move, set_phases
+from percuss.kernels.flight import Flight, move, set_phases
 from percuss.kernels.law import FIRST_HARMONIC, QUICKEST
 from percuss.model.law import law
 from percuss.orbits.surface.backward import BackwardMotions
@@ -116,7 +116,7 @@ def test_fourth_derivative_keeps_its_bound(damping: float, stiffness: float) -> 
     width = 0.5 / max(1.7, table[region, QUICKEST])
 
     def derivatives(s: float) -> tuple[float, float, float]:
-        y, v = move(table, region, (0.4, 0.0, 0.8, 0.0), phases, -s, arrival)
+        y, v = move(Flight(table, region, (0.4, 0.0, 0.8, 0.0), phases, arrival), -s)
         t = 0.4 - s
         second = 2.0 * np.cos(1.7 * t) - 2.0 * damping * v - stiffness * y
         third = -3.4 * np.sin(1.7 * t) - 2.0 * damping * second - stiffness * v

@@ -249,7 +249,7 @@ for osc, force in (
         lanes = follow_lanes(table, np.zeros(1, dtype=np.int64), np.array([[0.0, 1.0, 0.0]]), plan)
         numbers = [*lanes.tallies[0], *lanes.points[0].ravel(), *lanes.state[0]]
         found.append([number if np.isfinite(number) else str(number) for number in numbers])
-print(json.dumps([found, len(getattr(batch.run_lanes, "signatures", [0]))]))
+print(json.dumps([found, len(getattr(batch.run_batch, "signatures", [0]))]))
 """
 
 

@@ -11,9 +11,15 @@ from hypothesis import strategies as st
 from tests.kernels.exact_flight import Rest
 
 import percuss as pc
-from percuss.kernels.flight import acceleration_and_jerk, derivative_bound, four_derivatives, move
+from percuss.kernels.flight import (
+    Flight,
+    acceleration_and_jerk,
+    derivative_bound,
+    four_derivatives,
+    move,
+)
+from percuss.kernels.landing import GRAZE, HIT, NONE, departure, first_touch
 from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, STEP, Table
-from percuss.kernels.touch import GRAZE, HIT, NONE, departure, first_touch
 from percuss.model.law import law
 
 STATES = st.floats(-10.0, 10.0)
@@ -49,7 +55,7 @@ def test_no_derivative_exceeds_its_bound_within_a_step(
 
     arrival = np.empty((1, 2))
     for s in np.linspace(0.0, step, 33):
-        y, speed = move(table, region, start, phases, float(s), arrival)
+        y, speed = move(Flight(table, region, start, phases, arrival), float(s))
         derivatives = four_derivatives(table, region, force, arrival, y, speed)
         assert abs(derivatives[order]) <= bound * (1.0 + 1e-12) + 1e-12
 
@@ -73,11 +79,7 @@ def test_touch_of_a_shallow_minimum_is_decided_rightly_or_called_a_graze(
     assume(distance < 0.0)
 
     verdict, s, _, error, _ = first_touch(
-        table,
-        FIRST_HARMONIC,
-        (0.0, 0.0, v, force),
-        NO_PHASES,
-        NO_PHASES,
+        Flight(table, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, NO_PHASES),
         (1.0, distance),
         (0.0, 6.0),
     )
@@ -103,7 +105,9 @@ def test_a_flight_is_free_of_the_bound_it_leaves_for_as_long_as_promised(
 ) -> None:
     table = law(pc.Oscillator(), None)
 
-    free = departure(table, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, 1.0, longest)
+    free = departure(
+        Flight(table, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, NO_PHASES), 1.0, longest
+    )
 
     assert 0.0 < free <= longest
     # y / sin(s) = v + force tan(s / 2) is monotonic.
@@ -124,6 +128,6 @@ def test_departure_is_decided_by_the_first_derivative_that_is_not_zero() -> None
         start = (0.0, 0.0, v, float(force.constant))
         at_zero: Table = np.array([[1.0, 0.0]])
 
-        free = departure(table, FIRST_HARMONIC + 1, start, at_zero, 1.0, 0.5)
+        free = departure(Flight(table, FIRST_HARMONIC + 1, start, at_zero, at_zero), 1.0, 0.5)
 
         assert (free > 0.0) == leaves, force

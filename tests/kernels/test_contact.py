@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from tests.kernels.uncompiled import python_of
 
 import percuss as pc
-from percuss.kernels.contact import chatter_time, release_time
-from percuss.kernels.fine_force import fine_force, fine_tolerance
+from percuss.kernels.contact import chatter_time, fine_force, fine_tolerance, release_time
 from percuss.kernels.flight import set_phases
 from percuss.kernels.law import FIRST_HARMONIC, LOWER_FORCE, TURNS, TURNS_LOW, Law, Table
 from percuss.model.law import law

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 from tests.kernels.uncompiled import python_of
 
-from percuss.kernels.decay import decay
+from percuss.kernels.arithmetic import decay
 
 ULP = 2.0**-52
 

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.kernels.uncompiled import python_of
 
-from percuss.kernels.angles import cos_sin
-from percuss.kernels.doubled import later, nearest, turns, two_product, two_sum
+from percuss.kernels.arithmetic import cos_sin, later, nearest, turns, two_product, two_sum
 from percuss.model.exact import PI
 
 ULP = 2.0**-52

@@ -12,7 +12,9 @@ import pytest
 from tests.kernels.exact_flight import Rest
 
 import percuss as pc
+from percuss.kernels.arithmetic import cubic_minimum
 from percuss.kernels.flight import (
+    Flight,
     acceleration_and_jerk,
     derivative_bound,
     four_derivatives,
@@ -20,7 +22,6 @@ from percuss.kernels.flight import (
     uncertainty,
 )
 from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, QUICKEST, STEP
-from percuss.kernels.polynomials import cubic_minimum
 from percuss.model.law import law
 
 ROUNDED = 1e-12
@@ -106,7 +107,7 @@ def test_several_harmonics_stay_within_the_bounds_of_their_derivatives(
         second, third = acceleration_and_jerk(table, region, force, phases, 0.0, v)
         bound = derivative_bound(table, region, table[0, FORCE_BOUND + 2], second, third, step)
         for s in np.linspace(0.0, step, 9):
-            y, speed = move(table, region, (0.0, 0.0, v, force), phases, float(s), arrival)
+            y, speed = move(Flight(table, region, (0.0, 0.0, v, force), phases, arrival), float(s))
             *_, fourth, _ = four_derivatives(table, region, force, arrival, y, speed)
             assert abs(fourth) <= bound * (1.0 + ROUNDED)
 
@@ -120,7 +121,7 @@ def test_a_series_whose_terms_vanish_two_in_a_row_is_summed_to_its_end() -> None
             exact = rest.harmonic(s)
         for phase, part in (((1.0, 0.0), exact.real), ((0.0, -1.0), exact.imag)):
             start = (0.0, 0.0, 0.0, 0.0)
-            y, _ = move(rest.table, rest.region, start, np.array([phase]), s, arrival)
+            y, _ = move(Flight(rest.table, rest.region, start, np.array([phase]), arrival), s)
             assert abs(y - float(part)) <= 1e-15 * abs(exact)
 
 
@@ -140,13 +141,14 @@ def test_no_displacement_is_off_by_more_than_its_uncertainty() -> None:
         turn = draw.choice([0.0, 1.0])
         phases = np.array([[1.0 - turn, -turn]])
         start = (0.0, 0.0, v0, force)
-        y, _ = move(table, region, start, phases, s, np.empty((1, 2)))
+        flight = Flight(table, region, start, phases, np.empty((1, 2)))
+        y, _ = move(flight, s)
         with mpmath.workdps(80):
             blow, _, rise = rest.free(s)
             harmonic = rest.harmonic(s)
             part = harmonic.imag if turn else harmonic.real
             error = abs(y - (v0 * blow + force * rise + part))
-        assert error <= uncertainty(table, region, start, phases, s), (rest, s, start, phases)
+        assert error <= uncertainty(flight, s), (rest, s, start, phases)
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.8, 0.95])

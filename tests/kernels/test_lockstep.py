@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import percuss as pc
 from percuss.ensembles.lanes import Lanes, Plan, follow_lanes
-from percuss.kernels import batch, bench, survey
+from percuss.kernels import batch, lockstep, survey
 from percuss.kernels import record as columns
 from percuss.model.law import law
 
@@ -45,8 +45,8 @@ CASES = {
     "no restitution": (pc.impact_oscillator(restitution=0.0), pc.cosine(2.8), 0.0),
     "a wall never met": (pc.impact_oscillator(0.7, wall=-9.0, damping=0.1), pc.cosine(1.5), 0.0),
 }
-# More than there are seats.
-N = 3 * batch.BENCHES * bench.SEATS // 2
+# More than there are slots.
+N = 3 * batch.BLOCKS * lockstep.SLOTS // 2
 LAST = 9
 
 
@@ -101,9 +101,9 @@ def test_impacts_have_the_bits_that_simulate_gives_them(name: str) -> None:
 @pytest.mark.parametrize("section", [survey.STROBES, survey.IMPACT_POINTS, survey.TANGENTS])
 @pytest.mark.parametrize("surveyed", [False, True])
 def test_a_lane_does_not_know_its_neighbours(section: int, surveyed: bool) -> None:
-    """All laws together, in any order, in chunks, and one by one, where no lane is seated."""
+    """All laws together, in any order, in chunks, and one by one, where no lane has a slot."""
     laws = np.stack([law(osc, force) for osc, force, _ in CASES.values()])
-    n = 4 * bench.SEATS
+    n = 4 * lockstep.SLOTS
     which = np.arange(n) % len(laws)
     starts = starts_of(0.0, n)
     starts[:, 0] = np.array([x0 for _, _, x0 in CASES.values()])[which]
@@ -168,20 +168,20 @@ def test_one_that_chatters_without_end_does_not_stop_the_others() -> None:
     assert lanes.state[1, columns.T] == run.impacts.t[-1]
 
 
-def test_a_bench_is_as_wide_as_its_vectors() -> None:
-    assert bench.SEATS % 8 == 0
-    assert bench.OTHER == bench.WALK_RATE - bench.MODE + 1
+def test_a_block_is_as_wide_as_its_vectors() -> None:
+    assert lockstep.SLOTS % 8 == 0
+    assert lockstep.OTHER == lockstep.WALK_RATE - lockstep.MODE + 1
     rows = [
-        *range(bench.MOTION, bench.BOUNDS + 8),
-        bench.PULL_COS,
-        bench.PULL_SIN,
-        bench.PULL,
-        bench.RESTITUTION,
-        bench.SIGN,
-        bench.T_END,
-        *range(bench.AT, bench.RATE + 1),
-        *range(bench.FOURTH, bench.SLACK + 1),
-        *range(bench.MODE, bench.WALK_RATE + 1 + bench.OTHER),
-        *range(bench.S, bench.ROWS),
+        *range(lockstep.MOTION, lockstep.BOUNDS + 8),
+        lockstep.PULL_COS,
+        lockstep.PULL_SIN,
+        lockstep.PULL,
+        lockstep.RESTITUTION,
+        lockstep.SIGN,
+        lockstep.T_END,
+        *range(lockstep.AT, lockstep.RATE + 1),
+        *range(lockstep.FOURTH, lockstep.SLACK + 1),
+        *range(lockstep.MODE, lockstep.WALK_RATE + 1 + lockstep.OTHER),
+        *range(lockstep.S, lockstep.ROWS),
     ]
-    assert sorted(rows) == list(range(bench.ROWS))
+    assert sorted(rows) == list(range(lockstep.ROWS))

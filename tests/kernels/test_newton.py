@@ -7,7 +7,7 @@ import pytest
 
 import percuss as pc
 from percuss.kernels.law import FIRST_HARMONIC
-from percuss.kernels.newton import SETTLED, SINGULAR, SPENT, advance, iterate
+from percuss.kernels.shooting import SETTLED, SINGULAR, SPENT, ShootingProblem, advance, iterate
 from percuss.model.law import law
 
 
@@ -28,11 +28,11 @@ def run(
     table = law(pc.impact_oscillator(restitution, side="above"), pc.cosine(omega))
     region = FIRST_HARMONIC + 1
     chain = np.array([[1, region, region]])
-    scratch = np.empty((1, 2)), np.empty((1, 2)), np.empty(3), np.empty((3, 3))
     best = np.empty(3)
     period = 2.0 * math.pi / omega
+    problem = ShootingProblem(table, chain, period, np.empty((1, 2)), np.empty((1, 2)))
     there = np.array([unknowns[0], period, unknowns[1]])
-    why, size, _ = iterate(table, chain, there, period, *scratch, best, steps)
+    why, size, _ = iterate(problem, there, np.empty(3), np.empty((3, 3)), best, steps)
     return why, size, best.tolist()
 
 
@@ -58,8 +58,9 @@ def test_equations_of_a_family_are_singular() -> None:
     """Every free elastic hop lasts pi: one forcing period of a force of no amplitude cannot tell one from another."""
     table = law(pc.impact_oscillator(), pc.cosine(2, amplitude=0.0))
     chain = np.array([[0, FIRST_HARMONIC + 1, FIRST_HARMONIC + 1]])
-    scratch = np.empty((1, 2)), np.empty((1, 2)), np.empty(3), np.empty((3, 3))
+    problem = ShootingProblem(table, chain, math.pi, np.empty((1, 2)), np.empty((1, 2)))
+    guess, scratch = np.array([0.3, 3.0, 1.0]), (np.empty(3), np.empty((3, 3)))
 
-    why, _, _ = iterate(table, chain, np.array([0.3, 3.0, 1.0]), math.pi, *scratch, np.empty(3), 40)
+    why, _, _ = iterate(problem, guess, *scratch, np.empty(3), 40)
 
     assert why == SINGULAR

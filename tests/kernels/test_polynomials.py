@@ -8,10 +8,10 @@ import numpy as np
 from tests.kernels.uncompiled import python_of
 
 import percuss as pc
+from percuss.kernels.arithmetic import quintic_root
 from percuss.kernels.flight import constant_force
 from percuss.kernels.landing import series_root
 from percuss.kernels.law import FIRST_HARMONIC
-from percuss.kernels.polynomials import quintic_root
 from percuss.kernels.search import stays_clear
 from percuss.model.law import law
 

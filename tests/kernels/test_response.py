@@ -7,9 +7,9 @@ import pytest
 from tests.kernels.exact_flight import DIGITS, Rest
 from tests.kernels.uncompiled import python_of
 
-from percuss.kernels.angles import cos_sin
+from percuss.kernels.arithmetic import cos_sin
+from percuss.kernels.flight import free_response, harmonic_response
 from percuss.kernels.law import FIRST_HARMONIC, TURNS, TURNS_LOW
-from percuss.kernels.response import free_response, harmonic_response
 
 ULP = 2.0**-52
 

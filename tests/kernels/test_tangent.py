@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from tests.kernels.uncompiled import python_of
 
 import percuss as pc
-from percuss.kernels.flight import constant_force, move, set_phases
+from percuss.kernels.flight import Flight, constant_force, move, set_phases
 from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS, Table
-from percuss.kernels.shooting import shoot, turning_points
+from percuss.kernels.record import Record
+from percuss.kernels.shooting import ShootingProblem, shoot, turning_points
 from percuss.kernels.tangent import (
     crossing_saltation,
     delayed_start,
@@ -69,7 +70,8 @@ def derivative(run: pc.Trajectory, t: float, after: bool = True) -> Floats:
     out = np.empty((1, 4))
     table = law(run.oscillator, run.forcing)
     scratch = np.empty((int(table[0, N_HARMONICS]), 2))
-    neighbours(table, run._events, run._marks, np.array([t]), after, scratch, out)
+    record = Record(table, run.x0, run._events, run._marks)
+    neighbours(record, np.array([t]), after, scratch, out)
     return out.reshape(2, 2)
 
 
@@ -188,7 +190,7 @@ def test_delay_of_the_start_agrees_with_central_differences(name: str, s: float)
     h, ends = 1e-5, []
     for t in (0.7 + h, 0.7 - h):
         set_phases(table, t, 0.0, phases)
-        ends.append(np.array(move(table, region, (t, 0.0, 0.4, pull), phases, s, arrival)))
+        ends.append(np.array(move(Flight(table, region, (t, 0.0, 0.4, pull), phases, arrival), s)))
 
     set_phases(table, 0.7, 0.0, phases)
     found = delayed_start(table, region, phases, s)
@@ -227,7 +229,8 @@ def missed_by(name: str, unknowns: Floats) -> tuple[Floats, Floats]:
     rows = FIRST_HARMONIC + n + np.array(CHAIN)[:, 1:] * (1 + n)
     chain = np.column_stack([np.array(CHAIN)[:, 0], rows]).astype(np.int64)
     residual, jacobian = np.empty(7), np.empty((7, 7))
-    shoot(table, chain, unknowns, 5.0, np.empty((n, 2)), np.empty((n, 2)), residual, jacobian)
+    problem = ShootingProblem(table, chain, 5.0, np.empty((n, 2)), np.empty((n, 2)))
+    shoot(problem, unknowns, residual, jacobian)
     return residual.copy(), jacobian.copy()
 
 
@@ -253,9 +256,10 @@ def turns(name: str, v0: float, longest: float) -> Table:
     phases, arrival, out = np.empty((n, 2)), np.empty((n, 2)), np.empty((64, 3))
     set_phases(table, 0.2, 0.0, phases)
     start = (0.2, 0.0, v0, constant_force(table, region, 0.1))
-    found = turning_points(table, region, start, phases, arrival, longest, out)
+    flight = Flight(table, region, start, phases, arrival)
+    found = turning_points(flight, longest, out)
     times = np.linspace(0.0, longest, 20_001)
-    v = np.array([move(table, region, start, phases, s, arrival)[1] for s in times])
+    v = np.array([move(flight, s)[1] for s in times])
     expected = times[1:-1][v[1:-1] * v[2:] < 0.0]
     assert found == len(expected)
     np.testing.assert_allclose(out[:found, 0], expected, atol=1.01 * times[1])
@@ -277,7 +281,8 @@ def test_two_turning_points_a_hair_apart_are_both_found() -> None:
     # v = v0 + sin(t), least at 3 pi/2.
     start = (0.0, 0.0, 1.0 - 1e-6, 0.0)
 
-    found = turning_points(table, FIRST_HARMONIC + 1, start, phases, arrival, 6.0, out)
+    flight = Flight(table, FIRST_HARMONIC + 1, start, phases, arrival)
+    found = turning_points(flight, 6.0, out)
 
     half = math.acos(1.0 - 1e-6)
     expected = [1.5 * math.pi - half, 1.5 * math.pi + half]
@@ -294,7 +299,8 @@ def test_a_turning_point_right_after_a_start_from_rest_is_found() -> None:
         # v = cos(lead) - cos(t), which is zero again at t = lead.
         start = (-lead, 0.0, 0.0, 0.0)
 
-        found = turning_points(table, FIRST_HARMONIC + 1, start, phases, arrival, 3.0, out)
+        flight = Flight(table, FIRST_HARMONIC + 1, start, phases, arrival)
+        found = turning_points(flight, 3.0, out)
 
         assert out[0, 0] == pytest.approx(2.0 * lead, rel=1e-7)
         assert out[0, 1] < 0.0

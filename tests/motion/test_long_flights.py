@@ -29,9 +29,7 @@ def searches(osc: pc.Oscillator, force: pc.Forcing, t_end: float, x0: float, v0:
 def engine_step(march: _March, t_end: float, patience: int) -> int:
     from percuss.kernels.march import march as go
 
-    arrays = (march.law, march.state, march.counters, march.phases, march.arrival, march.walker)
-    record = (march.events, march.marks, march.grazes)
-    return int(go(*arrays, *record, t_end, 100_000, patience))
+    return int(go(march.arrays, t_end, 100_000, patience))
 
 
 def test_a_dead_fast_part_does_not_set_the_pace() -> None:

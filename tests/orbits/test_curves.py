@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tests.orbits.test_reference_orbits import ROWS, agree
 
 import percuss as pc
-from percuss.kernels.response import free_response
+from percuss.kernels.flight import free_response
 from percuss.model.law import law
 from percuss.orbits import Branch, Curve, SpecialPoint, single_impact
 from percuss.orbits.curves.return_equations import return_equations

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.ensembles.threads import check_wanted, stop_flag
-from percuss.kernels import batch, bench, survey
+from percuss.kernels import batch, lockstep, survey
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
 from percuss.kernels.law import N_HARMONICS
@@ -117,16 +117,16 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
     counters = np.zeros((n, columns.COUNTERS), dtype=np.int64)
     status = np.full(n, batch.NEW, dtype=np.int64)
     edges = np.empty((n, 0)) if plan.edges is None else plan.edges
-    room = [np.zeros((n, 1)), edges, np.zeros((n, edges.shape[1] - 1))] if edges.size else []
-    tallies = np.concatenate([np.zeros((n, survey.TALLIES)), *room], axis=1)
+    speeds = [np.zeros((n, 1)), edges, np.zeros((n, edges.shape[1] - 1))] if edges.size else []
+    tallies = np.concatenate([np.zeros((n, survey.TALLIES)), *speeds], axis=1)
     points = np.full((n, plan.n_points, survey.POINT_COLUMNS), np.nan)
     plans = np.stack([plan.since, plan.every, plan.until], axis=1)
     laws, which = np.ascontiguousarray(laws), np.ascontiguousarray(which, dtype=np.int64)
 
-    wish = (plan.max_impacts, plan.section, plan.surveyed)
+    options = batch.Options(plan.max_impacts, plan.section, plan.surveyed, PATIENCE)
 
     def march(lanes: slice) -> None:
-        crowd = (
+        those = batch.Batch(
             laws,
             which[lanes],
             states[lanes],
@@ -136,9 +136,11 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
             tallies[lanes],
             points[lanes],
         )
-        benches = np.zeros((batch.BENCHES, bench.ROWS * bench.SEATS))
-        seated = np.zeros(batch.BENCHES * bench.SEATS, dtype=np.int64)
-        batch.run_lanes(crowd, _room(laws), wish, PATIENCE, benches, seated, stop_flag())
+        blocks = batch.Blocks(
+            np.zeros((batch.BLOCKS, lockstep.ROWS * lockstep.SLOTS)),
+            np.zeros(batch.BLOCKS * lockstep.SLOTS, dtype=np.int64),
+        )
+        batch.run_batch(those, _workspace(laws), options, blocks, stop_flag())
         check_wanted()
 
     march(slice(None))
@@ -154,10 +156,10 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
     return Lanes(status, states, counters[:, columns.N_IMPACTS].copy(), tallies, points, peaks)
 
 
-def _room(laws: Floats) -> tuple[Floats, Numbers, Floats, Floats]:
+def _workspace(laws: Floats) -> batch.Workspace:
     """Return the buffers that the lanes of one call share."""
     n = int(laws[0, 0, N_HARMONICS])
-    return (
+    return batch.Workspace(
         np.empty((batch.BUFFER, columns.EVENT_COLUMNS)),
         np.empty((batch.BUFFER, columns.MARK_COLUMNS), dtype=np.int64),
         np.empty((batch.GRAZES, columns.GRAZE_COLUMNS)),

@@ -1,41 +1,176 @@
-"""Elementary functions from sums and products alone, so that each machine gives the same bits.
+"""Arithmetic from sums and products alone, so that each machine gives the same bits.
 
-The C library's differ between its versions and, where it has variants with fused multiplication,
-between processors; NumPy's and a compiler's vector forms differ from both. What IEEE 754 rounds
-correctly, + - * / and the square root, is the same everywhere, and kernels are compiled without
-contraction. Methods and coefficients are those of fdlibm (Sun Microsystems 1993); all answers
-are right to one unit in the last place.
+The C library's elementary functions differ between its versions and, where it has variants with
+fused multiplication, between processors; NumPy's and a compiler's vector forms differ from both.
+What IEEE 754 rounds correctly, + - * / and the square root, is the same everywhere, and kernels
+are compiled without contraction. Methods and coefficients are those of fdlibm (Sun Microsystems
+1993); all answers are right to one unit in the last place.
+
+Sums and products that keep their rounding errors are those of Dekker 1971 and Knuth 1969. An
+instant is a pair ``(t, t_low)`` whose exact sum is meant: at t = 2e6 one ulp of t alone is
+4.7e-10, far more than the rounding of a flight. Rates in turns per time are pairs as well, so that
+the phase of a harmonic has 16 digits at any instant.
 """
 
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
-from percuss.kernels.angles import C1, C2, C3, C4, C5, C6, S1, S2, S3, S4, S5, S6
-from percuss.kernels.compile import kernel
-from percuss.kernels.decay import (
-    BIAS,
-    E2,
-    E3,
-    E4,
-    E5,
-    E6,
-    E7,
-    E8,
-    E9,
-    E10,
-    E11,
-    E12,
-    E13,
-    LN_2_HIGH,
-    LN_2_LOW,
-    MANTISSA,
-    PER_LN_2,
-)
-from percuss.kernels.doubled import nearest, two_product, two_sum
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.law import Table
+
+Pair: TypeAlias = tuple[float, float]
+
+ULP = 2.220446049250313e-16  # of 1
+
+# Adding and subtracting 1.5 * 2**52 rounds a double below 2**51 to the nearest integer.
+ROUNDER = 6755399441055744.0
+# Splits a double into two halves of 26 bits (Veltkamp).
+SPLITTER = 134217729.0
+
+
+@kernel
+def nearest(x: float) -> float:
+    """Return the integer nearest to x, for abs(x) < 2**51."""
+    return (x + ROUNDER) - ROUNDER
+
+
+@kernel
+def two_sum(a: float, b: float) -> tuple[float, float]:
+    """Return a + b rounded, and the rounding error."""
+    total = a + b
+    of_b = total - a
+    return total, (a - (total - of_b)) + (b - of_b)
+
+
+@kernel
+def two_product(a: float, b: float) -> tuple[float, float]:
+    """Return a * b rounded, and the rounding error."""
+    product = a * b
+    split = SPLITTER * a
+    a_high = split - (split - a)
+    a_low = a - a_high
+    split = SPLITTER * b
+    b_high = split - (split - b)
+    b_low = b - b_high
+    error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    return product, error
+
+
+@kernel
+def plus(a: Pair, b: Pair) -> Pair:
+    """Return the sum of two pairs, to 2**-104 of the sizes of both."""
+    total, error = two_sum(a[0], b[0])
+    return two_sum(total, error + (a[1] + b[1]))
+
+
+@kernel
+def times(a: Pair, b: Pair) -> Pair:
+    """Return the product of two pairs, to a relative 2**-102."""
+    product, error = two_product(a[0], b[0])
+    return two_sum(product, error + (a[0] * b[1] + a[1] * b[0]))
+
+
+@kernel
+def over(a: Pair, n: float) -> Pair:
+    """Return a pair divided by a double, to a relative 2**-102."""
+    quotient = a[0] / n
+    product, error = two_product(quotient, n)
+    return two_sum(quotient, (((a[0] - product) - error) + a[1]) / n)
+
+
+@kernel
+def later(t: float, t_low: float, s: float) -> tuple[float, float]:
+    """Return the instant a time s after (t, t_low), as a pair."""
+    total, error = two_sum(t, s)
+    return two_sum(total, error + t_low)
+
+
+@kernel
+def turns(rate: float, rate_low: float, t: float, t_low: float) -> float:
+    """Return (rate * t) mod 1 in [-1/2, 1/2], to a relative error of a few 1e-16.
+
+    The whole turns are removed exactly before anything is rounded, so that a phase near a whole
+    turn keeps its digits: the sine of it, near zero, does too.
+    """
+    product, error = two_product(rate, t)
+    error += rate * t_low + rate_low * t
+    part = (product - nearest(product)) + error
+    return part - nearest(part)
+
+
+TWO_PI = 2.0 * math.pi
+
+# Minimax polynomials on [-pi/4, pi/4], error below 2**-57 (the coefficients of fdlibm's
+# k_sin.c and k_cos.c, Sun Microsystems 1993).
+S1, S2, S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
+S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
+C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
+C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
+
+
+@kernel
+def cos_sin(rate: float, rate_low: float, t: float, t_low: float) -> tuple[float, float]:
+    """Return cos and sin of 2 pi (rate + rate_low) (t + t_low), for a rate in turns per time.
+
+    Quarter turns come off exactly before anything is rounded: at quarter turns the answer is
+    exact, and next to them the small one of the two keeps its relative precision. It is a
+    polynomial, free of branches, and no call of the C library.
+    """
+    product, error = two_product(rate, t)
+    quarter = nearest(4.0 * product)
+    angle = TWO_PI * ((product - 0.25 * quarter) + (error + (rate * t_low + rate_low * t)))
+    z = angle * angle
+    # Summed in pairs (Estrin), so that less waits for less.
+    square = z * z
+    sine = (S1 + z * S2) + square * ((S3 + z * S4) + square * (S5 + z * S6))
+    sine = angle + (angle * z) * sine
+    half = 0.5 * z
+    rest = square * ((C1 + z * C2) + square * ((C3 + z * C4) + square * (C5 + z * C6)))
+    whole = 1.0 - half
+    cosine = whole + (((1.0 - whole) - half) + rest)
+    # Without branches: the next quarter cannot be predicted.
+    turned = int(quarter) & 3
+    cosine, sine = (sine, cosine) if turned & 1 else (cosine, sine)
+    if (turned + 1) & 2:
+        cosine = -cosine
+    if turned & 2:
+        sine = -sine
+    return cosine, sine
+
+
+PER_LN_2 = 1.4426950408889634
+# ln 2 in two parts, of which the first has 32 bits: its product with the exponent is exact.
+LN_2_HIGH, LN_2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+# Below this exp(x) is lost in any sum; its exponent is still that of a normal double.
+LEAST_DECAY = -700.0
+# Bits of a double below its exponent, and what is added to this.
+MANTISSA, BIAS = 52, 1023
+# 1 / n! for n = 2 to 13: beyond, less than 2**-56 of the sum.
+E2, E3, E4, E5 = 0.5, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0
+E6, E7, E8, E9 = 1.0 / 720.0, 1.0 / 5040.0, 1.0 / 40320.0, 1.0 / 362880.0
+E10, E11, E12, E13 = 1.0 / 3628800.0, 1.0 / 39916800.0, 1.0 / 479001600.0, 1.0 / 6227020800.0
+
+
+@formula
+def decay(x: float) -> tuple[float, float]:
+    """Return exp(x) and expm1(x) for x <= 0, either to a relative error of a few 1e-16."""
+    x = max(x, LEAST_DECAY)
+    halvings = nearest(x * PER_LN_2)
+    r = (x - halvings * LN_2_HIGH) - halvings * LN_2_LOW
+    square = r * r
+    fourth = square * square
+    low = (E2 + r * E3) + square * (E4 + r * E5)
+    middle = (E6 + r * E7) + square * (E8 + r * E9)
+    high = (E10 + r * E11) + square * (E12 + r * E13)
+    part = r + square * (low + fourth * (middle + fourth * high))
+    scale = np.int64((np.int64(halvings) + BIAS) << MANTISSA).view(np.float64)
+    part *= scale
+    return scale + part, (scale - 1.0) + part
+
 
 # What `evaluate` computes.
 EXPONENTIAL, EXPONENTIAL_LESS_ONE, LOGARITHM, COSINE, SINE, TANGENT = range(6)
@@ -286,3 +421,55 @@ def evaluate(which: int, x: Table, y: Table, out: Table) -> None:
                 out[i] = cosine
             else:
                 out[i] = sine if which == SINE else sine / cosine
+
+
+# Steps to the root of a quintic: two leave what the motion departs from it.
+GUESSES = 2
+
+
+@kernel
+def cubic_minimum(y: float, v: float, y1: float, v1: float) -> float:
+    """Return the least value on [0, 1] of the cubic with these end values and slopes."""
+    square = 3.0 * (y1 - y) - 2.0 * v - v1
+    cube = v + v1 - 2.0 * (y1 - y)
+    least = min(y, y1)
+    root = square * square - 3.0 * cube * v
+    if root > 0.0:
+        # Of both turning points the one with upward curvature, in the form that does not cancel.
+        part = -v / (square + math.sqrt(root)) if square > 0.0 else 1.0
+        if square <= 0.0 and cube != 0.0:
+            part = (math.sqrt(root) - square) / (3.0 * cube)
+        if 0.0 < part < 1.0:
+            least = min(least, y + part * (v + part * (square + cube * part)))
+    return least
+
+
+@formula
+def quintic_root(ends: tuple[float, float, float], ends1: tuple[float, float, float]) -> float:
+    """Return about where in (0, 1) the quintic with these values and derivatives falls to zero.
+
+    It begins above zero, or at zero and rising, and ends below.
+    """
+    c0, c1, twice = ends
+    c2 = 0.5 * twice
+    value = ends1[0] - c0 - c1 - c2
+    slope = ends1[1] - c1 - twice
+    curve = 0.5 * (ends1[2] - twice)
+    c3 = 10.0 * value - 4.0 * slope + curve
+    c4 = -15.0 * value + 7.0 * slope - 2.0 * curve
+    c5 = 6.0 * value - 3.0 * slope + curve
+    # From where the chord meets zero; on the first step from a wall, that of the quotient by time.
+    high = c0 if c0 > 0.0 else c1
+    fall = high - ends1[0]
+    part = high / fall if high > 0.0 and fall > high else 0.5
+    for _ in range(GUESSES):
+        # Halley's method, and half the way to where the root lies if that leaves the step.
+        square = part * part
+        value = (c0 + part * c1) + square * ((c2 + part * c3) + square * (c4 + part * c5))
+        slope = (c1 + part * twice) + square * ((3.0 * c3 + part * 4.0 * c4) + square * 5.0 * c5)
+        bend = (twice + part * 6.0 * c3) + square * (12.0 * c4 + part * 20.0 * c5)
+        below = slope * slope - 0.5 * value * bend
+        better = part - value * slope / below if below != 0.0 else -1.0
+        half = 0.5 * (part + 1.0) if value > 0.0 else 0.5 * part
+        part = better if 0.0 < better < 1.0 else half
+    return part

@@ -1,21 +1,21 @@
-"""What came before: a motion followed back in time, event by event.
+"""A motion followed back in time, event by event.
 
 A motion runs back in short stretches of the closed form, `flight.move` at negative times, for
-which its power series have all digits. The first event of a stretch is found as in `touch`: by
+which its power series have all digits. The first event of a stretch is found as in `landing`: by
 Taylor's theorem with a bound of the fourth derivative, which needs no damping of the right sign.
 At a wall the velocity before an impact is that after it, divided by the restitution: without
-restitution, and in a contact, there is no way back (docs/theory/impact-surface.md).
+restitution, and in a contact, the past is not determined (docs/theory/impact-surface.md).
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from percuss.kernels.arithmetic import exponential
+from percuss.kernels.arithmetic import ULP, Pair, exponential, later
 from percuss.kernels.compile import kernel
-from percuss.kernels.doubled import later
-from percuss.kernels.flight import acceleration_and_jerk, constant_force, move, set_phases
-from percuss.kernels.landing import ULP
+from percuss.kernels.flight import Flight, acceleration_and_jerk, constant_force, move, set_phases
+from percuss.kernels.landing import CLEAR, FLAT, ONE_MINIMUM, UNKNOWN, shape_of
 from percuss.kernels.law import (
     FIRST_HARMONIC,
     FORCE_BOUND,
@@ -35,9 +35,8 @@ from percuss.kernels.law import (
     Table,
 )
 from percuss.kernels.record import Integers
-from percuss.kernels.touch import CLEAR, FLAT, ONE_MINIMUM, UNKNOWN, shape_of
 
-# Columns of a lane's state: instant, displacement from PLACE, velocity, PLACE, the events met, and
+# Columns of the state: instant, displacement from PLACE, velocity, PLACE, the events met, and
 # the size of the flight so far.
 T, T_LOW, Y, V, PLACE, EVENTS, SIZE = range(7)
 STATE_ENTRIES = 7
@@ -45,7 +44,7 @@ STATE_ENTRIES = 7
 HIT_T, HIT_T_LOW, HIT_V, HIT_EVENTS = range(4)
 HIT_COLUMNS = 4
 
-# Why a lane ended: at its last hit, at its time, at an impact without restitution, at an instant
+# Why a motion ended: at its last hit, at its time, at an impact without restitution, at an instant
 # from which no motion leads back (rest, or a velocity against the wall's normal), too fast, or
 # after too many events.
 AT_HITS, AT_TIME, NO_RESTITUTION, NO_PAST, TOO_FAST, TOO_MANY = range(6)
@@ -60,12 +59,26 @@ MOST_EVENTS = 100_000
 HALVINGS = 60
 
 
+class Past(NamedTuple):
+    """A motion followed back in one region: its state, and the constant force at its PLACE.
+
+    ``phases`` are those at the state's instant, ``arrival`` is scratch (n_harmonics, 2).
+    """
+
+    law: Law
+    region: int
+    state: Table
+    force: float
+    phases: Table
+    arrival: Table
+
+
 @kernel
 def bound_of_fourth(law: Law, region: int, second: float, third: float, width: float) -> float:
     """Return a bound on abs(x'''') over the ``width`` before an instant.
 
     u = x'' obeys u'' = f'' - 2 a u' - K u, and with q = QUICKEST, 2 a <= q and abs(K) <= q**2:
-    E = abs(u') + q abs(u) grows by at most F + 2 q E, either way in time.
+    E = abs(u') + q abs(u) grows by at most F + 2 q E, forwards and backwards in time.
     """
     quickest = law[region, QUICKEST]
     force = law[0, FORCE_BOUND + 2]
@@ -92,13 +105,26 @@ def time_to_leave(first: float, second: float, third: float, fourth: float, widt
 
 
 @kernel
-def retreat(
-    law: Law, region: int, state: Table, force: float, phases: Table, arrival: Table, s: float
-) -> None:
-    """Take a state back by s."""
-    # The force of `move` is that at the place where it starts.
+def flight_back(past: Past) -> Flight:
+    """Return the flight to be followed back; its force is that where it starts."""
+    law, region, state, force, phases, arrival = (
+        past.law,
+        past.region,
+        past.state,
+        past.force,
+        past.phases,
+        past.arrival,
+    )
     start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
-    y, v = move(law, region, start, phases, -s, arrival)
+    return Flight(law, region, start, phases, arrival)
+
+
+@kernel
+def retreat(past: Past, s: float) -> None:
+    """Take a state back by s."""
+    law, state, phases = past.law, past.state, past.phases
+    flight = flight_back(past)
+    y, v = move(flight, -s)
     state[Y] += y
     state[V] = v
     state[T], state[T_LOW] = later(state[T], state[T_LOW], -s)
@@ -107,22 +133,18 @@ def retreat(
 
 @kernel
 def root_before(
-    law: Law,
-    region: int,
-    state: Table,
-    force: float,
-    phases: Table,
-    arrival: Table,
-    sign: float,
-    distance: float,
+    past: Past,
+    bound: Pair,
     right: float,
 ) -> float:
     """Return how long before a state the clearance, positive there, was zero, once in ``right``."""
-    start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
+    state = past.state
+    sign, distance = bound
+    flight = flight_back(past)
     left = 0.0
     s = 0.5 * right
     for _ in range(HALVINGS + 20):
-        y, v = move(law, region, start, phases, -s, arrival)
+        y, v = move(flight, -s)
         clearance = sign * ((state[Y] - distance) + y)
         if clearance > 0.0:
             left = s
@@ -141,23 +163,19 @@ def root_before(
 
 @kernel
 def turn_before(
-    law: Law,
-    region: int,
-    state: Table,
-    force: float,
-    phases: Table,
-    arrival: Table,
-    sign: float,
-    distance: float,
+    past: Past,
+    bound: Pair,
     right: float,
 ) -> tuple[float, float]:
-    """Return how long before a state the velocity was zero, once in ``right``, and the clearance."""
-    start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
+    """Return how long ago the velocity was zero, once in ``right``, and the clearance then."""
+    state = past.state
+    sign, distance = bound
+    flight = flight_back(past)
     left = 0.0
     clearance = 0.0
     for _ in range(HALVINGS):
         s = 0.5 * (left + right)
-        y, v = move(law, region, start, phases, -s, arrival)
+        y, v = move(flight, -s)
         clearance = sign * ((state[Y] - distance) + y)
         # Back in time the clearance falls while the velocity leads off the bound.
         if sign * v > 0.0:
@@ -171,14 +189,8 @@ def turn_before(
 
 @kernel
 def zero_on(
-    law: Law,
-    region: int,
-    state: Table,
-    force: float,
-    phases: Table,
-    arrival: Table,
-    sign: float,
-    distance: float,
+    past: Past,
+    bound: Pair,
     piece: tuple[float, float],
     shape: int,
 ) -> float:
@@ -186,56 +198,52 @@ def zero_on(
 
     ``piece`` is how long, and up to which clearance a touch is none.
     """
+    state = past.state
+    sign, distance = bound
     if shape in (CLEAR, FLAT):
         return math.inf
     width, doubt = piece
-    start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
-    y, v = move(law, region, start, phases, -width, arrival)
+    flight = flight_back(past)
+    y, v = move(flight, -width)
     end = width
     clearance = sign * ((state[Y] - distance) + y)
     if clearance > 0.0 and shape == ONE_MINIMUM and sign * state[V] > 0.0 and sign * v < 0.0:
-        end, clearance = turn_before(
-            law, region, state, force, phases, arrival, sign, distance, width
-        )
+        end, clearance = turn_before(past, bound, width)
         clearance += doubt
     if clearance > 0.0:
         return math.inf
-    return root_before(law, region, state, force, phases, arrival, sign, distance, end)
+    return root_before(past, bound, end)
 
 
 @kernel
 def meet_before(
-    law: Law,
-    region: int,
-    state: Table,
-    force: float,
-    phases: Table,
-    arrival: Table,
+    past: Past,
     longest: float,
     fastest: float,
 ) -> float:
     """Take a state back to the last event before it, or by ``longest``; return the event's side.
 
     The side is -1 at the lower bound, +1 at the upper, 0 if the time is over. At a bound whose
-    normal the velocity is against, the event is at once; 2 where nothing ever moved.
+    normal the velocity is against, the event is at once; 2 for a mass that has always been at rest.
     """
+    law, region, state, force, phases = past.law, past.region, past.state, past.force, past.phases
     low = law[region, LOWER] - state[PLACE]
     high = law[region, UPPER] - state[PLACE]
     part = longest_part(law, region, longest)
     width = part
-    gone = 0.0
-    while gone < longest and abs(state[V]) < fastest:
-        width = min(width, longest - gone)
+    elapsed = 0.0
+    while elapsed < longest and abs(state[V]) < fastest:
+        width = min(width, longest - elapsed)
         second, third = acceleration_and_jerk(law, region, force, phases, state[Y], state[V])
         fourth = bound_of_fourth(law, region, second, third, width)
         # Back in time the odd derivatives change their signs.
         ends = (state[Y] <= low, state[Y] >= high)
         if ends[0] or ends[1]:
-            way = 1.0 if ends[0] else -1.0
-            first = -way * state[V]
-            width = time_to_leave(first, way * second, third, fourth, width)
+            sign = 1.0 if ends[0] else -1.0
+            first = -sign * state[V]
+            width = time_to_leave(first, sign * second, third, fourth, width)
             if width == 0.0:
-                return -way if first < 0.0 else 2.0
+                return -sign if first < 0.0 else 2.0
         size = abs(state[Y]) + width * (abs(state[V]) + width * (abs(force) + law[0, FORCE_BOUND]))
         state[SIZE] = max(state[SIZE], size)
         bends = (second, third, fourth)
@@ -244,15 +252,15 @@ def meet_before(
             width *= 0.5
             continue
         piece = (width, TOUCH * state[SIZE])
-        first = zero_on(law, region, state, force, phases, arrival, 1.0, low, piece, below)
-        last = zero_on(law, region, state, force, phases, arrival, -1.0, high, piece, above)
+        first = zero_on(past, (1.0, low), piece, below)
+        last = zero_on(past, (-1.0, high), piece, above)
         s = min(first, last)
         if s < math.inf:
-            retreat(law, region, state, force, phases, arrival, s)
+            retreat(past, s)
             state[Y] = low if first <= last else high
             return -1.0 if first <= last else 1.0
-        retreat(law, region, state, force, phases, arrival, width)
-        gone += width
+        retreat(past, width)
+        elapsed += width
         width = min(2.0 * width, part)
     return 0.0
 
@@ -268,7 +276,7 @@ def shapes_on(
 ) -> tuple[int, int]:
     """Return how the clearances below and above run on a stretch back in time of that width.
 
-    ``ends`` tells which of both is at its bound already, ``bends`` are the second and third
+    ``ends`` are whether each is at its bound already, ``bends`` are the second and third
     derivative and a bound of the fourth.
     """
     low, high = reach
@@ -315,18 +323,19 @@ def trace_back(
     region: int,
     state: Table,
     wanted: tuple[int, float],
-    longest: float,
-    fastest: float,
+    limits: Pair,
     hits: Table,
-    phases: Table,
-    arrival: Table,
+    scratch: Table,
 ) -> tuple[int, int, int]:
-    """Follow a motion back until ``hits`` (n, HIT_COLUMNS) are full, or by ``longest``.
+    """Follow a motion back until ``hits`` (n, HIT_COLUMNS) are full, or by the first of ``limits``.
 
     A hit is an impact on the bound of that number, or a crossing of it that comes with a velocity
-    of that sign. It ends too where it was faster than ``fastest``: back in time impacts accumulate
-    between two walls, each slower than the one before it. Return why it ended, the number of hits and the region's row.
+    of that sign. It ends too where it was faster than the second of ``limits``: back in time
+    impacts accumulate between two walls, each slower than the one before it. Return why it ended,
+    the number of hits and the region's row.
     """
+    longest, fastest = limits
+    phases = scratch[0]
     begin = state[T]
     begin_low = state[T_LOW]
     count = 0
@@ -334,7 +343,8 @@ def trace_back(
     while state[EVENTS] < MOST_EVENTS:
         force = constant_force(law, region, state[PLACE])
         left = longest - ((begin - state[T]) + (begin_low - state[T_LOW]))
-        side = meet_before(law, region, state, force, phases, arrival, left, fastest)
+        past = Past(law, region, state, force, phases, scratch[1])
+        side = meet_before(past, left, fastest)
         if not abs(state[V]) < fastest:
             return TOO_FAST, count, region
         if side == 0.0:
@@ -359,25 +369,24 @@ def trace_back(
 
 
 @kernel
-def trace_lanes(
+def trace_batch(
     law: Law,
     regions: Integers,
     states: Table,
     wanted: tuple[int, float],
-    longest: float,
-    fastest: float,
+    limits: Pair,
     hits: Table,
     ends: Integers,
-    room: Table,
+    scratch: Table,
 ) -> None:
     """Follow each motion back as `trace_back` does.
 
     ``regions`` (n,) are their rows, ``states`` (n, STATE_ENTRIES), ``hits`` (n, m, HIT_COLUMNS);
-    ``ends`` (n, 2) receives the reason and the number of hits; ``room`` is (2, n_harmonics, 2).
+    ``ends`` (n, 2) receives the reason and the number of hits; ``scratch`` is (2, n_harmonics, 2).
     """
     for i in range(regions.shape[0]):
         status, count, region = trace_back(
-            law, regions[i], states[i], wanted, longest, fastest, hits[i], room[0], room[1]
+            law, regions[i], states[i], wanted, limits, hits[i], scratch
         )
         ends[i, 0] = status
         ends[i, 1] = count

@@ -1,23 +1,38 @@
 """Many motions in one call, without Python between them.
 
-Lanes whose flights are plain sit on benches and go from impact to impact in lockstep
-(`lockstep`). A lane that comes to anything else is followed alone until it is plain again
-(`lane`), and any that is left over when few are seated. A lane depends on its own law, start and
-plan alone, and both ways give it the same bits, so they are the same whatever lanes are called
-together.
+Members whose flights are plain are loaded into the slots of SIMD blocks and go from impact to
+impact in lockstep (`lockstep`). A member that comes to anything else is followed alone, from event
+to event as `march` does, until it is plain again; so are the last ones when few slots are in use.
+A member depends on its own law, start and plan alone, and both ways give it the same bits, so the
+results are the same whatever motions are batched together. Its events pass through a small buffer;
+tallies and points are taken from it (`survey`).
 """
 
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from percuss.kernels.bench import (
+from percuss.kernels.compile import formula, kernel
+from percuss.kernels.flight import Flight, constant_force, set_phases
+from percuss.kernels.law import (
+    LOWER,
+    LOWER_KIND,
+    LOWER_RESTITUTION,
+    NUMBER,
+    PLAIN,
+    UPPER,
+    UPPER_RESTITUTION,
+    WALL,
+    Table,
+)
+from percuss.kernels.lockstep import (
     AT,
     AT_LOW,
     BEFORE,
+    COUNTED_FROM,
     DONE,
     LANDED,
     LEFT,
@@ -25,30 +40,35 @@ from percuss.kernels.bench import (
     NEXT_AT,
     NEXT_AT_LOW,
     NEXT_SPEED,
-    SEATS,
     SIGN,
+    SLOTS,
     SPEED,
-    change_seat,
-    get_ready,
-    get_up,
-    sit,
+    fly_round,
+    load_law,
+    load_state,
+    move_slot,
+    store_state,
 )
-from percuss.kernels.bench import SINCE as SINCE_ROW
-from percuss.kernels.compile import formula, kernel
-from percuss.kernels.flight import Start, set_phases
-from percuss.kernels.lane import Lane, Room, Wish, begin_lane, follow, gather, turn
-from percuss.kernels.law import NUMBER, Table
-from percuss.kernels.lockstep import fly_round
+from percuss.kernels.march import begin, flight_of, fly, skip_ahead, stay
 from percuss.kernels.record import (
+    AT_REST,
     BOUND,
+    CONTACT,
     EVENT_T,
     EVENT_T_LOW,
     FORCE,
+    FREE_ABOVE,
+    FREE_BELOW,
+    HUGE,
     IMPACT,
     KIND,
     MOVING,
+    N_EVENTS,
+    N_GRAZES,
     N_IMPACTS,
     NEXT_REGION,
+    OVERFLOW,
+    REACHED_END,
     REACHED_LIMIT,
     REGION,
     SPENT,
@@ -57,239 +77,433 @@ from percuss.kernels.record import (
     V_AFTER,
     V_BEFORE,
     Integers,
+    Run,
     T,
+    V,
     X,
 )
 from percuss.kernels.survey import (
+    END_V,
+    END_X,
     SINCE,
     STROBES,
     TALLIES,
     TANGENTS,
     UNTIL,
+    Member,
+    clear_tally,
+    end_at,
     is_strobe_due,
+    move_neighbour,
     note_peak,
     strobe,
+    strobe_neighbour,
+    survey,
+    tally_event,
     tally_impact,
 )
+from percuss.kernels.tangent import event_saltation
 
 # Rows of the buffer of events, and of the one for grazes, which are only counted.
 BUFFER = 130
 GRAZES = 4
-# Benches of a call: their numbers fit the fastest memory.
-BENCHES = 4
-# With fewer lanes a round takes longer than following each.
+# Blocks of a call: their numbers fit the fastest memory.
+BLOCKS = 4
+# With fewer motions a round takes longer than following each.
 FEWEST = 3
 # As int64 and not int, for which numba would compile a function anew.
 ONE = np.int64(1)
-# The status of a lane that has not begun.
+# The status of a member that has not begun.
 NEW = -1
 
 
-# Many lanes: their laws, stacked, and the number of each one's law; states, counters, status,
-# plans, tallies and points.
-Crowd: TypeAlias = tuple[Table, Integers, Table, Integers, Integers, Table, Table, Table]
+class Batch(NamedTuple):
+    """Many motions: their laws, stacked, and the number of each one's law; then a row for each."""
+
+    laws: Table
+    which: Integers
+    states: Table
+    counters: Integers
+    status: Integers
+    plans: Table
+    tallies: Table
+    points: Table
+
+
+class Workspace(NamedTuple):
+    """Arrays that members use in turn: buffers of a record, and (3, n_harmonics, 2) for phases."""
+
+    events: Table
+    marks: Integers
+    grazes: Table
+    phases: Table
+
+
+class Options(NamedTuple):
+    """What is wanted of all members, and the searches for each before control returns.
+
+    ``section`` says which points are kept (`survey`), ``surveyed`` whether extremes are.
+    """
+
+    max_impacts: int
+    section: int
+    surveyed: bool
+    patience: int
+
+
+class Blocks(NamedTuple):
+    """The SIMD blocks of a call, zeros at first, and which member is in each of their slots."""
+
+    numbers: Table
+    occupants: Integers
+
+
+@formula
+def member_of(batch: Batch, workspace: Workspace, i: int) -> Member:
+    """Return one motion of a batch, with the arrays that it works in."""
+    run = Run(
+        batch.laws[batch.which[i]],
+        batch.states[i],
+        batch.counters[i],
+        workspace.phases[0],
+        workspace.phases[1],
+        workspace.phases[2],
+        workspace.events,
+        workspace.marks,
+        workspace.grazes,
+    )
+    return Member(run, batch.plans[i], batch.tallies[i], batch.points[i])
 
 
 @kernel
-def run_lanes(
-    crowd: Crowd,
-    room: Room,
-    wish: Wish,
-    patience: int,
-    benches: Table,
-    seated: Integers,
-    stop: Integers,
-) -> None:
-    """Follow each lane from its state to its limits, or until its patience is spent.
+def begin_member(member: Member, options: Options) -> None:
+    """Begin at the t, x and v of the state."""
+    run = member.run
+    clear_tally(member.tally)
+    run.counters[N_EVENTS] = 0
+    begin(run)
+    tally_event(member, run.counters[REGION], run.counters[N_EVENTS] - 1, options.section)
 
-    A lane whose status is NEW begins at the t, x and v of its state, one that is SPENT is taken
-    up where it was; others are left alone. ``benches`` are zeros, and ``seated`` has room for who
-    sits there. Once the only entry of ``stop``, which another thread may write, is not 0 all is
-    left where it is.
+
+@kernel
+def follow(member: Member, options: Options, until_plain: bool) -> int:
+    """Go on from event to event as `march` does; return why it stopped.
+
+    ``until_plain`` stops it, MOVING, where the next flight may be plain.
     """
-    n = crowd[1].shape[0]
+    run = member.run
+    set_phases(run.law, run.state[T], run.state[T_LOW], run.phases)
+    status = MOVING
+    patience = options.patience
+    while status == MOVING:
+        if may_be_plain(run):
+            if until_plain:
+                return MOVING
+            made = skip(member, options)
+            if run.counters[N_IMPACTS] >= options.max_impacts:
+                return REACHED_LIMIT
+            if made == run.events.shape[0] - 2:
+                # The buffer was full, and the next flight may be plain.
+                continue
+        if patience == 0:
+            return SPENT
+        patience -= 1
+        status = next_stretch(member, options)
+    return status
+
+
+@kernel
+def may_be_plain(run: Run) -> bool:
+    """Return whether a motion is about to leave the one wall there is with a velocity off it."""
+    law, state, counters = run.law, run.state, run.counters
+    region = counters[REGION]
+    if law[region, PLAIN] != 1.0 or counters[TOUCHED] != 0:
+        return False
+    below = law[region, LOWER_KIND] == WALL
+    sign = 1.0 if below else -1.0
+    free = state[FREE_BELOW] + state[FREE_ABOVE]
+    return (
+        free == 0.0 and state[X] == law[region, LOWER if below else UPPER] and sign * state[V] > 0.0
+    )
+
+
+@kernel
+def skip(member: Member, options: Options) -> int:
+    """Make the impacts that are plain, as many as the buffer holds; return their number."""
+    run = member.run
+    run.counters[N_EVENTS] = 0
+    x, past = run.state[X], flight_of(run, run.walker)
+    skip_ahead(run, member.plan[UNTIL], options.max_impacts)
+    made = run.counters[N_EVENTS]
+    if made > 0:
+        tally_stretches(member, options, past, x, run.counters[TOUCHED] != 0, made)
+    return made
+
+
+@kernel
+def next_stretch(member: Member, options: Options) -> int:
+    """Go to the next event, whatever it is; return MOVING, or why there is none."""
+    run, plan, tally = member.run, member.plan, member.tally
+    counters = run.counters
+    counters[N_EVENTS] = 0
+    counters[N_GRAZES] = 0
+    x, past = run.state[X], flight_of(run, run.walker)
+    in_contact = counters[TOUCHED] != 0
+    status = stay(run, plan[UNTIL]) if in_contact else fly(run, plan[UNTIL])
+    if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
+        tally_stretches(member, options, past, x, in_contact, counters[N_EVENTS])
+    if status == REACHED_END and not (abs(tally[END_X]) < HUGE and abs(tally[END_V]) < HUGE):
+        return OVERFLOW
+    if counters[N_IMPACTS] >= options.max_impacts and status == MOVING:
+        return REACHED_LIMIT
+    return status
+
+
+@kernel
+def tally_stretches(
+    member: Member, options: Options, flight: Flight, x: float, in_contact: bool, count: int
+) -> None:
+    """Take what is kept from the stretches that end with the events of the buffer, or at the end.
+
+    The first is a flight from x, or a contact. Where there are several events, all but the first
+    end a plain flight, or the tail of a chatter, from the wall where the state is now.
+    """
+    run, plan = member.run, member.plan
+    law, region, start, phases, arrival = flight
+    events, marks = run.events, run.marks
+    for row in range(max(count, 1)):
+        past = Flight(law, region, start, phases, arrival)
+        until = events[row, EVENT_T] if count > 0 else plan[UNTIL]
+        if until >= plan[SINCE]:
+            tally_stretch(member, options, past, x, in_contact, (until, count == 0))
+        if count == 0:
+            set_phases(law, start[0], start[1], phases)
+            end_at(past, x, in_contact, until, member.tally)
+        else:
+            if options.section == TANGENTS and (not in_contact or marks[row, KIND] == CONTACT):
+                carry_neighbour(member, past, row)
+            tally_event(member, region, row, options.section)
+            x = run.state[X]
+            force = constant_force(law, region, x)
+            start = (events[row, EVENT_T], events[row, EVENT_T_LOW], events[row, V_AFTER], force)
+            in_contact = marks[min(row + 1, count - 1), KIND] == CONTACT
+
+
+@formula
+def tally_stretch(
+    member: Member,
+    options: Options,
+    flight: Flight,
+    x: float,
+    in_contact: bool,
+    end: tuple[float, bool],
+) -> None:
+    """Take strobes and extremes from a stretch; ``end`` is when, and whether it is the last."""
+    law, region, start, phases, _ = flight
+    since = member.plan[SINCE]
+    # A strobe at the very instant of an event belongs to what follows.
+    before = math.inf if end[1] else end[0]
+    if options.section == STROBES and is_strobe_due(member, before):
+        set_phases(law, start[0], start[1], phases)
+        strobe(member, flight, x, in_contact, before)
+    if options.section == TANGENTS:
+        strobe_neighbour(member, region, start, before)
+    if options.surveyed and not in_contact:
+        set_phases(law, start[0], start[1], phases)
+        span = (max(0.0, since - start[0]), (end[0] - start[0]) - start[1])
+        survey(flight, x, span, member.tally)
+
+
+@formula
+def carry_neighbour(member: Member, flight: Flight, row: int) -> None:
+    """Take the neighbour along the flight to the event of a row, and over it."""
+    law, region, start, phases, _ = flight
+    events, marks = member.run.events, member.run.marks
+    t = events[row, EVENT_T]
+    t_low = events[row, EVENT_T_LOW]
+    kind = marks[row, KIND]
+    event = (kind, marks[row, BOUND], region, marks[row, NEXT_REGION])
+    jump = event_saltation(law, event, (t, t_low), events[row, V_BEFORE], phases)
+    restitution = 1.0
+    if kind == IMPACT:
+        upper = marks[row, BOUND] > law[region, NUMBER]
+        restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
+    if kind == CONTACT:
+        restitution = 0.0
+    s = (t - start[0]) + (t_low - start[1])
+    move_neighbour(law, region, s, restitution, jump, member.tally)
+
+
+@kernel
+def run_batch(
+    batch: Batch, workspace: Workspace, options: Options, blocks: Blocks, stop: Integers
+) -> None:
+    """Follow each member from its state to its limits, or until its patience is spent.
+
+    A member whose status is NEW begins at the t, x and v of its state, one that is SPENT is
+    resumed where it was; others are left alone. Once the only entry of ``stop``, which another
+    thread may write, is not 0 all is left where it is.
+    """
+    n = batch.which.shape[0]
     many = n > FEWEST
     taken = 0
     i = 0
     while (i < n or taken > 0) and stop[0] == 0:
-        i, taken = fill_benches(crowd, room, wish, patience, benches, seated, stop, i, taken, many)
+        i, taken = fill_blocks(batch, workspace, options, blocks, stop, i, taken, many)
         many = taken > FEWEST
         k = 0
-        while k * SEATS < taken:
-            if not many or fly_round(benches[k]) > 0:
-                taken = serve(crowd, room, wish, patience, benches, seated, k, taken, many)
+        while k * SLOTS < taken:
+            if not many or fly_round(blocks.numbers[k]) > 0:
+                taken = serve_block(batch, workspace, options, blocks, k, taken, many)
             k += 1
 
 
-@formula
-def lane_of(crowd: Crowd, i: int) -> Lane:
-    """Return what belongs to one lane."""
-    laws, which, states, counters, _, plans, tallies, points = crowd
-    return laws[which[i]], states[i], counters[i], plans[i], tallies[i], points[i]
-
-
 @kernel
-def fill_benches(
-    crowd: Crowd,
-    room: Room,
-    wish: Wish,
-    patience: int,
-    benches: Table,
-    seated: Integers,
+def fill_blocks(
+    batch: Batch,
+    workspace: Workspace,
+    options: Options,
+    blocks: Blocks,
     stop: Integers,
     i: int,
     taken: int,
     many: bool,
 ) -> tuple[int, int]:
-    """Bring lanes from the i-th on to where they are plain, until all seats are taken.
+    """Bring members from the i-th on to where they are plain, until all slots are taken.
 
-    Return who is next, and how many seats are taken. Where there are not ``many`` lanes they are
-    followed to their ends.
+    Return who is next, and how many slots are taken. Where there are not ``many`` members they
+    are followed to their ends.
     """
-    status = crowd[4]
-    while i < status.shape[0] and taken < seated.shape[0] and stop[0] == 0:
+    status = batch.status
+    while i < status.shape[0] and taken < blocks.occupants.shape[0] and stop[0] == 0:
         if status[i] == NEW or status[i] == SPENT:
-            lane = lane_of(crowd, i)
+            member = member_of(batch, workspace, i)
             if status[i] == NEW:
-                begin_lane(lane, room, wish)
-            status[i] = follow(lane, room, wish, patience, many)
+                begin_member(member, options)
+            status[i] = follow(member, options, many)
             if status[i] == MOVING:
-                take_seat(lane, wish, benches[taken // SEATS], taken % SEATS)
-                seated[taken] = i
+                load_slot(member, options, blocks.numbers[taken // SLOTS], taken % SLOTS)
+                blocks.occupants[taken] = i
                 taken += 1
         i += 1
     return i, taken
 
 
 @kernel
-def serve(
-    crowd: Crowd,
-    room: Room,
-    wish: Wish,
-    patience: int,
-    benches: Table,
-    seated: Integers,
+def serve_block(
+    batch: Batch,
+    workspace: Workspace,
+    options: Options,
+    blocks: Blocks,
     k: int,
     taken: int,
     many: bool,
 ) -> int:
-    """Do what a round of a bench has left to do; return how many seats are taken then."""
-    status = crowd[4]
-    bench = benches[k]
-    seat = 0
-    while seat < SEATS and k * SEATS + seat < taken:
-        i = seated[k * SEATS + seat]
-        landed = many and bench[MODE * SEATS + seat] == LANDED
-        if landed and count_impact(lane_of(crowd, i), room, wish, bench, seat):
-            bench[DONE * SEATS + seat] = 1.0
-        if many and bench[DONE * SEATS + seat] == 1.0 and bench[LEFT * SEATS + seat] > 0.0:
-            seat += 1
+    """Do what a round of a block has left to do; return how many slots are taken then."""
+    status = batch.status
+    block = blocks.numbers[k]
+    slot = 0
+    while slot < SLOTS and k * SLOTS + slot < taken:
+        i = blocks.occupants[k * SLOTS + slot]
+        landed = many and block[MODE * SLOTS + slot] == LANDED
+        if landed and count_impact(member_of(batch, workspace, i), options, block, slot):
+            block[DONE * SLOTS + slot] = 1.0
+        if many and block[DONE * SLOTS + slot] == 1.0 and block[LEFT * SLOTS + slot] > 0.0:
+            slot += 1
             continue
-        status[i] = attend(lane_of(crowd, i), room, wish, patience, bench, seat, many)
+        status[i] = serve_slot(member_of(batch, workspace, i), options, block, slot, many)
         if status[i] == MOVING:
-            seat += 1
+            slot += 1
             continue
-        # Who sits there then is looked at next.
+        # The last slot that is taken fills the gap, and is looked at next.
         taken -= 1
-        seated[k * SEATS + seat] = seated[taken]
-        change_seat(benches[taken // SEATS], taken % SEATS, bench, seat)
+        blocks.occupants[k * SLOTS + slot] = blocks.occupants[taken]
+        move_slot(blocks.numbers[taken // SLOTS], taken % SLOTS, block, slot)
     return taken
 
 
-@kernel
-def take_seat(lane: Lane, wish: Wish, bench: Table, seat: int) -> None:
-    """Seat a lane that leaves its wall."""
-    law, state, counters, plan, tally, _ = lane
-    from_start = wish[1] == TANGENTS or tally.shape[0] > TALLIES
+@formula
+def load_slot(member: Member, options: Options, block: Table, slot: int) -> None:
+    """Load a member that leaves its wall into a slot."""
+    run, plan, tally = member.run, member.plan, member.tally
+    from_start = options.section == TANGENTS or tally.shape[0] > TALLIES
     since = -math.inf if from_start else plan[SINCE]
-    sit(bench, seat, law, counters[REGION], since, plan[UNTIL])
-    get_ready(bench, seat, state, wish[0] - counters[N_IMPACTS])
+    load_law(block, slot, run.law, run.counters[REGION], since, plan[UNTIL])
+    load_state(block, slot, run.state, options.max_impacts - run.counters[N_IMPACTS])
 
 
-@kernel
-def attend(
-    lane: Lane, room: Room, wish: Wish, patience: int, bench: Table, seat: int, many: bool
-) -> int:
-    """Do what a round has left to do for a lane; return MOVING where it keeps its seat."""
-    law, state, counters, _, _, _ = lane
-    counters[N_IMPACTS] = wish[0] - int(bench[LEFT * SEATS + seat])
+@formula
+def serve_slot(member: Member, options: Options, block: Table, slot: int, many: bool) -> int:
+    """Do what a round has left to do for a member; return MOVING where it keeps its slot."""
+    run = member.run
+    state, counters = run.state, run.counters
+    counters[N_IMPACTS] = options.max_impacts - int(block[LEFT * SLOTS + slot])
     if not many:
-        get_up(bench, seat, state)
-        return follow(lane, room, wish, patience, many)
-    if bench[MODE * SEATS + seat] == LANDED:
-        if bench[DONE * SEATS + seat] == 0.0:
-            gather_one(lane, room, wish, bench, seat)
-        bench[DONE * SEATS + seat] = 1.0
-        if counters[N_IMPACTS] < wish[0]:
+        store_state(block, slot, state)
+        return follow(member, options, many)
+    if block[MODE * SLOTS + slot] == LANDED:
+        if block[DONE * SLOTS + slot] == 0.0:
+            tally_landing(member, options, block, slot)
+        block[DONE * SLOTS + slot] = 1.0
+        if counters[N_IMPACTS] < options.max_impacts:
             return MOVING
-        get_up(bench, seat, state)
+        store_state(block, slot, state)
         return REACHED_LIMIT
-    get_up(bench, seat, state)
-    set_phases(law, state[T], state[T_LOW], room[3][0])
-    status = turn(lane, room, wish)
+    store_state(block, slot, state)
+    set_phases(run.law, state[T], state[T_LOW], run.phases)
+    status = next_stretch(member, options)
     if status == MOVING:
-        status = follow(lane, room, wish, patience, many)
+        status = follow(member, options, many)
     if status == MOVING:
-        get_ready(bench, seat, state, wish[0] - counters[N_IMPACTS])
+        load_state(block, slot, state, options.max_impacts - counters[N_IMPACTS])
     return status
 
 
 @formula
-def count_impact(lane: Lane, room: Room, wish: Wish, bench: Table, seat: int) -> bool:
+def count_impact(member: Member, options: Options, block: Table, slot: int) -> bool:
     """Take what is kept from a plain flight and its impact; False where it is more than that."""
-    law, _, _, plan, tally, points = lane
-    _, section, surveyed = wish
-    until = bench[NEXT_AT * SEATS + seat]
-    if bench[DONE * SEATS + seat] == 1.0 or until < bench[SINCE_ROW * SEATS + seat]:
+    plan, tally = member.plan, member.tally
+    until = block[NEXT_AT * SLOTS + slot]
+    if block[DONE * SLOTS + slot] == 1.0 or until < block[COUNTED_FROM * SLOTS + slot]:
         return True
-    if section == TANGENTS or surveyed:
+    if options.section == TANGENTS or options.surveyed:
         return False
     if tally.shape[0] > TALLIES:
-        note_peak(until, abs(bench[BEFORE * SEATS + seat]), tally)
+        note_peak(until, abs(block[BEFORE * SLOTS + slot]), tally)
         if until < plan[SINCE]:
             return True
-    if section == STROBES and is_strobe_due(until, plan, tally):
-        strobe_seat(lane, room, bench, seat, until)
-    sign = bench[SIGN * SEATS + seat]
-    speeds = (sign * bench[BEFORE * SEATS + seat], sign * bench[NEXT_SPEED * SEATS + seat])
-    instant = (until, bench[NEXT_AT_LOW * SEATS + seat])
-    tally_impact(law, instant, speeds, 0.0 if sign > 0.0 else 1.0, section, tally, points)
+    if options.section == STROBES and is_strobe_due(member, until):
+        flight = landed_flight(member.run, block, slot)
+        set_phases(flight.law, flight.start[0], flight.start[1], flight.phases)
+        strobe(member, flight, member.run.state[X], member.run.counters[TOUCHED] != 0, until)
+    sign = block[SIGN * SLOTS + slot]
+    speeds = (sign * block[BEFORE * SLOTS + slot], sign * block[NEXT_SPEED * SLOTS + slot])
+    instant = (until, block[NEXT_AT_LOW * SLOTS + slot])
+    tally_impact(member, instant, speeds, 0.0 if sign > 0.0 else 1.0, options.section)
     return True
 
 
 @formula
-def strobe_seat(lane: Lane, room: Room, bench: Table, seat: int, until: float) -> None:
-    """Write the strobes of the flight that a round has made."""
-    law, state, counters, plan, tally, points = lane
-    start = start_of(bench, seat, state)
-    phases = room[3]
-    set_phases(law, start[0], start[1], phases[2])
-    held = counters[TOUCHED] != 0
-    region = counters[REGION]
-    strobe(law, region, state[X], start, held, until, plan, phases[2], phases[1], tally, points)
+def landed_flight(run: Run, block: Table, slot: int) -> Flight:
+    """Return the flight that a round has made, with phases of its own."""
+    v = block[SIGN * SLOTS + slot] * block[SPEED * SLOTS + slot]
+    start = (block[AT * SLOTS + slot], block[AT_LOW * SLOTS + slot], v, run.state[FORCE])
+    return Flight(run.law, run.counters[REGION], start, run.walker, run.arrival)
 
 
 @formula
-def start_of(bench: Table, seat: int, state: Table) -> Start:
-    """Return how the flight that a round has made began."""
-    v = bench[SIGN * SEATS + seat] * bench[SPEED * SEATS + seat]
-    return bench[AT * SEATS + seat], bench[AT_LOW * SEATS + seat], v, state[FORCE]
-
-
-@kernel
-def gather_one(lane: Lane, room: Room, wish: Wish, bench: Table, seat: int) -> None:
+def tally_landing(member: Member, options: Options, block: Table, slot: int) -> None:
     """Take what is kept from the flight and the impact that a round has made."""
-    law, state, counters, _, _, _ = lane
-    events, marks, _, _ = room
-    sign = bench[SIGN * SEATS + seat]
-    start = start_of(bench, seat, state)
-    region = counters[REGION]
-    events[0, EVENT_T] = bench[NEXT_AT * SEATS + seat]
-    events[0, EVENT_T_LOW] = bench[NEXT_AT_LOW * SEATS + seat]
-    events[0, V_BEFORE] = sign * bench[BEFORE * SEATS + seat]
-    events[0, V_AFTER] = sign * bench[NEXT_SPEED * SEATS + seat]
+    run = member.run
+    events, marks = run.events, run.marks
+    sign = block[SIGN * SLOTS + slot]
+    flight = landed_flight(run, block, slot)
+    events[0, EVENT_T] = block[NEXT_AT * SLOTS + slot]
+    events[0, EVENT_T_LOW] = block[NEXT_AT_LOW * SLOTS + slot]
+    events[0, V_BEFORE] = sign * block[BEFORE * SLOTS + slot]
+    events[0, V_AFTER] = sign * block[NEXT_SPEED * SLOTS + slot]
     marks[0, KIND] = IMPACT
-    marks[0, BOUND] = int(law[region, NUMBER]) + (0 if sign > 0.0 else 1)
-    marks[0, NEXT_REGION] = region
-    held = counters[TOUCHED] != 0
-    gather(lane, room, wish, region, state[X], start, held, int(ONE))
+    marks[0, BOUND] = int(run.law[flight.region, NUMBER]) + (0 if sign > 0.0 else 1)
+    marks[0, NEXT_REGION] = flight.region
+    in_contact = run.counters[TOUCHED] != 0
+    tally_stretches(member, options, flight, run.state[X], in_contact, int(ONE))

@@ -1,22 +1,38 @@
-"""The decorator of every kernel."""
+"""The decorator of every kernel, its cache, and kernels inside kernels.
+
+numba compiles each function for itself, optimised, with machine code and an entry from Python,
+before its caller is compiled, and then the caller with a copy of it: through ten levels of calls
+the same code is optimised ten times. A *part* stops at LLVM's intermediate code. The whole of a
+program is then optimised once, as one: two thirds of the time, and a tenth faster code
+(docs/decisions/006-parts.md).
+
+numba keeps the machine code of a function beside a stamp of the one file that holds it, but that
+machine code has its callees inlined: an edit of a callee's file leaves the caller stale, silently.
+Here the name of each cache file carries a hash of all kernel files instead, so code that was
+compiled from other text is never found (docs/decisions/002-compile-cache.md).
+"""
 
 from __future__ import annotations
 
+import builtins
 import contextlib
 import functools
 import gc
+import hashlib
+import sys
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from importlib import resources
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
-
-from percuss.kernels.cache import KernelCache
-from percuss.kernels.parts import as_part
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
 # `_nrt` is numba's switch for its counted references: kernels allocate nothing, and without it
 # they do not count each array that they hand on, which took most of their time.
 OPTIONS: dict[str, Any] = {
@@ -29,12 +45,112 @@ OPTIONS: dict[str, Any] = {
 }
 
 
+def as_part(compiled: Any, options: Mapping[str, Any]) -> None:
+    """Let kernels that call ``compiled`` take its code in, instead of calling its machine code."""
+
+    @functools.cache
+    def part() -> Any:
+        njit: Any = numba.njit
+        return njit(pipeline_class=_PartCompiler, no_cpython_wrapper=True, **options)(
+            compiled.py_func
+        )
+
+    # These two are what numba asks of a function that is called by one it compiles.
+    compiled.get_call_template = lambda args, kws: part().get_call_template(args, kws)
+    compiled.get_overload = lambda sig: part().get_overload(sig)
+
+
+class _PartCompiler(Compiler):
+    """Compiles to a part."""
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        self.state.library = _PartLibrary(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.flags.no_compile = True
+        result = super().compile_extra(func)
+        # numba identifies a function by a built-in one, which is never called.
+        nothing: list[None] = []
+        key = nothing.append
+        self.state.targetctx.insert_user_function(key, result.fndesc, [result.library])
+        return result._replace(entry_point=key)
+
+
+class _PartLibrary(JITCodeLibrary):
+    """The code of a part, to be linked into that of its callers and optimised there."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+@functools.cache
+def _sources_hash() -> str:
+    """Hash the names and contents of all Python files of this folder, once a process."""
+    digest = hashlib.sha256()
+    for file in sorted(resources.files(__package__).iterdir(), key=lambda entry: entry.name):
+        if file.name.endswith(".py"):
+            content = file.read_bytes()
+            digest.update(f"{file.name} {len(content)}\n".encode())
+            digest.update(content)
+    return digest.hexdigest()[:20]
+
+
+@functools.cache
+def _announce_compilation() -> None:
+    """Say once a process, to someone who sits there, why the first call takes its time."""
+    terminal = sys.stderr is not None and sys.stderr.isatty()
+    if terminal or hasattr(builtins, "__IPYTHON__"):
+        sys.stderr.write("percuss: compiling (some ten seconds, once for an installation)\n")
+
+
+class _NamedBySources(CompileResultCacheImpl):
+    """Puts the hash of the sources into the names of a kernel's cache files."""
+
+    def get_filename_base(self, fullname: str, abiflags: str) -> str:
+        return str(super().get_filename_base(f"{fullname}-{_sources_hash()}", abiflags))
+
+
+class KernelCache(FunctionCache):
+    """The cache of one kernel: a help that never fails a computation."""
+
+    _impl_class = _NamedBySources
+
+    def load_overload(self, sig: object, target_context: object) -> object:
+        """Load machine code; None where there is none that can be used."""
+        try:
+            found = super().load_overload(sig, target_context)
+        except Exception:  # noqa: BLE001  a damaged file raises whatever unpickling it leads to
+            with contextlib.suppress(OSError):
+                self.flush()
+            found = None
+        if found is None:
+            _announce_compilation()
+        return found
+
+    def save_overload(self, sig: object, data: object) -> None:
+        """Save machine code where that is possible, and remove what has become stale."""
+        # The disk may be full, or the folder taken away since the function was decorated.
+        with contextlib.suppress(OSError):
+            super().save_overload(sig, data)
+            self._remove_files_of_other_sources()
+
+    def _remove_files_of_other_sources(self) -> None:
+        name, _ = self._impl.filename_base.split(f"-{_sources_hash()}-")
+        for file in Path(self.cache_path).glob(f"{name}-*-*.nb[ci]"):
+            if not file.name.startswith(f"{name}-{_sources_hash()}-"):
+                # Another process may have removed it first.
+                file.unlink(missing_ok=True)
+
+
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function of numbers at its first call, and keep the machine code on disk.
 
     A kernel that another one calls becomes part of that one's machine code; only one that is
-    called from Python gets machine code of its own. Kernels release the GIL, follow IEEE 754 (a division by zero is infinite or NaN) and are never
-    reordered by the compiler. With ``NUMBA_DISABLE_JIT=1`` the function itself is returned.
+    called from Python gets machine code of its own. Kernels release the GIL, follow IEEE 754 (a
+    division by zero is infinite or NaN) and are never reordered by the compiler. With
+    ``NUMBA_DISABLE_JIT=1`` the function itself is returned.
 
     The machine code lies in ``NUMBA_CACHE_DIR`` where the user has set it, else beside the source,
     else in numba's folder for the user; where none can be written, each process compiles anew.

@@ -1,24 +1,55 @@
-"""What a wall does: chatter summed to its end, contact, and its release."""
+"""What a wall does: the end of a chatter, contact, and its release.
+
+A force that is a difference of larger terms, such as 3 - 4 cos t + cos 2t next to t = 0, has no
+digits left in doubles where it is below some 1e-15 of them. There it is summed in pairs of doubles
+to 1e-28 of its terms (`fine_force`), the doubles of the law and of the instant taken as exact.
+"""
 
 from __future__ import annotations
 
 import math
 
-from percuss.kernels.compile import kernel
-from percuss.kernels.doubled import later
-from percuss.kernels.fine_force import (
-    FALLS,
-    PRESSES,
-    UNDECIDED,
-    VANISHES,
-    fine_force,
-    fine_tolerance,
-    pressing_shape,
+from percuss.kernels.arithmetic import (
+    ULP,
+    Pair,
+    later,
+    nearest,
+    over,
+    plus,
+    times,
+    two_product,
+    two_sum,
 )
+from percuss.kernels.compile import kernel
 from percuss.kernels.flight import force_and_slopes, force_derivative, set_phases
-from percuss.kernels.law import DAMPING, FORCE_BOUND, LOWER, PERIOD, QUICKEST, UPPER, Law, Table
+from percuss.kernels.law import (
+    COSINE,
+    DAMPING,
+    FIRST_HARMONIC,
+    FORCE_BOUND,
+    LOWER,
+    N_HARMONICS,
+    PERIOD,
+    QUICKEST,
+    SINE,
+    TURNS,
+    TURNS_LOW,
+    UPPER,
+    Law,
+    Table,
+)
 
-ULP = 2.220446049250313e-16
+# 2 pi less its double.
+FINE_TWO_PI = (2.0 * math.pi, 2.449293598294706414e-16)
+# Terms of the series of cos and sin up to an eighth of a turn: what is left is below 2**-104.
+MOST_TERMS = 27
+# Rounding of the force and its derivatives, relative to the sum of their terms and to what the
+# rounding of the instant's phase makes of them: 2**-94, with room for a hundred roundings.
+FINE_ROUNDING = 5e-29
+# The force's derivatives that its series on a piece is made of; the next one bounds the rest.
+ORDERS = 10
+# What the pressing force does over a piece: undecided, positive, falling, zero within rounding.
+UNDECIDED, PRESSES, FALLS, VANISHES = 0, 1, 2, 3
 # Hops are listed until the rest of the chatter lasts this part of the time in which the force
 # and the oscillator change, which makes its sum good to 1e-10 of itself ...
 CHATTER_LIMIT = 1e-5
@@ -26,9 +57,9 @@ CHATTER_LIMIT = 1e-5
 SLOW = 1e-6
 # Force below which its sign is rounding, relative to the sum of its terms.
 FORCE_ROUNDING = 8 * ULP
-# The force's derivatives that are looked at before it counts as zero for ever.
+# The force's derivatives that are looked at before it counts as identically zero.
 LAST_ORDER = 11
-# Steps towards a release before the search hands back.
+# Steps towards a release before the search pauses.
 RELEASE_STEPS = 4096
 # Pieces of a stretch on which doubles leave the sign of the force open, and halvings to a zero.
 FINE_STEPS = 2000
@@ -39,10 +70,106 @@ BISECTIONS = 60
 
 
 @kernel
+def fine_cos_sin(rate: float, rate_low: float, t: float, t_low: float) -> tuple[Pair, Pair]:
+    """Return cos and sin of 2 pi (rate + rate_low) (t + t_low) as pairs."""
+    product, error = two_product(rate, t)
+    quarter = nearest(4.0 * product)
+    phase = two_sum(product - 0.25 * quarter, error)
+    phase = plus(phase, two_product(rate, t_low))
+    other, other_error = two_product(rate_low, t)
+    phase = plus(phase, (other, other_error + rate_low * t_low))
+    # Late instants have a second part that is turns as well.
+    more = nearest(4.0 * phase[0])
+    phase = plus(phase, (-0.25 * more, 0.0))
+    turned = (int(quarter) + int(more)) & 3
+    angle = times(FINE_TWO_PI, phase)
+    cosine = (1.0, 0.0)
+    sine = angle
+    term = angle
+    for n in range(2, MOST_TERMS + 1):
+        term = over(times(term, angle), -float(n) if n & 1 == 0 else float(n))
+        # A sign changes at each second term: 1, a, -a^2 / 2, -a^3 / 6, a^4 / 24 ...
+        if n & 1 == 0:
+            cosine = plus(cosine, term)
+        else:
+            sine = plus(sine, term)
+    if turned & 1:
+        cosine, sine = sine, cosine
+    if (turned + 1) & 2:
+        cosine = (-cosine[0], -cosine[1])
+    if turned & 2:
+        sine = (-sine[0], -sine[1])
+    return cosine, sine
+
+
+@kernel
+def fine_force(law: Law, force: float, instant: Pair, order: int) -> float:
+    """Return the derivative of that order of the whole force, ``force`` being its constant part."""
+    total = (force if order == 0 else 0.0, 0.0)
+    for j in range(int(law[0, N_HARMONICS])):
+        harmonic = FIRST_HARMONIC + j
+        cosine, sine = fine_cos_sin(
+            law[harmonic, TURNS], law[harmonic, TURNS_LOW], instant[0], instant[1]
+        )
+        in_cos = law[harmonic, COSINE]
+        in_sin = law[harmonic, SINE]
+        if order & 1:
+            # The derivative turns the phasor by a quarter.
+            in_cos, in_sin = in_sin, -in_cos
+        if order & 2:
+            in_cos = -in_cos
+            in_sin = -in_sin
+        part = plus(times((in_cos, 0.0), cosine), times((in_sin, 0.0), sine))
+        omega = times(FINE_TWO_PI, (law[harmonic, TURNS], law[harmonic, TURNS_LOW]))
+        for _ in range(order):
+            part = times(part, omega)
+        total = plus(total, part)
+    return total[0] + total[1]
+
+
+@kernel
+def fine_tolerance(law: Law, force: float, instant: Pair, order: int) -> float:
+    """Return a bound on the rounding of `fine_force`."""
+    size = law[0, FORCE_BOUND + order] + law[0, FORCE_BOUND + order + 1] * abs(instant[0])
+    return FINE_ROUNDING * (size + abs(force))
+
+
+@kernel
+def pressing_shape(law: Law, force: float, sign: float, instant: Pair, width: float) -> int:
+    """Return what the pressing force -sign * f does from an instant on, for a time ``width``.
+
+    Its Taylor polynomial of degree ORDERS - 1 departs from it by F_ORDERS width^ORDERS / ORDERS!
+    at most; the terms of the polynomial are taken at their worst.
+    """
+    tolerance = fine_tolerance(law, force, instant, 0)
+    value = -sign * fine_force(law, force, instant, 0)
+    slope = -sign * fine_force(law, force, instant, 1)
+    fall = 0.0
+    rise_of_slope = 0.0
+    size = abs(slope) * width
+    scale = width
+    for order in range(2, ORDERS + 1):
+        part = law[0, FORCE_BOUND + order] if order == ORDERS else 0.0
+        if order < ORDERS:
+            part = -sign * fine_force(law, force, instant, order)
+        rise_of_slope += max(part, 0.0) * scale
+        scale *= width / order
+        fall += min(part, -part if order == ORDERS else 0.0) * scale
+        size += abs(part) * scale
+    if abs(value) + size <= tolerance:
+        return VANISHES
+    if value + min(0.0, slope * width) + fall > tolerance:
+        return PRESSES
+    if slope + rise_of_slope < 0.0:
+        return FALLS
+    return UNDECIDED
+
+
+@kernel
 def push(law: Law, force: float, instant: tuple[float, float], phases: Table) -> float:
     """Return the first derivative of x that is not zero, at rest at the place of ``force``.
 
-    Its sign is the direction in which the mass sets off; 0 if nothing ever moves it. The force's
+    Its sign is the direction in which the mass sets off; 0 for a mass that stays at rest. The force's
     derivatives decide, for x^(m + 2) = f^(m) as long as all before it vanish. One that is lost in
     the rounding of its terms is computed again in pairs of doubles. ``phases`` are those at the
     ``instant``.
@@ -91,8 +218,8 @@ def chatter_time(
     change = side * slope / pressing
     pace = max(abs(change), math.sqrt(law[0, FORCE_BOUND + 2] / pressing))
     pace = max(pace, law[region, QUICKEST])
-    room = law[region, UPPER] - law[region, LOWER]
-    if tau * pace > CHATTER_LIMIT or speed * speed > pressing * room:
+    gap = law[region, UPPER] - law[region, LOWER]
+    if tau * pace > CHATTER_LIMIT or speed * speed > pressing * gap:
         return -1.0, 0.0
     tilt = -(change + law[region, DAMPING])
     error = tau * (tau * pace) ** 2 + 4.0 * ULP * tau
@@ -123,8 +250,8 @@ def release_time(
     bend = law[0, FORCE_BOUND + 2]
     tolerance = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
     steep = FORCE_ROUNDING * law[0, FORCE_BOUND + 1]
-    # Held for ever; where the greatest force is zero to within its rounding, only if a period of
-    # search could not tell.
+    # In contact for ever. A greatest force of zero within rounding is searched for a period, where
+    # there is one.
     most = sign * force + law[0, FORCE_BOUND]
     if most < -tolerance or (most <= 0.0 and law[0, PERIOD] == 0.0):
         return False, math.inf, 0.0
@@ -150,7 +277,7 @@ def release_time(
         back = slope / bend
         if slope < -steep and back * back > SIMPLE_ZERO * ((abs(pressing) + tolerance) / bend):
             return True, max(begin, s - pressing / slope), 0.0
-        # Some way on in any case: as far as doubles would not see a force that touches zero.
+        # Some time later in any case: as far as doubles would not see a force that touches zero.
         least = s + math.sqrt(8.0 * (tolerance / bend))
         released, s, free = fine_release(law, sign, force, instant, s, longest, doubt)
         if released or s > longest:
@@ -173,7 +300,7 @@ def fine_release(
 
     The stretch is cut into pieces on which the force provably presses, or falls and so has one
     zero at most, or vanishes within the rounding of pairs of doubles. Returns as soon as doubles
-    tell the sign again, with the time up to which there is no release.
+    decide the sign again, with the time up to which there is no release.
     """
     width = quiet_time(law)
     for _ in range(FINE_STEPS):
@@ -184,7 +311,7 @@ def fine_release(
         if pressing > 2.0 * doubt:
             break
         if pressing < -fine_tolerance(law, force, here, 0):
-            return True, s, pulled_for(law, sign, force, here)
+            return True, s, pulling_time(law, sign, force, here)
         shape = pressing_shape(law, force, sign, here, width)
         if shape == UNDECIDED and width > 8.0 * ULP * s:
             width *= 0.5
@@ -211,7 +338,7 @@ def quiet_time(law: Law) -> float:
 def fine_zero(
     law: Law, sign: float, force: float, instant: tuple[float, float], left: float, right: float
 ) -> tuple[float, float]:
-    """Return the zero of the force between two times, by bisection, and the rest up to ``right``."""
+    """Return the zero of the force between two times, by bisection, and the time left after it."""
     end = right
     for _ in range(BISECTIONS):
         middle = 0.5 * (left + right)
@@ -225,7 +352,7 @@ def fine_zero(
 
 
 @kernel
-def pulled_for(law: Law, sign: float, force: float, here: tuple[float, float]) -> float:
+def pulling_time(law: Law, sign: float, force: float, here: tuple[float, float]) -> float:
     """Return a time over which the wall provably pulls from an instant on.
 
     Where none is seen it is next to none, after which a flight's departure is not asked about.

@@ -1,8 +1,8 @@
-"""How far rounding has moved a motion: a bound on the error of the start of each contact.
+"""Bounds on the error of the start of each contact, by all rounding before it.
 
-What each flight and each event rounds away is carried along by the exact linear maps of the
-flights and events that follow, and what is not linear in it is bounded and added, so that the
-bound holds for the motion itself and not to first order. The errors that an event may have are a
+The rounding of each flight and event is carried along by the exact linear maps of the flights and
+events that follow; what is not linear is bounded and added, so that the bound is rigorous and not
+of first order only. The errors that an event may have are a
 zonotope: the sums of *generators*, each a pair (of its instant, of the velocity after it) times a
 number in [-1, 1]. Motions are compared at equal times since their last event, so that a shift in
 time alone stays one. A contact
@@ -14,12 +14,12 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from percuss.kernels.arithmetic import exponential
+from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, exponential
 from percuss.kernels.compile import kernel
 from percuss.kernels.contact import FORCE_ROUNDING
 from percuss.kernels.flight import (
     ROUNDING,
-    Start,
+    Flight,
     acceleration_and_jerk,
     constant_force,
     derivative_bound,
@@ -29,7 +29,6 @@ from percuss.kernels.flight import (
     set_phases,
     sizes,
 )
-from percuss.kernels.landing import ULP
 from percuss.kernels.law import (
     DAMPING,
     FORCE_BOUND,
@@ -47,7 +46,6 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
-from percuss.kernels.polynomials import cubic_minimum
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -62,6 +60,7 @@ from percuss.kernels.record import (
     V_AFTER,
     V_BEFORE,
     Integers,
+    Record,
 )
 from percuss.kernels.tangent import delayed_start, propagator
 
@@ -76,9 +75,9 @@ LANDING = 40 * ULP
 PART = 0.25
 # ... and an instant by no more than this part of the quickest motion's own time.
 PHASE = 0.1
-# Looks at one flight before nothing is said about it.
+# Steps on one flight before its bound is infinite.
 MOST_LOOKS = 200_000
-# Shortest piece of a flight that is looked at, as a part of it.
+# Shortest step on which a flight is bounded, as a part of the flight.
 SHORTEST = 1e-9
 
 # A zonotope: the two rows of its generators, how many there are as one number, and scratch.
@@ -87,10 +86,7 @@ Errors: TypeAlias = tuple[Table, Integers, Table]
 
 @kernel
 def contact_errors(
-    law: Law,
-    events: Table,
-    marks: Integers,
-    x0: float,
+    record: Record,
     begins: tuple[float, float, float],
     phases: Table,
     arrival: Table,
@@ -99,10 +95,11 @@ def contact_errors(
 ) -> None:
     """Write a bound on the error of each contact's instant into ``out`` (n_contacts,).
 
-    ``events`` and ``marks`` are the record of `march`, ``begins`` the errors of x, v and t at the
-    START; ``phases`` and ``arrival`` (n_harmonics, 2) and ``errors`` are scratch. Where the
-    errors may have changed what happens, infinity is written, for all contacts from there on.
+    ``begins`` are the errors of x, v and t at the START; ``phases`` and ``arrival``
+    (n_harmonics, 2) and ``errors`` are scratch. Where the errors may have changed what happens,
+    infinity is written, for all contacts from there on.
     """
+    events, marks = record.events, record.marks
     count = 0
     known = True
     # The errors of x and of the constant force at the start of the next flight.
@@ -114,21 +111,21 @@ def contact_errors(
         if kind == CONTACT:
             out[count] = math.inf
             if known:
-                out[count] = error_of_contact(law, events, marks, row, begins[2], phases, errors)
+                out[count] = error_of_contact(record, row, begins[2], phases, errors)
                 known = out[count] < math.inf
             count += 1
         elif kind == START:
             add(errors, begins[2], 0.0)
             add(errors, 0.0, begins[1])
-            doubt = doubt_at_start(law, marks, x0, begins[0])
+            doubt = doubt_at_start(record, begins[0])
         elif kind == RELEASE:
             known = known and events[row, EVENT_T] - events[row - 1, EVENT_T] > out[count - 1]
-            doubt = release_errors(law, events, marks, row, phases, errors)
+            doubt = release_errors(record, row, phases, errors)
         elif kind == SLOW_LANDING:
             # The window of the landing holds the rounding of its own flight, and of none before.
             known = known and errors[1][0] == 0 and place == 0.0
         elif known:
-            known = fly(law, events, marks, row, x0, (place, doubt), phases, arrival, errors)
+            known = fly(record, row, (place, doubt), phases, arrival, errors)
             place = 0.0
             doubt = 0.0
 
@@ -205,8 +202,9 @@ def make_room(errors: Errors) -> None:
 
 
 @kernel
-def doubt_at_start(law: Law, marks: Integers, x0: float, place: float) -> float:
+def doubt_at_start(record: Record, place: float) -> float:
     """Return the error of the constant force of the first flight, for that of its place."""
+    law, x0, marks = record.law, record.x0, record.marks
     region = int(marks[0, NEXT_REGION])
     stiffness = abs(law[region, STIFFNESS])
     if x0 == law[region, LOWER] or x0 == law[region, UPPER]:
@@ -216,19 +214,13 @@ def doubt_at_start(law: Law, marks: Integers, x0: float, place: float) -> float:
 
 
 @kernel
-def release_errors(
-    law: Law,
-    events: Table,
-    marks: Integers,
-    row: int,
-    phases: Table,
-    errors: Errors,
-) -> float:
+def release_errors(record: Record, row: int, phases: Table, errors: Errors) -> float:
     """Forget all errors at a release but its own; return that of the constant force after it.
 
     The flight is computed with a force that is zero at the instant found, and that of the motion
     is zero at its own.
     """
+    law, events, marks = record.law, record.events, record.marks
     errors[1][0] = 0
     region = int(marks[row, NEXT_REGION])
     below = marks[row, BOUND] == law[region, NUMBER]
@@ -238,17 +230,18 @@ def release_errors(
     rounding = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
     doubt = abs(force + harmonic) + rounding
     # The release is where the force changes sign: as far off as the doubt is of its slope.
-    late = 2.0 * doubt / abs(slope) if slope != 0.0 else math.inf
-    if not law[0, FORCE_BOUND + 2] * late < 0.5 * abs(slope):
+    time_error = 2.0 * doubt / abs(slope) if slope != 0.0 else math.inf
+    if not law[0, FORCE_BOUND + 2] * time_error < 0.5 * abs(slope):
         add(errors, math.inf, 0.0)
         return 0.0
-    add(errors, late, 0.0)
+    add(errors, time_error, 0.0)
     return doubt
 
 
 @kernel
-def place_of(law: Law, marks: Integers, row: int, x0: float) -> float:
+def place_of(record: Record, row: int) -> float:
     """Return where the mass is at an event."""
+    law, x0, marks = record.law, record.x0, record.marks
     region = int(marks[row, NEXT_REGION])
     if marks[row, KIND] == START:
         return x0
@@ -257,12 +250,9 @@ def place_of(law: Law, marks: Integers, row: int, x0: float) -> float:
 
 @kernel
 def fly(
-    law: Law,
-    events: Table,
-    marks: Integers,
+    record: Record,
     row: int,
-    x0: float,
-    begins: tuple[float, float],
+    begins: Pair,
     phases: Table,
     arrival: Table,
     errors: Errors,
@@ -271,10 +261,11 @@ def fly(
 
     ``begins`` are the errors of x and of the constant force at its start.
     """
+    law, events, marks = record.law, record.events, record.marks
     make_room(errors)
     before = row - 1
     region = int(marks[before, NEXT_REGION])
-    x = place_of(law, marks, before, x0)
+    x = place_of(record, before)
     t = events[before, EVENT_T]
     t_low = events[before, EVENT_T_LOW]
     s = (events[row, EVENT_T] - t) + (events[row, EVENT_T_LOW] - t_low)
@@ -284,13 +275,14 @@ def fly(
     if released:
         force = -force_and_slopes(law, phases)[0]
     start = (t, t_low, events[before, V_AFTER], force)
+    flight = Flight(law, region, start, phases, arrival)
     v = events[row, V_BEFORE]
     ends = (v, events[row, EVENT_T], events[row, EVENT_T_LOW])
-    late = total(errors, 0)
+    time_error = total(errors, 0)
     # A flight that begins later is under another force all the time.
-    shift = law[0, FORCE_BOUND + 1] * late
+    shift = law[0, FORCE_BOUND + 1] * time_error
     spread = (begins[0], total(errors, 1), begins[1] + shift)
-    if not keeps_clear(law, region, start, x, released, s, ends, spread, phases, arrival):
+    if not keeps_clear(flight, x, released, s, ends, spread):
         return False
     matrix = propagator(law, region, s)
     by_time = delayed_start(law, region, phases, s)
@@ -301,16 +293,16 @@ def fly(
     # From here on a generator is (of the instant at which the flight began, of v, of y) at s.
     move_by(errors, matrix[0] * begins[0], matrix[2] * begins[0])
     growth = growth_of_errors(law, region, s)
-    bent = begins[1] + 0.5 * law[0, FORCE_BOUND + 2] * late * late
+    bent = begins[1] + 0.5 * law[0, FORCE_BOUND + 2] * time_error * time_error
     move_by(errors, 0.5 * s * s * bent * growth, 0.0)
     move_by(errors, 0.0, s * bent * growth)
-    size, speed = sizes(law, region, start, phases, s)
+    size, speed = sizes(flight, s)
     rounding = ROUNDING * growth_of_rounding(law, region, s)
-    way = rounding * size + LANDING * abs(v) * s
+    distance = rounding * size + LANDING * abs(v) * s
     bound = law[region, LOWER if marks[row, BOUND] == law[region, NUMBER] else UPPER]
     if bound != x:
-        way += ULP * (abs(bound) + abs(x))
-    move_by(errors, way, 0.0)
+        distance += ULP * (abs(bound) + abs(x))
+    move_by(errors, distance, 0.0)
     move_by(errors, 0.0, rounding * speed + LANDING * abs(v))
     set_phases(law, events[row, EVENT_T], events[row, EVENT_T_LOW], phases)
     second, _ = acceleration_and_jerk(law, region, force, phases, bound - x, v)
@@ -346,7 +338,7 @@ def growth_of_errors(law: Law, region: int, s: float) -> float:
 def meet(law: Law, region: int, v: float, second: float, shift: float, errors: Errors) -> bool:
     """Turn errors of y and v at the end of a flight into those of the event's instant and velocity.
 
-    The motion itself meets the bound within ``late`` of the flight's end, and once, if its
+    The motion itself meets the bound within ``time_error`` of the flight's end, and once, if its
     velocity keeps its sign there. ``shift`` is by how much its force may differ.
     """
     rows, count, moved = errors
@@ -357,21 +349,21 @@ def meet(law: Law, region: int, v: float, second: float, shift: float, errors: E
         return True
     speed = abs(v)
     fast = total(errors, 1)
-    late = 1.5 * far / speed if speed > 0.0 else math.inf
-    if not late * law[region, QUICKEST] <= PHASE:
+    time_error = 1.5 * far / speed if speed > 0.0 else math.inf
+    if not time_error * law[region, QUICKEST] <= PHASE:
         return False
     pull = 2.0 * law[region, DAMPING] * fast + abs(law[region, STIFFNESS]) * far + shift
-    jerk = jerk_near(law, region, speed + fast, abs(second) + pull, late)
-    bend = abs(second) + pull + jerk * late
-    if not fast + bend * late <= PART * speed:
+    jerk = jerk_near(law, region, speed + fast, abs(second) + pull, time_error)
+    bend = abs(second) + pull + jerk * time_error
+    if not fast + bend * time_error <= PART * speed:
         return False
     for i in range(count[0]):
         delay = -moved[0, i] / v
         rows[0, i] += delay
         rows[1, i] += second * delay
-    more = (fast * late + 0.5 * bend * late * late) / speed
+    more = (fast * time_error + 0.5 * bend * time_error * time_error) / speed
     add(errors, more, second * more)
-    add(errors, 0.0, (pull + jerk * late) * late)
+    add(errors, 0.0, (pull + jerk * time_error) * time_error)
     return True
 
 
@@ -386,23 +378,26 @@ def jerk_near(law: Law, region: int, speed: float, bend: float, s: float) -> flo
 
 @kernel
 def keeps_clear(
-    law: Law,
-    region: int,
-    start: Start,
+    flight: Flight,
     x: float,
     released: bool,
     s: float,
     ends: tuple[float, float, float],
     spread: tuple[float, float, float],
-    phases: Table,
-    arrival: Table,
 ) -> bool:
-    """Tell whether all motions within the errors of a flight meet nothing before it ends.
+    """Return whether all motions within the errors of a flight meet nothing before it ends.
 
     ``ends`` are the velocity and the instant at the end, ``spread`` the errors of x, v and of the
     constant force at the start. At first a motion goes away from a bound where it began, at last
-    towards that where it ends; in between it is looked at on steps as long as they may be.
+    towards that where it ends; in between it is bounded on steps as long as possible.
     """
+    law, region, start, phases, arrival = (
+        flight.law,
+        flight.region,
+        flight.start,
+        flight.phases,
+        flight.arrival,
+    )
     fast = spread[1]
     _, _, v0, force = start
     longest = min(s, law[region, STEP]) if law[region, STEP] > 0.0 else s
@@ -424,7 +419,7 @@ def keeps_clear(
     last, _ = acceleration_and_jerk(law, region, force, arrival, y1, v1)
     right = s - time_away(law, region, (v1, last, 0.0), 0.0, longest)
     reach = (law[region, LOWER] - x, law[region, UPPER] - x)
-    return is_clear(law, region, start, phases, arrival, reach, (left, right), longest, spread)
+    return is_clear(flight, reach, (left, right), longest, spread)
 
 
 @kernel
@@ -435,7 +430,7 @@ def time_away(
     fast: float,
     longest: float,
 ) -> float:
-    """Return for how long a motion goes one way that begins with these first three derivatives.
+    """Return for how long a motion with these first three derivatives keeps its direction.
 
     The first that is not zero keeps half of its size. 0 where its error may turn it round.
     """
@@ -455,20 +450,17 @@ def time_away(
 
 @kernel
 def is_clear(
-    law: Law,
-    region: int,
-    start: Start,
-    phases: Table,
-    arrival: Table,
+    flight: Flight,
     reach: tuple[float, float],
     span: tuple[float, float],
     longest: float,
     spread: tuple[float, float, float],
 ) -> bool:
-    """Tell whether a part of a flight keeps farther from both bounds than its errors reach."""
+    """Return whether a part of a flight keeps farther from both bounds than its errors reach."""
+    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
     left, right = span
     width = longest
-    y, v = move(law, region, start, phases, left, arrival)
+    y, v = move(flight, left)
     second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
     for _ in range(MOST_LOOKS):
         if left >= right:
@@ -476,15 +468,17 @@ def is_clear(
         width = min(width, right - left)
         end = left + width
         bow = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
-        y1, v1 = move(law, region, start, phases, end, arrival)
-        room = bow * width**4 / 384.0 + reach_of_errors(law, region, start, phases, end, spread)
+        y1, v1 = move(flight, end)
+        needed = bow * width**4 / 384.0 + reach_of_errors(flight, end, spread)
         a = width * v
         b = width * v1
-        lowest = cubic_minimum(y - reach[0], a, y1 - reach[0], b) if reach[0] > -math.inf else room
-        highest = (
-            cubic_minimum(reach[1] - y, -a, reach[1] - y1, -b) if reach[1] < math.inf else room
+        lowest = (
+            cubic_minimum(y - reach[0], a, y1 - reach[0], b) if reach[0] > -math.inf else needed
         )
-        if lowest >= room and highest >= room:
+        highest = (
+            cubic_minimum(reach[1] - y, -a, reach[1] - y1, -b) if reach[1] < math.inf else needed
+        )
+        if lowest >= needed and highest >= needed:
             left = end
             y = y1
             v = v1
@@ -499,35 +493,28 @@ def is_clear(
 
 @kernel
 def reach_of_errors(
-    law: Law,
-    region: int,
-    start: Start,
-    phases: Table,
+    flight: Flight,
     s: float,
     spread: tuple[float, float, float],
 ) -> float:
     """Return a bound on the error of x within a time s of a flight's start, rounding included."""
+    law, region = flight.law, flight.region
     far, fast, doubt = spread
     rounding = ROUNDING * growth_of_rounding(law, region, s)
     size = (far + s * fast + 0.5 * s * s * doubt) * growth_of_errors(law, region, s)
-    return 2.0 * (size + rounding * sizes(law, region, start, phases, s)[0])
+    return 2.0 * (size + rounding * sizes(flight, s)[0])
 
 
 @kernel
 def error_of_contact(
-    law: Law,
-    events: Table,
-    marks: Integers,
-    row: int,
-    late0: float,
-    phases: Table,
-    errors: Errors,
+    record: Record, row: int, start_error: float, phases: Table, errors: Errors
 ) -> float:
     """Return the bound of the error of a contact's instant; infinity where it may not come."""
+    law, events, marks = record.law, record.events, record.marks
     t = events[row, EVENT_T]
     low = abs(events[row, EVENT_T_LOW])
     if marks[row - 1, KIND] == START:
-        return late0 + low
+        return start_error + low
     if marks[row - 1, KIND] == SLOW_LANDING:
         return events[row, V_BEFORE] + low
     before = row - 1
@@ -538,20 +525,20 @@ def error_of_contact(
     harmonic, slope, _ = force_and_slopes(law, phases)
     side = 1.0 if upper else -1.0
     pressing = side * (force + harmonic)
-    late = total(errors, 0)
+    time_error = total(errors, 0)
     whole = (t - events[before, EVENT_T]) + (events[row, EVENT_T_LOW] - events[before, EVENT_T_LOW])
     # The force presses at all instants at which the contact may begin.
-    change = abs(slope) + law[0, FORCE_BOUND + 2] * late
+    change = abs(slope) + law[0, FORCE_BOUND + 2] * time_error
     doubt = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
-    if not (doubt + change * late < 0.5 * pressing):
+    if not (doubt + change * time_error < 0.5 * pressing):
         return math.inf
     speed = abs(events[before, V_AFTER])
     if speed == 0.0:
-        return late + low
+        return time_error + low
     fast = total(errors, 1) / speed
     pace = max(abs(slope) / pressing, math.sqrt(law[0, FORCE_BOUND + 2] / pressing))
     pace = max(pace, law[region, QUICKEST])
-    if not (fast <= PART and pace * late <= PHASE):
+    if not (fast <= PART and pace * time_error <= PHASE):
         return math.inf
     # The time left is in proportion to the speed and to 1 / force, to the order of its smallness.
     rows, count, _ = errors
@@ -559,6 +546,6 @@ def error_of_contact(
     for i in range(count[0]):
         gain = -side * rows[1, i] / speed - rows[0, i] * side * slope / pressing
         size += abs(rows[0, i] + whole * gain)
-    off = fast + pace * late
+    off = fast + pace * time_error
     size += whole * (4.0 * off * off + 10.0 * whole * pace * off)
     return size + events[row, V_BEFORE] + low

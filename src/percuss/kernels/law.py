@@ -1,4 +1,4 @@
-"""The table of numbers that all kernels read: one fixed type for every oscillator and forcing.
+"""The law of motion as all kernels read it: one array of one type for every case.
 
 The line is cut at the stops into *regions*; inside one, the equation is linear,
 
@@ -7,11 +7,11 @@ The line is cut at the stops into *regions*; inside one, the equation is linear,
 with the springs and dashpots of the stops in touch added to k and a. The bounds of a region are
 walls, edges of soft stops, or at infinity.
 
-A law is one C-contiguous float64 array, because numba counts the references to each array that it
-takes out of a tuple, which cost more than the arithmetic (2,000 ns an impact against 400). Its
-rows: row 0, what holds for all; then one row a harmonic; then, for each region upwards, a row of
-its own followed by one row a harmonic with the region's response to it. A region is handed about
-as the number of its row, so the row of its response to harmonic j is ``region + 1 + j``.
+A law is one C-contiguous float64 array, so that each kernel is compiled once, whatever the number
+of stops and harmonics (docs/decisions/003-one-array-for-the-law.md). Row 0 holds what is common to
+all; then comes one row for each harmonic; then, for each region upwards, a row of its own followed
+by one row for each harmonic with the response of the region to it. A region is given by the number
+of its row; the row of its response to harmonic j is ``region + 1 + j``.
 """
 
 from __future__ import annotations

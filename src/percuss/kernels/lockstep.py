@@ -1,270 +1,403 @@
-"""Plain flights of many lanes in lockstep: one instruction moves eight of them.
+"""Plain flights of many motions in lockstep: one instruction moves eight of them.
 
-A round takes each lane on a `bench` from one impact to the next by the `formulas` of plain
-flights, stage by stage; a stage is a loop over seats without branches, which the compiler turns
-into vector instructions. A lane's numbers go through the same operations whoever sits beside it,
-so its bits are those of `plain_flights`. What is not plain is marked, and left to the caller.
+Each motion has a *slot* of a *block*: one flat array, row after row, that holds the law, the state
+and the intermediate numbers of a flight, so that a loop over the slots reads and writes whole
+vectors. A round takes each motion of a block from one impact to the next by the formulas of
+`plain`, stage by stage; a stage is a loop over slots without branches, which the compiler turns
+into vector instructions. The numbers of a motion go through the same operations whatever the
+other slots hold, so its bits are those of `plain_flights`. What is not plain is marked, and left
+to the caller.
 """
 
 from __future__ import annotations
 
-from percuss.kernels.angles import cos_sin
-from percuss.kernels.bench import (
-    ABSENT,
-    AT,
-    AT_LOW,
-    BEFORE,
-    BOUNDS,
-    BOW,
-    COUNT,
-    DONE,
-    DOUBTFUL,
-    ENDING,
-    FASTEST_YET,
-    FOURTH,
-    LANDED,
-    LEFT,
-    MODE,
-    NEXT_AT,
-    NEXT_AT_LOW,
-    NEXT_SPEED,
-    NOT_PLAIN,
-    OTHER,
-    PULL,
-    PULL_COS,
-    PULL_SIN,
-    PUSH,
-    RATE,
-    REST,
-    RESTITUTION,
-    SEATS,
-    SINCE,
-    SLACK,
-    SPEED,
-    T_END,
-    WALK_PUSH,
-    WALK_RATE,
-    WALKING,
-    S,
-    W,
-    Y,
-    begin_at,
-    bounds_at,
-    motion_at,
-    place_at,
-    walk_at,
-)
+from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.formulas import (
+from percuss.kernels.law import (
+    COSINE,
+    FIRST_HARMONIC,
+    LOWER_FORCE,
+    LOWER_KIND,
+    LOWER_RESTITUTION,
+    SINE,
+    UPPER_FORCE,
+    UPPER_RESTITUTION,
+    WALL,
+    Law,
+    Table,
+)
+from percuss.kernels.plain import (
+    MOST_LOOKS,
+    Begin,
+    Bounds,
+    Motion,
+    Place,
+    Walk,
+    bounds_of,
     clearance,
     is_end,
     is_first,
     margins,
+    motion_of,
     plain_guess,
     plain_impact,
+    plain_landing,
     plain_look,
     plain_step,
+    plain_walk,
     pushes,
+    walk_of,
 )
-from percuss.kernels.law import Table
-from percuss.kernels.plain import MOST_LOOKS, plain_landing, plain_walk
+from percuss.kernels.record import FASTEST, T_LOW, T, V
 from percuss.kernels.search import STEPS_A_WALK
 
-# So many of a bench are followed one by one, which is quicker then.
+# Slots of a block: two vectors of eight, of which one computes while the other waits.
+SLOTS = 16
+# Rows of a block: the law,
+MOTION, WALK, BOUNDS = 0, 11, 23
+PULL_COS, PULL_SIN, PULL, RESTITUTION, SIGN, T_END = range(31, 37)
+# the last impact, and the flight from it,
+AT, AT_LOW, SPEED, FASTEST_YET, PUSH, RATE = range(37, 43)
+FOURTH, BOW, SLACK = range(43, 46)
+# the walk,
+MODE, COUNT, Y, W, WALK_PUSH, WALK_RATE = range(46, 52)
+# the same once more, for each other step,
+OTHER = 6
+# the landing, and the impact.
+S, BEFORE, S_LOW, NEXT_AT, NEXT_AT_LOW, NEXT_SPEED = range(58, 64)
+# From when on impacts are kept, how many there may be yet, and 1 where nothing is left to do.
+COUNTED_FROM, LEFT, DONE = range(64, 67)
+ROWS = 67
+# What the motion of a slot is at: there is none; between flights; on the walk; on a step that ends
+# in the wall; at a step that is not clear; landed; at something that is not plain.
+ABSENT, READY, WALKING, ENDING, DOUBTFUL, LANDED, NOT_PLAIN = (float(mode) for mode in range(7))
+# So few motions of a block are quicker one by one.
 FEW = 3
 
 
 @kernel
-def fly_round(bench: Table) -> int:
-    """Take each lane on a bench to its next impact; return how many are not DONE with that.
+def load_law(block: Table, slot: int, law: Law, region: int, since: float, t_end: float) -> None:
+    """Load a law into a slot; impacts from ``since`` on are passed to the caller."""
+    motion = motion_of(law, region)
+    for k in range(11):
+        block[(MOTION + k) * SLOTS + slot] = motion[k]
+    walk = walk_of(law, region)
+    for k in range(12):
+        block[(WALK + k) * SLOTS + slot] = walk[k]
+    bounds = bounds_of(law, region)
+    for k in range(8):
+        block[(BOUNDS + k) * SLOTS + slot] = bounds[k]
+    lower = law[region, LOWER_KIND] == WALL
+    sign = 1.0 if lower else -1.0
+    block[SIGN * SLOTS + slot] = sign
+    block[PULL_COS * SLOTS + slot] = sign * law[FIRST_HARMONIC, COSINE]
+    block[PULL_SIN * SLOTS + slot] = sign * law[FIRST_HARMONIC, SINE]
+    block[PULL * SLOTS + slot] = sign * law[region, LOWER_FORCE if lower else UPPER_FORCE]
+    restitution = law[region, LOWER_RESTITUTION if lower else UPPER_RESTITUTION]
+    block[RESTITUTION * SLOTS + slot] = restitution
+    block[COUNTED_FROM * SLOTS + slot] = since
+    block[T_END * SLOTS + slot] = t_end
 
-    Those have landed at an impact that is to be kept or is their last, or are NOT_PLAIN.
+
+@kernel
+def load_state(block: Table, slot: int, state: Table, left: int) -> None:
+    """Load the state of a slot: at the wall, with a velocity off it.
+
+    ``left`` is the number of impacts it may still make.
     """
-    take_off(bench)
-    walk_on(bench)
-    aim(bench)
-    land_all(bench)
-    return strike_all(bench)
+    block[LEFT * SLOTS + slot] = float(left)
+    block[DONE * SLOTS + slot] = 1.0
+    block[NEXT_AT * SLOTS + slot] = state[T]
+    block[NEXT_AT_LOW * SLOTS + slot] = state[T_LOW]
+    block[NEXT_SPEED * SLOTS + slot] = block[SIGN * SLOTS + slot] * state[V]
+    block[FASTEST_YET * SLOTS + slot] = state[FASTEST]
+    block[BEFORE * SLOTS + slot] = 0.0
+    block[MODE * SLOTS + slot] = READY
 
 
 @kernel
-def take_off(bench: Table) -> None:
-    """Begin a flight where the flight before has ended."""
-    for i in range(SEATS):
-        t = bench[NEXT_AT * SEATS + i]
-        t_low = bench[NEXT_AT_LOW * SEATS + i]
-        speed = bench[NEXT_SPEED * SEATS + i]
-        motion = motion_at(bench, i)
-        bounds = bounds_at(bench, i)
-        pull = (bench[PULL_COS * SEATS + i], bench[PULL_SIN * SEATS + i])
-        push, rate = pushes(pull, cos_sin(motion[9], motion[10], t, t_low))
-        fourth, bow, slack = margins(motion, bounds, (bench[PULL * SEATS + i], push, rate, speed))
-        fastest = max(bench[FASTEST_YET * SEATS + i], abs(bench[BEFORE * SEATS + i]))
-        bench[FASTEST_YET * SEATS + i] = fastest
-        bench[AT * SEATS + i] = t
-        bench[AT_LOW * SEATS + i] = t_low
-        bench[SPEED * SEATS + i] = speed
-        bench[PUSH * SEATS + i] = push
-        bench[RATE * SEATS + i] = rate
-        bench[FOURTH * SEATS + i] = fourth
-        bench[BOW * SEATS + i] = bow
-        bench[SLACK * SEATS + i] = slack
-        bench[COUNT * SEATS + i] = 0.0
-        bench[Y * SEATS + i] = 0.0
-        bench[W * SEATS + i] = speed
-        bench[WALK_PUSH * SEATS + i] = push
-        bench[WALK_RATE * SEATS + i] = rate
-        mode = bench[MODE * SEATS + i]
-        bench[MODE * SEATS + i] = ABSENT if mode == ABSENT else WALKING
+def store_state(block: Table, slot: int, state: Table) -> None:
+    """Store the motion of a slot into its state."""
+    state[T] = block[NEXT_AT * SLOTS + slot]
+    state[T_LOW] = block[NEXT_AT_LOW * SLOTS + slot]
+    state[V] = block[SIGN * SLOTS + slot] * block[NEXT_SPEED * SLOTS + slot]
+    before = abs(block[BEFORE * SLOTS + slot])
+    state[FASTEST] = max(block[FASTEST_YET * SLOTS + slot], before)
 
 
 @kernel
-def walk_on(bench: Table) -> None:
-    """Walk until each lane is at a step that ends in the wall, or is not plain."""
-    for _ in range(STEPS_A_WALK // 2):
-        # There and back between two sets of rows: read and written at once a row is slow.
-        step_all(bench, 0, OTHER)
-        if step_all(bench, OTHER, 0) <= FEW:
-            break
-    for i in range(SEATS):
-        mode = bench[MODE * SEATS + i]
-        if mode in (WALKING, DOUBTFUL):
-            walk_alone(bench, i)
+def move_slot(block: Table, slot: int, target: Table, other: int) -> None:
+    """Move a motion to another slot, which may be its own, and leave the first one empty."""
+    for k in range(ROWS):
+        target[k * SLOTS + other] = block[k * SLOTS + slot]
+    block[MODE * SLOTS + slot] = ABSENT
 
 
 @formula
-def step_all(bench: Table, source: int, target: int) -> int:
-    """Make one step; return how many lanes go on from it."""
+def motion_at(block: Table, i: int) -> Motion:
+    """Return `motion_of` the law of a slot."""
+    return (
+        block[MOTION * SLOTS + i],
+        block[(MOTION + 1) * SLOTS + i],
+        block[(MOTION + 2) * SLOTS + i],
+        block[(MOTION + 3) * SLOTS + i],
+        block[(MOTION + 4) * SLOTS + i],
+        block[(MOTION + 5) * SLOTS + i],
+        block[(MOTION + 6) * SLOTS + i],
+        block[(MOTION + 7) * SLOTS + i],
+        block[(MOTION + 8) * SLOTS + i],
+        block[(MOTION + 9) * SLOTS + i],
+        block[(MOTION + 10) * SLOTS + i],
+    )
+
+
+@formula
+def walk_at(block: Table, i: int) -> Walk:
+    """Return `walk_of` the law of a slot."""
+    return (
+        block[WALK * SLOTS + i],
+        block[(WALK + 1) * SLOTS + i],
+        block[(WALK + 2) * SLOTS + i],
+        block[(WALK + 3) * SLOTS + i],
+        block[(WALK + 4) * SLOTS + i],
+        block[(WALK + 5) * SLOTS + i],
+        block[(WALK + 6) * SLOTS + i],
+        block[(WALK + 7) * SLOTS + i],
+        block[(WALK + 8) * SLOTS + i],
+        block[(WALK + 9) * SLOTS + i],
+        block[(WALK + 10) * SLOTS + i],
+        block[(WALK + 11) * SLOTS + i],
+    )
+
+
+@formula
+def bounds_at(block: Table, i: int) -> Bounds:
+    """Return `bounds_of` the law of a slot."""
+    return (
+        block[BOUNDS * SLOTS + i],
+        block[(BOUNDS + 1) * SLOTS + i],
+        block[(BOUNDS + 2) * SLOTS + i],
+        block[(BOUNDS + 3) * SLOTS + i],
+        block[(BOUNDS + 4) * SLOTS + i],
+        block[(BOUNDS + 5) * SLOTS + i],
+        block[(BOUNDS + 6) * SLOTS + i],
+        block[(BOUNDS + 7) * SLOTS + i],
+    )
+
+
+@formula
+def begin_at(block: Table, i: int) -> Begin:
+    """Return how the flight of a slot begins."""
+    return (
+        block[PULL * SLOTS + i],
+        block[PUSH * SLOTS + i],
+        block[RATE * SLOTS + i],
+        block[SPEED * SLOTS + i],
+    )
+
+
+@formula
+def place_at(block: Table, i: int) -> Place:
+    """Return where the walk of a slot is."""
+    return (
+        block[Y * SLOTS + i],
+        block[W * SLOTS + i],
+        block[WALK_PUSH * SLOTS + i],
+        block[WALK_RATE * SLOTS + i],
+    )
+
+
+@kernel
+def fly_round(block: Table) -> int:
+    """Take each motion of a block to its next impact; return how many are not DONE with that.
+
+    Those have landed at an impact that is to be kept or is their last, or are NOT_PLAIN.
+    """
+    take_off(block)
+    walk_on(block)
+    aim(block)
+    land_all(block)
+    return strike_all(block)
+
+
+@kernel
+def take_off(block: Table) -> None:
+    """Begin a flight where the flight before has ended."""
+    for i in range(SLOTS):
+        t = block[NEXT_AT * SLOTS + i]
+        t_low = block[NEXT_AT_LOW * SLOTS + i]
+        speed = block[NEXT_SPEED * SLOTS + i]
+        motion = motion_at(block, i)
+        bounds = bounds_at(block, i)
+        pull = (block[PULL_COS * SLOTS + i], block[PULL_SIN * SLOTS + i])
+        push, rate = pushes(pull, cos_sin(motion[9], motion[10], t, t_low))
+        fourth, bow, slack = margins(motion, bounds, (block[PULL * SLOTS + i], push, rate, speed))
+        fastest = max(block[FASTEST_YET * SLOTS + i], abs(block[BEFORE * SLOTS + i]))
+        block[FASTEST_YET * SLOTS + i] = fastest
+        block[AT * SLOTS + i] = t
+        block[AT_LOW * SLOTS + i] = t_low
+        block[SPEED * SLOTS + i] = speed
+        block[PUSH * SLOTS + i] = push
+        block[RATE * SLOTS + i] = rate
+        block[FOURTH * SLOTS + i] = fourth
+        block[BOW * SLOTS + i] = bow
+        block[SLACK * SLOTS + i] = slack
+        block[COUNT * SLOTS + i] = 0.0
+        block[Y * SLOTS + i] = 0.0
+        block[W * SLOTS + i] = speed
+        block[WALK_PUSH * SLOTS + i] = push
+        block[WALK_RATE * SLOTS + i] = rate
+        mode = block[MODE * SLOTS + i]
+        block[MODE * SLOTS + i] = ABSENT if mode == ABSENT else WALKING
+
+
+@kernel
+def walk_on(block: Table) -> None:
+    """Walk until each motion is at a step that ends in the wall, or is not plain."""
+    for _ in range(STEPS_A_WALK // 2):
+        # There and back between two sets of rows: read and written at once a row is slow.
+        step_all(block, 0, OTHER)
+        if step_all(block, OTHER, 0) <= FEW:
+            break
+    for i in range(SLOTS):
+        mode = block[MODE * SLOTS + i]
+        if mode in (WALKING, DOUBTFUL):
+            walk_alone(block, i)
+
+
+@formula
+def step_all(block: Table, source: int, target: int) -> int:
+    """Make one step; return how many motions walk on from it."""
     walking = 0
-    for i in range(SEATS):
-        walk = walk_at(bench, i)
-        step = bench[BOUNDS * SEATS + i]
-        pull = bench[PULL * SEATS + i]
-        bow = bench[BOW * SEATS + i]
-        slack = bench[SLACK * SEATS + i]
-        mode = bench[(source + MODE) * SEATS + i]
-        count = bench[(source + COUNT) * SEATS + i]
+    for i in range(SLOTS):
+        walk = walk_at(block, i)
+        step = block[BOUNDS * SLOTS + i]
+        pull = block[PULL * SLOTS + i]
+        bow = block[BOW * SLOTS + i]
+        slack = block[SLACK * SLOTS + i]
+        mode = block[(source + MODE) * SLOTS + i]
+        count = block[(source + COUNT) * SLOTS + i]
         here = (
-            bench[(source + Y) * SEATS + i],
-            bench[(source + W) * SEATS + i],
-            bench[(source + WALK_PUSH) * SEATS + i],
-            bench[(source + WALK_RATE) * SEATS + i],
+            block[(source + Y) * SLOTS + i],
+            block[(source + W) * SLOTS + i],
+            block[(source + WALK_PUSH) * SLOTS + i],
+            block[(source + WALK_RATE) * SLOTS + i],
         )
         there = plain_step(walk, pull, here)
         clear = clearance(step, count == 0.0, here, there, bow, slack) > slack
         stops = ENDING if is_end(count == 0.0, here, there, slack) else DOUBTFUL
         walks = mode == WALKING
         goes = walks & clear
-        bench[(target + MODE) * SEATS + i] = stops if walks & (not clear) else mode
-        bench[(target + COUNT) * SEATS + i] = count + 1.0 if goes else count
-        bench[(target + Y) * SEATS + i] = there[0] if goes else here[0]
-        bench[(target + W) * SEATS + i] = there[1] if goes else here[1]
-        bench[(target + WALK_PUSH) * SEATS + i] = there[2] if goes else here[2]
-        bench[(target + WALK_RATE) * SEATS + i] = there[3] if goes else here[3]
+        block[(target + MODE) * SLOTS + i] = stops if walks & (not clear) else mode
+        block[(target + COUNT) * SLOTS + i] = count + 1.0 if goes else count
+        block[(target + Y) * SLOTS + i] = there[0] if goes else here[0]
+        block[(target + W) * SLOTS + i] = there[1] if goes else here[1]
+        block[(target + WALK_PUSH) * SLOTS + i] = there[2] if goes else here[2]
+        block[(target + WALK_RATE) * SLOTS + i] = there[3] if goes else here[3]
         walking += int(goes)
     return walking
 
 
 @kernel
-def walk_alone(bench: Table, i: int) -> None:
-    """Walk on with one lane: the last of its bench, or one whose step is in doubt."""
-    margin = (bench[BOW * SEATS + i], bench[SLACK * SEATS + i])
-    step = bench[BOUNDS * SEATS + i]
-    count = int(bench[COUNT * SEATS + i])
+def walk_alone(block: Table, i: int) -> None:
+    """Walk on with one motion: the last of its block, or one whose step is in doubt."""
+    margin = (block[BOW * SLOTS + i], block[SLACK * SLOTS + i])
+    step = block[BOUNDS * SLOTS + i]
+    count = int(block[COUNT * SLOTS + i])
     k, here, _ = plain_walk(
-        walk_at(bench, i), step, bench[PULL * SEATS + i], margin, count, place_at(bench, i)
+        walk_at(block, i), step, block[PULL * SLOTS + i], margin, count, place_at(block, i)
     )
-    bench[MODE * SEATS + i] = ENDING if k >= 0 else NOT_PLAIN
-    bench[COUNT * SEATS + i] = float(k)
-    bench[Y * SEATS + i] = here[0]
-    bench[W * SEATS + i] = here[1]
-    bench[WALK_PUSH * SEATS + i] = here[2]
-    bench[WALK_RATE * SEATS + i] = here[3]
+    block[MODE * SLOTS + i] = ENDING if k >= 0 else NOT_PLAIN
+    block[COUNT * SLOTS + i] = float(k)
+    block[Y * SLOTS + i] = here[0]
+    block[W * SLOTS + i] = here[1]
+    block[WALK_PUSH * SLOTS + i] = here[2]
+    block[WALK_RATE * SLOTS + i] = here[3]
 
 
 @kernel
-def aim(bench: Table) -> None:
-    """Guess where in their last steps the lanes land."""
-    for i in range(SEATS):
-        step = bench[BOUNDS * SEATS + i]
-        here = place_at(bench, i)
-        there = plain_step(walk_at(bench, i), bench[PULL * SEATS + i], here)
-        part = plain_guess(motion_at(bench, i), step, bench[PULL * SEATS + i], here, there)
-        bench[S * SEATS + i] = step * bench[COUNT * SEATS + i] + step * part
+def aim(block: Table) -> None:
+    """Guess where in their last steps the motions land."""
+    for i in range(SLOTS):
+        step = block[BOUNDS * SLOTS + i]
+        here = place_at(block, i)
+        there = plain_step(walk_at(block, i), block[PULL * SLOTS + i], here)
+        part = plain_guess(motion_at(block, i), step, block[PULL * SLOTS + i], here, there)
+        block[S * SLOTS + i] = step * block[COUNT * SLOTS + i] + step * part
 
 
 @kernel
-def land_all(bench: Table) -> None:
+def land_all(block: Table) -> None:
     """Look at the landings until they are settled, the last few alone."""
     looks = MOST_LOOKS
-    left = SEATS
+    left = SLOTS
     while left > FEW and looks > 0:
-        left = look_all(bench)
+        left = look_all(block)
         looks -= 1
     if left == 0:
         return
-    for i in range(SEATS):
-        s = bench[S * SEATS + i]
-        if bench[MODE * SEATS + i] == ENDING and s > 0.0:
-            end, v, rest = plain_landing(
-                motion_at(bench, i), bounds_at(bench, i), begin_at(bench, i), s, looks
+    for i in range(SLOTS):
+        s = block[S * SLOTS + i]
+        if block[MODE * SLOTS + i] == ENDING and s > 0.0:
+            end, v, s_low = plain_landing(
+                motion_at(block, i), bounds_at(block, i), begin_at(block, i), s, looks
             )
-            bench[S * SEATS + i] = end
-            bench[BEFORE * SEATS + i] = v
-            bench[REST * SEATS + i] = rest
-            bench[MODE * SEATS + i] = LANDED if end > 0.0 else NOT_PLAIN
+            block[S * SLOTS + i] = end
+            block[BEFORE * SLOTS + i] = v
+            block[S_LOW * SLOTS + i] = s_low
+            block[MODE * SLOTS + i] = LANDED if end > 0.0 else NOT_PLAIN
 
 
 @kernel
-def look_all(bench: Table) -> int:
+def look_all(block: Table) -> int:
     """Look once; return how many landings are left."""
     left = 0
-    for i in range(SEATS):
-        mode = bench[MODE * SEATS + i]
-        s = bench[S * SEATS + i]
+    for i in range(SLOTS):
+        mode = block[MODE * SLOTS + i]
+        s = block[S * SLOTS + i]
         looks = (mode == ENDING) & (s > 0.0)
         # All is read before anything is written, or else the loop is none of vectors.
-        before = bench[BEFORE * SEATS + i]
-        rest_before = bench[REST * SEATS + i]
-        motion = motion_at(bench, i)
-        bounds = bounds_at(bench, i)
-        settled, end, v, rest = plain_look(motion, bounds, begin_at(bench, i), s if looks else 1.0)
-        bench[S * SEATS + i] = end if looks else s
-        bench[BEFORE * SEATS + i] = v if looks else before
-        bench[REST * SEATS + i] = rest if looks else rest_before
-        bench[MODE * SEATS + i] = LANDED if looks & settled else mode
+        before = block[BEFORE * SLOTS + i]
+        s_low_before = block[S_LOW * SLOTS + i]
+        motion = motion_at(block, i)
+        bounds = bounds_at(block, i)
+        settled, end, v, s_low = plain_look(motion, bounds, begin_at(block, i), s if looks else 1.0)
+        block[S * SLOTS + i] = end if looks else s
+        block[BEFORE * SLOTS + i] = v if looks else before
+        block[S_LOW * SLOTS + i] = s_low if looks else s_low_before
+        block[MODE * SLOTS + i] = LANDED if looks & settled else mode
         left += int(looks & (not settled) & (end > 0.0))
     return left
 
 
 @kernel
-def strike_all(bench: Table) -> int:
+def strike_all(block: Table) -> int:
     """Rebound where a landing is plainly the first of its flight and its impact is plain."""
     not_done = 0
-    for i in range(SEATS):
-        mode = bench[MODE * SEATS + i]
-        step = bench[BOUNDS * SEATS + i]
-        slack = bench[SLACK * SEATS + i]
-        landed = (bench[S * SEATS + i], bench[BEFORE * SEATS + i], bench[REST * SEATS + i])
-        here = place_at(bench, i)
-        s = step * bench[COUNT * SEATS + i]
-        first = is_first(here, s, landed, step, bench[FOURTH * SEATS + i], slack)
-        instant = (bench[AT * SEATS + i], bench[AT_LOW * SEATS + i])
-        restitution = bench[RESTITUTION * SEATS + i]
-        fastest = bench[FASTEST_YET * SEATS + i]
+    for i in range(SLOTS):
+        mode = block[MODE * SLOTS + i]
+        step = block[BOUNDS * SLOTS + i]
+        slack = block[SLACK * SLOTS + i]
+        landed = (block[S * SLOTS + i], block[BEFORE * SLOTS + i], block[S_LOW * SLOTS + i])
+        here = place_at(block, i)
+        s = step * block[COUNT * SLOTS + i]
+        first = is_first(here, s, landed, step, block[FOURTH * SLOTS + i], slack)
+        instant = (block[AT * SLOTS + i], block[AT_LOW * SLOTS + i])
+        restitution = block[RESTITUTION * SLOTS + i]
+        fastest = block[FASTEST_YET * SLOTS + i]
         t, t_low, speed, plain = plain_impact(
-            instant, landed, restitution, fastest, bench[T_END * SEATS + i]
+            instant, landed, restitution, fastest, block[T_END * SLOTS + i]
         )
         fine = (mode == LANDED) & first & plain
         absent = mode == ABSENT
-        left = bench[LEFT * SEATS + i] - (1.0 if fine else 0.0)
-        done = absent | (fine & (t < bench[SINCE * SEATS + i]) & (left > 0.0))
+        left = block[LEFT * SLOTS + i] - (1.0 if fine else 0.0)
+        done = absent | (fine & (t < block[COUNTED_FROM * SLOTS + i]) & (left > 0.0))
         not_done += int(not done)
-        bench[DONE * SEATS + i] = 1.0 if done else 0.0
-        bench[LEFT * SEATS + i] = left
-        bench[MODE * SEATS + i] = LANDED if fine else (ABSENT if absent else NOT_PLAIN)
-        bench[NEXT_AT * SEATS + i] = t if fine else instant[0]
-        bench[NEXT_AT_LOW * SEATS + i] = t_low if fine else instant[1]
-        bench[NEXT_SPEED * SEATS + i] = speed if fine else bench[SPEED * SEATS + i]
-        bench[BEFORE * SEATS + i] = landed[1] if fine else 0.0
+        block[DONE * SLOTS + i] = 1.0 if done else 0.0
+        block[LEFT * SLOTS + i] = left
+        block[MODE * SLOTS + i] = LANDED if fine else (ABSENT if absent else NOT_PLAIN)
+        block[NEXT_AT * SLOTS + i] = t if fine else instant[0]
+        block[NEXT_AT_LOW * SLOTS + i] = t_low if fine else instant[1]
+        block[NEXT_SPEED * SLOTS + i] = speed if fine else block[SPEED * SLOTS + i]
+        block[BEFORE * SLOTS + i] = landed[1] if fine else 0.0
     return not_done

@@ -1,9 +1,4 @@
-"""What follows: events in turn, from one state to the limits of a run.
-
-The state lives in small arrays, so that a run can be left at any event and taken up again with
-the same bits; what happened is written into arrays of the caller's: ``events``, ``marks`` and
-``grazes``, whose columns are named below.
-"""
+"""A motion from event to event, from one state to the limits of a run."""
 
 from __future__ import annotations
 
@@ -11,10 +6,11 @@ import math
 
 import numpy as np
 
+from percuss.kernels.arithmetic import Pair, later
 from percuss.kernels.compile import kernel
 from percuss.kernels.contact import FORCE_ROUNDING, chatter_time, push, release_time
-from percuss.kernels.doubled import later
-from percuss.kernels.flight import constant_force, force_and_slopes, set_phases
+from percuss.kernels.flight import Flight, constant_force, force_and_slopes, set_phases
+from percuss.kernels.landing import GRAZE, NONE, is_fast, rest_at_landing
 from percuss.kernels.law import (
     EDGE,
     FIRST_HARMONIC,
@@ -32,7 +28,6 @@ from percuss.kernels.law import (
     UPPER_KIND,
     UPPER_RESTITUTION,
     WALL,
-    Law,
     Table,
 )
 from percuss.kernels.plain import plain_flights
@@ -40,6 +35,7 @@ from percuss.kernels.record import (
     AT_REST,
     BOUND,
     CONTACT,
+    CONTACT_UNTIL,
     CROSSING,
     EVENT_T,
     EVENT_T_LOW,
@@ -53,7 +49,6 @@ from percuss.kernels.record import (
     GRAZE_ERROR,
     GRAZE_T,
     GRAZE_T_LOW,
-    HELD,
     HUGE,
     IMPACT,
     KIND,
@@ -75,41 +70,26 @@ from percuss.kernels.record import (
     TOUCHED,
     V_AFTER,
     V_BEFORE,
-    Integers,
+    Run,
     T,
     V,
     X,
 )
-from percuss.kernels.search import PAUSE, next_event
-from percuss.kernels.slow_landing import is_fast, rest_at_landing
-from percuss.kernels.touch import GRAZE, NONE
+from percuss.kernels.search import PAUSE, NextEvent, next_event
 
-# Plain impacts between two looks at the patience.
+# Plain impacts between two checks of the patience.
 PLAIN_AT_ONCE = 10_000
 
 
 @kernel
-def march(
-    law: Law,
-    state: Table,
-    counters: Integers,
-    phases: Table,
-    arrival: Table,
-    walker: Table,
-    events: Table,
-    marks: Integers,
-    grazes: Table,
-    t_end: float,
-    max_impacts: int,
-    patience: int,
-) -> int:
+def march(run: Run, t_end: float, max_impacts: int, patience: int) -> int:
     """Go on from event to event, or begin; return why it stopped.
 
-    ``phases`` (n_harmonics, 2) are those at the last event, ``arrival`` and ``walker`` room for
-    as many. ``patience`` bounds the searches made before control is handed back (SPENT).
+    ``patience`` bounds the searches before control returns to the caller (SPENT).
     """
+    law, state, counters, events, grazes = run.law, run.state, run.counters, run.events, run.grazes
     if counters[N_EVENTS] == 0:
-        begin(law, state, counters, phases, events, marks)
+        begin(run)
     status = MOVING
     plain = law[counters[REGION], PLAIN] == 1.0
     while status == MOVING:
@@ -119,39 +99,22 @@ def march(
             return SPENT
         patience -= 1
         if plain and counters[TOUCHED] == 0 and state[FREE_BELOW] + state[FREE_ABOVE] == 0.0:
-            skip_ahead(law, state, counters, phases, events, marks, t_end, max_impacts)
+            skip_ahead(run, t_end, max_impacts)
             if counters[N_IMPACTS] >= max_impacts:
                 return REACHED_LIMIT
         if counters[N_EVENTS] + 2 > len(events):
             return FULL
-        if counters[TOUCHED] != 0:
-            status = stay(law, state, counters, phases, events, marks, t_end)
-        else:
-            start = (state[T], state[T_LOW], state[V], state[FORCE])
-            free = (state[FREE_BELOW], state[FREE_ABOVE])
-            longest = (t_end - state[T]) - state[T_LOW]
-            region = counters[REGION]
-            found = next_event(law, region, state[X], start, phases, arrival, walker, free, longest)
-            status = arrive(
-                law, state, counters, phases, arrival, events, marks, grazes, found, longest
-            )
+        status = stay(run, t_end) if counters[TOUCHED] != 0 else fly(run, t_end)
         if counters[N_IMPACTS] >= max_impacts and status == MOVING:
             return REACHED_LIMIT
     return status
 
 
 @kernel
-def skip_ahead(
-    law: Law,
-    state: Table,
-    counters: Integers,
-    phases: Table,
-    events: Table,
-    marks: Integers,
-    t_end: float,
-    max_impacts: int,
-) -> None:
+def skip_ahead(run: Run, t_end: float, max_impacts: int) -> None:
     """Make the impacts that are plain, from a state on the wall with velocity off it."""
+    law, state, counters, phases = run.law, run.state, run.counters, run.phases
+    events, marks = run.events, run.marks
     region = counters[REGION]
     sign = 1.0 if law[region, LOWER_KIND] == WALL else -1.0
     wall = law[region, LOWER if sign > 0.0 else UPPER]
@@ -178,19 +141,13 @@ def skip_ahead(
 
 
 @kernel
-def begin(
-    law: Law,
-    state: Table,
-    counters: Integers,
-    phases: Table,
-    events: Table,
-    marks: Integers,
-) -> None:
+def begin(run: Run) -> None:
     """Complete a state of which t, x and v are given, and record it as the START.
 
-    On the edge of a soft stop, and on a wall, the first derivative that is not zero tells where
-    the motion goes; a mass at rest that a wall holds is in CONTACT.
+    On the edge of a soft stop and on a wall the first derivative that is not zero is the direction
+    of the motion; a mass at rest that a wall holds is in CONTACT.
     """
+    law, state, counters, phases = run.law, run.state, run.counters, run.phases
     x = state[X]
     v = state[V]
     n = phases.shape[0]
@@ -211,31 +168,40 @@ def begin(
     counters[REGION] = region
     below = x == law[region, LOWER] and law[region, LOWER_KIND] == WALL
     above = x == law[region, UPPER] and law[region, UPPER_KIND] == WALL
-    note(state, counters, events, marks, START, -1, v, v)
+    note(run, START, -1, v, v)
     if v == 0.0 and below and heading <= 0.0:
         counters[TOUCHED] = 1
-        note(state, counters, events, marks, CONTACT, int(law[region, NUMBER]), 0.0, 0.0)
+        note(run, CONTACT, int(law[region, NUMBER]), 0.0, 0.0)
     elif v == 0.0 and above and heading >= 0.0:
         counters[TOUCHED] = -1
-        note(state, counters, events, marks, CONTACT, int(law[region, NUMBER]) + 1, 0.0, 0.0)
+        note(run, CONTACT, int(law[region, NUMBER]) + 1, 0.0, 0.0)
 
 
 @kernel
-def arrive(
-    law: Law,
-    state: Table,
-    counters: Integers,
-    phases: Table,
-    arrival: Table,
-    events: Table,
-    marks: Integers,
-    grazes: Table,
-    found: tuple[int, float, float, float, float, tuple[float, float]],
-    longest: float,
-) -> int:
-    """Go through what `next_event` has found; ``arrival`` is scratch."""
-    region = counters[REGION]
-    verdict, s, side, value, error, free = found
+def flight_of(run: Run, phases: Table) -> Flight:
+    """Return the flight from the state of a run, with these phases at its start."""
+    state = run.state
+    start = (state[T], state[T_LOW], state[V], state[FORCE])
+    return Flight(run.law, run.counters[REGION], start, phases, run.arrival)
+
+
+@kernel
+def fly(run: Run, t_end: float) -> int:
+    """Fly to the next event or graze; return MOVING, or why there is none."""
+    state = run.state
+    free = (state[FREE_BELOW], state[FREE_ABOVE])
+    longest = (t_end - state[T]) - state[T_LOW]
+    event = next_event(flight_of(run, run.phases), state[X], run.walker, free, longest)
+    return arrive(run, event, longest)
+
+
+@kernel
+def arrive(run: Run, event: NextEvent, longest: float) -> int:
+    """Carry out what `next_event` has found."""
+    law, state, phases = run.law, run.state, run.phases
+    flight = flight_of(run, phases)
+    region = flight.region
+    verdict, s, side, value, error, free = event
     if verdict == NONE or s > longest:
         return REACHED_END if longest < math.inf else NO_MORE
     state[FREE_BELOW], state[FREE_ABOVE] = free
@@ -244,21 +210,18 @@ def arrive(
     t, t_low = later(state[T], state[T_LOW], s)
     if verdict == GRAZE:
         bound = law[region, NUMBER] + (1.0 if side > 0.0 else 0.0)
-        note_graze(counters, grazes, (t, t_low), bound, value, error)
+        note_graze(run, (t, t_low), bound, value, error)
         return MOVING
     if not abs(value) < HUGE:
         return OVERFLOW
     is_wall = law[region, LOWER_KIND if side < 0.0 else UPPER_KIND] == WALL
-    rests = False
+    at_rest = False
     errors = (0.0, 0.0, 0.0)
     distance = law[region, LOWER if side < 0.0 else UPPER] - state[X]
-    start = (state[T], state[T_LOW], state[V], state[FORCE])
-    if is_wall and not is_fast(law, region, start, distance, s, value):
-        rests, s, errors = rest_at_landing(
-            law, region, start, phases, arrival, (-side, distance), (s, value), longest
-        )
+    if is_wall and not is_fast(law, region, flight.start, distance, s, value):
+        at_rest, s, errors = rest_at_landing(flight, (-side, distance), (s, value), longest)
     t, t_low = later(t, t_low, error)
-    if rests:
+    if at_rest:
         t, t_low = later(state[T], state[T_LOW], s)
     state[T] = t
     state[T_LOW] = t_low
@@ -266,55 +229,39 @@ def arrive(
     state[FREE_ABOVE] = 0.0
     # Afresh from the instant: turned along from flight to flight they would drift from it.
     set_phases(law, t, t_low, phases)
-    if rests:
-        rest(law, state, counters, phases, events, marks, grazes, side, value, errors)
+    if at_rest:
+        come_to_rest(run, side, value, errors)
     elif is_wall:
-        strike(law, state, counters, phases, events, marks, side, value)
+        strike(run, side, value)
     else:
-        cross(law, state, counters, events, marks, side, value, phases.shape[0])
+        cross(run, side, value)
     return MOVING
 
 
 @kernel
-def cross(
-    law: Law,
-    state: Table,
-    counters: Integers,
-    events: Table,
-    marks: Integers,
-    side: float,
-    v: float,
-    n_harmonics: int,
-) -> None:
+def cross(run: Run, side: float, v: float) -> None:
     """Pass the edge of a soft stop: the velocity stays, springs and dashpots change."""
+    law, state, counters, phases = run.law, run.state, run.counters, run.phases
     region = counters[REGION]
     bound = int(law[region, NUMBER])
     counters[N_IMPACTS] += int(law[region, UPPER_ENTRY if side > 0.0 else LOWER_ENTRY])
     if side > 0.0:
         state[X] = law[region, UPPER]
         bound += 1
-        region += 1 + n_harmonics
+        region += 1 + phases.shape[0]
     else:
         state[X] = law[region, LOWER]
-        region -= 1 + n_harmonics
+        region -= 1 + phases.shape[0]
     counters[REGION] = region
     state[V] = v
     state[FORCE] = constant_force(law, region, state[X])
-    note(state, counters, events, marks, CROSSING, bound, v, v)
+    note(run, CROSSING, bound, v, v)
 
 
 @kernel
-def strike(
-    law: Law,
-    state: Table,
-    counters: Integers,
-    phases: Table,
-    events: Table,
-    marks: Integers,
-    side: float,
-    v: float,
-) -> None:
+def strike(run: Run, side: float, v: float) -> None:
     """Rebound from a wall, and where this is the tail of a chatter go to its end."""
+    law, state, counters, phases = run.law, run.state, run.counters, run.phases
     region = counters[REGION]
     bound = int(law[region, NUMBER])
     if side > 0.0:
@@ -328,12 +275,12 @@ def strike(
         restitution = law[region, LOWER_RESTITUTION]
     speed = restitution * abs(v)
     state[V] = -side * speed if speed > 0.0 else 0.0
-    note(state, counters, events, marks, IMPACT, bound, v, state[V])
+    note(run, IMPACT, bound, v, state[V])
     counters[N_IMPACTS] += 1
     if speed == 0.0:
         if side * push(law, state[FORCE], (state[T], state[T_LOW]), phases) >= 0.0:
             counters[TOUCHED] = -1 if side > 0.0 else 1
-            note(state, counters, events, marks, CONTACT, bound, 0.0, 0.0)
+            note(run, CONTACT, bound, 0.0, 0.0)
         return
     state[FASTEST] = max(state[FASTEST], abs(v))
     time, error = chatter_time(
@@ -344,32 +291,22 @@ def strike(
         state[V] = 0.0
         set_phases(law, state[T], state[T_LOW], phases)
         counters[TOUCHED] = -1 if side > 0.0 else 1
-        note(state, counters, events, marks, CONTACT, bound, error, 0.0)
+        note(run, CONTACT, bound, error, 0.0)
 
 
 @kernel
-def rest(
-    law: Law,
-    state: Table,
-    counters: Integers,
-    phases: Table,
-    events: Table,
-    marks: Integers,
-    grazes: Table,
-    side: float,
-    v: float,
-    errors: tuple[float, float, float],
-) -> None:
+def come_to_rest(run: Run, side: float, v: float, errors: tuple[float, float, float]) -> None:
     """Come to rest at a wall: a contact where the force holds the mass there, else a graze.
 
     ``errors`` are those of `rest_at_landing`.
     """
+    law, state, counters, phases = run.law, run.state, run.counters, run.phases
     region = counters[REGION]
     bound = int(law[region, NUMBER]) + (1 if side > 0.0 else 0)
     state[X] = law[region, UPPER if side > 0.0 else LOWER]
     state[FORCE] = law[region, UPPER_FORCE if side > 0.0 else LOWER_FORCE]
     state[V] = 0.0
-    note(state, counters, events, marks, SLOW_LANDING, bound, v, 0.0)
+    note(run, SLOW_LANDING, bound, v, 0.0)
     # A limit of impacts ends motions that land at rest again and again, too.
     counters[N_IMPACTS] += 1
     pressing = side * (state[FORCE] + force_and_slopes(law, phases)[0])
@@ -377,59 +314,44 @@ def rest(
     # beyond doubt be in the wall.
     if pressing >= -FORCE_ROUNDING * (abs(state[FORCE]) + law[0, FORCE_BOUND]):
         counters[TOUCHED] = -1 if side > 0.0 else 1
-        state[HELD] = errors[1]
-        note(state, counters, events, marks, CONTACT, bound, errors[0], 0.0)
+        state[CONTACT_UNTIL] = errors[1]
+        note(run, CONTACT, bound, errors[0], 0.0)
         return
-    note_graze(counters, grazes, (state[T], state[T_LOW]), float(bound), 0.0, errors[2])
+    note_graze(run, (state[T], state[T_LOW]), float(bound), 0.0, errors[2])
 
 
 @kernel
-def stay(
-    law: Law,
-    state: Table,
-    counters: Integers,
-    phases: Table,
-    events: Table,
-    marks: Integers,
-    t_end: float,
-) -> int:
+def stay(run: Run, t_end: float) -> int:
     """Wait at a wall until the force lets go."""
+    law, state, counters, phases = run.law, run.state, run.counters, run.phases
     region = counters[REGION]
     normal = counters[TOUCHED]
     longest = (t_end - state[T]) - state[T_LOW]
     instant = (state[T], state[T_LOW])
     released, s, free = release_time(
-        law, float(normal), state[FORCE], instant, state[HELD], longest, phases
+        law, float(normal), state[FORCE], instant, state[CONTACT_UNTIL], longest, phases
     )
     if s > longest:
         return REACHED_END if s < math.inf else AT_REST
     if not released:
-        state[HELD] = s
+        state[CONTACT_UNTIL] = s
         return AT_REST if s == math.inf else MOVING
     state[T], state[T_LOW] = later(state[T], state[T_LOW], s)
-    state[HELD] = 0.0
+    state[CONTACT_UNTIL] = 0.0
     counters[TOUCHED] = 0
     set_phases(law, state[T], state[T_LOW], phases)
     # The force is zero at a release; what rounding has left of it would decide the take-off.
     state[FORCE] = -force_and_slopes(law, phases)[0]
     state[FREE_BELOW if normal > 0 else FREE_ABOVE] = free
     bound = int(law[region, NUMBER]) + (1 if normal < 0 else 0)
-    note(state, counters, events, marks, RELEASE, bound, 0.0, 0.0)
+    note(run, RELEASE, bound, 0.0, 0.0)
     return MOVING
 
 
 @kernel
-def note(
-    state: Table,
-    counters: Integers,
-    events: Table,
-    marks: Integers,
-    kind: np.int64,
-    bound: int,
-    v_before: float,
-    v_after: float,
-) -> None:
+def note(run: Run, kind: np.int64, bound: int, v_before: float, v_after: float) -> None:
     """Write the event at the state's instant into the record."""
+    state, counters, events, marks = run.state, run.counters, run.events, run.marks
     i = counters[N_EVENTS]
     events[i, EVENT_T] = state[T]
     events[i, EVENT_T_LOW] = state[T_LOW]
@@ -442,15 +364,9 @@ def note(
 
 
 @kernel
-def note_graze(
-    counters: Integers,
-    grazes: Table,
-    instant: tuple[float, float],
-    bound: float,
-    clearance: float,
-    error: float,
-) -> None:
+def note_graze(run: Run, instant: Pair, bound: float, clearance: float, error: float) -> None:
     """Write a graze into the record."""
+    counters, grazes = run.counters, run.grazes
     i = counters[N_GRAZES]
     grazes[i, GRAZE_T] = instant[0]
     grazes[i, GRAZE_T_LOW] = instant[1]

@@ -1,58 +1,322 @@
 """Plain flights in a row: one harmonic, one wall, from the wall and back to it.
 
 This is `search`, `landing` and `march` for the commonest case, written as one loop whose numbers
-stay in registers: 2.5 times as fast. Whatever is not plain it leaves to them untouched: a
-flight that comes near a graze, a short or a long one, a slow impact.
+stay in registers: 2.5 times as fast. Everything else is left to them with the state untouched: a
+flight near a graze, a short or a long one, a slow impact.
 
-The arithmetic is that of `formulas`.
+The arithmetic is in functions of numbers alone, free of branches; `lockstep` applies the same
+functions to many motions at once, as vectors: the same operations in the same order, hence the
+same bits. A flight is mirrored so that the motion is at y > 0.
 """
 
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
-from percuss.kernels.angles import cos_sin
-from percuss.kernels.compile import kernel
-from percuss.kernels.formulas import (
-    Begin,
-    Bounds,
-    Motion,
-    Place,
-    Walk,
-    bounds_of,
-    clearance,
-    is_end,
-    is_first,
-    margins,
-    motion_of,
-    plain_guess,
-    plain_impact,
-    plain_look,
-    plain_step,
-    pushes,
-    walk_of,
-)
+from percuss.kernels.arithmetic import cos_sin, cubic_minimum, decay, later, quintic_root
+from percuss.kernels.compile import formula, kernel
+from percuss.kernels.contact import SLOW
+from percuss.kernels.flight import SERIES_LIMIT
+from percuss.kernels.landing import is_settled, series_root
 from percuss.kernels.law import (
+    AMPLITUDE,
+    BOUND_OF_V,
+    BOUND_OF_X,
     COSINE,
+    DAMPING,
     FIRST_HARMONIC,
+    FORCE_BOUND,
+    GAIN_IM,
+    GAIN_RE,
+    HALF_TURNS,
+    HALF_TURNS_LOW,
     LOWER_FORCE,
     LOWER_KIND,
     LOWER_RESTITUTION,
+    OMEGA,
+    PER_STIFFNESS,
+    QUICKEST,
     SINE,
+    STEP,
+    STEP_COS,
+    STEP_SIN,
+    STIFFNESS,
     TURNS,
     TURNS_LOW,
+    TWICE_PER_RATE,
     UPPER_FORCE,
     UPPER_RESTITUTION,
+    V_OF_COS,
+    V_OF_FORCE,
+    V_OF_SIN,
+    V_OF_V,
+    V_OF_X,
     WALL,
+    X_OF_COS,
+    X_OF_FORCE,
+    X_OF_SIN,
+    X_OF_V,
+    X_OF_X,
     Law,
     Table,
 )
-from percuss.kernels.polynomials import cubic_minimum
-from percuss.kernels.record import EVENT_T, EVENT_T_LOW, V_AFTER, V_BEFORE
-from percuss.kernels.search import STEPS_A_WALK
+from percuss.kernels.record import EVENT_T, EVENT_T_LOW, HUGE, V_AFTER, V_BEFORE
+from percuss.kernels.search import STEPS_A_WALK, THIRD, WALK_SLACK
 
+# Least speed of a plain landing times a step, as a part of the slack of the walk: 2e-6 of the size
+# of the motion, above what rounding makes of a speed (docs/theory/first-event.md, section 7).
+SLOWEST = 2e5
+# A flight's beginning: the constant force, the harmonic one
+# and its derivative by the frequency, and the velocity.
+Begin: TypeAlias = tuple[float, float, float, float]
+# On the walk: y, v, the harmonic force and its derivative by the frequency.
+Place: TypeAlias = tuple[float, float, float, float]
+# What is needed of a law: for the closed form, for a step of the walk, and for bounds, in the
+# order of `motion_of`, `walk_of` and `bounds_of`.
+Motion: TypeAlias = tuple[
+    float, float, float, float, float, float, float, float, float, float, float
+]
+Walk: TypeAlias = tuple[
+    float, float, float, float, float, float, float, float, float, float, float, float
+]
+Bounds: TypeAlias = tuple[float, float, float, float, float, float, float, float]
 # Looks at a landing: most are settled by the second, slow ones need more.
 MOST_LOOKS = 6
+
+
+@kernel
+def walk_of(law: Law, region: int) -> Walk:
+    """Return the linear map over a step."""
+    return (
+        law[region, X_OF_FORCE],
+        law[region, V_OF_FORCE],
+        law[region + 1, X_OF_COS],
+        law[region + 1, X_OF_SIN],
+        law[region + 1, V_OF_COS],
+        law[region + 1, V_OF_SIN],
+        law[region + 1, STEP_COS],
+        law[region + 1, STEP_SIN],
+        law[region, X_OF_X],
+        law[region, X_OF_V],
+        law[region, V_OF_X],
+        law[region, V_OF_V],
+    )
+
+
+@kernel
+def motion_of(law: Law, region: int) -> Motion:
+    """Return what the closed form needs."""
+    return (
+        law[region, STIFFNESS],
+        law[region, DAMPING],
+        law[FIRST_HARMONIC, OMEGA],
+        law[region + 1, GAIN_RE],
+        law[region + 1, GAIN_IM],
+        law[region, TWICE_PER_RATE],
+        law[region, PER_STIFFNESS],
+        law[region, HALF_TURNS],
+        law[region, HALF_TURNS_LOW],
+        law[FIRST_HARMONIC, TURNS],
+        law[FIRST_HARMONIC, TURNS_LOW],
+    )
+
+
+@kernel
+def bounds_of(law: Law, region: int) -> Bounds:
+    """Return the step and what bounds are made of."""
+    quickest = law[region, QUICKEST]
+    # What a constant force does cancels as well where there is damping.
+    damped = law[region, DAMPING] > 0.0
+    return (
+        law[region, STEP],
+        quickest,
+        quickest if damped else max(quickest, law[FIRST_HARMONIC, OMEGA]),
+        law[FIRST_HARMONIC, AMPLITUDE],
+        law[0, FORCE_BOUND],
+        law[0, FORCE_BOUND + 4],
+        law[region, BOUND_OF_X],
+        law[region, BOUND_OF_V],
+    )
+
+
+@formula
+def pushes(pull: tuple[float, float], phase: tuple[float, float]) -> tuple[float, float]:
+    """Return the harmonic force and its derivative by the frequency, from (A, B) and (cos, sin)."""
+    return pull[0] * phase[0] + pull[1] * phase[1], pull[1] * phase[0] - pull[0] * phase[1]
+
+
+@formula
+def margins(motion: Motion, bounds: Bounds, begin: Begin) -> tuple[float, float, float]:
+    """Return bounds of the fourth derivative, of a step's departure from its cubic, of rounding.
+
+    They hold for the whole flight. Its free part, of the amplitude that it starts with or less,
+    has the rate sqrt(K), the steady part that of the harmonic.
+    """
+    force, push, rate, v0 = begin
+    stiffness, damping, omega, gain_re, gain_im, twice_per_rate, per_stiffness, _, _, _, _ = motion
+    step, quickest, _, amplitude, force_bound, _, _, _ = bounds
+    z = -force * per_stiffness - (push * gain_re + rate * gain_im)
+    w = v0 + omega * (push * gain_im - rate * gain_re)
+    turned = (w + damping * z) * 0.5 * twice_per_rate
+    free = math.sqrt(z * z + turned * turned)
+    swing = amplitude * (abs(gain_re) + abs(gain_im))
+    square = omega * omega
+    fourth = stiffness * stiffness * free + square * square * swing
+    size = (free + swing) * (2.0 + 2.0 * step * max(omega, quickest))
+    size += 2.0 * abs(force) * per_stiffness
+    slack = WALK_SLACK * (size + step * step * (abs(force) + force_bound))
+    return fourth, fourth * step**4 * (1.0 / 384.0), slack
+
+
+@formula
+def plain_step(walk: Walk, force: float, here: Place) -> Place:
+    """Return the place one step later."""
+    y, v, push, rate = here
+    x_of_force, v_of_force, x_of_cos, x_of_sin, v_of_cos, v_of_sin = walk[:6]
+    step_cos, step_sin, x_of_x, x_of_v, v_of_x, v_of_v = walk[6:]
+    # The state's own terms come last: a step then waits for little of the step before.
+    y1 = x_of_force * force + x_of_cos * push + x_of_sin * rate
+    v1 = v_of_force * force + v_of_cos * push + v_of_sin * rate
+    push1 = push * step_cos + rate * step_sin
+    rate1 = rate * step_cos - push * step_sin
+    y1 += x_of_x * y + x_of_v * v
+    v1 += v_of_x * y + v_of_v * v
+    return y1, v1, push1, rate1
+
+
+@formula
+def clearance(
+    step: float, is_first_step: bool, here: Place, there: Place, bow: float, slack: float
+) -> float:
+    """Return a lower bound of y during a step.
+
+    On the first step what stands for the clearance at its start is that after division by the
+    time (see `search.clearances`), without an allowance for rounding.
+    """
+    third = THIRD * step
+    rise = third * here[1]
+    least = rise - (384.0 / 72.0) * bow + slack if is_first_step else here[0] - bow
+    inner = min(here[0] + rise, there[0] - third * there[1])
+    return min(least, there[0] - bow, inner - bow)
+
+
+@formula
+def is_end(is_first_step: bool, here: Place, there: Place, slack: float) -> bool:
+    """Return whether a step begins beyond doubt inside and ends beyond doubt in the wall."""
+    return there[0] < -slack and (is_first_step or here[0] > slack)
+
+
+@formula
+def plain_guess(motion: Motion, step: float, force: float, here: Place, there: Place) -> float:
+    """Return about after which part of a step it comes to the wall."""
+    y, v, push, _ = here
+    y1, v1, push1, _ = there
+    drag = 2.0 * motion[1]
+    second = force + push - drag * v - motion[0] * y
+    second1 = force + push1 - drag * v1 - motion[0] * y1
+    return quintic_root((y, step * v, step * step * second), (y1, step * v1, step * step * second1))
+
+
+@formula
+def plain_look(
+    motion: Motion, bounds: Bounds, begin: Begin, s: float
+) -> tuple[bool, float, float, float]:
+    """Return whether a look at s settles the landing, and (s, v, s_low), or where to look next.
+
+    That is NaN, with which nothing is ever settled, where s is short.
+    """
+    stiffness, damping, omega, _, _, _, _, _, _, _, _ = motion
+    _, quickest, pace, _, _, force_bound, bound_of_x, bound_of_v = bounds
+    y, kept, won, push, rate = plain_state(motion, begin, s)
+    drag = 2.0 * damping
+    v = kept + won
+    second = begin[0] + push - drag * v - stiffness * y
+    third = omega * rate - drag * second - stiffness * v
+    fourth = -omega * omega * push - drag * third - stiffness * second
+    fifth = -omega * omega * omega * rate - drag * fourth - stiffness * third
+    step = series_root(y, v, second, third, fourth)
+    sixth = force_bound + bound_of_x * abs(fourth)
+    sixth += bound_of_v * abs(fifth)
+    settled = is_settled(quickest, step, s, v, (second, fifth, sixth))
+    bend = 0.5 * third + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
+    # Added last: a rounding of the large part would stay in the velocity.
+    end = s + step
+    far = pace * s > SERIES_LIMIT
+    speed = kept + (won + step * (second + step * bend))
+    return settled and far, end if far else math.nan, speed, step - (end - s)
+
+
+@formula
+def plain_state(motion: Motion, begin: Begin, s: float) -> tuple[float, float, float, float, float]:
+    """Return y, v in two parts, the harmonic force, and its derivative by the frequency, at s.
+
+    The closed form of `move` for one harmonic, where no series is needed. The first part of v is
+    what is left of the velocity at the start, mostly by far the larger.
+    """
+    force, push0, rate0, v0 = begin
+    _, damping, omega, gain_re, gain_im, twice_per_rate, per_stiffness = motion[:7]
+    half_turns, half_turns_low, turns, turns_low = motion[7:]
+    half_cos, half_sin = cos_sin(half_turns, half_turns_low, s, 0.0)
+    cosine, sine = cos_sin(turns, turns_low, s, 0.0)
+    shrink = 1.0
+    lost = 0.0
+    if damping > 0.0:
+        shrink, lost = decay(-damping * s)
+    square = 2.0 * half_sin * half_sin
+    blow = shrink * half_sin * half_cos * twice_per_rate
+    even = shrink * (1.0 - square)
+    rise = (shrink * square - lost - damping * blow) * per_stiffness
+    over_re = cosine - even - damping * blow
+    over_im = sine - omega * blow
+    to_push = over_re * gain_re - over_im * gain_im
+    to_rate = over_im * gain_re + over_re * gain_im
+    y = v0 * blow + force * rise + push0 * to_push + rate0 * to_rate
+    won = force * blow + push0 * (blow - omega * to_rate) + rate0 * omega * to_push
+    won -= v0 * damping * blow
+    kept = v0 * even
+    if half_cos * half_cos < 0.25:
+        # Near half a period: -v0, unrounded, and the little that is missing to it.
+        kept = -v0 * shrink
+        won -= 2.0 * kept * half_cos * half_cos
+    return y, kept, won, push0 * cosine + rate0 * sine, rate0 * cosine - push0 * sine
+
+
+@formula
+def is_first(
+    here: Place,
+    s: float,
+    landed: tuple[float, float, float],
+    step: float,
+    fourth: float,
+    slack: float,
+) -> bool:
+    """Return whether a landing on the step that begins at s is plainly the first (see `meeting`).
+
+    And plainly one with a speed: a slower one may be rounding (`rest_at_landing`).
+    """
+    end, speed, _ = landed
+    width = end - s
+    third = THIRD * width
+    least = fourth * width**4 * (1.0 / 287.0) + (slack if s > 0.0 else 0.0)
+    fast = -speed * step > SLOWEST * slack
+    return fast and here[0] + third * here[1] > least and -third * speed > least and end <= s + step
+
+
+@formula
+def plain_impact(
+    instant: tuple[float, float],
+    landed: tuple[float, float, float],
+    restitution: float,
+    fastest: float,
+    t_end: float,
+) -> tuple[float, float, float, bool]:
+    """Return (t, t_low, speed) after the impact that ends a flight, and whether it is plain."""
+    t, t_low = later(instant[0], instant[1], landed[0])
+    t, t_low = later(t, t_low, landed[2])
+    speed = restitution * abs(landed[1])
+    # Each comparison is also false for the NaN of a flight that is not plain.
+    return t, t_low, speed, t < t_end and speed > SLOW * fastest and speed < HUGE
 
 
 @kernel
@@ -97,7 +361,7 @@ def plain_flights(
 
 @kernel
 def plain_flight(law: Law, region: int, begin: Begin) -> tuple[float, float, float]:
-    """Return (s, v, rest of s) of the return to the wall, NaN where the flight is not plain."""
+    """Return (s, v, s_low) of the return to the wall, NaN where the flight is not plain."""
     motion = motion_of(law, region)
     bounds = bounds_of(law, region)
     step = bounds[0]
@@ -119,8 +383,8 @@ def plain_walk(
 ) -> tuple[int, Place, Place]:
     """Walk on from step i to the one that ends in the wall; return which, and both its ends.
 
-    -1 is returned where the way there is not plain. ``margin`` is a step's departure from its
-    cubic, and the room for rounding.
+    -1 is returned where the walk is not plain. ``margin`` is the departure of a step from its
+    cubic, and an allowance for rounding.
     """
     bow, slack = margin
     for k in range(i, STEPS_A_WALK):
@@ -136,7 +400,7 @@ def plain_walk(
 
 @kernel
 def is_clear_yet(step: float, here: Place, there: Place, bow: float, slack: float) -> bool:
-    """Tell whether a step that does not look clear is so by the minimum of its cubic."""
+    """Return whether a step that does not look clear is so by the minimum of its cubic."""
     y, v, _, _ = here
     y1, v1, _, _ = there
     return min(y, y1) > slack and cubic_minimum(y, step * v, y1, step * v1) > bow + slack
@@ -146,12 +410,12 @@ def is_clear_yet(step: float, here: Place, there: Place, bow: float, slack: floa
 def plain_landing(
     motion: Motion, bounds: Bounds, begin: Begin, guess: float, looks: int
 ) -> tuple[float, float, float]:
-    """Return (s, v, rest of s) at the wall next to ``guess``, NaN where the looks do not settle it."""
+    """Return (s, v, s_low) at the wall next to ``guess``, NaN where it is not settled."""
     s = guess
     for _ in range(looks):
-        settled, s, v, rest = plain_look(motion, bounds, begin, s)
+        settled, s, v, s_low = plain_look(motion, bounds, begin, s)
         if settled:
-            return s, v, rest
+            return s, v, s_low
         if not s > 0.0:
             break
     return math.nan, math.nan, math.nan

@@ -1,11 +1,18 @@
-"""The arrays in which a run keeps its state and writes down what happened."""
+"""The arrays in which a run keeps its state and its record.
+
+The state is in small arrays, so that a run can be left at any event and taken up again with the
+same bits; events, marks and grazes are written into arrays of the caller, with the columns named
+below.
+"""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from percuss.kernels.law import N_HARMONICS, Law, Table
 
 Integers: TypeAlias = NDArray[np.int64]
 
@@ -19,7 +26,7 @@ MOVING, REACHED_END, REACHED_LIMIT, AT_REST, OVERFLOW, NO_MORE, FULL, SPENT = ra
 
 # Entries of the state: the last event's instant, place, velocity after it, and constant force;
 # how far the flight, or contact, from it has been searched; the greatest impact speed so far.
-T, T_LOW, X, V, FORCE, FREE_BELOW, FREE_ABOVE, HELD, FASTEST = range(9)
+T, T_LOW, X, V, FORCE, FREE_BELOW, FREE_ABOVE, CONTACT_UNTIL, FASTEST = range(9)
 STATE_ENTRIES = 9
 # Entries of the counters: the region's row; the wall touched, as the sign of its normal (0 in
 # flight); and how many events, impacts or entries into soft stops, and grazes there were.
@@ -38,3 +45,47 @@ GRAZE_COLUMNS = 5
 
 # Beyond this the squares in a bound would overflow.
 HUGE = 1e150
+
+
+class Run(NamedTuple):
+    """All that `march` reads and writes: the law, the state, scratch, and the record.
+
+    ``phases`` (n_harmonics, 2) are cos and sin of w_j t at the last event; ``arrival`` and
+    ``walker`` of the same shape are scratch: the phases at the time last evaluated, and
+    along the steps of the search (docs/decisions/014-tuples-of-arrays.md).
+    """
+
+    law: Law
+    state: Table
+    counters: Integers
+    phases: Table
+    arrival: Table
+    walker: Table
+    events: Table
+    marks: Integers
+    grazes: Table
+
+
+class Record(NamedTuple):
+    """What has happened in a run that began at x0: its law, events and marks."""
+
+    law: Law
+    x0: float
+    events: Table
+    marks: Integers
+
+
+def new_run(law: Law, capacity: int, grazes: int = 16) -> Run:
+    """Return the arrays of a run, with room for so many events and grazes."""
+    phases = np.zeros((3, int(law[0, N_HARMONICS]), 2))
+    return Run(
+        law,
+        np.zeros(STATE_ENTRIES),
+        np.zeros(COUNTERS, dtype=np.int64),
+        phases[0],
+        phases[1],
+        phases[2],
+        np.empty((capacity, EVENT_COLUMNS)),
+        np.empty((capacity, MARK_COLUMNS), dtype=np.int64),
+        np.empty((grazes, GRAZE_COLUMNS)),
+    )

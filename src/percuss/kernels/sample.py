@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 
-from percuss.kernels.angles import cos_sin
-from percuss.kernels.arithmetic import exponential, logarithm
+from percuss.kernels.arithmetic import ULP, cos_sin, exponential, logarithm, turns
 from percuss.kernels.compile import kernel
-from percuss.kernels.doubled import turns
 from percuss.kernels.flight import (
-    Start,
+    Flight,
     constant_force,
     force_and_slopes,
     move,
     set_phases,
     uncertainty,
 )
-from percuss.kernels.landing import ULP
 from percuss.kernels.law import (
     COSINE,
     DAMPING,
@@ -53,7 +50,7 @@ from percuss.kernels.record import (
     RELEASE,
     START,
     V_AFTER,
-    Integers,
+    Record,
 )
 
 # Below this phase the fast formula would lose more than three digits of what the force has done
@@ -81,17 +78,10 @@ def flight_at(events: Table, t: float, after: bool) -> int:
 
 @kernel
 def evaluate(
-    law: Law,
-    events: Table,
-    marks: Integers,
-    x0: float,
-    instants: Table,
-    after: bool,
-    phases: Table,
-    arrival: Table,
-    motion: Table,
+    record: Record, instants: Table, after: bool, phases: Table, arrival: Table, motion: Table
 ) -> None:
     """Write x and v at each of ``instants`` (n,) into ``motion`` (2, n)."""
+    events = record.events
     i = 0
     while i < instants.shape[0]:
         event = flight_at(events, instants[i], after)
@@ -100,16 +90,13 @@ def evaluate(
         until = events[event + 1, EVENT_T] if event + 1 < events.shape[0] else math.inf
         while end < instants.shape[0] and instants[i] <= instants[end] < until:
             end += 1
-        fill(law, events, marks, x0, event, instants, (i, end), phases, arrival, motion)
+        fill(record, event, instants, (i, end), phases, arrival, motion)
         i = end
 
 
 @kernel
 def fill(
-    law: Law,
-    events: Table,
-    marks: Integers,
-    x0: float,
+    record: Record,
     event: int,
     instants: Table,
     those: tuple[int, int],
@@ -118,6 +105,7 @@ def fill(
     motion: Table,
 ) -> None:
     """Write x and v at those instants, first to last, of one flight or contact from an event."""
+    law, x0, events, marks = record.law, record.x0, record.events, record.marks
     region = int(marks[event, NEXT_REGION])
     t = events[event, EVENT_T]
     t_low = events[event, EVENT_T_LOW]
@@ -129,15 +117,16 @@ def fill(
     force = constant_force(law, region, x)
     if marks[event, KIND] == RELEASE:
         force = -force_and_slopes(law, phases)[0]
+    flight = Flight(law, region, (t, t_low, v0, force), phases, arrival)
     moving = marks[event, KIND] != CONTACT
     soonest = math.inf
     ends = event + 1 < events.shape[0] and marks[event + 1, KIND] == CONTACT
     if ends and marks[event, KIND] == IMPACT and v0 != 0.0:
-        fill_tail(law, events, marks, x, event, instants, those, motion)
+        fill_tail(record, x, event, instants, those, motion)
         return
     if moving and law[region, SIMPLE] == 1.0 and law[region, DAMPING] == 0.0:
         soonest = EARLY / min(law[region, QUICKEST], law[FIRST_HARMONIC, OMEGA])
-        undamped_motion(law, region, (t, t_low, v0, force), phases, instants, those, motion)
+        undamped_motion(flight, instants, those, motion)
     for i in range(those[0], those[1]):
         # At the event's own float the motion is that of the event.
         s = (instants[i] - t) - t_low if instants[i] != t else 0.0
@@ -145,7 +134,7 @@ def fill(
             y = 0.0
             v = v0
             if moving and s > 0.0:
-                y, v = move(law, region, (t, t_low, v0, force), phases, s, arrival)
+                y, v = move(flight, s)
             motion[0, i] = y
             motion[1, i] = v
         motion[0, i] += x
@@ -155,23 +144,17 @@ def fill(
         if beyond > 0.0:
             doubt = 0.0
             if s > 0.0:
-                doubt = uncertainty(law, region, (t, t_low, v0, force), phases, s)
+                doubt = uncertainty(flight, s)
             if beyond <= doubt + ULP * abs(bound):
                 motion[0, i] = bound
 
 
 @kernel
 def fill_tail(
-    law: Law,
-    events: Table,
-    marks: Integers,
-    x: float,
-    event: int,
-    instants: Table,
-    those: tuple[int, int],
-    motion: Table,
+    record: Record, x: float, event: int, instants: Table, those: tuple[int, int], motion: Table
 ) -> None:
     """Write x and v at those instants between a chatter's last listed impact and its end."""
+    law, events, marks = record.law, record.events, record.marks
     region = int(marks[event, NEXT_REGION])
     upper = marks[event, BOUND] != law[region, NUMBER]
     restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
@@ -203,29 +186,22 @@ def tail_hop(restitution: float, v0: float, whole: float, s: float) -> tuple[flo
         share = exponential(count * logarithm(restitution))
     elif left <= share * restitution:
         share *= restitution
-    lasting = whole * share * (1.0 - restitution)
-    if lasting == 0.0:
+    duration = whole * share * (1.0 - restitution)
+    if duration == 0.0:
         return 0.0, 0.0
-    part = min(max((s - whole * (1.0 - share)) / lasting, 0.0), 1.0)
+    part = min(max((s - whole * (1.0 - share)) / duration, 0.0), 1.0)
     v = v0 * share
-    return v * lasting * part * (1.0 - part), v * (1.0 - 2.0 * part)
+    return v * duration * part * (1.0 - part), v * (1.0 - 2.0 * part)
 
 
 @kernel
-def undamped_motion(
-    law: Law,
-    region: int,
-    start: Start,
-    phases: Table,
-    instants: Table,
-    those: tuple[int, int],
-    motion: Table,
-) -> None:
+def undamped_motion(flight: Flight, instants: Table, those: tuple[int, int], motion: Table) -> None:
     """Write y and v at each of ``instants`` for one harmonic without damping, off resonance.
 
     Numbers in registers, no branches and no series: what lies within a small phase of the start
     has lost digits here.
     """
+    law, region, start, phases = flight.law, flight.region, flight.start, flight.phases
     t, t_low, v0, force = start
     amplitude = law[region + 1, GAIN_RE]
     push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]

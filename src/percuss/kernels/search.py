@@ -1,40 +1,66 @@
-"""When is the next event: the first meeting of a flight with either bound of its region.
+"""The next event: where a flight first meets either bound of its region.
 
 The flight is walked in steps of a fixed length. A step costs a few multiplications, for the state
 after it is a fixed linear map of the state and of the force's phasors before it. On each step the
 displacement lies between the Bernstein coefficients of the cubic through both ends, to within
 h^4 / 384 times a bound of the fourth derivative: where these clear both bounds, no event has been
-passed. Else the step is looked at closely (``touch``). Steps never enter a result: what is
-found is computed from the closed form at the flight's start.
+passed; any other step goes to `landing`. Steps never enter a result: an event is computed from
+the closed form at the start of the flight.
+
+The steps are those of the fastest rate of a region. Where a fast part is small, as what is left of
+a decay in a stiff stop or the answer to a force of very high frequency, and cannot reach a bound,
+the amplitudes of the parts prove longer stretches free of events (`coast`).
 """
 
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
-from percuss.kernels.coasting import coast, is_spread
+from percuss.kernels.arithmetic import (
+    Pair,
+    cos_sin,
+    cubic_minimum,
+    exponential,
+    hypotenuse,
+    later,
+    quintic_root,
+)
 from percuss.kernels.compile import kernel
-from percuss.kernels.doubled import later
-from percuss.kernels.flight import Start, acceleration_and_jerk, move, set_phases, uncertainty
-from percuss.kernels.landing import land
+from percuss.kernels.flight import (
+    Flight,
+    acceleration_and_jerk,
+    free_response,
+    move,
+    set_phases,
+    uncertainty,
+)
+from percuss.kernels.landing import HIT, NONE, departure, first_touch, land
 from percuss.kernels.law import (
     AMPLITUDE,
     BOUND_OF_V,
     BOUND_OF_X,
     COSINE,
+    DAMPING,
+    FAST_ROOT,
     FIRST_HARMONIC,
     FORCE_BOUND,
     GAIN_IM,
     GAIN_RE,
     LOWER,
     OMEGA,
+    OVERDAMPED,
     PER_STIFFNESS,
+    RATE,
     SIMPLE,
     SINE,
+    SLOW_ROOT,
     STEP,
     STEP_COS,
     STEP_SIN,
     STIFFNESS,
+    TURNS,
+    TURNS_LOW,
     UPPER,
     V_OF_COS,
     V_OF_FORCE,
@@ -49,45 +75,210 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
-from percuss.kernels.polynomials import cubic_minimum, quintic_root
-from percuss.kernels.touch import HIT, NONE, departure, first_touch
 
+# The phase of the quickest slow part over one stretch.
+STRETCH_PHASE = 1.0
+# What is compared is rounded like any flight; a clearance has to be larger than this part of the
+# sizes involved.
+COAST_SLACK = 1e-9
+# A stretch is worth its search where it is this many steps of the walk.
+WORTH = 128.0
+# Stretches in one call: a few hundred ns each.
+MOST_STRETCHES = 1000
+# The free motion at some time: displacement and velocity of its oscillating or fast part, and the
+# part of the slow one of two real roots.
+Free: TypeAlias = tuple[float, float, float]
 # After so many steps the walk starts afresh from the closed form: its own rounding stays below
 # the slack, and a long flight can be left and taken up again without changing a bit.
 STEPS_A_WALK = 64
-# Walks of one flight between two looks at what its slow parts alone would do, the first after one.
+# Walks of one flight between two calls of `coast`, the first after one walk.
 WALKS_TO_A_COAST = 8
-# Room for the rounding of amplitudes, far more than it is.
+# Allowance for the rounding of amplitudes, far more than it is.
 AMPLITUDE_SLACK = 1e-9
 # Rounding of a walk relative to the sizes of its terms: 64 steps of some 20 roundings each, with
 # a margin of 30.
 WALK_SLACK = 1e-11
-
 THIRD = 1.0 / 3.0
-
 PAUSE = 3  # the fourth verdict: no event up to the place reached
+# What `next_event` returns.
+NextEvent: TypeAlias = tuple[int, float, float, float, float, Pair]
 
 
 @kernel
-def next_event(
+def is_spread(law: Law, region: int, n: int) -> bool:
+    """Return whether the slowest part of a motion is so slow that a stretch may be worth it.
+
+    That needs a spring, and no harmonic in exact resonance.
+    """
+    return slowest(law, region, n) * law[region, STEP] * WORTH < STRETCH_PHASE
+
+
+@kernel
+def slowest(law: Law, region: int, n: int) -> float:
+    """Return the rate of the slowest part of a motion, infinite where the parts are not known."""
+    if not law[region, STIFFNESS] > 0.0 or law[region, RATE] == 0.0:
+        return math.inf
+    rate = math.sqrt(law[region, STIFFNESS])
+    if law[region, OVERDAMPED] == 1.0:
+        rate = -law[region, SLOW_ROOT]
+    for j in range(n):
+        if law[region + 1 + j, GAIN_RE] == 0.0 and law[region + 1 + j, GAIN_IM] == 0.0:
+            return math.inf
+        rate = min(rate, law[FIRST_HARMONIC + j, OMEGA])
+    return rate
+
+
+@kernel
+def coast(
+    flight: Flight,
+    s: float,
+    reach: tuple[float, float],
+    longest: float,
+) -> float:
+    """Return a time since the start, at least s, up to which a flight provably meets no bound.
+
+    Infinite if it never will. ``arrival`` is scratch; the parts of the motion must be known
+    (`slowest`).
+    """
+    law, region, start, phases, arrival = flight
+    rate = slowest(law, region, phases.shape[0])
+    least = WORTH * law[region, STEP]
+    width = math.inf
+    for _ in range(MOST_STRETCHES):
+        if s >= longest:
+            break
+        y, v = move(flight, s)
+        free = free_part(law, region, start[3], arrival, y, v)
+        if is_clear(law, region, start[3], arrival, free, reach, math.inf):
+            return math.inf
+        if not is_clear(law, region, start[3], arrival, free, reach, least):
+            break
+        width = min(width, STRETCH_PHASE / rate)
+        while width > least and not is_clear(law, region, start[3], arrival, free, reach, width):
+            width *= 0.5
+        s += max(width, least)
+        width *= 4.0
+    return s
+
+
+@kernel
+def free_part(law: Law, region: int, force: float, phases: Table, y: float, v: float) -> Free:
+    """Return the free motion at (y, v): what the steady motions and the constant force leave."""
+    z = y - force * law[region, PER_STIFFNESS]
+    w = v
+    for j in range(phases.shape[0]):
+        steady, rate = steady_part(law, region, j, phases[j, 0], phases[j, 1])
+        z -= steady
+        w -= rate
+    if law[region, OVERDAMPED] == 0.0:
+        return z, w, 0.0
+    slow = (w - law[region, FAST_ROOT] * z) / (2.0 * law[region, RATE])
+    z -= slow
+    return z, law[region, FAST_ROOT] * z, slow
+
+
+@kernel
+def steady_part(law: Law, region: int, j: int, cosine: float, sine: float) -> tuple[float, float]:
+    """Return (y, v) of the steady motion of a harmonic whose phase has this cosine and sine."""
+    harmonic = FIRST_HARMONIC + j
+    real = law[region + 1 + j, GAIN_RE]
+    imaginary = law[region + 1 + j, GAIN_IM]
+    in_phase = law[harmonic, COSINE] * cosine + law[harmonic, SINE] * sine
+    quadrature = law[harmonic, SINE] * cosine - law[harmonic, COSINE] * sine
+    # The phasor in_phase - i quadrature, times the gain; v is that of i omega times it.
+    y = in_phase * real + quadrature * imaginary
+    return y, law[harmonic, OMEGA] * (quadrature * real - in_phase * imaginary)
+
+
+@kernel
+def is_clear(
     law: Law,
     region: int,
-    x: float,
-    start: Start,
+    force: float,
     phases: Table,
-    arrival: Table,
-    walker: Table,
-    free: tuple[float, float],
-    longest: float,
-) -> tuple[int, float, float, float, float, tuple[float, float]]:
+    free: Free,
+    reach: tuple[float, float],
+    width: float,
+) -> bool:
+    """Return whether a motion is clear of both bounds for a time ``width``, which may be infinite.
+
+    ``phases`` and ``free`` are those at its beginning. The parts that are slow over it stay
+    together within the Bernstein coefficients of a cubic and its error, the others within their
+    amplitudes, and the slow one of two real roots between its ends.
+    """
+    z, w, slow = free
+    middle = force * law[region, PER_STIFFNESS]
+    y0 = 0.0
+    v0 = 0.0
+    y1 = 0.0
+    v1 = 0.0
+    error = 0.0
+    size = abs(middle) + abs(slow)
+    for j in range(phases.shape[0]):
+        gain = hypotenuse(law[region + 1 + j, GAIN_RE], law[region + 1 + j, GAIN_IM])
+        swing = law[FIRST_HARMONIC + j, AMPLITUDE] * gain
+        size += swing
+        angle = law[FIRST_HARMONIC + j, OMEGA] * width
+        if angle > STRETCH_PHASE:
+            error += swing
+            continue
+        error += swing * angle**4 * (1.0 / 384.0)
+        cosine = phases[j, 0]
+        sine = phases[j, 1]
+        y, v = steady_part(law, region, j, cosine, sine)
+        y0 += y
+        v0 += v
+        turn = cos_sin(
+            law[FIRST_HARMONIC + j, TURNS], law[FIRST_HARMONIC + j, TURNS_LOW], width, 0.0
+        )
+        y, v = steady_part(
+            law, region, j, cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
+        )
+        y1 += y
+        v1 += v
+    rate = math.sqrt(law[region, STIFFNESS])
+    swing = abs(z)
+    if law[region, OVERDAMPED] == 1.0:
+        rate = math.inf
+    else:
+        swing = hypotenuse(z, (w + law[region, DAMPING] * z) / law[region, RATE])
+    size += swing
+    if rate * width > STRETCH_PHASE:
+        error += swing
+    else:
+        error += swing * (rate * width) ** 4 * (1.0 / 384.0)
+        blow, even, _ = free_response(law, region, width)
+        drag = law[region, DAMPING] * blow
+        y0 += z
+        v0 += w
+        y1 += (even + drag) * z + blow * w
+        v1 += (even - drag) * w - law[region, STIFFNESS] * blow * z
+    low = min(y0, y1)
+    high = max(y0, y1)
+    if width < math.inf:
+        third = width * (1.0 / 3.0)
+        low = min(low, y0 + third * v0, y1 - third * v1)
+        high = max(high, y0 + third * v0, y1 - third * v1)
+    left = 0.0
+    if slow != 0.0:
+        left = slow * exponential(law[region, SLOW_ROOT] * width)
+    low += middle + min(slow, left) - error
+    high += middle + max(slow, left) + error
+    slack = COAST_SLACK * (abs(low) + abs(high) + size)
+    return low - slack > reach[0] and high + slack < reach[1]
+
+
+@kernel
+def next_event(flight: Flight, x: float, walker: Table, free: Pair, longest: float) -> NextEvent:
     """Return (verdict, s, side, v or clearance, rounding bound, free) of the next event.
 
-    ``free`` tells up to where the lower and the upper bound are known to be clear: (0, 0) at the
-    start; what is returned there is to be handed in again after a GRAZE or a PAUSE. ``side`` is
+    ``free`` are the times up to which the lower and the upper bound are known to be clear, (0, 0)
+    at the start; those returned are to be passed in again after a GRAZE or a PAUSE. ``side`` is
     -1 for the lower bound and +1 for the upper; a HIT comes with its velocity and, in place of
     the bound, what is to be added to s unrounded, a GRAZE with its clearance. No event before
     ``longest`` is NONE.
     """
+    law, region, start, phases = flight.law, flight.region, flight.start, flight.phases
     reach = (law[region, LOWER] - x, law[region, UPPER] - x)
     step = law[region, STEP]
     s = min(free[0], free[1])
@@ -96,18 +287,18 @@ def next_event(
     if step == 0.0:
         end = s + fall_time(start[2], start[3], reach, longest)
         if end > s:
-            found = look(law, region, start, phases, arrival, reach, free, end)
-            if found[0] != NONE:
-                return found
+            event = look(flight, reach, free, end)
+            if event[0] != NONE:
+                return event
         return NONE, longest, 0.0, 0.0, 0.0, free
     walks = int(s / (step * STEPS_A_WALK))
     if walks % WALKS_TO_A_COAST == 1 and is_spread(law, region, phases.shape[0]):
-        # Of a flight that goes on for long only the slow parts may count.
-        s = coast(law, region, start, phases, arrival, s, reach, longest)
+        # On a long flight only the slow parts may count.
+        s = coast(flight, s, reach, longest)
         free = (max(free[0], s), max(free[1], s))
         if s >= longest:
             return NONE, longest, 0.0, 0.0, 0.0, free
-    steps, y, v, load = set_out(law, region, start, phases, walker, s)
+    steps, y, v, load = set_out(flight, walker, s)
     if s > 0.0 and stays_clear(law, region, start[3], walker, y, v, reach):
         return NONE, longest, 0.0, 0.0, 0.0, free
     force_bound = law[0, FORCE_BOUND + 2] * (1.0 + law[region, BOUND_OF_V] * step)
@@ -121,11 +312,9 @@ def next_event(
         margins = clearances(reach, s, step, load, (y, v), after, fourth)
         if not (margins[0] > 0.0 and margins[1] > 0.0):
             here = (s, y, v, second, fourth, load)
-            found = meeting(
-                law, region, start, phases, arrival, walker, reach, free, margins, here, after
-            )
-            if found[0] != NONE:
-                return found
+            event = meeting(flight, walker, reach, free, margins, here, after)
+            if event[0] != NONE:
+                return event
         s += step
         free = (max(free[0], s), max(free[1], s))
         y, v = after
@@ -133,17 +322,16 @@ def next_event(
 
 
 @kernel
-def set_out(
-    law: Law, region: int, start: Start, phases: Table, walker: Table, s: float
-) -> tuple[int, float, float, float]:
-    """Return how many steps a walk from s may have, (y, v) there, and what forces do in a step.
+def set_out(flight: Flight, walker: Table, s: float) -> tuple[int, float, float, float]:
+    """Return the number of steps of a walk from s, (y, v) there, and the effect of forces in one.
 
     ``walker`` receives the phases there.
     """
+    law, region, start, phases = flight.law, flight.region, flight.start, flight.phases
     y = 0.0
     v = start[2]
     if s > 0.0:
-        y, v = move(law, region, start, phases, s, walker)
+        y, v = move(Flight(law, region, start, phases, walker), s)
     else:
         for j in range(phases.shape[0]):
             walker[j, 0] = phases[j, 0]
@@ -156,8 +344,8 @@ def set_out(
         steps = 1
     if s > 0.0 or steps == 1:
         # The closed form that this walk begins from is rounded itself.
-        doubt = uncertainty(law, region, start, phases, s)
-        load += (doubt + uncertainty(law, region, start, phases, s + step)) / WALK_SLACK
+        doubt = uncertainty(flight, s)
+        load += (doubt + uncertainty(flight, s + step)) / WALK_SLACK
     return steps, y, v, load
 
 
@@ -171,7 +359,7 @@ def stays_clear(
     v: float,
     reach: tuple[float, float],
 ) -> bool:
-    """Tell whether the amplitudes of a simple motion at (y, v) keep it off both bounds for ever.
+    """Return whether the amplitudes of a simple motion at (y, v) keep it off both bounds for ever.
 
     The steady part has the harmonic's amplitude times the gain, and sqrt(z^2 + z'^2 / K) of the
     free part z does not grow.
@@ -183,13 +371,13 @@ def stays_clear(
     omega = law[FIRST_HARMONIC, OMEGA]
     push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
     rate = law[FIRST_HARMONIC, SINE] * phases[0, 0] - law[FIRST_HARMONIC, COSINE] * phases[0, 1]
-    rest = force * law[region, PER_STIFFNESS]
-    z = y - rest - (push * gain_re + rate * gain_im)
+    middle = force * law[region, PER_STIFFNESS]
+    z = y - middle - (push * gain_re + rate * gain_im)
     w = v + omega * (push * gain_im - rate * gain_re)
     swing = law[FIRST_HARMONIC, AMPLITUDE] * math.sqrt(gain_re * gain_re + gain_im * gain_im)
     most = swing + math.sqrt(z * z + w * w * law[region, PER_STIFFNESS])
-    most += AMPLITUDE_SLACK * (most + abs(rest))
-    return rest - most > reach[0] and rest + most < reach[1]
+    most += AMPLITUDE_SLACK * (most + abs(middle))
+    return middle - most > reach[0] and middle + most < reach[1]
 
 
 @kernel
@@ -281,18 +469,14 @@ def walk_error(
 
 @kernel
 def meeting(
-    law: Law,
-    region: int,
-    start: Start,
-    phases: Table,
-    arrival: Table,
+    flight: Flight,
     walker: Table,
     reach: tuple[float, float],
     free: tuple[float, float],
     margins: tuple[float, float],
     here: tuple[float, float, float, float, float, float],
     after: tuple[float, float],
-) -> tuple[int, float, float, float, float, tuple[float, float]]:
+) -> NextEvent:
     """Return the first event of a step that is not clear, at once where it is a plain crossing.
 
     ``here`` is s, y, v, the second derivative at the beginning of the step, the bound of the
@@ -300,9 +484,10 @@ def meeting(
     its end.
 
     A root is the first one if the cubic through the beginning and the root has Bernstein
-    coefficients above a twelfth of fourth * width^4 / 24 (and room for rounding), for tau^2 (1 - tau)^2 is at most a
-    twelfth of the sum of the two inner Bernstein polynomials.
+    coefficients above a twelfth of fourth * width^4 / 24 (and room for rounding), for
+    tau^2 (1 - tau)^2 is at most a twelfth of the sum of the two inner Bernstein polynomials.
     """
+    law, region, start = flight.law, flight.region, flight.start
     s, y, v, second, fourth, load = here
     y1, v1 = after
     step = law[region, STEP]
@@ -318,47 +503,44 @@ def meeting(
             ends = (begins, pace * v, pace * step * second)
             ends1 = (sign * (y1 - distance), pace * v1, pace * step * second1)
             bracket = (s, s + step, s + step * quintic_root(ends, ends1))
-            end, speed, rest = land(law, region, start, phases, arrival, sign, distance, bracket)
+            end, speed, s_low = land(flight, (sign, distance), bracket)
             width = end - s
             least = fourth * width**4 * (1.0 / 287.0) + (0.0 if from_bound else slack)
             if begins + THIRD * width * sign * v > least and -THIRD * width * sign * speed > least:
-                return HIT, end, -sign, speed, rest, free
+                return HIT, end, -sign, speed, s_low, free
         elif begins > slack and sign * (y1 - distance) > slack:
             lowest = cubic_minimum(
                 begins, step * sign * v, sign * (y1 - distance), step * sign * v1
             )
             if lowest > fourth * step**4 * (1.0 / 384.0) + slack:
                 return NONE, s + step, 0.0, 0.0, 0.0, free
-    return look(law, region, start, phases, arrival, reach, free, s + step)
+    return look(flight, reach, free, s + step)
 
 
 @kernel
 def look(
-    law: Law,
-    region: int,
-    start: Start,
-    phases: Table,
-    arrival: Table,
+    flight: Flight,
     reach: tuple[float, float],
     free: tuple[float, float],
     end: float,
-) -> tuple[int, float, float, float, float, tuple[float, float]]:
+) -> NextEvent:
     """Return the first event up to ``end``, each bound searched from where it is known free."""
+    law, start, arrival = flight.law, flight.start, flight.arrival
     from_lower, from_upper = free
     if from_lower == 0.0 and reach[0] == 0.0:
-        from_lower = departure(law, region, start, phases, 1.0, end)
+        from_lower = departure(flight, 1.0, end)
         if from_lower == 0.0:
             return HIT, 0.0, -1.0, start[2], 0.0, free
     if from_upper == 0.0 and reach[1] == 0.0:
-        from_upper = departure(law, region, start, phases, -1.0, end)
+        from_upper = departure(flight, -1.0, end)
         if from_upper == 0.0:
             return HIT, 0.0, 1.0, start[2], 0.0, free
     below = (NONE, end, 0.0, 0.0, end)
     if reach[0] > -math.inf:
-        below = first_touch(law, region, start, phases, arrival, (1.0, reach[0]), (from_lower, end))
+        below = first_touch(flight, (1.0, reach[0]), (from_lower, end))
     if reach[1] < math.inf:
         verdict, s, value, error, clear = first_touch(
-            law, region, start, phases, arrival, (-1.0, reach[1]), (from_upper, below[1])
+            flight, (-1.0, reach[1]), (from_upper, below[1])
         )
         if verdict != NONE:
             return verdict, s, 1.0, value, error, (from_lower, clear)

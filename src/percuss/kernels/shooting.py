@@ -1,19 +1,21 @@
-"""The equations of a periodic motion: a chain of flights that closes after a period.
+"""The equations of a periodic motion and Newton's method for them.
 
-The unknowns are the instant of the first event, the durations of the flights and the velocities
-after the events; between them stands the closed form of `flight`. A flight is followed in its own
-region whether or not it passes through a bound on the way: such motions are formal, and tell
-where physical ones end. The order of events is given as a *chain*, one row an event.
+The motion is a sequence of flights that closes after a period. The unknowns are the instant of the
+first event, the durations of the flights and the velocities after the events; each flight is the
+closed form of `flight`. A flight is followed in its own region whether or not it passes through a
+bound on the way: such motions are formal, and show where physical ones end. The event sequence
+is given as an array *chain*, one row an event.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
+from percuss.kernels.arithmetic import later
 from percuss.kernels.compile import kernel
-from percuss.kernels.doubled import later
 from percuss.kernels.flight import (
-    Start,
+    Flight,
     acceleration_and_jerk,
     constant_force,
     move,
@@ -34,16 +36,37 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
+from percuss.kernels.linear import eliminate
 from percuss.kernels.record import Integers
 from percuss.kernels.tangent import delayed_start, propagator
 
 # Columns of a chain: number of the bound, row of the region before the event and after it.
 AT, BEFORE, AFTER = range(3)
 CHAIN_COLUMNS = 3
-
 # A step of the search for turning points, as a part of a step of the search for events: there
 # the cubic through the velocities at both ends is off by 1e-5 of their change.
 PART = 0.25
+# Why `iterate` came back: steps are down to rounding; the equations are singular to within WEAK,
+# so that a step of least norm has to be made; no more steps; numbers out of range.
+SETTLED, SINGULAR, SPENT, LOST = range(4)
+# Scaled steps below this are rounding; so are steps below the second that gain nothing.
+SMALLEST_STEP = 1e-13
+SMALL_STEP = 1e-9
+# Pivots below this part of the largest entry.
+WEAK = 1e-10
+
+
+class ShootingProblem(NamedTuple):
+    """A periodic motion to be found: its law, events (rows of a chain), and period.
+
+    ``phases`` and ``arrival`` (n_harmonics, 2) are scratch.
+    """
+
+    law: Law
+    chain: Integers
+    period: float
+    phases: Table
+    arrival: Table
 
 
 @kernel
@@ -61,16 +84,7 @@ def factor(law: Law, region: int, bound: int) -> float:
 
 
 @kernel
-def shoot(
-    law: Law,
-    chain: Integers,
-    unknowns: Table,
-    period: float,
-    phases: Table,
-    arrival: Table,
-    residual: Table,
-    jacobian: Table,
-) -> None:
+def shoot(problem: ShootingProblem, unknowns: Table, residual: Table, jacobian: Table) -> None:
     """Write by how much a chain of n flights misses its events, and the derivatives of that.
 
     ``unknowns`` (2 n + 1,) are the instant of event 0, the durations of the flights that follow
@@ -79,6 +93,13 @@ def shoot(
     after the next less what the event makes of the one before; the last is the sum of the
     durations less ``period``.
     """
+    law, chain, period, phases, arrival = (
+        problem.law,
+        problem.chain,
+        problem.period,
+        problem.phases,
+        problem.arrival,
+    )
     n = chain.shape[0]
     jacobian[:, :] = 0.0
     t = unknowns[0]
@@ -91,8 +112,9 @@ def shoot(
         v0 = unknowns[1 + n + i]
         x = place(law, region, chain[i, AT])
         start = (t, t_low, v0, constant_force(law, region, x))
+        flight = Flight(law, region, start, phases, arrival)
         set_phases(law, t, t_low, phases)
-        y, v = move(law, region, start, phases, s, arrival)
+        y, v = move(flight, s)
         acceleration, _ = acceleration_and_jerk(law, region, start[3], arrival, y, v)
         _, x_of_v, _, v_of_v = propagator(law, region, s)
         x_of_t, v_of_t = delayed_start(law, region, phases, s)
@@ -116,11 +138,7 @@ def shoot(
 
 @kernel
 def turning_points(
-    law: Law,
-    region: int,
-    start: Start,
-    phases: Table,
-    arrival: Table,
+    flight: Flight,
     longest: float,
     out: Table,
 ) -> int:
@@ -128,67 +146,69 @@ def turning_points(
 
     ``doubt`` bounds the rounding error of y. The ends are none. Stops when ``out`` is full.
     """
+    law, region, start, phases, arrival = (
+        flight.law,
+        flight.region,
+        flight.start,
+        flight.phases,
+        flight.arrival,
+    )
     v = start[2]
     before, _ = acceleration_and_jerk(law, region, start[3], phases, 0.0, v)
     step = longest / 16.0
     if law[region, STEP] > 0.0:
         step = longest / math.ceil(longest / min(PART * law[region, STEP], step))
-    found = 0
+    count = 0
     s = 0.0
-    while s < longest and found < out.shape[0]:
+    while s < longest and count < out.shape[0]:
         end = min(s + step, longest)
         if longest - end < 0.5 * step:
             end = longest
-        y, after = move(law, region, start, phases, end, arrival)
+        y, after = move(flight, end)
         acceleration, _ = acceleration_and_jerk(law, region, start[3], arrival, y, after)
         # From rest it goes where it is accelerated to, and may have turned already.
-        way = v if v != 0.0 else before
+        sign = v if v != 0.0 else before
         middle = end
-        if way * after > 0.0 and way * before < 0.0 and after * acceleration > 0.0:
+        if sign * after > 0.0 and sign * before < 0.0 and after * acceleration > 0.0:
             # It may turn twice: look at where the velocity is least.
             middle = s + (end - s) * before / (before - acceleration)
-            _, least = move(law, region, start, phases, middle, arrival)
-            if not way * least < 0.0:
+            _, least = move(flight, middle)
+            if not sign * least < 0.0:
                 middle = end
-        if middle < end or way * after < 0.0:
-            out[found, 0], out[found, 1] = turn(law, region, start, phases, arrival, way, s, middle)
-            found += 1
-        if middle < end and found < out.shape[0]:
-            out[found, 0], out[found, 1] = turn(
-                law, region, start, phases, arrival, -way, middle, end
-            )
-            found += 1
-        if after == 0.0 and end < longest and found < out.shape[0]:
-            out[found, 0] = end
-            out[found, 1] = y
-            found += 1
+        if middle < end or sign * after < 0.0:
+            out[count, 0], out[count, 1] = turn(flight, sign, s, middle)
+            count += 1
+        if middle < end and count < out.shape[0]:
+            out[count, 0], out[count, 1] = turn(flight, -sign, middle, end)
+            count += 1
+        if after == 0.0 and end < longest and count < out.shape[0]:
+            out[count, 0] = end
+            out[count, 1] = y
+            count += 1
         v = after
         before = acceleration
         s = end
-    for i in range(found):
-        out[i, 2] = uncertainty(law, region, start, phases, out[i, 0])
-    return found
+    for i in range(count):
+        out[i, 2] = uncertainty(flight, out[i, 0])
+    return count
 
 
 @kernel
 def turn(
-    law: Law,
-    region: int,
-    start: Start,
-    phases: Table,
-    arrival: Table,
-    way: float,
+    flight: Flight,
+    sign: float,
     left: float,
     right: float,
 ) -> tuple[float, float]:
-    """Return (s, y) where the velocity, with the sign of ``way`` before, changes it."""
+    """Return (s, y) where the velocity, with the sign of ``sign`` before, changes it."""
+    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
     s = 0.5 * (left + right)
     y = 0.0
     for _ in range(MAX_ITERATIONS):
-        y, v = move(law, region, start, phases, s, arrival)
+        y, v = move(flight, s)
         if v == 0.0:
             break
-        if v * way > 0.0:
+        if v * sign > 0.0:
             left = s
         else:
             right = s
@@ -200,3 +220,107 @@ def turn(
             break
         s = middle
     return s, y
+
+
+@kernel
+def scales(unknowns: Table, n: int) -> tuple[float, float]:
+    """Return the scales of time, the mean duration, and of velocity, the greatest one."""
+    time = 0.0
+    speed = 0.0
+    for i in range(n):
+        time += abs(unknowns[1 + i]) / n
+        speed = max(speed, abs(unknowns[1 + n + i]))
+    # With r = 0 every flight may start from rest.
+    return time if time > 0.0 else 1.0, speed if speed > 0.0 else 1.0
+
+
+@kernel
+def equations(problem: ShootingProblem, unknowns: Table, residual: Table, matrix: Table) -> float:
+    """Write scaled residuals and the Jacobian by scaled unknowns; return the largest residual.
+
+    A ``period`` of 0 is that of free motion, which is unknown: event 0 then stays where it is.
+    """
+    chain, period = problem.chain, problem.period
+    n = chain.shape[0]
+    shoot(problem, unknowns, residual, matrix)
+    time, speed = scales(unknowns, n)
+    last = 2 * n
+    if period == 0.0:
+        residual[last] = 0.0
+        for k in range(last + 1):
+            matrix[last, k] = 1.0 if k == 0 else 0.0
+    size = 0.0
+    for i in range(last + 1):
+        scale = time
+        if i < last:
+            scale = speed * time if i % 2 == 0 else speed
+        residual[i] /= scale
+        # Larger than any number where it is none.
+        size = max(size, abs(residual[i])) if residual[i] == residual[i] else math.inf
+        for k in range(last + 1):
+            matrix[i, k] *= (time if k <= n else speed) / scale
+    return size
+
+
+@kernel
+def advance(unknowns: Table, step: Table, n: int) -> float:
+    """Add a scaled step to the unknowns, durations kept above a tenth; return its size.
+
+    Far from a solution only the direction of the step is right: it is cut to the scales.
+    """
+    time, speed = scales(unknowns, n)
+    size = 0.0
+    for k in range(2 * n + 1):
+        size = max(size, abs(step[k]))
+    part = 1.0 / size if size > 1.0 else 1.0
+    for i in range(n):
+        shorter = -step[1 + i] * time
+        if shorter * part > 0.9 * unknowns[1 + i]:
+            part = 0.9 * unknowns[1 + i] / shorter
+    for k in range(2 * n + 1):
+        unknowns[k] += part * step[k] * (time if k <= n else speed)
+    return size
+
+
+@kernel
+def copy(source: Table, target: Table) -> None:
+    """Write one row of numbers into another."""
+    for i in range(source.shape[0]):
+        target[i] = source[i]
+
+
+@kernel
+def iterate(
+    problem: ShootingProblem,
+    unknowns: Table,
+    residual: Table,
+    matrix: Table,
+    best: Table,
+    steps: int,
+) -> tuple[int, float, int]:
+    """Improve the unknowns; return (why it came back, best scaled residual, steps left).
+
+    ``best`` (2 n + 1,) receives the unknowns with that residual, ``unknowns`` the last ones.
+    """
+    chain = problem.chain
+    n = chain.shape[0]
+    size = equations(problem, unknowns, residual, matrix)
+    least = size
+    copy(unknowns, best)
+    while steps > 0:
+        if not size < math.inf:
+            return LOST, least, steps
+        for i in range(2 * n + 1):
+            residual[i] = -residual[i]
+        if not eliminate(matrix, residual, WEAK):
+            return SINGULAR, least, steps
+        moved = advance(unknowns, residual, n)
+        steps -= 1
+        size = equations(problem, unknowns, residual, matrix)
+        gained = size < least
+        if gained:
+            least = size
+            copy(unknowns, best)
+        if moved < SMALLEST_STEP or (moved < SMALL_STEP and not gained):
+            return SETTLED, least, steps
+    return SPENT, least, steps

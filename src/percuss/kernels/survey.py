@@ -1,4 +1,4 @@
-"""What is kept of a motion that is one of many: tallies and points instead of events.
+"""Tallies and points of a motion that is one of many, in place of its events.
 
 A *stretch* is a flight, or a contact, between two events. Tallies are counted from the instant
 ``since`` on, when a transient is over.
@@ -7,11 +7,11 @@ A *stretch* is a flight, or a contact, between two events. Tallies are counted f
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from percuss.kernels.arithmetic import arctangent, hypotenuse, logarithm
+from percuss.kernels.arithmetic import Pair, arctangent, hypotenuse, logarithm, turns
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.doubled import turns
-from percuss.kernels.flight import Start, acceleration_and_jerk, move
+from percuss.kernels.flight import Flight, Start, acceleration_and_jerk, move
 from percuss.kernels.law import (
     DAMPING,
     LOWER_ENTRY,
@@ -34,12 +34,12 @@ from percuss.kernels.record import (
     KIND,
     V_AFTER,
     V_BEFORE,
-    Integers,
+    Run,
 )
 from percuss.kernels.tangent import Matrix, product, propagator
 
-# Entries of a lane's tallies, from ``since`` on: impacts and entries into soft stops, contacts,
-# points written; the greatest impact speed; the least and the greatest x; the energy that
+# Entries of the tallies of a motion, from ``since`` on: impacts and entries into soft stops,
+# contacts, points written; the greatest impact speed; the least and the greatest x; the energy that
 # impacts and the dashpots have taken, per unit mass; and x and v at the end, NaN before it.
 IMPACTS, CONTACTS, POINTS, PEAK_SPEED, LOWEST, HIGHEST, LOST, DRAGGED, END_X, END_V = range(10)
 # From the start on: the direction to a neighbour, the logarithm of how far it has moved away,
@@ -57,7 +57,7 @@ NO_POINTS, STROBES, IMPACT_POINTS, TANGENTS = range(4)
 FIRST, SECOND, THIRD = range(3)
 POINT_COLUMNS = 3
 
-# Entries of the plan of a lane: tallies and strobes begin at SINCE, strobes come every EVERY.
+# Entries of the plan of a motion: tallies and strobes begin at SINCE, strobes come every EVERY.
 SINCE, EVERY, UNTIL = range(3)
 PLAN_ENTRIES = 3
 
@@ -84,20 +84,21 @@ TURNING_STEPS = 4
 LONGEST_PHASE = 200.0
 
 
-@kernel
-def tally_event(
-    law: Law,
-    region: int,
-    events: Table,
-    marks: Integers,
-    row: int,
-    since: float,
-    section: int,
-    tally: Table,
-    points: Table,
-) -> None:
+class Member(NamedTuple):
+    """One motion of a batch: its run, its plan, and what is kept of it."""
+
+    run: Run
+    plan: Table
+    tally: Table
+    points: Table
+
+
+@formula
+def tally_event(member: Member, region: int, row: int, section: int) -> None:
     """Count the event of a row; ``region`` is the row of the region before it."""
-    is_early = events[row, EVENT_T] < since
+    plan, tally = member.plan, member.tally
+    law, events, marks = member.run.law, member.run.events, member.run.marks
+    is_early = events[row, EVENT_T] < plan[SINCE]
     if is_early and tally.shape[0] == TALLIES:
         return
     kind = marks[row, KIND]
@@ -115,20 +116,14 @@ def tally_event(
             return
     instant = (events[row, EVENT_T], events[row, EVENT_T_LOW])
     speeds = (events[row, V_BEFORE], events[row, V_AFTER])
-    tally_impact(law, instant, speeds, float(marks[row, BOUND]), section, tally, points)
+    tally_impact(member, instant, speeds, float(marks[row, BOUND]), section)
 
 
 @formula
-def tally_impact(
-    law: Law,
-    instant: tuple[float, float],
-    speeds: tuple[float, float],
-    bound: float,
-    section: int,
-    tally: Table,
-    points: Table,
-) -> None:
+def tally_impact(member: Member, instant: Pair, speeds: Pair, bound: float, section: int) -> None:
     """Count an impact, or an entry into a soft stop; ``speeds`` are v before and after it."""
+    tally = member.tally
+    law = member.run.law
     before, after = speeds
     tally[IMPACTS] += 1.0
     tally[PEAK_SPEED] = max(tally[PEAK_SPEED], abs(before))
@@ -137,7 +132,7 @@ def tally_impact(
         part = turns(law[0, PERIOD_TURNS], law[0, PERIOD_TURNS_LOW], instant[0], instant[1])
         if part < 0.0:
             part += 1.0
-        write_point(tally, points, part if part < 1.0 else 0.0, after, bound)
+        write_point(member, part if part < 1.0 else 0.0, after, bound)
 
 
 @formula
@@ -154,8 +149,9 @@ def note_peak(t: float, speed: float, tally: Table) -> None:
 
 
 @formula
-def write_point(tally: Table, points: Table, first: float, second: float, third: float) -> None:
+def write_point(member: Member, first: float, second: float, third: float) -> None:
     """Write a point over the oldest one."""
+    tally, points = member.tally, member.points
     i = int(tally[POINTS]) % points.shape[0]
     points[i, FIRST] = first
     points[i, SECOND] = second
@@ -164,35 +160,26 @@ def write_point(tally: Table, points: Table, first: float, second: float, third:
 
 
 @formula
-def is_strobe_due(until: float, plan: Table, tally: Table) -> bool:
-    """Tell whether a strobe falls before ``until``."""
+def is_strobe_due(member: Member, until: float) -> bool:
+    """Return whether a strobe falls before ``until``."""
+    plan, tally = member.plan, member.tally
     instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
     return instant < until and instant <= plan[UNTIL]
 
 
 @kernel
-def strobe(
-    law: Law,
-    region: int,
-    x: float,
-    start: Start,
-    held: bool,
-    until: float,
-    plan: Table,
-    phases: Table,
-    arrival: Table,
-    tally: Table,
-    points: Table,
-) -> None:
+def strobe(member: Member, flight: Flight, x: float, in_contact: bool, until: float) -> None:
     """Write the points of the strobes that fall on a stretch, up to ``until`` and not at it."""
-    while is_strobe_due(until, plan, tally):
+    plan, tally = member.plan, member.tally
+    start = flight.start
+    while is_strobe_due(member, until):
         instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
         y = 0.0
         v = 0.0
         s = (instant - start[0]) - start[1]
-        if not held:
-            y, v = move(law, region, start, phases, max(s, 0.0), arrival)
-        write_point(tally, points, x + y, v, -1.0)
+        if not in_contact:
+            y, v = move(flight, max(s, 0.0))
+        write_point(member, x + y, v, -1.0)
 
 
 @kernel
@@ -236,44 +223,30 @@ def stretched(
     return total, x, v
 
 
-@kernel
-def strobe_neighbour(
-    law: Law,
-    region: int,
-    start: Start,
-    until: float,
-    plan: Table,
-    tally: Table,
-    points: Table,
-) -> None:
+@formula
+def strobe_neighbour(member: Member, region: int, start: Start, until: float) -> None:
     """Write the logarithms at the strobes that fall on a stretch, up to ``until``."""
-    while is_strobe_due(until, plan, tally):
+    plan, tally = member.plan, member.tally
+    law = member.run.law
+    while is_strobe_due(member, until):
         instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
         s = max((instant - start[0]) - start[1], 0.0)
         stretch, x, v = stretched(law, region, s, (1.0, 0.0, 0.0, 1.0), tally)
         shrunk = tally[SHRUNK] - 2.0 * law[region, DAMPING] * s
-        # What is held has lost its neighbours.
-        write_point(tally, points, tally[STRETCHED] + stretch, shrunk, arctangent(v, x))
+        # A mass in contact has no neighbours any more.
+        write_point(member, tally[STRETCHED] + stretch, shrunk, arctangent(v, x))
 
 
 @kernel
-def survey(
-    law: Law,
-    region: int,
-    x: float,
-    start: Start,
-    span: tuple[float, float],
-    phases: Table,
-    arrival: Table,
-    tally: Table,
-) -> None:
+def survey(flight: Flight, x: float, span: Pair, tally: Table) -> None:
     """Tally the extremes of x and the work of the dashpots on a part of a flight.
 
     ``span`` is the part, counted from the flight's start. Turning points are those between
     neighbouring nodes at which v has different signs.
     """
+    law, region = flight.law, flight.region
     s, end = span
-    y, v = move(law, region, start, phases, s, arrival)
+    y, v = move(flight, s)
     tally[LOWEST] = min(tally[LOWEST], x + y)
     tally[HIGHEST] = max(tally[HIGHEST], x + y)
     drag = 0.0
@@ -285,12 +258,12 @@ def survey(
         total = 0.0
         for k in range(6):
             s1 = left + step * NODES[k] if k < 5 else left + step
-            y1, v1 = move(law, region, start, phases, s1, arrival)
+            y1, v1 = move(flight, s1)
             if k < 5:
                 total += WEIGHTS[k] * v1 * v1
             turned = y1
             if v * v1 < 0.0:
-                turned = turning_point(law, region, start, phases, arrival, (s, v), (s1, v1))
+                turned = turning_point(flight, (s, v), (s1, v1))
             tally[LOWEST] = min(tally[LOWEST], x + min(y1, turned))
             tally[HIGHEST] = max(tally[HIGHEST], x + max(y1, turned))
             s = s1
@@ -301,19 +274,16 @@ def survey(
 
 @kernel
 def turning_point(
-    law: Law,
-    region: int,
-    start: Start,
-    phases: Table,
-    arrival: Table,
-    left: tuple[float, float],
-    right: tuple[float, float],
+    flight: Flight,
+    left: Pair,
+    right: Pair,
 ) -> float:
     """Return the displacement where v vanishes between two (s, v) of different signs."""
+    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
     s = left[0] + (right[0] - left[0]) * left[1] / (left[1] - right[1])
     y = 0.0
     for _ in range(TURNING_STEPS):
-        y, v = move(law, region, start, phases, s, arrival)
+        y, v = move(flight, s)
         second, _ = acceleration_and_jerk(law, region, start[3], arrival, y, v)
         if second == 0.0:
             break
@@ -322,29 +292,20 @@ def turning_point(
 
 
 @kernel
-def end_at(
-    law: Law,
-    region: int,
-    x: float,
-    start: Start,
-    held: bool,
-    until: float,
-    phases: Table,
-    arrival: Table,
-    tally: Table,
-) -> None:
-    """Tally where a lane ends."""
+def end_at(flight: Flight, x: float, in_contact: bool, until: float, tally: Table) -> None:
+    """Tally where a motion ends."""
+    start = flight.start
     tally[END_X] = x
     tally[END_V] = 0.0
-    if not held:
-        y, v = move(law, region, start, phases, max((until - start[0]) - start[1], 0.0), arrival)
+    if not in_contact:
+        y, v = move(flight, max((until - start[0]) - start[1], 0.0))
         tally[END_X] = x + y
         tally[END_V] = v
 
 
 @kernel
 def clear_tally(tally: Table) -> None:
-    """Set the tallies of a lane that begins."""
+    """Set the tallies of a motion that begins."""
     for i in range(TALLIES):
         tally[i] = 0.0
     tally[LOWEST] = math.inf

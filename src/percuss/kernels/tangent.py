@@ -1,10 +1,10 @@
-"""How neighbours move: the derivative of a motion with respect to its start, in closed form.
+"""The derivative of a motion with respect to its start, in closed form.
 
 Along a flight the difference of two neighbours obeys the free equation, so that its *propagator*
 is exact whatever the forcing. At an event neighbours arrive at other times; the *saltation matrix*
 carries their difference over it, taken at one time before and after (Kong et al. 2024,
 arXiv:2306.06862, eq. 20). A contact ends all memory: the release does not depend on how the mass
-came to the wall. Matrices are handed about as (xx, xv, vx, vv), so that
+came to the wall. Matrices are tuples (xx, xv, vx, vv), so that
 dx' = xx dx + xv dv and dv' = vx dx + vv dv.
 """
 
@@ -13,9 +13,15 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from percuss.kernels.angles import cos_sin
+from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import kernel
-from percuss.kernels.flight import constant_force, force_and_slopes, set_phases
+from percuss.kernels.flight import (
+    constant_force,
+    force_and_slopes,
+    free_response,
+    harmonic_response,
+    set_phases,
+)
 from percuss.kernels.law import (
     COSINE,
     DAMPING,
@@ -43,9 +49,8 @@ from percuss.kernels.record import (
     KIND,
     NEXT_REGION,
     V_BEFORE,
-    Integers,
+    Record,
 )
-from percuss.kernels.response import free_response, harmonic_response
 
 Matrix: TypeAlias = tuple[float, float, float, float]
 
@@ -117,21 +122,13 @@ def event_saltation(
 
 
 @kernel
-def neighbours(
-    law: Law,
-    events: Table,
-    marks: Integers,
-    instants: Table,
-    after: bool,
-    phases: Table,
-    out: Table,
-) -> None:
+def neighbours(record: Record, instants: Table, after: bool, phases: Table, out: Table) -> None:
     """Write the derivative of (x, v) at each of ``instants`` by (x, v) at the START.
 
-    ``events`` and ``marks`` are the record of `march`; ``instants`` (n,) ascend, and row i of
-    ``out`` (n, 4) receives the matrix for the i-th. ``after`` takes the side after an event at
-    an instant of its own, else the side before it.
+    ``instants`` (n,) ascend, and row i of ``out`` (n, 4) receives the matrix for the i-th.
+    ``after`` takes the side after an event at an instant of its own, else the side before it.
     """
+    law, events, marks = record.law, record.events, record.marks
     matrix = (1.0, 0.0, 0.0, 1.0)
     region = int(marks[0, NEXT_REGION])
     t = events[0, EVENT_T]

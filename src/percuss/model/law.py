@@ -1,4 +1,4 @@
-"""From what the user describes to the tables the kernels read: where exact values become floats.
+"""The law of an oscillator and a forcing for the kernels: where exact values become floats.
 
 Every entry is computed in exact rationals and rounded once. Rates of phase are kept as pairs of
 floats, so that a phase after a million periods has all its digits.
@@ -14,8 +14,8 @@ from functools import lru_cache
 import numpy as np
 
 from percuss.kernels import law as at
+from percuss.kernels.flight import fill_steps
 from percuss.kernels.law import Law
-from percuss.kernels.steps import fill_steps
 from percuss.model.exact import PI, as_fraction
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import Component
@@ -75,27 +75,27 @@ def lines(oscillator: Oscillator) -> Lines:
 
 @lru_cache(maxsize=256)
 def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
-    """Return the kernels' table of an oscillator under a forcing (None: free motion)."""
+    """Return the law of an oscillator under a forcing (None: free motion)."""
     components = forcing.components() if forcing is not None else ()
     constant = as_fraction(forcing.constant) if forcing is not None else Fraction(0)
     bounds = lines(oscillator)
     n, n_regions = len(components), len(bounds.at) - 1
-    table = np.zeros((at.FIRST_HARMONIC + n + n_regions * (1 + n), at.COLUMNS))
-    _fill_header(table[0], forcing, components, n_regions)
+    rows = np.zeros((at.FIRST_HARMONIC + n + n_regions * (1 + n), at.COLUMNS))
+    _fill_header(rows[0], forcing, components, n_regions)
     for j, component in enumerate(components):
-        _fill_harmonic(table[at.FIRST_HARMONIC + j], component)
+        _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
     # A harmonic of no weight sets no pace.
     quickest = max((float(c.omega) for c in components if c.cos or c.sin), default=0.0)
     for number in range(n_regions):
         first = at.FIRST_HARMONIC + n + number * (1 + n)
         row, stiffness, damping = _region_row(oscillator, constant, number)
-        table[first] = row
-        _fill_steps_of_search(table[first], quickest)
+        rows[first] = row
+        _fill_steps_of_search(rows[first], quickest)
         for j, component in enumerate(components):
-            _fill_response(table[first + 1 + j], stiffness, damping, component.omega)
-        _mark_simple(table[first], table[first + 1 : first + 1 + n])
-    fill_steps(table)
-    return table
+            _fill_response(rows[first + 1 + j], stiffness, damping, component.omega)
+        _mark_simple(rows[first], rows[first + 1 : first + 1 + n])
+    fill_steps(rows)
+    return rows
 
 
 def _pair(numerator: int, denominator: int) -> tuple[float, float]:

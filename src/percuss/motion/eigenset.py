@@ -18,7 +18,8 @@ from percuss.kernels.law import (
     WALL,
 )
 from percuss.model.exact import Exact, as_float, whole
-from percuss.model.law import law, lines
+from percuss.model.law import law as law_of
+from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 
 __all__ = ["eigenset", "resonant_frequency"]
@@ -103,14 +104,14 @@ def _half_periods(osc: Oscillator) -> tuple[float, float]:
             "times between impacts depend on the amplitude"
         )
         raise ParameterError("oscillator.stops", len(bounds), reason)
-    table = law(osc, None)
+    law = law_of(osc, None)
     halves = []
-    for row in table[FIRST_HARMONIC:]:
+    for row in law[FIRST_HARMONIC:]:
         if row[OVERDAMPED] == 1.0 or row[RATE] == 0.0:
             reason = f"damping {row[DAMPING]:g} lets the mass creep back, it does not oscillate"
             raise ParameterError("oscillator.damping", float(row[DAMPING]), reason)
         halves.append(math.pi / float(row[RATE]))
-    if WALL in (table[FIRST_HARMONIC, LOWER_KIND], table[FIRST_HARMONIC, UPPER_KIND]):
+    if WALL in (law[FIRST_HARMONIC, LOWER_KIND], law[FIRST_HARMONIC, UPPER_KIND]):
         return halves[0], 0.0
     above = osc.stops[0].side == "above"
     return (halves[0], halves[1]) if above else (halves[1], halves[0])

@@ -9,7 +9,7 @@ from percuss.kernels.law import N_HARMONICS
 from percuss.kernels.sample import drive
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import SoftStop, Stop
 from percuss.motion.tables import Contacts
@@ -37,11 +37,11 @@ def forces_at(
             depth = x - as_float(stop.at)
             push = -as_float(stop.stiffness) * depth - 2.0 * as_float(stop.damping) * v
             stops[i] = np.where(_is_beyond(stop, depth), push, 0.0)
-    # A mass that is held does not accelerate: the wall takes what all others leave.
+    # A mass in contact does not accelerate: the wall takes what all others leave.
     others = spring + damping + driving + stops.sum(axis=0)
     for wall, start, release in zip(contacts.stop, contacts.start, contacts.release, strict=True):
-        held = (t >= start) & ~(t >= release)
-        stops[wall] = np.where(held, -others, stops[wall])
+        in_contact = (t >= start) & ~(t >= release)
+        stops[wall] = np.where(in_contact, -others, stops[wall])
     return {
         "spring": ("t", spring),
         "damping": ("t", damping),
@@ -68,7 +68,7 @@ def _is_beyond(stop: Stop, depth: Floats) -> NDArray[np.bool_]:
 def _force_at(oscillator: Oscillator, forcing: Forcing | None, t: Floats) -> Floats:
     if forcing is None:
         return np.zeros_like(t)
-    table = law(oscillator, forcing)
+    law = law_of(oscillator, forcing)
     harmonic = np.empty_like(t)
-    drive(table, t, np.empty((int(table[0, N_HARMONICS]), 2)), harmonic)
+    drive(law, t, np.empty((int(law[0, N_HARMONICS]), 2)), harmonic)
     return as_float(forcing.constant) + harmonic

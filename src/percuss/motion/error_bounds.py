@@ -12,7 +12,7 @@ from percuss.kernels.error_bounds import GENERATORS, contact_errors
 from percuss.kernels.law import N_HARMONICS, Table
 from percuss.model.exact import PI, angle, as_float, as_fraction
 from percuss.model.forcing import Forcing
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 
@@ -45,14 +45,11 @@ class ContactErrors:
 
     def _computed(self) -> NDArray[np.float64]:
         oscillator, forcing, start, events, marks = self._motion
-        table = law(oscillator, forcing)
-        n = int(table[0, N_HARMONICS])
+        law = law_of(oscillator, forcing)
+        n = int(law[0, N_HARMONICS])
         out = np.empty(np.count_nonzero(marks[:, columns.KIND] == columns.CONTACT))
         contact_errors(
-            table,
-            events,
-            marks,
-            as_float(start.x0),
+            columns.Record(law, as_float(start.x0), events, marks),
             _start_errors(oscillator, start),
             np.empty((n, 2)),
             np.empty((n, 2)),

@@ -29,7 +29,7 @@ from percuss.kernels.law import (
     STIFFNESS,
     Law,
 )
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 from percuss.motion.pieces import Pieces, constant_forces, pieces_of
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import cos, dot, gauss_legendre, modulus, phasor, sin, times
@@ -78,29 +78,29 @@ def fourier_integral(run: Trajectory, omega: Floats, low: float, high: float) ->
     >>> complex(fourier_integral(run, np.array([0.0]), 0.0, run.t_end)[0]).real
     2.0
     """
-    table = law(run.oscillator, run.forcing)
+    law = law_of(run.oscillator, run.forcing)
     pieces = pieces_of(run, low, high)
-    forces = constant_forces(table)
+    forces = constant_forces(law)
     total = _held(pieces, omega)
-    for row in np.unique(pieces.region[~pieces.held]):
-        chosen = (pieces.region == row) & ~pieces.held
-        factor = table[row, STIFFNESS] - omega * omega + 2j * table[row, DAMPING] * omega
-        is_near = modulus(factor) < NEAR_PART * _scale(table, row, pieces, chosen)
+    for row in np.unique(pieces.region[~pieces.in_contact]):
+        chosen = (pieces.region == row) & ~pieces.in_contact
+        factor = law[row, STIFFNESS] - omega * omega + 2j * law[row, DAMPING] * omega
+        is_near = modulus(factor) < NEAR_PART * _scale(law, row, pieces, chosen)
         by_parts = np.flatnonzero(~is_near)
-        driven = _driving(table, pieces, chosen, omega[by_parts], low, forces[int(row)])
-        ends = _ends(pieces, chosen, omega[by_parts], table[row, DAMPING])
+        driven = _driving(law, pieces, chosen, omega[by_parts], low, forces[int(row)])
+        ends = _ends(pieces, chosen, omega[by_parts], law[row, DAMPING])
         total[by_parts] += (driven - ends) / factor[by_parts]
-        total[is_near] += _panels(run, table, int(row), pieces, chosen, omega[is_near], low)
+        total[is_near] += _panels(run, law, int(row), pieces, chosen, omega[is_near], low)
     return total
 
 
-def _scale(table: Law, row: int, pieces: Pieces, chosen: NDArray[np.bool_]) -> float:
-    """Return the size of K - w^2 + 2 i a w below which a flight tells little by its ends."""
+def _scale(law: Law, row: int, pieces: Pieces, chosen: NDArray[np.bool_]) -> float:
+    """Return the size of K - w^2 + 2 i a w below which the ends of a flight determine little."""
     shortest = float(np.median(pieces.end[chosen] - pieces.start[chosen]))
     return float(
         max(
-            abs(table[row, STIFFNESS]),
-            table[row, DAMPING] * table[row, DAMPING],
+            abs(law[row, STIFFNESS]),
+            law[row, DAMPING] * law[row, DAMPING],
             1.0 / (shortest * shortest),
         )
     )
@@ -108,14 +108,14 @@ def _scale(table: Law, row: int, pieces: Pieces, chosen: NDArray[np.bool_]) -> f
 
 def _held(pieces: Pieces, omega: Floats) -> Complexes:
     """Return the part of the contacts, during which x does not change."""
-    held = pieces.held
-    start = (pieces.start[held], pieces.start_low[held])
-    end = (pieces.end[held], pieces.end_low[held])
-    return _exponentials(start, end, omega, [(0.0, pieces.x0[held].astype(np.complex128))])
+    in_contact = pieces.in_contact
+    start = (pieces.start[in_contact], pieces.start_low[in_contact])
+    end = (pieces.end[in_contact], pieces.end_low[in_contact])
+    return _exponentials(start, end, omega, [(0.0, pieces.x0[in_contact].astype(np.complex128))])
 
 
 def _driving(
-    table: Law,
+    law: Law,
     pieces: Pieces,
     chosen: NDArray[np.bool_],
     omega: Floats,
@@ -126,8 +126,8 @@ def _driving(
     start, end = _stretches(pieces, chosen)
     one = np.ones(len(start[0]), dtype=np.complex128)
     parts = [(0.0, constant * one)] if constant != 0.0 else []
-    for j in range(int(table[0, N_HARMONICS])):
-        row = table[FIRST_HARMONIC + j]
+    for j in range(int(law[0, N_HARMONICS])):
+        row = law[FIRST_HARMONIC + j]
         # At the window's start the harmonic is Re(phasor).
         turn = complex(_turned(np.array([row[OMEGA]]), np.array([low]), np.zeros(1))[0, 0])
         phasor = complex(row[COSINE], -row[SINE]) * turn.conjugate()
@@ -202,7 +202,7 @@ def _ends(pieces: Pieces, chosen: NDArray[np.bool_], omega: Floats, damping: flo
 
 def _panels(
     run: Trajectory,
-    table: Law,
+    law: Law,
     row: int,
     pieces: Pieces,
     chosen: NDArray[np.bool_],
@@ -213,9 +213,9 @@ def _panels(
     total = np.zeros(len(omega), dtype=np.complex128)
     if len(omega) == 0:
         return total
-    n = int(table[0, N_HARMONICS])
-    harmonics = table[FIRST_HARMONIC : FIRST_HARMONIC + n, OMEGA]
-    fastest = float(np.abs(omega).max() + max(table[row, QUICKEST], harmonics.max(initial=0.0)))
+    n = int(law[0, N_HARMONICS])
+    harmonics = law[FIRST_HARMONIC : FIRST_HARMONIC + n, OMEGA]
+    fastest = float(np.abs(omega).max() + max(law[row, QUICKEST], harmonics.max(initial=0.0)))
     start, end = pieces.start[chosen], pieces.end[chosen]
     counts = np.ceil((end - start) * fastest / PANEL_PHASE).astype(np.int64)
     counts = np.maximum(counts, 1)

@@ -21,7 +21,7 @@ Quantity: TypeAlias = Literal["velocity", "displacement"]
 Floats = NDArray[np.float64]
 
 # Stretches of time, equal in its logarithm, whose mean peak is one point of the fit; and the
-# fewest such points, and peaks in all, that an exponent is told from.
+# fewest such points, and peaks in all, from which an exponent is fitted.
 BLOCKS = 24
 FEWEST_BLOCKS = 6
 FEWEST_PEAKS = 12

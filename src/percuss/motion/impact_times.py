@@ -72,7 +72,7 @@ class ImpactTimes:
 def classify_impact_times(
     run: Trajectory | ArrayLike, osc: Oscillator | None = None, force: Forcing | None = None
 ) -> ImpactTimes:
-    """Tell what kind of set the impact times of a run form.
+    """Classify the set that the impact times of a run form.
 
     Without walls, the entries into soft stops are taken. A transient may come first: a period is
     believed if the last three repetitions agree, within 1e-8 of the mean interval or the rounding
@@ -209,7 +209,7 @@ def _whole_periods(time: float, period: float | None) -> int:
 
 
 def _approaching(times: Floats, spacing: float) -> ImpactTimes | None:
-    """Tell whether the intervals come ever nearer to the spacing, and by which law."""
+    """Return whether the intervals come ever nearer to the spacing, and by which law."""
     off = np.abs(np.diff(times) - spacing)
     quarter = len(off) // 4
     if quarter < FEWEST:

@@ -40,8 +40,8 @@ FEWEST = 6
 TOLERANCE = 1e-8
 # What flights add up to by rounding, in units of the last digit of the last time.
 ROUNDINGS = 64
-# A deviation tells the recurrence when it is so many times larger than rounding.
-TELLING = 100.0
+# A deviation decides the recurrence when it is so many times larger than rounding.
+SIGNIFICANT = 100.0
 # Repetitions in which a decay is seen, at least: three thirds of four.
 FEWEST_REPETITIONS = 12
 # Windows of a decay: each is by this part of the repetitions shorter than the one before.
@@ -158,8 +158,8 @@ def _repeating(times: Floats, n_impacts: int, period: float | None, equal: float
     lags = times[n_impacts:] - times[:-n_impacts]
     if len(lags) < least:
         return None
-    n_periods, lasting = _lasting(lags, n_impacts, period)
-    off = np.abs(lags - lasting)
+    n_periods, duration = _duration(lags, n_impacts, period)
+    off = np.abs(lags - duration)
     if not (off[-least:] <= equal).all():
         return None
     outside = np.flatnonzero(off > equal)
@@ -175,14 +175,14 @@ def _settling(
 
     It has as many impacts as are given, or is a part of that.
     """
-    off, n_periods, lasting = _deviations(times, n_impacts, period)
+    off, n_periods, duration = _deviations(times, n_impacts, period)
     if len(off) < FEWEST_REPETITIONS:
         return None
     sizes = np.abs(off).max(axis=1)
-    far = np.flatnonzero(sizes > SAME * (period if period is not None else lasting))
-    telling = np.flatnonzero(sizes > TELLING * rounding)
+    far = np.flatnonzero(sizes > SAME * (period if period is not None else duration))
+    significant = np.flatnonzero(sizes > SIGNIFICANT * rounding)
     first = int(far[-1]) + 1 if len(far) else 0
-    last = int(telling[-1]) + 1 if len(telling) else 0
+    last = int(significant[-1]) + 1 if len(significant) else 0
     while last - first >= FEWEST_REPETITIONS:
         multiplier = _multiplier(off[first:last])
         if multiplier is not None:
@@ -196,7 +196,7 @@ def _settling(
             parts = _parts_that_settle(times, (n_impacts, n_periods), period, window)
             if parts == 0:
                 return None
-            rate = -log(multiplier) / lasting if multiplier > 0.0 else math.inf
+            rate = -log(multiplier) / duration if multiplier > 0.0 else math.inf
             own = off if parts == 1 else _deviations(times, n_impacts // parts, period)[0]
             deviation = float(np.abs(own[-1]).max())
             counts = n_impacts // parts, n_periods // parts
@@ -263,11 +263,11 @@ def _fall(off: Floats) -> float:
 def _deviations(times: Floats, n_impacts: int, period: float | None) -> tuple[Floats, int, float]:
     """Return the deviations (k, m) of repetitions, how many periods one lasts, and how long."""
     lags = times[n_impacts:] - times[:-n_impacts]
-    n_periods, lasting = _lasting(lags, n_impacts, period)
+    n_periods, duration = _duration(lags, n_impacts, period)
     # Without a known period repetitions are compared with one another.
-    off = lags - lasting if period is not None else lags[n_impacts:] - lags[:-n_impacts]
+    off = lags - duration if period is not None else lags[n_impacts:] - lags[:-n_impacts]
     rounds = len(off) // n_impacts
-    return off[len(off) - rounds * n_impacts :].reshape(rounds, n_impacts), n_periods, lasting
+    return off[len(off) - rounds * n_impacts :].reshape(rounds, n_impacts), n_periods, duration
 
 
 def _thirds(off: Floats) -> tuple[float, float, float]:
@@ -279,7 +279,7 @@ def _thirds(off: Floats) -> tuple[float, float, float]:
     return early, middle, late
 
 
-def _lasting(lags: Floats, n_impacts: int, period: float | None) -> tuple[int, float]:
+def _duration(lags: Floats, n_impacts: int, period: float | None) -> tuple[int, float]:
     """Return how many forcing periods the last repetition lasts, and how long."""
     if period is None:
         # The lags of a whole pattern share the error of each time.

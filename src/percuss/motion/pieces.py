@@ -18,7 +18,7 @@ from percuss.kernels.law import (
     UPPER,
     Law,
 )
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["Pieces", "constant_forces", "pieces_of"]
@@ -39,7 +39,7 @@ class Pieces:
         (n,) arrays, the motion at the start and at the end.
     region
         (n,) array, row of the law that holds.
-    held
+    in_contact
         (n,) bool array, true for contacts.
     """
 
@@ -52,12 +52,12 @@ class Pieces:
     x1: Floats
     v1: Floats
     region: Numbers
-    held: NDArray[np.bool_]
+    in_contact: NDArray[np.bool_]
 
 
 def pieces_of(run: Trajectory, low: float, high: float) -> Pieces:
     """Cut the window [low, high] of a run at its events."""
-    table = law(run.oscillator, run.forcing)
+    law = law_of(run.oscillator, run.forcing)
     events, marks = run._events, run._marks
     times = events[:, columns.EVENT_T]
     first = max(int(np.searchsorted(times, low, side="right")) - 1, 0)
@@ -72,7 +72,7 @@ def pieces_of(run: Trajectory, low: float, high: float) -> Pieces:
     instants, lows = np.append(instants[: last - first], high), np.append(lows[: last - first], 0.0)
     rest, rest_low = _difference(instants, low)
     rest_low += lows
-    place = _places(run, table, marks)
+    place = _places(run, law, marks)
     kind = marks[:, columns.KIND]
     # A mass that is held has no velocity; the column of a contact holds something else.
     moving = (kind != columns.CONTACT) & (kind != columns.RELEASE)
@@ -84,9 +84,11 @@ def pieces_of(run: Trajectory, low: float, high: float) -> Pieces:
     x1[-1], v1[-1] = (float(value) for value in run(high, limit="before"))
     region = marks[first:last, columns.NEXT_REGION].astype(np.int64)
     # What comes between the last listed hop of a chatter and its end is no higher than rounding.
-    held = kind[first:last] == columns.CONTACT
-    held[:-1] |= kind[first + 1 : last] == columns.CONTACT
-    return Pieces(rest[:-1], rest_low[:-1], rest[1:], rest_low[1:], x0, v0, x1, v1, region, held)
+    in_contact = kind[first:last] == columns.CONTACT
+    in_contact[:-1] |= kind[first + 1 : last] == columns.CONTACT
+    return Pieces(
+        rest[:-1], rest_low[:-1], rest[1:], rest_low[1:], x0, v0, x1, v1, region, in_contact
+    )
 
 
 def _difference(instants: Floats, origin: float) -> tuple[Floats, Floats]:
@@ -96,23 +98,23 @@ def _difference(instants: Floats, origin: float) -> tuple[Floats, Floats]:
     return difference, (instants - (difference + back)) + (back - origin)
 
 
-def _places(run: Trajectory, table: Law, marks: columns.Integers) -> Floats:
+def _places(run: Trajectory, law: Law, marks: columns.Integers) -> Floats:
     """Return where each event happens."""
     rows = marks[:, columns.NEXT_REGION].astype(np.int64)
-    is_lower = marks[:, columns.BOUND] == table[rows, NUMBER].astype(np.int64)
-    place = np.where(is_lower, table[rows, LOWER], table[rows, UPPER])
+    is_lower = marks[:, columns.BOUND] == law[rows, NUMBER].astype(np.int64)
+    place = np.where(is_lower, law[rows, LOWER], law[rows, UPPER])
     place[0] = run.x0
     return np.asarray(place, dtype=np.float64)
 
 
-def constant_forces(table: Law) -> dict[int, float]:
+def constant_forces(law: Law) -> dict[int, float]:
     """Return, for each region's row, the constant G of x'' + 2 a x' + K x = G + harmonics."""
-    n = int(table[0, N_HARMONICS])
-    rows = range(FIRST_HARMONIC + n, len(table), 1 + n)
-    return {row: _constant(table, row) for row in rows}
+    n = int(law[0, N_HARMONICS])
+    rows = range(FIRST_HARMONIC + n, len(law), 1 + n)
+    return {row: _constant(law, row) for row in rows}
 
 
-def _constant(table: Law, row: int) -> float:
-    bounds = (table[row, LOWER], table[row, UPPER])
+def _constant(law: Law, row: int) -> float:
+    bounds = (law[row, LOWER], law[row, UPPER])
     at = min(max(0.0, bounds[0]), bounds[1])
-    return float(constant_force(table, row, at) + table[row, STIFFNESS] * at)
+    return float(constant_force(law, row, at) + law[row, STIFFNESS] * at)

@@ -1,7 +1,7 @@
 """How far a flight provably meets nothing, where the walk of the kernels has gone on for long.
 
-With a spring that is `coasting`, which the walk asks too; here it is asked whatever the spread of
-the rates. A mass without spring that drifts away is seen to do so.
+With a spring that is `search.coast`, which the walk asks too; here whatever the spread of the
+rates. A mass without spring that drifts away is recognised.
 """
 
 from __future__ import annotations
@@ -12,9 +12,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.kernels.coasting import coast, slowest
-from percuss.kernels.doubled import later
-from percuss.kernels.flight import Start, move, set_phases
+from percuss.kernels.arithmetic import later
+from percuss.kernels.flight import Flight, Start, move, set_phases
 from percuss.kernels.law import (
     AMPLITUDE,
     COSINE,
@@ -30,6 +29,7 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
+from percuss.kernels.search import coast, slowest
 from percuss.numerics import exp, hypot
 
 __all__ = ["free_until"]
@@ -62,11 +62,12 @@ def free_until(
         return math.inf if drifts_away(law, region, start, phases, s, reach) else s
     if slowest(law, region, len(phases)) == math.inf:
         return s
-    return float(coast(law, region, start, phases, np.empty_like(phases), s, reach, longest))
+    flight = Flight(law, region, start, phases, np.empty_like(phases))
+    return float(coast(flight, s, reach, longest))
 
 
 def misses(reach: tuple[float, float], low: float, high: float, size: float) -> bool:
-    """Tell whether displacements between low and high stay clear of both bounds.
+    """Return whether displacements between low and high stay clear of both bounds.
 
     ``size`` is that of the terms they are sums of.
     """
@@ -90,13 +91,13 @@ def steady(law: Law, region: int, phases: Table) -> Floats:
 def drifts_away(
     law: Law, region: int, start: Start, phases: Table, s: float, reach: tuple[float, float]
 ) -> bool:
-    """Tell whether a mass without spring (K = 0) meets no bound after s, and never will.
+    """Return whether a mass without spring (K = 0) meets no bound after s, and never will.
 
     Its motion is what the harmonics make it swing and a drift, which goes one way once it does
     not go against the constant force.
     """
     at = np.empty_like(phases)
-    y, _ = move(law, region, start, phases, s, at)
+    y, _ = move(Flight(law, region, start, phases, at), s)
     set_phases(law, *later(start[0], start[1], s), at)
     y -= float(steady(law, region, at)[:, 0].sum())
     gain = hypot(*law[region + 1 : region + 1 + len(phases), (GAIN_RE, GAIN_IM)].T)
@@ -110,18 +111,18 @@ def drifts_away(
     low = high = y
     if damping > 0.0:
         # The drift decays to that at which the damping holds the constant force.
-        late = y + (drift - 0.5 * force / damping) * exp(-2.0 * damping * s) / (2.0 * damping)
-        low, high = min(y, late), max(y, late)
-        way = force
+        far = y + (drift - 0.5 * force / damping) * exp(-2.0 * damping * s) / (2.0 * damping)
+        low, high = min(y, far), max(y, far)
+        sign = force
     elif force == 0.0:
         if 0.0 < abs(drift) <= doubt:
             return False
-        way = drift
+        sign = drift
     else:
         now = drift + force * s
         if abs(now) <= doubt or now * force < 0.0:
             return False
-        way = force
-    if (way < 0.0 and reach[0] > -math.inf) or (way > 0.0 and reach[1] < math.inf):
+        sign = force
+    if (sign < 0.0 and reach[0] > -math.inf) or (sign > 0.0 and reach[1] < math.inf):
         return False
     return misses(reach, low - size, high + size, abs(y) + size)

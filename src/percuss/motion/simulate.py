@@ -26,7 +26,7 @@ from percuss.model.exact import Exact, Phase, as_float, plain
 from percuss.model.faults import Fault, phase_faults, raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import Harmonic
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, end_after_periods, periods_faults, start_faults
 from percuss.motion.outcome import Outcome
@@ -39,7 +39,7 @@ __all__ = ["MOST_IMPACTS", "simulate"]
 # Without `max_impacts`. Ten million impacts take 0.9 GB: elastic hops on a wall can be that many.
 MOST_IMPACTS = 10_000_000
 
-# Searches between two looks at the keyboard and the progress.
+# Searches between two checks of the keyboard and the progress.
 PATIENCE = 50_000
 # Phases are reduced to one turn exactly up to 2**51 quarter turns.
 MOST_PERIODS = 1e14
@@ -134,9 +134,9 @@ def simulate(
     raise_first(start_faults(osc, x0, v0, t0, t_end, max_impacts))
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
     end = math.inf if t_end is None else as_float(t_end)
-    table = law(osc, force)
-    _check_times(table, as_float(t0), end)
-    march = _March(table, as_float(x0), as_float(v0), as_float(t0), limit)
+    law = law_of(osc, force)
+    _check_times(law, as_float(t0), end)
+    march = _March(law, as_float(x0), as_float(v0), as_float(t0), limit)
     reported = RunProgress(progress, as_float(t0), end, limit)
     outcome = march.run(end, limit, reported)
     stopped: Phase = march.last_time
@@ -167,11 +167,11 @@ def _kind_faults(osc: object, force: object) -> list[Fault]:
     return [Fault("force", force, "not a Forcing; cosine(2) makes one, and forcings can be added")]
 
 
-def _check_times(table: Law, t0: float, t_end: float) -> None:
+def _check_times(law: Law, t0: float, t_end: float) -> None:
     """Refuse times so late that a phase there has no digits left."""
-    n = int(table[0, N_HARMONICS])
-    turns = [*table[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS]]
-    turns += [*(2.0 * table[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS])]
+    n = int(law[0, N_HARMONICS])
+    turns = [*law[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS]]
+    turns += [*(2.0 * law[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS])]
     fastest = float(max(turns))
     for name, time in (("t0", t0), ("t_end", t_end)):
         if abs(time) < math.inf and abs(time) * fastest > MOST_PERIODS:
@@ -180,7 +180,7 @@ def _check_times(table: Law, t0: float, t_end: float) -> None:
                 "nearer by"
             )
             raise ParameterError(name, time, reason)
-    slow = [turns for turns in 2.0 * table[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS] if turns > 0.0]
+    slow = [turns for turns in 2.0 * law[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS] if turns > 0.0]
     if t_end == math.inf and slow and fastest > MOST_PERIODS * min(slow):
         reason = (
             f"needed where the fastest part of the motion is {fastest / min(slow):.3g} times as "
@@ -192,16 +192,9 @@ def _check_times(table: Law, t0: float, t_end: float) -> None:
 class _March:
     """The engine's arrays during a run: they grow with the events."""
 
-    def __init__(self, table: Law, x0: float, v0: float, t0: float, limit: int) -> None:
-        self.law = table
-        n = int(table[0, N_HARMONICS])
-        self.state = np.zeros(columns.STATE_ENTRIES)
-        self.counters = np.zeros(columns.COUNTERS, dtype=np.int64)
-        self.phases, self.arrival, self.walker = (np.zeros((n, 2)) for _ in range(3))
-        capacity = min(limit + 4, FIRST_CAPACITY)
-        self.events = np.empty((capacity, columns.EVENT_COLUMNS))
-        self.marks = np.empty((capacity, columns.MARK_COLUMNS), dtype=np.int64)
-        self.grazes = np.empty((16, columns.GRAZE_COLUMNS))
+    def __init__(self, law: Law, x0: float, v0: float, t0: float, limit: int) -> None:
+        self.arrays = columns.new_run(law, min(limit + 4, FIRST_CAPACITY))
+        self.state, self.counters = self.arrays.state, self.arrays.counters
         self.state[columns.T], self.state[columns.X], self.state[columns.V] = t0, x0, v0
         self.start = (x0, v0)
 
@@ -214,27 +207,14 @@ class _March:
         """March to the limits, or until the user stops it."""
         try:
             while True:
-                status = engine.march(
-                    self.law,
-                    self.state,
-                    self.counters,
-                    self.phases,
-                    self.arrival,
-                    self.walker,
-                    self.events,
-                    self.marks,
-                    self.grazes,
-                    end,
-                    limit,
-                    PATIENCE,
-                )
+                status = engine.march(self.arrays, end, limit, PATIENCE)
                 if status in _OUTCOMES:
                     return _OUTCOMES[status]
                 if status == columns.FULL:
                     self._grow()
                 elif self._look_far(end) == math.inf and end == math.inf:
                     return Outcome.no_more_impacts
-                searched = max(self.state[columns.FREE_BELOW], self.state[columns.HELD])
+                searched = max(self.state[columns.FREE_BELOW], self.state[columns.CONTACT_UNTIL])
                 if not progress.reach_event(
                     self.last_time + searched, int(self.counters[columns.N_IMPACTS])
                 ):
@@ -246,9 +226,9 @@ class _March:
 
     @property
     def may_grow(self) -> bool:
-        """Tell whether the last stretch is a flight that may grow beyond all bounds."""
+        """Return whether the last stretch is a flight that may grow beyond all bounds."""
         flies = self.counters[columns.TOUCHED] == 0
-        return bool(flies and self.law[self.counters[columns.REGION], STIFFNESS] < 0.0)
+        return bool(flies and self.arrays.law[self.counters[columns.REGION], STIFFNESS] < 0.0)
 
     def last_moderate(self, end: float) -> float:
         """Return up to when, at most ``end``, the last flight stays below HUGE.
@@ -271,23 +251,15 @@ class _March:
         return low
 
     def _is_below(self, limit: float, t: float) -> bool:
-        """Tell whether position and velocity at t are numbers below a limit."""
+        """Return whether position and velocity at t are numbers below a limit."""
         if not t < math.inf:
             return False
+        law, phases = self.arrays.law, np.empty_like(self.arrays.phases)
         n = int(self.counters[columns.N_EVENTS])
+        so_far = columns.Record(law, self.start[0], self.arrays.events[:n], self.arrays.marks[:n])
         motion = np.empty((2, 1))
         with np.errstate(over="ignore", invalid="ignore"):
-            evaluate(
-                self.law,
-                self.events[:n],
-                self.marks[:n],
-                self.start[0],
-                np.array([t]),
-                True,
-                np.empty_like(self.phases),
-                np.empty_like(self.phases),
-                motion,
-            )
+            evaluate(so_far, np.array([t]), True, phases, np.empty_like(phases), motion)
         return bool((np.abs(motion) < limit).all())
 
     def _look_far(self, end: float) -> float:
@@ -301,11 +273,11 @@ class _March:
             return 0.0
         longest = end - state[columns.T]
         free = free_until(
-            self.law,
+            self.arrays.law,
             int(self.counters[columns.REGION]),
             state[columns.X],
             start,
-            self.phases,
+            self.arrays.phases,
             searched,
             longest,
         )
@@ -315,21 +287,21 @@ class _March:
 
     def _grow(self) -> None:
         """Make room for more events and grazes."""
-        n = len(self.events)
+        events, marks, grazes = self.arrays.events, self.arrays.marks, self.arrays.grazes
+        n = len(events)
         if self.counters[columns.N_EVENTS] + 2 > n:
             more = min(n, LARGEST_GROWTH)
-            self.events = np.concatenate([self.events, np.empty((more, columns.EVENT_COLUMNS))])
-            self.marks = np.concatenate(
-                [self.marks, np.empty((more, columns.MARK_COLUMNS), dtype=np.int64)]
-            )
-        if self.counters[columns.N_GRAZES] + 1 > len(self.grazes):
-            self.grazes = np.concatenate([self.grazes, np.empty_like(self.grazes)])
+            events = np.concatenate([events, np.empty((more, columns.EVENT_COLUMNS))])
+            marks = np.concatenate([marks, np.empty((more, columns.MARK_COLUMNS), dtype=np.int64)])
+        if self.counters[columns.N_GRAZES] + 1 > len(grazes):
+            grazes = np.concatenate([grazes, np.empty_like(grazes)])
+        self.arrays = self.arrays._replace(events=events, marks=marks, grazes=grazes)
 
     def record(self) -> tuple[Law, tuple[float, float], Table, columns.Integers, Table]:
         """Return what happened, without the unused room."""
         n = int(self.counters[columns.N_EVENTS])
-        events, marks = self.events[:n], self.marks[:n]
-        if n < 0.9 * len(self.events):
+        events, marks = self.arrays.events[:n], self.arrays.marks[:n]
+        if n < 0.9 * len(self.arrays.events):
             events, marks = events.copy(), marks.copy()
-        grazes = self.grazes[: int(self.counters[columns.N_GRAZES])].copy()
-        return self.law, self.start, events, marks, grazes
+        grazes = self.arrays.grazes[: int(self.counters[columns.N_GRAZES])].copy()
+        return self.arrays.law, self.start, events, marks, grazes

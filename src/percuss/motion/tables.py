@@ -100,7 +100,7 @@ class Impacts:
         return len(self.t)
 
     def __repr__(self) -> str:
-        """Tell the number of impacts and when they were."""
+        """Return the number of impacts and when they were."""
         return f"<Impacts: {len(self)}{_span(self.t)}>"
 
     def _repr_html_(self) -> str:
@@ -137,7 +137,7 @@ class Crossings:
         return len(self.t)
 
     def __repr__(self) -> str:
-        """Tell the number of crossings and when they were."""
+        """Return the number of crossings and when they were."""
         return f"<Crossings: {len(self)}{_span(self.t)}>"
 
     def _repr_html_(self) -> str:
@@ -188,7 +188,7 @@ class Contacts:
         return len(self.start)
 
     def __repr__(self) -> str:
-        """Tell the number of contacts and when they began."""
+        """Return the number of contacts and when they began."""
         return f"<Contacts: {len(self)}{_span(self.start)}>"
 
     def _repr_html_(self) -> str:
@@ -227,7 +227,7 @@ class Grazes:
         return len(self.t)
 
     def __repr__(self) -> str:
-        """Tell the number of grazes and when they were."""
+        """Return the number of grazes and when they were."""
         return f"<Grazes: {len(self)}{_span(self.t)}>"
 
     def _repr_html_(self) -> str:

@@ -12,10 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
+from percuss.kernels.record import Record
 from percuss.kernels.sample import cycles, evaluate
 from percuss.model.exact import Phase, as_float, reals, whole
 from percuss.model.forcing import Forcing
-from percuss.model.law import law, lines
+from percuss.model.law import law as law_of
+from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.motion.energetics import energy_at, forces_at
@@ -92,7 +94,7 @@ class Trajectory:
         start: Start | None = None,
     ) -> Trajectory:
         """Make a trajectory of what the engine wrote down, from an exact start or its floats."""
-        table, (x0, v0), events, marks, grazes = record
+        law, (x0, v0), events, marks, grazes = record
         t0 = float(events[0, columns.EVENT_T])
         start = Start(x0, v0, t0) if start is None else start
         errors = ContactErrors(oscillator, forcing, start, events, marks)
@@ -104,7 +106,7 @@ class Trajectory:
             t0=t0,
             t_end=as_float(t_end),
             outcome=outcome,
-            impacts=_impacts(oscillator, table, events, marks),
+            impacts=_impacts(oscillator, law, events, marks),
             crossings=_crossings(oscillator, events, marks),
             contacts=_contacts(oscillator, events, marks, errors),
             grazes=_grazes(oscillator, grazes),
@@ -115,7 +117,7 @@ class Trajectory:
         )
 
     def __repr__(self) -> str:
-        """Tell what happened in a line."""
+        """Return what happened in a line."""
         parts = [
             f"{len(table)} {name}"
             for name, table in (
@@ -165,14 +167,11 @@ class Trajectory:
         if instants.size and not (instants.min() >= self.t0 and instants.max() <= self.t_end):
             instants = self._within(instants)
         flat = np.ascontiguousarray(instants).reshape(-1)
-        table = law(self.oscillator, self.forcing)
-        n = int(table[0, N_HARMONICS])
+        law = law_of(self.oscillator, self.forcing)
+        n = int(law[0, N_HARMONICS])
         motion = np.empty((2, len(flat)))
         evaluate(
-            table,
-            self._events,
-            self._marks,
-            self.x0,
+            Record(law, self.x0, self._events, self._marks),
             flat,
             limit == "after",
             np.empty((n, 2)),
@@ -240,7 +239,7 @@ class Trajectory:
         >>> dict(run.stroboscopic().sizes)
         {'period': 10}
         """
-        period = float(law(self.oscillator, self.forcing)[0, PERIOD])
+        period = float(law_of(self.oscillator, self.forcing)[0, PERIOD])
         if period == 0.0:
             reason = "a stroboscopic view needs a periodic forcing; give period= where it has one"
             raise ParameterError("forcing.period", None, reason)
@@ -324,15 +323,15 @@ def _stop_of_bound(oscillator: Oscillator) -> NDArray[np.int64]:
     return np.array([-1 if wall is None else wall for wall in walls], dtype=np.int64)
 
 
-def _impacts(oscillator: Oscillator, table: Law, events: Table, marks: columns.Integers) -> Impacts:
+def _impacts(oscillator: Oscillator, law: Law, events: Table, marks: columns.Integers) -> Impacts:
     impacts = marks[:, columns.KIND] == columns.IMPACT
     # Mostly all events but the start are impacts: no need then to pick them out.
     which = slice(1, None) if impacts[1:].all() else np.flatnonzero(impacts)
     t = events[which, columns.EVENT_T].copy()
     t_low = events[which, columns.EVENT_T_LOW].copy()
     cycle = np.full(len(t), np.nan)
-    if table[0, PERIOD] > 0.0:
-        cycles(table, t, t_low, cycle)
+    if law[0, PERIOD] > 0.0:
+        cycles(law, t, t_low, cycle)
     intervals = t.copy()
     intervals[:1] -= events[0, columns.EVENT_T]
     intervals[1:] -= t[:-1]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from percuss.errors import ParameterError
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law
 from percuss.kernels.record import Integers
-from percuss.kernels.shooting import shoot
+from percuss.kernels.shooting import ShootingProblem, shoot
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
@@ -131,11 +131,11 @@ class OrbitEquations:
         if self.n == 0:
             return residual, matrix
         period = self.n_periods * float(table[0, PERIOD])
-        phases, arrival = self._phases
+        problem = ShootingProblem(table, self.chain, period, *self._phases)
         # A step that goes astray may overflow: the residual tells.
         with np.errstate(over="ignore", invalid="ignore"):
             given = unknowns * self.scale
-            shoot(table, self.chain, given, period, phases, arrival, residual, matrix)
+            shoot(problem, given, residual, matrix)
             return residual / self.rows, matrix * (self.scale / np.reshape(self.rows, (-1, 1)))
 
     def orbit_at(self, unknowns: Floats, values: tuple[float, ...]) -> PeriodicOrbit:

@@ -223,10 +223,8 @@ def _around(table: Law, base: PeriodicOrbit, touch: Touch, *, half: bool) -> Flo
     lasting = 0.5 * base.period if half else base.period
     phases, out = np.empty((int(table[0, N_HARMONICS]), 2)), np.empty((1, 4))
     until = record[:, columns.EVENT_T] < t + lasting
-    neighbours(
-        table, record[until], np.ascontiguousarray(kinds[until]), np.array([t + lasting]),
-        True, phases, out,
-    )  # fmt: skip
+    kept = columns.Record(table, 0.0, record[until], np.ascontiguousarray(kinds[until]))
+    neighbours(kept, np.array([t + lasting]), True, phases, out)
     matrix = out.reshape(2, 2)
     return np.asarray(-matrix if half else matrix)
 

@@ -7,7 +7,7 @@ impact, p^2 + q^2 = A^2,
     0 = -r U S + g D + p Re Q + q Im Q,
     U = -r U (c - a S) + g S + p (S - w Im Q) + q w Re Q,
 
-at s = 2 pi n/w (notation of `percuss.kernels.response`). That is linear in p, q and U: solved
+at s = 2 pi n/w (notation of `percuss.kernels.flight`). That is linear in p, q and U: solved
 for p and q it leaves one quadratic equation for U, whose roots are the two orbits (Shaw & Holmes
 1983; Whiston 1987; Budd & Dux 1994).
 """
@@ -22,9 +22,8 @@ from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
-from percuss.kernels.flight import constant_force
+from percuss.kernels.flight import constant_force, free_response, harmonic_response
 from percuss.kernels.law import Law
-from percuss.kernels.response import free_response, harmonic_response
 from percuss.kernels.shooting import factor, place
 from percuss.model.forcing import Forcing
 from percuss.model.law import law

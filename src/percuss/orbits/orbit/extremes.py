@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.kernels import record as columns
-from percuss.kernels.flight import constant_force, set_phases
+from percuss.kernels.flight import Flight, constant_force, set_phases
 from percuss.kernels.law import N_HARMONICS, Law, Table
 from percuss.kernels.shooting import place, turning_points
 from percuss.model.law import law
@@ -120,7 +120,7 @@ def _turns(
     room = ROOM
     while True:
         out = np.empty((room, 3))
-        count = turning_points(table, region, whole, phases, arrival, longest, out)
+        count = turning_points(Flight(table, region, whole, phases, arrival), longest, out)
         if count < room:
             return [x + y for y in out[:count, 1].tolist()]
         room *= 8

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.kernels import record as columns
-from percuss.kernels.doubled import later
-from percuss.kernels.flight import constant_force, move, set_phases
+from percuss.kernels.arithmetic import later
+from percuss.kernels.flight import Flight, constant_force, move, set_phases
 from percuss.kernels.law import DAMPING, N_HARMONICS, PERIOD, Law, Table
 from percuss.kernels.record import Integers
 from percuss.kernels.shooting import AFTER, AT, BEFORE, factor, place
@@ -136,7 +136,7 @@ def _record(table: Law, chain: Integers, unknowns: Floats) -> tuple[Table, Integ
         force = constant_force(table, region, place(table, region, int(chain[i, AT])))
         set_phases(table, t, t_low, phases)
         s = float(unknowns[1 + i])
-        _, before = move(table, region, (t, t_low, v, force), phases, s, arrival)
+        _, before = move(Flight(table, region, (t, t_low, v, force), phases, arrival), s)
         t, t_low = later(t, t_low, s)
         v = float(unknowns[1 + n + following])
         events[i + 1] = t, t_low, before, v
@@ -154,7 +154,8 @@ def _monodromy(table: Law, events: Table, marks: Integers) -> Floats:
         flights = [slice(i, i + 2) for i in range(len(events) - 1)]
     for flight in flights:
         end = events[flight][-1:, columns.EVENT_T].copy()
-        neighbours(table, events[flight], marks[flight], end, True, phases, out)
+        record = columns.Record(table, 0.0, events[flight], marks[flight])
+        neighbours(record, end, True, phases, out)
         # NaN where an impact has no speed.
         with np.errstate(invalid="ignore"):
             whole = matmul(out.reshape(2, 2), whole)

@@ -10,15 +10,18 @@ from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError
 from percuss.kernels.law import N_HARMONICS, Law
-from percuss.kernels.newton import (
+from percuss.kernels.record import Integers
+from percuss.kernels.shooting import (
+    AT,
+    BEFORE,
     SINGULAR,
     SMALLEST_STEP,
     WEAK,
+    ShootingProblem,
     advance,
+    factor,
     iterate,
 )
-from percuss.kernels.record import Integers
-from percuss.kernels.shooting import AT, BEFORE, factor
 from percuss.numerics import directions, inverse, is_finite, least_squares, norm
 
 __all__ = ["Solution", "solve"]
@@ -104,23 +107,13 @@ class _System:
         self.period = period or 0.0
         harmonics = int(table[0, N_HARMONICS])
         size = 2 * self.n + 1
-        self.phases, self.arrival = np.empty((harmonics, 2)), np.empty((harmonics, 2))
+        scratch = np.empty((harmonics, 2)), np.empty((harmonics, 2))
+        self.problem = ShootingProblem(table, chain, self.period, *scratch)
         self.residual, self.matrix = np.empty(size), np.empty((size, size))
 
     def iterated(self, unknowns: Floats, best: Floats, steps: int) -> tuple[int, float, int]:
         """Go on from the unknowns; return why it came back, the least residual, steps left."""
-        return iterate(
-            self.law,
-            self.chain,
-            unknowns,
-            self.period,
-            self.phases,
-            self.arrival,
-            self.residual,
-            self.matrix,
-            best,
-            steps,
-        )
+        return iterate(self.problem, unknowns, self.residual, self.matrix, best, steps)
 
     def at(self, unknowns: Floats) -> None:
         """Set scaled residuals and Jacobian."""

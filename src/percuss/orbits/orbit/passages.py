@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
-from percuss.kernels.flight import constant_force, set_phases
+from percuss.kernels.flight import Flight, constant_force, set_phases
 from percuss.kernels.law import N_HARMONICS, Law, Table
 from percuss.kernels.record import Integers
 from percuss.kernels.shooting import place, turning_points
@@ -116,7 +116,7 @@ def _turns_of_flight(
     room = ROOM
     while True:
         out = np.empty((room, 3))
-        found = turning_points(table, region, whole, phases, arrival, longest, out)
+        found = turning_points(Flight(table, region, whole, phases, arrival), longest, out)
         if found < room:
             return out[:found]
         room *= 8

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
-from percuss.kernels.doubled import later
+from percuss.kernels.arithmetic import later
 from percuss.kernels.law import Table
 from percuss.kernels.record import Integers
 from percuss.model.forcing import Forcing

@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
-from percuss.kernels.law import N_HARMONICS, Law, Table
+from percuss.kernels.law import Law, Table
 from percuss.kernels.sample import evaluate
 from percuss.kernels.tangent import neighbours
 from percuss.model.forcing import Forcing
@@ -41,24 +41,13 @@ class ShortRuns:
     oscillator: Oscillator
     forcing: Forcing | None
     law: Law = field(init=False)
-    _state: Table = field(init=False)
-    _counters: columns.Integers = field(init=False)
-    _scratch: tuple[Table, Table, Table] = field(init=False)
-    _events: Table = field(init=False)
-    _marks: columns.Integers = field(init=False)
-    _grazes: Table = field(init=False)
+    _run: columns.Run = field(init=False)
     _record: tuple[Table, columns.Integers] = field(init=False)
 
     def __post_init__(self) -> None:
         self.law = law(self.oscillator, self.forcing)
-        n = int(self.law[0, N_HARMONICS])
-        self._state = np.zeros(columns.STATE_ENTRIES)
-        self._counters = np.zeros(columns.COUNTERS, dtype=np.int64)
-        self._scratch = (np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2)))
-        self._events = np.empty((CAPACITY, columns.EVENT_COLUMNS))
-        self._marks = np.empty((CAPACITY, columns.MARK_COLUMNS), dtype=np.int64)
-        self._grazes = np.empty((16, columns.GRAZE_COLUMNS))
-        self._record = self._events[:0], self._marks[:0]
+        self._run = columns.new_run(self.law, CAPACITY)
+        self._record = self._run.events[:0], self._run.marks[:0]
 
     def follow(
         self, x: float, v: float, t0: float, *, t_end: float = math.inf, n_impacts: int = 0
@@ -67,29 +56,15 @@ class ShortRuns:
 
         Entries into soft stops count as impacts, as they do in `simulate`.
         """
-        self._state[:] = 0.0
-        self._counters[:] = 0
-        self._state[columns.T], self._state[columns.X], self._state[columns.V] = t0, x, v
-        phases, arrival, walker = self._scratch
-        engine.begin(self.law, self._state, self._counters, phases, self._events, self._marks)
-        status = engine.march(
-            self.law,
-            self._state,
-            self._counters,
-            phases,
-            arrival,
-            walker,
-            self._events,
-            self._marks,
-            self._grazes,
-            t_end,
-            n_impacts or MORE_IMPACTS,
-            PATIENCE,
-        )
+        run = self._run
+        run.state[:] = 0.0
+        run.counters[:] = 0
+        run.state[columns.T], run.state[columns.X], run.state[columns.V] = t0, x, v
+        status = engine.march(run, t_end, n_impacts or MORE_IMPACTS, PATIENCE)
         if status in (columns.FULL, columns.SPENT):
             return self._simulated(x, v, t0, t_end, n_impacts)
-        n = int(self._counters[columns.N_EVENTS])
-        self._record = self._events[:n], self._marks[:n]
+        n = int(run.counters[columns.N_EVENTS])
+        self._record = run.events[:n], run.marks[:n]
         return self._record
 
     def _simulated(
@@ -105,14 +80,13 @@ class ShortRuns:
     def state_at(self, x0: float, t: float) -> tuple[float, float]:
         """Return (x, v) of the last run at t; x0 is where it started."""
         motion = np.empty((2, 1))
-        phases, arrival, _ = self._scratch
-        events, marks = self._record
-        evaluate(self.law, events, marks, x0, np.array([t]), True, phases, arrival, motion)
+        record = columns.Record(self.law, float(x0), *self._record)
+        evaluate(record, np.array([t]), True, self._run.phases, self._run.arrival, motion)
         return float(motion[0, 0]), float(motion[1, 0])
 
     def derivative_at(self, t: float, *, after: bool = True) -> Table:
         """Return the derivative of (x, v) at t by (x, v) at the start of the last run."""
         out = np.empty((1, 4))
-        events, marks = self._record
-        neighbours(self.law, events, marks, np.array([t]), after, self._scratch[0], out)
+        record = columns.Record(self.law, 0.0, *self._record)
+        neighbours(record, np.array([t]), after, self._run.phases, out)
         return out.reshape(2, 2)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.kernels import record as columns
-from percuss.kernels.doubled import later
+from percuss.kernels.arithmetic import later
 from percuss.kernels.law import PERIOD, Law, Table
 from percuss.kernels.record import Integers
 from percuss.kernels.sample import cycles

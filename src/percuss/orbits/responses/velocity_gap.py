@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
-from percuss.kernels.response import free_response
+from percuss.kernels.flight import free_response
 from percuss.model.exact import as_float, whole
 from percuss.model.forcing import Forcing
 from percuss.model.law import law

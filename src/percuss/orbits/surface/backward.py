@@ -118,9 +118,8 @@ class BackwardMotions:
         hits = np.full((n, n_hits, engine.HIT_COLUMNS), np.nan)
         ends = np.zeros((n, 2), dtype=np.int64)
         room = np.empty((2, int(self.law[0, at.N_HARMONICS]), 2))
-        engine.trace_lanes(
-            self.law, rows, states, (bound, way), float(longest), float(fastest), hits, ends, room
-        )
+        limits = (float(longest), float(fastest))
+        engine.trace_batch(self.law, rows, states, (bound, way), limits, hits, ends, room)
         met = np.arange(n_hits) < ends[:, 1:]
         between = np.where(met, hits[:, :, engine.HIT_EVENTS], -1.0).astype(np.int64)
         instants = hits[:, :, engine.HIT_T] + hits[:, :, engine.HIT_T_LOW]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
-from percuss.kernels.doubled import turns
+from percuss.kernels.arithmetic import turns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
 from percuss.kernels.law import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW, Table
 from percuss.kernels.shooting import factor

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.kernels.angles import cos_sin
+from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import kernel
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing, cosine
