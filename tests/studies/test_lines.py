@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from percuss.io.toml import toml_text
+from percuss.io.study_text import toml_text
 from percuss.studies.faults import Path, line_of
 from percuss.studies.lines import key_lines
 

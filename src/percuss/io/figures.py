@@ -7,8 +7,7 @@ from typing import Any, Protocol
 
 from percuss.errors import OutputError
 from percuss.io.files import OutputFiles
-from percuss.io.reading import PNG_KEYWORD
-from percuss.io.record import Record, make_record
+from percuss.io.record import PNG_KEYWORD, Record, make_record
 
 
 class Figure(Protocol):

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from percuss.errors import StudyError
-from percuss.io.reading import load_record
+from percuss.io.record import load_record
 from percuss.studies.faults import StudyFault, StudyFaults, shown, unknown_key, unknown_value
 from percuss.studies.kinds import kind_named, kind_names
 from percuss.studies.lines import key_lines

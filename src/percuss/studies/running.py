@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.io.columns import Columns
 from percuss.io.figures import write_figure
-from percuss.io.files import OutputFiles, check_output
+from percuss.io.files import OutputFiles, check_output, record_file
 from percuss.io.netcdf import write_netcdf
-from percuss.io.reading import record_file
 from percuss.io.record import Record, make_record
-from percuss.io.results import table_of
+from percuss.io.results import Columns, table_of
 from percuss.io.table import write_columns
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate

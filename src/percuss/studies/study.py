@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from percuss.io.study_text import model_tables
-from percuss.io.toml import toml_text
+from percuss.io.study_text import model_tables, toml_text
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.studies.model_tables import EngineersModel
