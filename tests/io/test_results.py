@@ -34,7 +34,7 @@ from percuss.motion.tables import COLUMNS
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import offscreen_figure, plot_velocity
 from percuss.studies import Limits, Motion, load_study, parse_study
-from percuss.studies.question import Execution
+from percuss.studies.study import Execution
 
 Saver = Callable[..., None]
 

@@ -14,7 +14,7 @@ import xarray as xr
 
 from percuss.ensembles.netcdf_bytes import write_whole
 from percuss.errors import PercussError
-from percuss.io.exactly import decoded, encoded
+from percuss.io.exact_json import decoded, encoded
 from percuss.io.files import OutputFiles, say_size
 from percuss.io.record import NETCDF_ATTRIBUTE, Record, make_record
 from percuss.io.results import SAMPLES, kind_of
@@ -270,7 +270,7 @@ def _ragged(name: str, columns: dict[str, list[Any]]) -> dict[str, Any]:
 
 
 def _values(data: xr.Dataset, name: str) -> Iterator[Any]:
-    """Give the values of a field, orbit after orbit."""
+    """Yield the values of a field, orbit after orbit."""
     if name in _TABLES:
         kind = _TABLES[name]
         names = [column.name for column in dataclasses.fields(kind)]

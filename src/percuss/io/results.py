@@ -140,7 +140,7 @@ class ResultKind:
     outcome
         How it ended, in words.
     study
-        A study that repeats it, as TOML text; empty where the result alone does not tell it.
+        A study that repeats it, as TOML text; empty where the result alone does not determine it.
     tables
         Datasets for reading, by the name of their group.
     columns

@@ -63,7 +63,7 @@ def toml_text(document: Mapping[str, object]) -> str:
 
 
 def _blocks(name: str, table: object) -> Iterator[list[str]]:
-    """Give the lines of a table, then those of the tables inside it."""
+    """Yield the lines of a table, then those of the tables inside it."""
     if not isinstance(table, Mapping):
         raise TypeError(f"{name} is not a table")
     values = {key: value for key, value in table.items() if not _is_nested(value)}

@@ -122,7 +122,7 @@ def _with_units(columns: Columns, length_unit: str, time_unit: str) -> str:
 
 
 def _blocks(columns: Columns) -> Iterator[Iterator[tuple[Any, ...]]]:
-    """Give the rows, many at a time."""
+    """Yield the rows, many at a time."""
     arrays: list[NDArray[Any]] = [np.asarray(column) for column in columns.values()]
     count = len(arrays[0])
     for first in range(0, count, ROWS):

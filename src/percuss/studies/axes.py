@@ -19,7 +19,7 @@ from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
 from percuss.numerics import exp, log
 from percuss.studies.faults import NO_PHASE, Path, shown, unknown_key, words_of_file
-from percuss.studies.question import StudyDraft
+from percuss.studies.study import StudyDraft
 from percuss.studies.tables import exact_phase, raw_table, table_only
 
 __all__ = ["Axes", "Axis", "OneAxis", "Range", "Ranges", "Span", "axes_of", "axis_values",
@@ -28,7 +28,7 @@ __all__ = ["Axes", "Axis", "OneAxis", "Range", "Ranges", "Span", "axes_of", "axi
 Spacing: TypeAlias = Literal["linear", "log"]
 Range: TypeAlias = tuple[Phase, Phase]
 MOST = 100_000_000
-# Where faults leave it open no more which parameters the model has: in the values of keys.
+# Keys of the model whose faults are those of a value: which parameters there are is known.
 LEAF = re.compile(
     r"oscillator\.((?!stop)\w+|stops\.\d+\.(?!type)\w+)"
     r"|forcing\.(constant|period|harmonics\.\d+\.\w+|(cos|sin)\.\d+)"
@@ -175,7 +175,7 @@ def values_over(study: StudyDraft, count: int | None, start: Start | None) -> di
     for (path, place, _), axis in zip(entries, axes, strict=True):
         if axis is None or not _is_known(study, path, place, start):
             continue
-        # With several axes a value may be right in some combinations: the sweep tells which.
+        # With several axes a value may be right in some combinations: the sweep shows which.
         values = axis_values(axis)
         # The values of a span have no places of their own in the file.
         places = [place if isinstance(axis, Span) else (*place, i) for i in range(len(values))]
@@ -194,7 +194,7 @@ def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str
 
 
 def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[Axis | None]) -> bool:
-    """Return whether all combinations are too many for this machine; note it if so."""
+    """Return whether all combinations are too many for this machine, and add it if so."""
     counts = [
         1 if axis is None else axis.count if isinstance(axis, Span) else len(axis) for axis in axes
     ]
@@ -252,7 +252,7 @@ def _span(study: StudyDraft, place: Path, given: Mapping[str, Any]) -> Span | No
 
 
 def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, Any]]:
-    """Give path, place and value of each entry of ``[over]``; see to it that they are so many."""
+    """Yield path, place and value of each entry of ``[over]``; add a wrong number of them."""
     entries = list(_entries(("over",), raw_table(study.document, "over")))
     if "over" in study.document and not study.faults.is_wrong("over"):
         wanted = {1: "one is needed", 2: "two are needed", None: "at least one is needed"}[count]
@@ -264,7 +264,7 @@ def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, 
 
 
 def _entries(place: Path, table: Mapping[str, Any]) -> Iterator[tuple[str, Path, Any]]:
-    """Give the entries of a table, those of the tables that paths without quotes make too."""
+    """Yield the entries of a table, also those of the tables that paths without quotes make."""
     for key, value in table.items():
         inner = (*place, key)
         if isinstance(value, Mapping) and not {"from", "to", "count"} & set(value):
@@ -282,7 +282,7 @@ def _numbers_are_right(study: StudyDraft, place: Path, values: list[Any]) -> boo
 
 
 def _is_known(study: StudyDraft, path: str, place: Path, start: Start | None) -> bool:
-    """Return whether there is such a parameter, of a model that is right; note it if not."""
+    """Return whether there is such a parameter, of a model that is right; add it if not."""
     if not all(LEAF.fullmatch(fault) for fault in _of_model(study)):
         return False
     try:
@@ -306,7 +306,7 @@ def _fit(
     values: Sequence[Phase],
     start: Start | None,
 ) -> bool:
-    """Return whether the model can take values; note the first one that it cannot."""
+    """Return whether the model can take values, and add the first one that it cannot."""
     for place, value in zip(places, values, strict=True):
         try:
             replace_parameter(study.oscillator, study.forcing, start, path, value)

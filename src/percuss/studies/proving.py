@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from percuss.certified import Ball, CertifiedOrbit, CertifiedPoint, CertifiedRun
     from percuss.studies.study import Study
 
-__all__ = ["STEM", "Proof", "check_certify", "draw_proof", "is_drawn", "proof_of"]
+__all__ = ["STEM", "Proof", "check_certify", "draw_proof", "proof_of"]
 
 # Of the files: certified.csv, certified.png.
 STEM = "certified"
@@ -72,11 +72,6 @@ def check_certify(study: Study) -> None:
         reason = f"for studies of kind motion, orbit and branch; this one is of kind {study.kind}"
         raise ParameterError("certify", study.certify.digits, reason)
     import percuss.certified  # noqa: F401  says what to install
-
-
-def is_drawn(study: Study) -> bool:
-    """Return whether there is a picture of the enclosure: of each kind that can be certified."""
-    return study.certify is not None and study.question.is_certifiable
 
 
 def proof_of(study: Study, answer: Any, progress: Report) -> Proof:

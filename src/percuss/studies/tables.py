@@ -93,6 +93,9 @@ def table(kind: type[T]) -> type[T]:
 
     @functools.wraps(construct)
     def checked(self: Any, *values: Any, **named: Any) -> None:
+        if len(values) <= len(keys_of(made)):
+            # So that pydantic knows the name of what is wrong.
+            values, named = (), dict(zip(keys_of(made), values, strict=False)) | named
         try:
             construct(self, *values, **named)
         except ShapeError as error:
@@ -170,8 +173,8 @@ def read(
 
 def raw_table(document: RawTable, name: str) -> RawTable:
     """Return a table of a document, empty where there is none."""
-    found = document.get(name, {})
-    return found if isinstance(found, Mapping) else {}
+    table = document.get(name, {})
+    return table if isinstance(table, Mapping) else {}
 
 
 def exact_phase(value: Any) -> Any:

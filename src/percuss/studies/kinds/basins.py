@@ -15,7 +15,7 @@ from percuss.model.exact import as_float
 from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.stops import Wall
 from percuss.studies.axes import Axis, OneAxis, axes_of, over_of
-from percuss.studies.question import Execution, Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Execution, Picture, Question, StudyDraft, titled_axes
 from percuss.studies.tables import Number, Phase, Whole, default, table
 from percuss.studies.words import counted, impacts_in_words
 

@@ -10,7 +10,7 @@ from pydantic import Field
 from percuss.orbits import continue_orbit
 from percuss.studies.axes import Range, Ranges, ranges_over
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.question import Execution, Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Execution, Picture, Question, StudyDraft, titled_axes
 from percuss.studies.tables import Count, default, table, values_of
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from percuss.studies.axes import Range, Ranges, ranges_over
 from percuss.studies.faults import shown
 from percuss.studies.kinds.branch import Steps, follow
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.question import Execution, Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Execution, Picture, Question, StudyDraft, titled_axes
 from percuss.studies.tables import Text, table
 
 if TYPE_CHECKING:

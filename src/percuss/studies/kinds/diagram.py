@@ -15,7 +15,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
 from percuss.studies.axes import Axes, over_of, values_over
 from percuss.studies.faults import shown, words_of_file
-from percuss.studies.question import (
+from percuss.studies.study import (
     AT_REST,
     Execution,
     Picture,

@@ -14,7 +14,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.stops import SoftStop
 from percuss.studies.faults import shown
-from percuss.studies.question import Execution, Picture, Question, StudyDraft, known_walls
+from percuss.studies.study import Execution, Picture, Question, StudyDraft, known_walls
 from percuss.studies.tables import Number, Phase, StartState, table
 
 if TYPE_CHECKING:

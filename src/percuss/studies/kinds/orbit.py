@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from percuss.model.exact import as_float
 from percuss.model.faults import number_faults
-from percuss.studies.question import Execution, Picture, Question, StudyDraft
+from percuss.studies.study import Execution, Picture, Question, StudyDraft
 from percuss.studies.tables import Count, Number, Whole, table
 from percuss.studies.words import counted, impacts_in_words
 
@@ -155,7 +155,7 @@ class Orbit(Question):
         rows["grazing margin"] = f"{result.grazing_margin:.6g}"
         if not result.admissible:
             times = counted(len(result.passages), "time")
-            rows["not physical"] = f"it passes through a stop {times} a round"
+            rows["not physical"] = f"it passes through a stop {times} per period"
         if not result.isolated:
             rows["not isolated"] = "one of a family of orbits in this same system"
         return rows | {"residual": f"{result.residual:.2g}"}

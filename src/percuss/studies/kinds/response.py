@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from percuss.orbits import response_curve
 from percuss.studies.axes import Ranges, ranges_over
-from percuss.studies.question import Execution, Picture, Question, StudyDraft
+from percuss.studies.study import Execution, Picture, Question, StudyDraft
 from percuss.studies.tables import Count, Whole, default, table
 from percuss.studies.words import intervals_in_words
 

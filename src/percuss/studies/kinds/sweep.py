@@ -12,7 +12,7 @@ from percuss.ensembles import sweep
 from percuss.ensembles.measures import MEASURES
 from percuss.studies.axes import Axes, over_of, values_over
 from percuss.studies.faults import MISSING, shown, unknown_value
-from percuss.studies.question import (
+from percuss.studies.study import (
     AT_REST,
     Execution,
     Picture,
