@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
-Table: TypeAlias = dict[str, object]
+TomlTable: TypeAlias = dict[str, object]
 
 
 def toml_text(document: Mapping[str, object]) -> str:
@@ -145,17 +145,17 @@ def _pi_text(value: PiTimes) -> str:
     return text if plus == 0 else f"{text} + {plus}"
 
 
-def stop_table(stop: Stop) -> Table:
+def stop_table(stop: Stop) -> TomlTable:
     """Return a stop as a ``[[oscillator.stops]]`` table."""
     if isinstance(stop, Wall):
-        law: Table = {"restitution": number(stop.restitution)}
+        law: TomlTable = {"restitution": number(stop.restitution)}
     else:
         law = {"stiffness": number(stop.stiffness), "damping": number(stop.damping)}
     kind = "wall" if isinstance(stop, Wall) else "soft"
     return {"type": kind, "at": number(stop.at), "side": stop.side, **law}
 
 
-def oscillator_table(oscillator: Oscillator) -> Table:
+def oscillator_table(oscillator: Oscillator) -> TomlTable:
     """Return an oscillator as an ``[oscillator]`` table."""
     return {
         "stiffness": number(oscillator.stiffness),
@@ -164,9 +164,9 @@ def oscillator_table(oscillator: Oscillator) -> Table:
     }
 
 
-def forcing_table(forcing: Forcing) -> Table:
+def forcing_table(forcing: Forcing) -> TomlTable:
     """Return a forcing as a ``[forcing]`` table, a Fourier sum by its coefficients."""
-    table: Table = {"constant": number(forcing.constant)}
+    table: TomlTable = {"constant": number(forcing.constant)}
     if forcing.base is not None:
         terms = {part.n: part for part in forcing.harmonics if isinstance(part, FourierTerm)}
         row = [terms.get(n, FourierTerm(n)) for n in range(1, max(terms, default=0) + 1)]
@@ -189,15 +189,15 @@ def forcing_table(forcing: Forcing) -> Table:
     return {**table, "period": period, "harmonics": harmonics or None}
 
 
-def model_tables(oscillator: Oscillator, forcing: Forcing | None) -> Table:
+def model_tables(oscillator: Oscillator, forcing: Forcing | None) -> TomlTable:
     """Return what is moving, and under what force, as the tables of a study."""
-    tables: Table = {"oscillator": oscillator_table(oscillator)}
+    tables: TomlTable = {"oscillator": oscillator_table(oscillator)}
     if forcing is not None:
         tables["forcing"] = forcing_table(forcing)
     return tables
 
 
-def start_table(start: Start) -> Table:
+def start_table(start: Start) -> TomlTable:
     """Return from where it moves as a ``[start]`` table."""
     return {name: number(getattr(start, name)) for name in ("x0", "v0", "t0")}
 
@@ -215,7 +215,7 @@ def motion_text(run: Trajectory) -> str:
     str
         A study with every number of model and start as it was given; it ends where the run ended.
     """
-    limit: Table = {"t_end": number(run.end)}
+    limit: TomlTable = {"t_end": number(run.end)}
     if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
         # Stops that share an edge are entered together, at one time.
         entries = run.crossings.t[run.crossings.direction == "in"]
@@ -303,8 +303,8 @@ def response_text(response: Response) -> str:
     )
 
 
-def _orbit_tables(orbit: PeriodicOrbit) -> Table:
-    table: Table = {
+def _orbit_tables(orbit: PeriodicOrbit) -> TomlTable:
+    table: TomlTable = {
         "impacts": "inf" if math.isinf(orbit.n_impacts) else int(orbit.n_impacts),
         "periods": max(orbit.n_periods, 1),
     }

@@ -22,11 +22,22 @@ from percuss.studies.faults import NO_PHASE, Path, shown, unknown_key, words_of_
 from percuss.studies.study import StudyDraft
 from percuss.studies.tables import exact_phase, raw_table, table_only
 
-__all__ = ["Axes", "Axis", "OneAxis", "Range", "Ranges", "Span", "axes_of", "axis_values",
-           "over_of", "ranges_over", "values_over"]  # fmt: skip
+__all__ = [
+    "AxisValues",
+    "OverAxes",
+    "OverRanges",
+    "ParameterRange",
+    "Span",
+    "StartAxis",
+    "axes_of",
+    "axis_values",
+    "over_of",
+    "ranges_over",
+    "values_over",
+]  # fmt: skip
 
 Spacing: TypeAlias = Literal["linear", "log"]
-Range: TypeAlias = tuple[Phase, Phase]
+ParameterRange: TypeAlias = tuple[Phase, Phase]
 MOST = 100_000_000
 # Keys of the model whose faults are those of a value: which parameters there are is known.
 LEAF = re.compile(
@@ -76,20 +87,20 @@ class Span:
 
 
 # A list of values as it was given, or a span.
-Axis: TypeAlias = tuple[Phase, ...] | Span
+AxisValues: TypeAlias = tuple[Phase, ...] | Span
 
 
-def axis_values(axis: Axis) -> tuple[Phase, ...]:
+def axis_values(axis: AxisValues) -> tuple[Phase, ...]:
     """Return the values of an axis."""
     return axis.values() if isinstance(axis, Span) else axis
 
 
-def over_of(over: Mapping[str, Axis]) -> dict[str, list[Phase]]:
+def over_of(over: Mapping[str, AxisValues]) -> dict[str, list[Phase]]:
     """Return axes as ensembles take them."""
     return {path: list(axis_values(axis)) for path, axis in over.items()}
 
 
-def _axis_table(axis: Axis | Range | None) -> object:
+def _axis_table(axis: AxisValues | ParameterRange | None) -> object:
     """Return an axis as a study file holds it."""
     if axis is None:
         return None
@@ -99,17 +110,25 @@ def _axis_table(axis: Axis | Range | None) -> object:
     return table if axis.spacing == "linear" else {**table, "spacing": axis.spacing}
 
 
-def _axes_table(axes: Mapping[str, Axis] | Mapping[str, Range]) -> dict[str, object]:
+def _axes_table(axes: Mapping[str, AxisValues] | Mapping[str, ParameterRange]) -> dict[str, object]:
     return {path: _axis_table(axis) for path, axis in axes.items()}
 
 
 # In a question; what stands in the file becomes axes where the model is known.
-Axes = Annotated[dict[str, Axis], PlainValidator(table_only), PlainSerializer(_axes_table)]
-Ranges = Annotated[dict[str, Range], PlainValidator(table_only), PlainSerializer(_axes_table)]
-OneAxis = Annotated[Axis | None, PlainValidator(lambda axis: axis), PlainSerializer(_axis_table)]
+OverAxes = Annotated[
+    dict[str, AxisValues], PlainValidator(table_only), PlainSerializer(_axes_table)
+]
+OverRanges = Annotated[
+    dict[str, ParameterRange], PlainValidator(table_only), PlainSerializer(_axes_table)
+]
+StartAxis = Annotated[
+    AxisValues | None, PlainValidator(lambda axis: axis), PlainSerializer(_axis_table)
+]
 
 
-def ranges_over(study: StudyDraft, count: int, *, holds_own: bool = False) -> dict[str, Range]:
+def ranges_over(
+    study: StudyDraft, count: int, *, holds_own: bool = False
+) -> dict[str, ParameterRange]:
     """Return the ranges of ``[over]``, and add what is wrong with them.
 
     Parameters
@@ -126,7 +145,7 @@ def ranges_over(study: StudyDraft, count: int, *, holds_own: bool = False) -> di
     dict
         First and last value by path; those without faults.
     """
-    ranges: dict[str, Range] = {}
+    ranges: dict[str, ParameterRange] = {}
     for path, place, given in _counted(study, count):
         if not isinstance(given, list) or len(given) != 2:
             reason = "not a range; write [first, last]"
@@ -150,7 +169,7 @@ def ranges_over(study: StudyDraft, count: int, *, holds_own: bool = False) -> di
     return ranges
 
 
-def values_over(study: StudyDraft, count: int | None, start: Start | None) -> dict[str, Axis]:
+def values_over(study: StudyDraft, count: int | None, start: Start | None) -> dict[str, AxisValues]:
     """Return the axes of ``[over]``, and add what is wrong with them.
 
     Parameters
@@ -167,7 +186,7 @@ def values_over(study: StudyDraft, count: int | None, start: Start | None) -> di
     dict
         The axes by path; those without faults.
     """
-    right: dict[str, Axis] = {}
+    right: dict[str, AxisValues] = {}
     entries = list(_counted(study, count))
     axes = [_axis_of(study, place, given) for _, place, given in entries]
     if _is_too_large(study, ("over",), axes):
@@ -185,7 +204,7 @@ def values_over(study: StudyDraft, count: int | None, start: Start | None) -> di
     return right
 
 
-def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str, Axis]:
+def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str, AxisValues]:
     """Return the axes that stand under keys of a table, and add what is wrong with them."""
     axes = {name: _axis_of(study, (table, name), raw) for name, raw in given.items()}
     if _is_too_large(study, (table,), list(axes.values())):
@@ -193,7 +212,7 @@ def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str
     return {name: axis for name, axis in axes.items() if axis is not None}
 
 
-def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[Axis | None]) -> bool:
+def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[AxisValues | None]) -> bool:
     """Return whether all combinations are too many for this machine, and add it if so."""
     counts = [
         1 if axis is None else axis.count if isinstance(axis, Span) else len(axis) for axis in axes
@@ -205,7 +224,7 @@ def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[Axis | None]) -
     return problem is not None
 
 
-def _axis_of(study: StudyDraft, place: Path, given: Any) -> Axis | None:
+def _axis_of(study: StudyDraft, place: Path, given: Any) -> AxisValues | None:
     """Return an axis, None if it has faults."""
     if isinstance(given, Mapping):
         return _span(study, place, given)

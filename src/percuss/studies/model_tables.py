@@ -19,11 +19,11 @@ from percuss.model.harmonics import FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import SoftStop, Stop, Wall
 from percuss.studies.faults import MISSING, StudyFaults, shown, unknown_key
-from percuss.studies.tables import Number, Phase, RawTable, exact_phase, raw_table, sentence
+from percuss.studies.tables import NumberKey, PhaseKey, RawTable, exact_phase, raw_table, sentence
 
 __all__ = ["EngineersModel", "read_model"]
 
-Part = TypeVar("Part", Wall, SoftStop, Harmonic)
+ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic)
 
 _FOURIER = ("omega", "cos", "sin")
 _DAMPINGS = ("damping_coefficient", "damping_ratio")
@@ -37,41 +37,41 @@ class _Shape(BaseModel):
 
 class _WallShape(_Shape):
     type: Literal["wall"]
-    at: Number
+    at: NumberKey
     side: Literal["above", "below"]
-    restitution: Number = 1.0
+    restitution: NumberKey = 1.0
 
 
 class _SoftShape(_Shape):
     type: Literal["soft"]
-    at: Number
+    at: NumberKey
     side: Literal["above", "below"]
-    stiffness: Number
-    damping: Number = 0.0
+    stiffness: NumberKey
+    damping: NumberKey = 0.0
 
 
 class _OscillatorShape(_Shape):
-    stiffness: Number = 1.0
-    damping: Number = 0.0
-    mass: Number | None = None
-    damping_coefficient: Number | None = None
-    damping_ratio: Number | None = None
+    stiffness: NumberKey = 1.0
+    damping: NumberKey = 0.0
+    mass: NumberKey | None = None
+    damping_coefficient: NumberKey | None = None
+    damping_ratio: NumberKey | None = None
     stops: list[Annotated[_WallShape | _SoftShape, Field(discriminator="type")]] = []
 
 
 class _HarmonicShape(_Shape):
-    amplitude: Number
-    omega: Number
-    phase: Phase = 0.0
+    amplitude: NumberKey
+    omega: NumberKey
+    phase: PhaseKey = 0.0
 
 
 class _ForcingShape(_Shape):
-    constant: Number = 0.0
-    period: Phase | None = None
+    constant: NumberKey = 0.0
+    period: PhaseKey | None = None
     harmonics: list[_HarmonicShape] = []
-    omega: Number | None = None
-    cos: list[Number] = []
-    sin: list[Number] = []
+    omega: NumberKey | None = None
+    cos: list[NumberKey] = []
+    sin: list[NumberKey] = []
 
 
 _SHAPES: dict[str, type[_Shape]] = {"oscillator": _OscillatorShape, "forcing": _ForcingShape}
@@ -297,7 +297,7 @@ def _rows(table: RawTable, name: str) -> list[Any]:
     return rows if isinstance(rows, list) else []
 
 
-def _drafted(kind: type[Part], row: Any, defaults: RawTable) -> Part:
+def _drafted(kind: type[ModelPart], row: Any, defaults: RawTable) -> ModelPart:
     """Return a part of the model from the keys that a row has, not checked."""
     given = row if isinstance(row, Mapping) else {}
     return draft(kind, **{name: given.get(name, value) for name, value in defaults.items()})
