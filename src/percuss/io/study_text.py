@@ -124,7 +124,8 @@ def number(value: Phase) -> int | float | str:
 
     Examples
     --------
-    >>> number(0.5), number(Fraction(1, 3)), number(Decimal("2.80")), number(PiTimes(Fraction(3, 4)))
+    >>> exact = Fraction(1, 3), Decimal("2.80"), PiTimes(Fraction(3, 4))
+    >>> number(0.5), *map(number, exact)
     (0.5, '1/3', '2.80', '3*pi/4')
     """
     if isinstance(value, Fraction):
