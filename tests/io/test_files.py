@@ -193,7 +193,7 @@ def test_the_size_that_is_told_is_that_of_the_file(
     sizes: dict[str, int] = {}
     for module in ("table", "netcdf"):
         monkeypatch.setattr(
-            f"percuss.io.{module}.tell_size", lambda part, size: sizes.update({part.name[:5]: size})
+            f"percuss.io.{module}.say_size", lambda part, size: sizes.update({part.name[:5]: size})
         )
 
     save_csv(run, tmp_path / "a.csv")

@@ -26,14 +26,15 @@ from percuss.io import (
     save_figure,
     save_netcdf,
 )
+from percuss.io.files import record_file
 from percuss.io.netcdf import TABLES
-from percuss.io.reading import record_file
-from percuss.io.table import write_csv
+from percuss.io.results import table_of
+from percuss.io.table import write_columns
 from percuss.motion.tables import COLUMNS
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import offscreen_figure, plot_velocity
 from percuss.studies import Limits, Motion, load_study, parse_study
-from percuss.studies.question import Execution
+from percuss.studies.study import Execution
 
 Saver = Callable[..., None]
 
@@ -186,7 +187,8 @@ def test_csv_of_crossings_holds_them_to_the_bit_and_names_their_units(
 ) -> None:
     path = tmp_path / "crossings.csv"
     record = make_record(run, command="c")
-    write_csv(run, path, record, table="crossings", length_unit="mm", time_unit="s")
+    columns = table_of(run, "crossings")
+    write_columns(columns, path, record, length_unit="mm", time_unit="s")
 
     lines = path.read_text().splitlines()
     rows = list(csv.DictReader(lines))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from percuss.io.toml import toml_string
+from percuss.io.study_text import toml_string
 from percuss.studies.templates import template_names, template_text
 
 __all__ = ["Mutant", "mutant", "small", "text_of"]

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from percuss.studies.kinds import kind_named, kind_names
 from percuss.studies.reading import known_keys
+from percuss.studies.study import kind_named, kind_names
 from percuss.studies.templates import template_text
 
 DOCS = Path(__file__).parents[2] / "docs"

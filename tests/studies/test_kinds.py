@@ -10,10 +10,9 @@ import pytest
 import percuss as pc
 from percuss.errors import OutputError, ParameterError
 from percuss.io import load_netcdf, load_record
-from percuss.studies.kinds import kind_names
 from percuss.studies.reading import load_study, parse_study
 from percuss.studies.running import StudyResult, output_files, run_study
-from percuss.studies.study import Study
+from percuss.studies.study import Study, kind_names
 from percuss.studies.templates import template_text
 
 MODEL = """\

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from percuss.io.toml import toml_text
+from percuss.io.study_text import toml_text
 from percuss.studies.faults import Path, line_of
-from percuss.studies.lines import key_lines
+from percuss.studies.reading import key_lines
 
 EVERYTHING = '''\
 title = "a # b [c]" # a comment = 1

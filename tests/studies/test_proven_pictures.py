@@ -9,7 +9,7 @@ import pytest
 
 import percuss as pc
 from percuss.studies import Branch, Certify, Orbit, Sought, Study, run_study
-from percuss.studies.study import Draw
+from percuss.studies.tables import Draw
 
 pytest.importorskip("flint")
 

@@ -27,8 +27,8 @@ from percuss.studies import (
     parse_study,
     run_study,
 )
-from percuss.studies.question import Execution
-from percuss.studies.study import Draw
+from percuss.studies.study import Execution
+from percuss.studies.tables import Draw
 
 pytest.importorskip("flint")
 

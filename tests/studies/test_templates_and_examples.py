@@ -15,11 +15,9 @@ import pytest
 import percuss as pc
 from percuss.errors import ParameterError
 from percuss.motion.trajectory import Trajectory
-from percuss.studies.kinds import kind_names
 from percuss.studies.kinds.motion import Motion
-from percuss.studies.question import Execution
 from percuss.studies.reading import load_study, parse_study
-from percuss.studies.study import Study
+from percuss.studies.study import Execution, Study, kind_names
 from percuss.studies.templates import template_names, template_text
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

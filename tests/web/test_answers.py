@@ -15,7 +15,7 @@ from tests.web.frames import read_frame
 import percuss as pc
 from percuss.errors import StudyError
 from percuss.studies import parse_study
-from percuss.studies.question import Execution
+from percuss.studies.study import Execution
 from percuss.web.asked import asked_study
 from percuss.web.code_text import python_text
 from percuss.web.explore import answer_explore

@@ -5,19 +5,52 @@ from __future__ import annotations
 import io
 import shlex
 import sys
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from percuss.cli.faults import INTERRUPTED, faults_on_stderr
-from percuss.cli.page import serve
-from percuss.cli.stores import export, status
-from percuss.errors import OutputError
+from percuss.errors import OutputError, ParameterError, PercussError
 from percuss.studies.templates import template_names, template_text, template_title
 from percuss.version import __version__
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+TEMPLATE_HELP = f"What to begin with: {', '.join(template_names())}; or a kind of study."
+
+StudyFile = Annotated[
+    Path,
+    typer.Argument(help="A study file (TOML), or a file of an earlier run, to repeat it."),
+]
+FolderOption = Annotated[
+    Path | None,
+    typer.Option("--out", "-o", help="Folder for the results; default: the study's name."),
+]
+StoreOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--store",
+        help="Zarr store of a study of many motions: interrupted, the same command goes on.",
+    ),
+]
+EngineOption = Annotated[
+    str,
+    typer.Option("--engine", help="threads, processes or a Dask scheduler's tcp://host:port."),
+]
+DigitsOption = Annotated[
+    int | None,
+    typer.Option(
+        "--certify",
+        metavar="DIGITS",
+        help="Prove the motion, the orbit or the special points of a branch to these digits.",
+    ),
+]
+StorePath = Annotated[Path, typer.Argument(help="The folder of a store, such as run.zarr.")]
 
 app = typer.Typer(
     name="percuss",
@@ -35,6 +68,30 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="replace")
     app(prog_name="percuss")
+
+
+@contextmanager
+def faults_on_stderr(
+    written: str = "nothing was written", instead: str = "--force replaces it"
+) -> Iterator[None]:
+    """Turn what percuss raises into one line a fault and the exit status 2.
+
+    `instead` says what to do where a file exists already.
+    """
+    try:
+        with warnings.catch_warnings():
+            # A sentence; where in the code it stands is no business of a command's.
+            warnings.showwarning = lambda message, *_: typer.echo(f"warning: {message}", err=True)
+            yield
+    except PercussError as error:
+        message = str(error)
+        if isinstance(error, OutputError):
+            message = message.replace("force=True replaces it", instead)
+        typer.echo(message, err=True)
+        raise typer.Exit(BAD_INPUT) from error
+    except KeyboardInterrupt as error:
+        typer.echo(f"interrupted; {written}", err=True)
+        raise typer.Exit(INTERRUPTED) from error
 
 
 def _print_version(is_wanted: bool) -> None:
@@ -57,37 +114,15 @@ def percuss(
 
 @app.command()
 def run(
-    study: Annotated[
-        Path,
-        typer.Argument(help="A study file (TOML), or a file of an earlier run, to repeat it."),
-    ],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="Folder for the results; default: the study's name."),
-    ] = None,
+    study: StudyFile,
+    out: FolderOption = None,
     *,
     force: Annotated[
         bool, typer.Option("--force", "-f", help="Replace the files of an earlier run.")
     ] = False,
-    store: Annotated[
-        Path | None,
-        typer.Option(
-            "--store",
-            help="Zarr store of a study of many motions: interrupted, the same command goes on.",
-        ),
-    ] = None,
-    engine: Annotated[
-        str,
-        typer.Option("--engine", help="threads, processes or a Dask scheduler's tcp://host:port."),
-    ] = "threads",
-    certify: Annotated[
-        int | None,
-        typer.Option(
-            "--certify",
-            metavar="DIGITS",
-            help="Prove the motion, the orbit or the special points of a branch to these digits.",
-        ),
-    ] = None,
+    store: StoreOption = None,
+    engine: EngineOption = "threads",
+    certify: DigitsOption = None,
 ) -> None:
     """Run a study and write NetCDF, CSV and pictures."""
     folder = Path(study.stem) if out is None else out
@@ -96,7 +131,7 @@ def run(
         from percuss.cli.progress_bar import ProgressBar
         from percuss.cli.report import print_report
         from percuss.studies.reading import load_study
-        from percuss.studies.study import Certify
+        from percuss.studies.tables import Certify
 
         given = {"out": out, "force": force, "store": store, "engine": engine, "certify": certify}
         command = _command(study, given)
@@ -152,7 +187,7 @@ def paper(
     """Recompute Dyskin, Pasternak & Pelinovsky (2012) and judge it, statement by statement."""
     with faults_on_stderr(f"the finished figures are in {out}, without a report"):
         from percuss.cli.progress_bar import ProgressBar
-        from percuss.cli.verdicts import print_verdicts
+        from percuss.cli.report import print_verdicts
         from percuss.paper.run import run_paper
 
         options = ["--only", only] if only is not None else []
@@ -176,7 +211,7 @@ def new(
         typer.Option(
             "--template",
             "-t",
-            help=f"What to begin with: {', '.join(template_names())}; or a kind of study.",
+            help=TEMPLATE_HELP,
         ),
     ] = "impact",
     show_list: Annotated[
@@ -200,6 +235,104 @@ def new(
         typer.echo(f"wrote {path}; run it with: percuss run {shlex.quote(str(path))}")
 
 
-app.command()(status)
-app.command()(export)
-app.command()(serve)
+@app.command()
+def status(store: StorePath) -> None:
+    """Show how much of a store is done, at what rate, and how long the rest takes.
+
+    Of a folder with several stores each is shown by itself.
+    """
+    with faults_on_stderr():
+        from percuss.ensembles import status_of_store
+        from percuss.ensembles.stored import stores_in
+
+        for i, path in enumerate(stores_in(store)):
+            if i > 0:
+                typer.echo("")
+            for name, text in _rows(path, status_of_store(path)).items():
+                typer.echo(f"{name:<12}{text}")
+
+
+@app.command()
+def export(
+    store: StorePath,
+    file: Annotated[Path, typer.Argument(help="The file to write: .nc or .csv.")],
+    *,
+    force: Annotated[bool, typer.Option("--force", "-f", help="Replace the file.")] = False,
+) -> None:
+    """Write what a store holds, finished or not, as NetCDF or CSV."""
+    with faults_on_stderr():
+        from percuss.ensembles import load_store
+        from percuss.io import save_csv, save_netcdf
+        from percuss.io.netcdf import DATA
+
+        savers = {".nc": save_netcdf, ".csv": save_csv}
+        if file.suffix not in savers:
+            raise ParameterError("file", str(file), "neither .nc (NetCDF) nor .csv")
+        data = load_store(store)
+        command = shlex.join(["percuss", "export", str(store), str(file)])
+        savers[file.suffix](data, file, command=command, force=force)
+        part = "" if data.attrs["complete"] else ", of which a part is not done yet"
+        typer.echo(f"wrote {file}: {_size(data)}{part}")
+        if file.suffix == ".nc":
+            typer.echo(
+                "percuss.load_netcdf reads it; for other programs the data lie in the group "
+                f"/{DATA}: xarray.open_dataset({str(file)!r}, group={DATA!r})"
+            )
+
+
+def _size(data: Any) -> str:
+    return " x ".join(f"{length:,} {name}" for name, length in data.sizes.items())
+
+
+def _rows(store: Path, status: dict[str, Any]) -> dict[str, str]:
+    """Return what is shown, by its name."""
+    from percuss.progress import duration_text
+
+    study = status["study"]
+    what = ", ".join(study.get("measure", [])) or str(study["kind"]).split(",")[0]
+    over = " x ".join(f"{path} ({len(values)})" for path, values in study["over"].items())
+    done, total = status["points_done"], status["points"]
+    rows = {
+        "store": f"{store}, begun by percuss {status['version']}",
+        "study": f"{what} over {over}",
+        "done": f"{done / total:.1%}: {done:,} of {total:,} points, "
+        f"{status['done']:,} of {status['chunks']:,} chunks",
+        "impacts": f"{status['n_impacts']:,}",
+    }
+    if status["impacts_per_second"] is not None:
+        rows["impacts"] += f", {status['impacts_per_second']:,.0f} a second"
+    if done == total:
+        rows["time left"] = "none, it is complete"
+    elif status["seconds_left"] is not None:
+        left = f"{duration_text(status['seconds_left'])} at the rate of the last chunks"
+        if status["running"] is False:
+            rows["not running"] = f"as it seems; the rest would take {left}"
+        else:
+            rows["time left"] = f"{left}, if it is running"
+    if done < total and status["seconds_since"] is not None:
+        rows["last chunk"] = f"{duration_text(status['seconds_since'])} ago"
+    return rows
+
+
+@app.command()
+def serve(
+    *,
+    host: Annotated[
+        str, typer.Option("--host", help="Address to listen at; the default is this machine only.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option("--port", "-p", help="Port; 0: any that is free.")] = 8765,
+    report: Annotated[
+        Path | None, typer.Option("--report", help="Folder of a report of percuss paper.")
+    ] = None,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Open no browser.")] = False,
+) -> None:
+    """Open the workbench: sliders, diagrams and basins in the browser."""
+    with faults_on_stderr("the page is closed"):
+        from percuss.web.serve import serve as serve_page
+
+        serve_page(host, port, report=report, open_page=not no_open, say=_say)
+
+
+def _say(text: str) -> None:
+    # At once, also into a pipe: whoever started the page waits for its address.
+    print(text, flush=True)  # noqa: T201

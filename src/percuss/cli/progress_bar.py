@@ -47,7 +47,7 @@ class ProgressBar:
         self._done, self._total = 0.0, 0.0
         self._bar: Progress | None = None
         self._console = Console(stderr=True, highlight=False, soft_wrap=True)
-        self._has_begun = self._is_told = False
+        self._has_begun = self._has_said = False
         self._task: Any = None
         self._handler: Any = None
         self.is_stopped = False
@@ -61,11 +61,11 @@ class ProgressBar:
         return not self.is_stopped
 
     def writing(self, file: Path) -> None:
-        """Tell that the run is over and that a file is being written."""
+        """Show that the run is over and that a file is being written."""
         # What is written is dropped by the Ctrl-C of before.
         signal.signal(signal.SIGINT, self._handler)
-        if self.is_stopped and not self._is_told:
-            self._is_told = True
+        if self.is_stopped and not self._has_said:
+            self._has_said = True
             self._console.print(INTERRUPTED)
         self._has_begun = True
         self._doing, self._total = f"writing {file.name}", 0.0

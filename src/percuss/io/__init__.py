@@ -25,7 +25,7 @@ _MODULES = {
     "Record": "record",
     "check_output": "files",
     "load_netcdf": "netcdf",
-    "load_record": "reading",
+    "load_record": "record",
     "make_record": "record",
     "motion_text": "study_text",
     "parse_record": "record",

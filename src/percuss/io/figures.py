@@ -7,11 +7,10 @@ from typing import Any, Protocol
 
 from percuss.errors import OutputError
 from percuss.io.files import OutputFiles
-from percuss.io.reading import PNG_KEYWORD
-from percuss.io.record import Record, make_record
+from percuss.io.record import PNG_KEYWORD, Record, make_record
 
 
-class Figure(Protocol):
+class SavableFigure(Protocol):
     """What can be saved as a picture: a figure of matplotlib, which this layer does not import."""
 
     def savefig(self, fname: Path, **kwargs: Any) -> None:
@@ -19,7 +18,7 @@ class Figure(Protocol):
 
 
 def save_figure(
-    figure: Figure,
+    figure: SavableFigure,
     path: Path | str,
     *,
     run: Any,
@@ -64,7 +63,7 @@ def save_figure(
 
 
 def write_figure(
-    figure: Figure, path: Path, suffix: str, record: Record, *, dpi: float = 200.0
+    figure: SavableFigure, path: Path, suffix: str, record: Record, *, dpi: float = 200.0
 ) -> None:
     """Write a picture in the format of `suffix` under the name `path`."""
     creator = f"percuss {dict(record.versions)['percuss']}"

@@ -15,9 +15,9 @@ from typing import Self
 from percuss.errors import OutputError
 
 EXISTS = "exists already; force=True replaces it"
-# A file of so many bytes is told before it is written.
+# The size of a larger file is said before it is written [bytes].
 LARGE = 50_000_000
-# What nobody has written to for so long was left behind [s].
+# A part that has not grown for so long was left behind by a process that was killed [s].
 STALE = 3600.0
 
 
@@ -97,7 +97,18 @@ def _reason(error: OSError) -> str:
     return words[:1].lower() + words[1:]
 
 
-def tell_size(part: Path, size: int) -> None:
+def record_file(path: Path | str) -> Path:
+    """Return the file beside a CSV file that holds its record.
+
+    Examples
+    --------
+    >>> record_file("impacts.csv").name
+    'impacts.csv.toml'
+    """
+    return Path(path).with_name(f"{Path(path).name}.toml")
+
+
+def say_size(part: Path, size: int) -> None:
     """Say on the error stream how large a file will be, before it is written, if it is large.
 
     Parameters

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import platform
+import struct
 import tomllib
+import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
+from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
+from percuss.io.files import record_file
 from percuss.io.results import kind_of
-from percuss.io.toml import toml_string
+from percuss.io.study_text import toml_string
 from percuss.version import __version__
 
 _PACKAGES = ("numpy", "numba")
@@ -46,7 +52,7 @@ class Record:
         Parameters
         ----------
         **more
-            What else to tell about the file.
+            What else to say about the file.
 
         Returns
         -------
@@ -72,7 +78,7 @@ def make_record(result: Any, *, study: str | None = None, command: str | None = 
     result
         A run, an orbit, a branch or anything else that can be saved.
     study
-        Its study as TOML text; default: one written from the result itself, where it tells it.
+        Its study as TOML text; default: one written from the result itself, where there is one.
     command
         The command or call that made it.
 
@@ -129,3 +135,97 @@ def parse_record(text: str) -> Record:
     if not gap or not head.startswith("[record]"):
         raise ValueError("no record of percuss at its beginning")
     return record
+
+
+# The words under which a picture's metadata hold the record.
+PNG_KEYWORD = "percuss"
+DUBLIN_CORE = "{http://purl.org/dc/elements/1.1/}"
+NETCDF_ATTRIBUTE = "record"
+
+
+def load_record(path: Path | str) -> Record:
+    """Return the record of a NetCDF, CSV, PNG or SVG file written by percuss.
+
+    That of a CSV file lies beside it; in those of older versions it stands at the beginning.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix is the format.
+
+    Returns
+    -------
+    Record
+        The study, the command, the versions, the date and the outcome.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If the file holds no record, in one sentence.
+    """
+    file = Path(path)
+    read = _READERS.get(file.suffix.lower())
+    if read is None:
+        known = ", ".join(sorted(_READERS))
+        raise ValueError(f"{file}: not a result file; percuss writes {known}")
+    if not file.exists():
+        raise FileNotFoundError(f"{file}: no such file")
+    try:
+        return parse_record(read(file))
+    except (ValueError, KeyError, OSError, struct.error, ElementTree.ParseError) as error:
+        raise ValueError(f"{file}: holds no record of percuss") from error
+
+
+def _from_netcdf(path: Path) -> str:
+    import h5netcdf  # slow, and most readings are of other files
+
+    with h5netcdf.File(path, "r") as file:
+        return str(file.attrs[NETCDF_ATTRIBUTE])
+
+
+def _from_csv(path: Path) -> str:
+    beside = record_file(path)
+    if beside.exists():
+        return beside.read_text(encoding="utf-8")
+    lines = []
+    with path.open(encoding="utf-8") as file:
+        for line in file:
+            if not line.startswith("#"):
+                break
+            lines.append(line.rstrip("\n").removeprefix("#").removeprefix(" "))
+    return "\n".join(lines) + "\n"
+
+
+def _from_png(path: Path) -> str:
+    data = path.read_bytes()
+    position = 8
+    while position + 8 <= len(data):
+        length, kind = struct.unpack(">I4s", data[position : position + 8])
+        body = data[position + 8 : position + 8 + length]
+        keyword, _, rest = body.partition(b"\0")
+        if keyword == PNG_KEYWORD.encode():
+            if kind == b"tEXt":
+                return rest.decode("latin-1")
+            if kind == b"iTXt":
+                text = rest[2:].split(b"\0", 2)[2]
+                return (zlib.decompress(text) if rest[0] else text).decode()
+        position += length + 12
+    raise KeyError(PNG_KEYWORD)
+
+
+def _from_svg(path: Path) -> str:
+    for _, element in ElementTree.iterparse(path):
+        if element.tag == f"{DUBLIN_CORE}description":
+            return element.text or ""
+    raise KeyError("description")
+
+
+_READERS: dict[str, Callable[[Path], str]] = {
+    ".nc": _from_netcdf,
+    ".csv": _from_csv,
+    ".png": _from_png,
+    ".svg": _from_svg,
+    ".toml": lambda path: path.read_text(encoding="utf-8"),
+}

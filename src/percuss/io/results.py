@@ -7,15 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
-from percuss.io.columns import (
-    Columns,
-    branch_columns,
-    columns_along,
-    dataset_columns,
-    orbit_columns,
-)
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
 
 if TYPE_CHECKING:
@@ -25,7 +19,106 @@ if TYPE_CHECKING:
     from percuss.orbits.families.branch import Branch
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["SAMPLES", "ResultKind", "kind_of", "table_of"]
+__all__ = ["MEASURES", "SAMPLES", "Columns", "ResultKind", "kind_of", "table_of"]
+
+Columns: TypeAlias = Mapping[str, NDArray[Any]]
+
+# What the columns of runs and orbits are measured in; digits at their ends do not count.
+MEASURES = {
+    "t": "time",
+    "period": "time",
+    "v": "velocity",
+    "v_before": "velocity",
+    "v_after": "velocity",
+    "impulse": "velocity",
+    "impact_velocity_": "velocity",
+    "min_impact_speed": "velocity",
+    "x": "length",
+    "grazing_margin": "length",
+}
+
+
+def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:
+    """Return orbits as a table, one row an orbit."""
+    names = (
+        "n_impacts",
+        "n_periods",
+        "period",
+        "t0",
+        "x0",
+        "v0",
+        "min_impact_speed",
+        "grazing_margin",
+        "stability",
+        "admissible",
+        "isolated",
+        "residual",
+    )
+    columns = {name: np.array([getattr(orbit, name) for orbit in orbits], dtype=object)
+               for name in names}  # fmt: skip
+    multipliers = np.array([orbit.multipliers for orbit in orbits]).reshape(-1, 2)
+    columns |= _of_multipliers(multipliers)
+    stops = [" ".join(map(str, orbit.sequence)) for orbit in orbits]
+    return columns | {"stops": np.array(stops, dtype=object)}
+
+
+def branch_columns(branch: Branch) -> Columns:
+    """Return a branch as a table, one row an orbit."""
+    special = np.full(len(branch), "", dtype=object)
+    for point in branch.special_points:
+        special[point.row] = point.kind
+    velocities = {
+        f"impact_velocity_{i}": column for i, column in enumerate(branch.impact_velocity.T)
+    }
+    return {
+        branch.path: branch.values,
+        "arclength": branch.arclength,
+        **velocities,
+        **_of_multipliers(branch.multipliers),
+        "stability": branch.stability,
+        "admissible": branch.admissible,
+        "grazing_margin": branch.grazing_margin,
+        "special_point": special,
+    }
+
+
+def _of_multipliers(multipliers: NDArray[np.complex128]) -> dict[str, NDArray[Any]]:
+    return {
+        f"multiplier_{i}_{part}": np.asarray(getattr(multipliers[:, i], part))
+        for i in range(2)
+        for part in ("real", "imag")
+    }
+
+
+def columns_along(data: Dataset, dim: str) -> Columns:
+    """Return the variables of one dimension as a table."""
+    own = {str(name): variable.values
+           for name, variable in data.data_vars.items() if variable.dims == (dim,)}  # fmt: skip
+    return {dim: np.arange(data.sizes[dim])} | own
+
+
+def dataset_columns(data: Dataset) -> Columns:
+    """Return the variables of the most dimensions as a table, one row a point of them all.
+
+    Variables of fewer dimensions are repeated along the others; those of none of these are left
+    out, as the coordinates without numbers are.
+    """
+    widest = max(
+        (variable for variable in data.data_vars.values()), key=lambda variable: variable.size
+    )
+    dims = widest.dims
+    shape = widest.shape
+    columns: dict[str, NDArray[Any]] = {}
+    for i, dim in enumerate(dims):
+        values = data[dim].values if dim in data.coords else np.arange(shape[i])
+        along = values.reshape([-1 if k == i else 1 for k in range(len(dims))])
+        columns[str(dim)] = np.broadcast_to(along, shape).ravel()
+    for name, variable in data.data_vars.items():
+        if variable.dims and set(variable.dims) <= set(dims):
+            wide = variable.broadcast_like(widest).transpose(*dims)
+            columns[str(name)] = wide.values.ravel()
+    return columns
+
 
 Tables: TypeAlias = "dict[str, Dataset]"
 
@@ -47,7 +140,7 @@ class ResultKind:
     outcome
         How it ended, in words.
     study
-        A study that repeats it, as TOML text; empty where the result alone does not tell it.
+        A study that repeats it, as TOML text; empty where the result alone does not determine it.
     tables
         Datasets for reading, by the name of their group.
     columns
@@ -72,11 +165,11 @@ def kind_of(result: Any) -> ResultKind:
     """
     if isinstance(result, list | tuple):
         return _kind_of_list(result)
-    found = _KINDS.get(type(result).__name__)
-    if found is None:
+    kind = _KINDS.get(type(result).__name__)
+    if kind is None:
         known = "a run, an orbit, a list of them, a branch, a curve, a response or a dataset"
         raise ParameterError("result", result, f"not {known}")
-    return found
+    return kind
 
 
 def _kind_of_list(results: Sequence[Any]) -> ResultKind:
@@ -140,12 +233,12 @@ def _many(columns: Callable[[Any], Columns], number: str) -> Callable[[Any], Col
         parts = [columns(result) for result in results]
         names = list(dict.fromkeys(name for part in parts for name in part))
         lengths = np.array([len(next(iter(part.values()))) for part in parts], dtype=np.int64)
-        found: dict[str, Any] = {number: np.repeat(np.arange(len(parts)), lengths)}
+        table: dict[str, Any] = {number: np.repeat(np.arange(len(parts)), lengths)}
         for name in names:
             pieces = [part.get(name, np.full(n, "", dtype=object))
                       for part, n in zip(parts, lengths, strict=True)]  # fmt: skip
-            found[name] = np.concatenate([np.asarray(piece, dtype=object) for piece in pieces])
-        return found
+            table[name] = np.concatenate([np.asarray(piece, dtype=object) for piece in pieces])
+        return table
 
     return joined
 

@@ -1,15 +1,17 @@
-"""The model as the tables of a study file, without losing a digit."""
+"""Studies as TOML text, without losing a digit."""
 
 from __future__ import annotations
 
+import json
 import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 
-from percuss.io.toml import toml_text
 from percuss.model.exact import Phase, PiTimes, plain
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import FourierTerm, Harmonic
@@ -24,7 +26,94 @@ if TYPE_CHECKING:
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.orbits.responses.response import Response
 
-Table = dict[str, object]
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+TomlTable: TypeAlias = dict[str, object]
+
+
+def toml_text(document: Mapping[str, object]) -> str:
+    """Return a document of tables, arrays of tables, and lists of scalars as TOML text.
+
+    Parameters
+    ----------
+    document
+        Tables by name. None values are left out. A table inside a table stands on one line.
+
+    Returns
+    -------
+    str
+        The text; ``tomllib.loads`` gives the document back.
+
+    Examples
+    --------
+    >>> print(toml_text({"run": {"t_end": 10.0}, "oscillator": {"stops": [{"at": "0.2"}]}}))
+    [run]
+    t_end = 10.0
+    <BLANKLINE>
+    [[oscillator.stops]]
+    at = "0.2"
+    <BLANKLINE>
+    """
+    blocks = [
+        "\n".join(lines) + "\n"
+        for name, table in document.items()
+        for lines in _blocks(name, table)
+    ]
+    return "\n".join(blocks)
+
+
+def _blocks(name: str, table: object) -> Iterator[list[str]]:
+    """Yield the lines of a table, then those of the tables inside it."""
+    if not isinstance(table, Mapping):
+        raise TypeError(f"{name} is not a table")
+    values = {key: value for key, value in table.items() if not _is_nested(value)}
+    nested = {key: value for key, value in table.items() if _is_nested(value)}
+    if values or not nested:
+        yield [f"[{name}]", *_entries(values)]
+    for key, rows in nested.items():
+        for row in rows:
+            yield [f"[[{name}.{key}]]", *_entries(row)]
+
+
+def _is_nested(value: object) -> bool:
+    return isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value)
+
+
+def _entries(table: Mapping[str, object]) -> Iterable[str]:
+    return (f"{_key(key)} = {_value(value)}" for key, value in table.items() if value is not None)
+
+
+def _key(key: str) -> str:
+    return key if _BARE.fullmatch(key) else toml_string(key)
+
+
+def _value(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return toml_string(value)
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float) and math.isfinite(value):
+        return repr(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_value(item) for item in value)}]"
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(_entries(value))}}}"
+    raise TypeError(f"{value!r} has no place in a study file")
+
+
+def toml_string(text: str) -> str:
+    r"""Return a text as a TOML basic string, on one line.
+
+    Examples
+    --------
+    >>> print(toml_string('a "quoted" word'))
+    "a \"quoted\" word"
+    """
+    # JSON escapes what TOML does, but for DEL.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
+
 
 # How far a range goes on beyond a fold, as a part of it.
 BEYOND = 0.01
@@ -35,7 +124,8 @@ def number(value: Phase) -> int | float | str:
 
     Examples
     --------
-    >>> number(0.5), number(Fraction(1, 3)), number(Decimal("2.80")), number(PiTimes(Fraction(3, 4)))
+    >>> exact = Fraction(1, 3), Decimal("2.80"), PiTimes(Fraction(3, 4))
+    >>> number(0.5), *map(number, exact)
     (0.5, '1/3', '2.80', '3*pi/4')
     """
     if isinstance(value, Fraction):
@@ -56,17 +146,17 @@ def _pi_text(value: PiTimes) -> str:
     return text if plus == 0 else f"{text} + {plus}"
 
 
-def stop_table(stop: Stop) -> Table:
+def stop_table(stop: Stop) -> TomlTable:
     """Return a stop as a ``[[oscillator.stops]]`` table."""
     if isinstance(stop, Wall):
-        law: Table = {"restitution": number(stop.restitution)}
+        law: TomlTable = {"restitution": number(stop.restitution)}
     else:
         law = {"stiffness": number(stop.stiffness), "damping": number(stop.damping)}
     kind = "wall" if isinstance(stop, Wall) else "soft"
     return {"type": kind, "at": number(stop.at), "side": stop.side, **law}
 
 
-def oscillator_table(oscillator: Oscillator) -> Table:
+def oscillator_table(oscillator: Oscillator) -> TomlTable:
     """Return an oscillator as an ``[oscillator]`` table."""
     return {
         "stiffness": number(oscillator.stiffness),
@@ -75,9 +165,9 @@ def oscillator_table(oscillator: Oscillator) -> Table:
     }
 
 
-def forcing_table(forcing: Forcing) -> Table:
+def forcing_table(forcing: Forcing) -> TomlTable:
     """Return a forcing as a ``[forcing]`` table, a Fourier sum by its coefficients."""
-    table: Table = {"constant": number(forcing.constant)}
+    table: TomlTable = {"constant": number(forcing.constant)}
     if forcing.base is not None:
         terms = {part.n: part for part in forcing.harmonics if isinstance(part, FourierTerm)}
         row = [terms.get(n, FourierTerm(n)) for n in range(1, max(terms, default=0) + 1)]
@@ -100,15 +190,15 @@ def forcing_table(forcing: Forcing) -> Table:
     return {**table, "period": period, "harmonics": harmonics or None}
 
 
-def model_tables(oscillator: Oscillator, forcing: Forcing | None) -> Table:
+def model_tables(oscillator: Oscillator, forcing: Forcing | None) -> TomlTable:
     """Return what is moving, and under what force, as the tables of a study."""
-    tables: Table = {"oscillator": oscillator_table(oscillator)}
+    tables: TomlTable = {"oscillator": oscillator_table(oscillator)}
     if forcing is not None:
         tables["forcing"] = forcing_table(forcing)
     return tables
 
 
-def start_table(start: Start) -> Table:
+def start_table(start: Start) -> TomlTable:
     """Return from where it moves as a ``[start]`` table."""
     return {name: number(getattr(start, name)) for name in ("x0", "v0", "t0")}
 
@@ -126,7 +216,7 @@ def motion_text(run: Trajectory) -> str:
     str
         A study with every number of model and start as it was given; it ends where the run ended.
     """
-    limit: Table = {"t_end": number(run.end)}
+    limit: TomlTable = {"t_end": number(run.end)}
     if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
         # Stops that share an edge are entered together, at one time.
         entries = run.crossings.t[run.crossings.direction == "in"]
@@ -214,8 +304,8 @@ def response_text(response: Response) -> str:
     )
 
 
-def _orbit_tables(orbit: PeriodicOrbit) -> Table:
-    table: Table = {
+def _orbit_tables(orbit: PeriodicOrbit) -> TomlTable:
+    table: TomlTable = {
         "impacts": "inf" if math.isinf(orbit.n_impacts) else int(orbit.n_impacts),
         "periods": max(orbit.n_periods, 1),
     }

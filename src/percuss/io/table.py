@@ -11,15 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import OutputError, ParameterError
-from percuss.io.columns import MEASURES, Columns
-from percuss.io.files import OutputFiles, tell_size
-from percuss.io.reading import record_file
+from percuss.io.files import OutputFiles, record_file, say_size
 from percuss.io.record import Record, make_record
-from percuss.io.results import kind_of, table_of
+from percuss.io.results import MEASURES, Columns, kind_of, table_of
 
 # Rows turned into text at a time: fewer calls than one a row, less memory than all.
 ROWS = 20_000
-# Rows that tell how long the others are.
+# Rows from whose lengths the size of all is estimated.
 LOOKED_AT = 100
 
 
@@ -68,24 +66,7 @@ def save_csv(
     record = make_record(result, study=study, command=command)
     beside = record_file(path)
     with OutputFiles(path, beside, force=force) as files:
-        write_csv(result, files[path], record, table=name, beside=files[beside])
-
-
-def write_csv(
-    result: Any,
-    path: Path,
-    record: Record,
-    *,
-    table: str = "impacts",
-    length_unit: str = "",
-    time_unit: str = "",
-    beside: Path | None = None,
-    samples: int | None = None,
-) -> None:
-    """Write a table under the name `path`; floats read back to the same bits."""
-    columns = table_of(result, table, samples)
-    units = {"length_unit": length_unit, "time_unit": time_unit}
-    write_columns(columns, path, record, **units, beside=beside)
+        write_columns(table_of(result, name), files[path], record, beside=files[beside])
 
 
 def write_columns(
@@ -98,7 +79,7 @@ def write_columns(
     beside: Path | None = None,
 ) -> None:
     """Write columns under the name `path`, and the record under the name `beside`."""
-    tell_size(path, _size(columns))
+    say_size(path, _size(columns))
     facts = {}
     if length_unit or time_unit:
         facts = {"columns": _with_units(columns, length_unit, time_unit)}
@@ -141,7 +122,7 @@ def _with_units(columns: Columns, length_unit: str, time_unit: str) -> str:
 
 
 def _blocks(columns: Columns) -> Iterator[Iterator[tuple[Any, ...]]]:
-    """Give the rows, many at a time."""
+    """Yield the rows, many at a time."""
     arrays: list[NDArray[Any]] = [np.asarray(column) for column in columns.values()]
     count = len(arrays[0])
     for first in range(0, count, ROWS):

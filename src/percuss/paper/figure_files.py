@@ -17,7 +17,7 @@ from percuss.ensembles.datasets import write_whole
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles
 from percuss.io.record import Record
-from percuss.io.toml import toml_text
+from percuss.io.study_text import toml_text
 from percuss.paper.figure import Figure
 from percuss.version import __version__
 

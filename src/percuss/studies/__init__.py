@@ -60,7 +60,7 @@ _MODULES = {
     "StudyFault": "faults",
     "StudyResult": "running",
     "Sweep": "kinds.sweep",
-    "kind_names": "kinds",
+    "kind_names": "study",
     "load_study": "reading",
     "output_files": "running",
     "parse_study": "reading",

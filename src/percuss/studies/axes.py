@@ -19,16 +19,27 @@ from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
 from percuss.numerics import exp, log
 from percuss.studies.faults import NO_PHASE, Path, shown, unknown_key, words_of_file
-from percuss.studies.question import StudyDraft
+from percuss.studies.study import StudyDraft
 from percuss.studies.tables import exact_phase, raw_table, table_only
 
-__all__ = ["Axes", "Axis", "OneAxis", "Range", "Ranges", "Span", "axes_of", "axis_values",
-           "over_of", "ranges_over", "values_over"]  # fmt: skip
+__all__ = [
+    "AxisValues",
+    "OverAxes",
+    "OverRanges",
+    "ParameterRange",
+    "Span",
+    "StartAxis",
+    "axes_of",
+    "axis_values",
+    "over_of",
+    "ranges_over",
+    "values_over",
+]  # fmt: skip
 
 Spacing: TypeAlias = Literal["linear", "log"]
-Range: TypeAlias = tuple[Phase, Phase]
+ParameterRange: TypeAlias = tuple[Phase, Phase]
 MOST = 100_000_000
-# Where faults leave it open no more which parameters the model has: in the values of keys.
+# Keys of the model whose faults are those of a value: which parameters there are is known.
 LEAF = re.compile(
     r"oscillator\.((?!stop)\w+|stops\.\d+\.(?!type)\w+)"
     r"|forcing\.(constant|period|harmonics\.\d+\.\w+|(cos|sin)\.\d+)"
@@ -76,20 +87,20 @@ class Span:
 
 
 # A list of values as it was given, or a span.
-Axis: TypeAlias = tuple[Phase, ...] | Span
+AxisValues: TypeAlias = tuple[Phase, ...] | Span
 
 
-def axis_values(axis: Axis) -> tuple[Phase, ...]:
+def axis_values(axis: AxisValues) -> tuple[Phase, ...]:
     """Return the values of an axis."""
     return axis.values() if isinstance(axis, Span) else axis
 
 
-def over_of(over: Mapping[str, Axis]) -> dict[str, list[Phase]]:
+def over_of(over: Mapping[str, AxisValues]) -> dict[str, list[Phase]]:
     """Return axes as ensembles take them."""
     return {path: list(axis_values(axis)) for path, axis in over.items()}
 
 
-def _axis_table(axis: Axis | Range | None) -> object:
+def _axis_table(axis: AxisValues | ParameterRange | None) -> object:
     """Return an axis as a study file holds it."""
     if axis is None:
         return None
@@ -99,17 +110,25 @@ def _axis_table(axis: Axis | Range | None) -> object:
     return table if axis.spacing == "linear" else {**table, "spacing": axis.spacing}
 
 
-def _axes_table(axes: Mapping[str, Axis] | Mapping[str, Range]) -> dict[str, object]:
+def _axes_table(axes: Mapping[str, AxisValues] | Mapping[str, ParameterRange]) -> dict[str, object]:
     return {path: _axis_table(axis) for path, axis in axes.items()}
 
 
 # In a question; what stands in the file becomes axes where the model is known.
-Axes = Annotated[dict[str, Axis], PlainValidator(table_only), PlainSerializer(_axes_table)]
-Ranges = Annotated[dict[str, Range], PlainValidator(table_only), PlainSerializer(_axes_table)]
-OneAxis = Annotated[Axis | None, PlainValidator(lambda axis: axis), PlainSerializer(_axis_table)]
+OverAxes = Annotated[
+    dict[str, AxisValues], PlainValidator(table_only), PlainSerializer(_axes_table)
+]
+OverRanges = Annotated[
+    dict[str, ParameterRange], PlainValidator(table_only), PlainSerializer(_axes_table)
+]
+StartAxis = Annotated[
+    AxisValues | None, PlainValidator(lambda axis: axis), PlainSerializer(_axis_table)
+]
 
 
-def ranges_over(study: StudyDraft, count: int, *, holds_own: bool = False) -> dict[str, Range]:
+def ranges_over(
+    study: StudyDraft, count: int, *, holds_own: bool = False
+) -> dict[str, ParameterRange]:
     """Return the ranges of ``[over]``, and add what is wrong with them.
 
     Parameters
@@ -126,7 +145,7 @@ def ranges_over(study: StudyDraft, count: int, *, holds_own: bool = False) -> di
     dict
         First and last value by path; those without faults.
     """
-    ranges: dict[str, Range] = {}
+    ranges: dict[str, ParameterRange] = {}
     for path, place, given in _counted(study, count):
         if not isinstance(given, list) or len(given) != 2:
             reason = "not a range; write [first, last]"
@@ -150,7 +169,7 @@ def ranges_over(study: StudyDraft, count: int, *, holds_own: bool = False) -> di
     return ranges
 
 
-def values_over(study: StudyDraft, count: int | None, start: Start | None) -> dict[str, Axis]:
+def values_over(study: StudyDraft, count: int | None, start: Start | None) -> dict[str, AxisValues]:
     """Return the axes of ``[over]``, and add what is wrong with them.
 
     Parameters
@@ -167,7 +186,7 @@ def values_over(study: StudyDraft, count: int | None, start: Start | None) -> di
     dict
         The axes by path; those without faults.
     """
-    right: dict[str, Axis] = {}
+    right: dict[str, AxisValues] = {}
     entries = list(_counted(study, count))
     axes = [_axis_of(study, place, given) for _, place, given in entries]
     if _is_too_large(study, ("over",), axes):
@@ -175,7 +194,7 @@ def values_over(study: StudyDraft, count: int | None, start: Start | None) -> di
     for (path, place, _), axis in zip(entries, axes, strict=True):
         if axis is None or not _is_known(study, path, place, start):
             continue
-        # With several axes a value may be right in some combinations: the sweep tells which.
+        # With several axes a value may be right in some combinations: the sweep shows which.
         values = axis_values(axis)
         # The values of a span have no places of their own in the file.
         places = [place if isinstance(axis, Span) else (*place, i) for i in range(len(values))]
@@ -185,7 +204,7 @@ def values_over(study: StudyDraft, count: int | None, start: Start | None) -> di
     return right
 
 
-def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str, Axis]:
+def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str, AxisValues]:
     """Return the axes that stand under keys of a table, and add what is wrong with them."""
     axes = {name: _axis_of(study, (table, name), raw) for name, raw in given.items()}
     if _is_too_large(study, (table,), list(axes.values())):
@@ -193,8 +212,8 @@ def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str
     return {name: axis for name, axis in axes.items() if axis is not None}
 
 
-def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[Axis | None]) -> bool:
-    """Return whether all combinations are too many for this machine; note it if so."""
+def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[AxisValues | None]) -> bool:
+    """Return whether all combinations are too many for this machine, and add it if so."""
     counts = [
         1 if axis is None else axis.count if isinstance(axis, Span) else len(axis) for axis in axes
     ]
@@ -205,7 +224,7 @@ def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[Axis | None]) -
     return problem is not None
 
 
-def _axis_of(study: StudyDraft, place: Path, given: Any) -> Axis | None:
+def _axis_of(study: StudyDraft, place: Path, given: Any) -> AxisValues | None:
     """Return an axis, None if it has faults."""
     if isinstance(given, Mapping):
         return _span(study, place, given)
@@ -252,7 +271,7 @@ def _span(study: StudyDraft, place: Path, given: Mapping[str, Any]) -> Span | No
 
 
 def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, Any]]:
-    """Give path, place and value of each entry of ``[over]``; see to it that they are so many."""
+    """Yield path, place and value of each entry of ``[over]``; add a wrong number of them."""
     entries = list(_entries(("over",), raw_table(study.document, "over")))
     if "over" in study.document and not study.faults.is_wrong("over"):
         wanted = {1: "one is needed", 2: "two are needed", None: "at least one is needed"}[count]
@@ -264,7 +283,7 @@ def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, 
 
 
 def _entries(place: Path, table: Mapping[str, Any]) -> Iterator[tuple[str, Path, Any]]:
-    """Give the entries of a table, those of the tables that paths without quotes make too."""
+    """Yield the entries of a table, also those of the tables that paths without quotes make."""
     for key, value in table.items():
         inner = (*place, key)
         if isinstance(value, Mapping) and not {"from", "to", "count"} & set(value):
@@ -282,7 +301,7 @@ def _numbers_are_right(study: StudyDraft, place: Path, values: list[Any]) -> boo
 
 
 def _is_known(study: StudyDraft, path: str, place: Path, start: Start | None) -> bool:
-    """Return whether there is such a parameter, of a model that is right; note it if not."""
+    """Return whether there is such a parameter, of a model that is right; add it if not."""
     if not all(LEAF.fullmatch(fault) for fault in _of_model(study)):
         return False
     try:
@@ -306,7 +325,7 @@ def _fit(
     values: Sequence[Phase],
     start: Start | None,
 ) -> bool:
-    """Return whether the model can take values; note the first one that it cannot."""
+    """Return whether the model can take values, and add the first one that it cannot."""
     for place, value in zip(places, values, strict=True):
         try:
             replace_parameter(study.oscillator, study.forcing, start, path, value)

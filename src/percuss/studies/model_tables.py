@@ -12,17 +12,18 @@ from pydantic import ValidationError as ShapeError
 from percuss.errors import ParameterError
 from percuss.io.study_text import forcing_table, number, stop_table
 from percuss.model import exact
-from percuss.model.faults import Fault, damping_faults, draft, faults, positive_faults
+from percuss.model.faults import Fault, damping_faults, draft, positive_faults
+from percuss.model.faults import faults as model_faults
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import SoftStop, Stop, Wall
 from percuss.studies.faults import MISSING, StudyFaults, shown, unknown_key
-from percuss.studies.tables import Number, Phase, RawTable, exact_phase, raw_table, sentence
+from percuss.studies.tables import NumberKey, PhaseKey, RawTable, exact_phase, raw_table, sentence
 
 __all__ = ["EngineersModel", "read_model"]
 
-Part = TypeVar("Part", Wall, SoftStop, Harmonic)
+ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic)
 
 _FOURIER = ("omega", "cos", "sin")
 _DAMPINGS = ("damping_coefficient", "damping_ratio")
@@ -36,41 +37,41 @@ class _Shape(BaseModel):
 
 class _WallShape(_Shape):
     type: Literal["wall"]
-    at: Number
+    at: NumberKey
     side: Literal["above", "below"]
-    restitution: Number = 1.0
+    restitution: NumberKey = 1.0
 
 
 class _SoftShape(_Shape):
     type: Literal["soft"]
-    at: Number
+    at: NumberKey
     side: Literal["above", "below"]
-    stiffness: Number
-    damping: Number = 0.0
+    stiffness: NumberKey
+    damping: NumberKey = 0.0
 
 
 class _OscillatorShape(_Shape):
-    stiffness: Number = 1.0
-    damping: Number = 0.0
-    mass: Number | None = None
-    damping_coefficient: Number | None = None
-    damping_ratio: Number | None = None
+    stiffness: NumberKey = 1.0
+    damping: NumberKey = 0.0
+    mass: NumberKey | None = None
+    damping_coefficient: NumberKey | None = None
+    damping_ratio: NumberKey | None = None
     stops: list[Annotated[_WallShape | _SoftShape, Field(discriminator="type")]] = []
 
 
 class _HarmonicShape(_Shape):
-    amplitude: Number
-    omega: Number
-    phase: Phase = 0.0
+    amplitude: NumberKey
+    omega: NumberKey
+    phase: PhaseKey = 0.0
 
 
 class _ForcingShape(_Shape):
-    constant: Number = 0.0
-    period: Phase | None = None
+    constant: NumberKey = 0.0
+    period: PhaseKey | None = None
     harmonics: list[_HarmonicShape] = []
-    omega: Number | None = None
-    cos: list[Number] = []
-    sin: list[Number] = []
+    omega: NumberKey | None = None
+    cos: list[NumberKey] = []
+    sin: list[NumberKey] = []
 
 
 _SHAPES: dict[str, type[_Shape]] = {"oscillator": _OscillatorShape, "forcing": _ForcingShape}
@@ -126,7 +127,7 @@ class EngineersModel:
 
 
 def read_model(
-    document: RawTable, found: StudyFaults
+    document: RawTable, faults: StudyFaults
 ) -> tuple[Oscillator, Forcing | None, EngineersModel | None]:
     """Return the model of a document, and add what is wrong with it.
 
@@ -134,7 +135,7 @@ def read_model(
     ----------
     document
         The tables as `tomllib` reads them.
-    found
+    faults
         The faults found so far.
 
     Returns
@@ -145,17 +146,17 @@ def read_model(
     """
     for name in _SHAPES:
         if isinstance(document.get(name), Mapping):
-            _check_shape(name, document[name], found)
+            _check_shape(name, document[name], faults)
     table = raw_table(document, "oscillator")
-    oscillator = _oscillator(table, found)
-    forcing = _forcing(raw_table(document, "forcing"), found) if "forcing" in document else None
-    given = _engineers_model(table, oscillator, forcing, found)
+    oscillator = _oscillator(table, faults)
+    forcing = _forcing(raw_table(document, "forcing"), faults) if "forcing" in document else None
+    given = _engineers_model(table, oscillator, forcing, faults)
     if given is not None:
-        oscillator, forcing = _per_mass(given, found)
+        oscillator, forcing = _per_mass(given, faults)
     return oscillator, forcing, given
 
 
-def _check_shape(name: str, table: RawTable, found: StudyFaults) -> None:
+def _check_shape(name: str, table: RawTable, faults: StudyFaults) -> None:
     """Add the faults of the shape of a table: unknown keys, missing keys, wrong types."""
     shape = _SHAPES[name]
     try:
@@ -171,36 +172,36 @@ def _check_shape(name: str, table: RawTable, found: StudyFaults) -> None:
                 known = _HarmonicShape
             path = (name, *place)
             if kind == "extra_forbidden":
-                found.add(path, unknown_key(path[-1], list(known.model_fields)))
+                faults.add(path, unknown_key(path[-1], list(known.model_fields)))
             elif kind == "union_tag_not_found":
-                _add_missing_type(path, value, found)
+                _add_missing_type(path, value, faults)
             elif kind == "union_tag_invalid":
-                found.add((*path, "type"), sentence(wrong), shown(value["type"]))
+                faults.add((*path, "type"), sentence(wrong), shown(value["type"]))
             elif kind == "missing":
                 is_side = path[-1] == "side"
-                found.add(path, 'missing; "above" or "below"' if is_side else "missing")
+                faults.add(path, 'missing; "above" or "below"' if is_side else "missing")
             elif kind == "list_type" and path[-1] in ("stops", "harmonics"):
                 reason = f"not a list; begin each of them with [[{'.'.join(map(str, path))}]]"
-                found.add(path, reason, shown(value))
+                faults.add(path, reason, shown(value))
             else:
-                found.add(path, sentence(wrong), shown(value))
+                faults.add(path, sentence(wrong), shown(value))
 
 
-def _add_missing_type(path: tuple[str | int, ...], stop: RawTable, found: StudyFaults) -> None:
+def _add_missing_type(path: tuple[str | int, ...], stop: RawTable, faults: StudyFaults) -> None:
     """Add what is wrong with a stop without a type, whose other keys are not checked yet."""
     known = list(dict.fromkeys(key for shape in _STOPS.values() for key in shape.model_fields))
     for key in stop:
         if key not in known:
-            found.add((*path, key), unknown_key(key, known))
-    found.add((*path, "type"), 'missing; "wall" or "soft"')
+            faults.add((*path, key), unknown_key(key, known))
+    faults.add((*path, "type"), 'missing; "wall" or "soft"')
 
 
-def _oscillator(table: RawTable, found: StudyFaults) -> Oscillator:
+def _oscillator(table: RawTable, faults: StudyFaults) -> Oscillator:
     stops = tuple(_stop(row) for row in _rows(table, "stops"))
     values = {"stiffness": 1.0, "damping": 0.0}
     values = {name: table.get(name, value) for name, value in values.items()}
     oscillator = draft(Oscillator, **values, stops=stops)
-    found.add_from_model(faults(oscillator, "oscillator"))
+    faults.add_from_model(model_faults(oscillator, "oscillator"))
     return oscillator
 
 
@@ -214,32 +215,32 @@ def _stop(row: Any) -> Wall | SoftStop:
 
 
 def _engineers_model(
-    table: RawTable, oscillator: Oscillator, forcing: Forcing | None, found: StudyFaults
+    table: RawTable, oscillator: Oscillator, forcing: Forcing | None, faults: StudyFaults
 ) -> EngineersModel | None:
     """Return the model in engineers' units if a mass is given and nothing is wrong with it."""
     dampings = {name: table[name] for name in _DAMPINGS if name in table}
     if "mass" not in table:
         for name in dampings:
-            found.add(
+            faults.add(
                 ("oscillator", name), "needs oscillator.mass; mass = 1 leaves all else as it is"
             )
         return None
-    found.add_from_model(positive_faults("oscillator.mass", table["mass"]))
+    faults.add_from_model(positive_faults("oscillator.mass", table["mass"]))
     for name, value in dampings.items():
-        found.add_from_model(damping_faults(f"oscillator.{name}", value))
+        faults.add_from_model(damping_faults(f"oscillator.{name}", value))
     if "stiffness" not in table:
-        found.add(("oscillator", "stiffness"), "missing; with a mass it has no default")
+        faults.add(("oscillator", "stiffness"), "missing; with a mass it has no default")
     if "damping" in table:
         reason = "given together with mass; give damping_coefficient or damping_ratio"
-        found.add(("oscillator", "damping"), reason, shown(table["damping"]))
-    if found.is_wrong("oscillator") or found.is_wrong("forcing"):
+        faults.add(("oscillator", "damping"), reason, shown(table["damping"]))
+    if faults.is_wrong("oscillator") or faults.is_wrong("forcing"):
         return None
     return EngineersModel(
         table["mass"], table["stiffness"], **dampings, stops=oscillator.stops, forcing=forcing
     )
 
 
-def _per_mass(given: EngineersModel, found: StudyFaults) -> tuple[Oscillator, Forcing | None]:
+def _per_mass(given: EngineersModel, faults: StudyFaults) -> tuple[Oscillator, Forcing | None]:
     """Return the oscillator and the forcing of unit mass; add what the division makes wrong."""
     oscillator, forcing = Oscillator(stops=given.stops), given.forcing
     owner = "oscillator"
@@ -249,14 +250,14 @@ def _per_mass(given: EngineersModel, found: StudyFaults) -> tuple[Oscillator, Fo
         forcing = given.forcing_per_mass()
     except ParameterError as error:
         if error.name in _DAMPINGS:
-            found.add_from_model([Fault(f"{owner}.{error.name}", error.value, error.reason)])
+            faults.add_from_model([Fault(f"{owner}.{error.name}", error.value, error.reason)])
         else:
             reason = f"after the division by it, {owner}.{error.name} is {error.reason}"
-            found.add(("oscillator", "mass"), reason, shown(given.mass))
+            faults.add(("oscillator", "mass"), reason, shown(given.mass))
     return oscillator, forcing
 
 
-def _forcing(table: RawTable, found: StudyFaults) -> Forcing:
+def _forcing(table: RawTable, faults: StudyFaults) -> Forcing:
     constant, period = table.get("constant", 0.0), table.get("period")
     given = [name for name in _FOURIER if name in table]
     if not given:
@@ -266,11 +267,11 @@ def _forcing(table: RawTable, found: StudyFaults) -> Forcing:
         for name in ("harmonics", "period"):
             if name in table:
                 reason = f"given together with {given[0]}; omega, cos and sin stand alone"
-                found.add(("forcing", name), reason)
+                faults.add(("forcing", name), reason)
         if "omega" not in table:
-            found.add(("forcing", "omega"), "missing; cos and sin need the base frequency")
+            faults.add(("forcing", "omega"), "missing; cos and sin need the base frequency")
         forcing = _fourier(table, constant)
-    found.add_from_model(faults(forcing, "forcing"))
+    faults.add_from_model(model_faults(forcing, "forcing"))
     return forcing
 
 
@@ -296,7 +297,7 @@ def _rows(table: RawTable, name: str) -> list[Any]:
     return rows if isinstance(rows, list) else []
 
 
-def _drafted(kind: type[Part], row: Any, defaults: RawTable) -> Part:
+def _drafted(kind: type[ModelPart], row: Any, defaults: RawTable) -> ModelPart:
     """Return a part of the model from the keys that a row has, not checked."""
     given = row if isinstance(row, Mapping) else {}
     return draft(kind, **{name: given.get(name, value) for name, value in defaults.items()})

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from percuss.certified import Ball, CertifiedOrbit, CertifiedPoint, CertifiedRun
     from percuss.studies.study import Study
 
-__all__ = ["STEM", "Proof", "check_certify", "draw_proof", "is_drawn", "proof_of"]
+__all__ = ["STEM", "Proof", "check_certify", "draw_proof", "proof_of"]
 
 # Of the files: certified.csv, certified.png.
 STEM = "certified"
@@ -29,8 +29,6 @@ STEM = "certified"
 MORE_DIGITS, LEAST_DIGITS = 4, 17
 # Digits of a number in the report, at most.
 MOST_SHOWN = 30
-
-Column = NDArray[Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +50,7 @@ class Proof:
 
     result: Any
     report: dict[str, str]
-    columns: dict[str, Column]
+    columns: dict[str, NDArray[Any]]
     branch: Any = None
 
 
@@ -72,11 +70,6 @@ def check_certify(study: Study) -> None:
         reason = f"for studies of kind motion, orbit and branch; this one is of kind {study.kind}"
         raise ParameterError("certify", study.certify.digits, reason)
     import percuss.certified  # noqa: F401  says what to install
-
-
-def is_drawn(study: Study) -> bool:
-    """Return whether there is a picture of the enclosure: of each kind that can be certified."""
-    return study.certify is not None and study.question.is_certifiable
 
 
 def proof_of(study: Study, answer: Any, progress: Report) -> Proof:
@@ -214,7 +207,7 @@ def _point_rows(points: Sequence[CertifiedPoint], left: int) -> dict[str, str]:
     return {"certified": "\n".join(lines) or "no special points, so nothing to prove"}
 
 
-def _run_columns(run: CertifiedRun, digits: int) -> dict[str, Column]:
+def _run_columns(run: CertifiedRun, digits: int) -> dict[str, NDArray[Any]]:
     """Return the events of a run in the order of time."""
     impacts, crossings, contacts, grazes = run.impacts, run.crossings, run.contacts, run.grazes
     rows = [
@@ -244,7 +237,7 @@ def _run_columns(run: CertifiedRun, digits: int) -> dict[str, Column]:
     return _event_columns(sorted(events, key=lambda row: float(row[2])), digits)
 
 
-def _orbit_columns(orbit: CertifiedOrbit, digits: int) -> dict[str, Column]:
+def _orbit_columns(orbit: CertifiedOrbit, digits: int) -> dict[str, NDArray[Any]]:
     """Return the impacts of a period, and entries into soft stops."""
     impacts = orbit.impacts
     rows = zip(impacts.stop, impacts.t, impacts.v_before, impacts.v_after, strict=True)
@@ -259,8 +252,8 @@ def _name(oscillator: Oscillator, stop: int) -> str:
 
 def _event_columns(
     rows: Sequence[tuple[str, int, Ball, Ball | None, Ball | None]], digits: int
-) -> dict[str, Column]:
-    columns: dict[str, Column] = {
+) -> dict[str, NDArray[Any]]:
+    columns: dict[str, NDArray[Any]] = {
         "event": np.array([row[0] for row in rows], dtype=object),
         "stop": np.array([row[1] for row in rows], dtype=np.int64),
     }
@@ -269,7 +262,7 @@ def _event_columns(
     return columns
 
 
-def _point_columns(points: Sequence[CertifiedPoint], digits: int) -> dict[str, Column]:
+def _point_columns(points: Sequence[CertifiedPoint], digits: int) -> dict[str, NDArray[Any]]:
     path = points[0].path if points else "value"
     values = [point.value if point.exists else None for point in points]
     texts = {
@@ -282,7 +275,7 @@ def _point_columns(points: Sequence[CertifiedPoint], digits: int) -> dict[str, C
     return {"kind": columns["kind"], **_decimals(path, values, digits), **columns}
 
 
-def _decimals(name: str, balls: Sequence[Ball | None], digits: int) -> dict[str, Column]:
+def _decimals(name: str, balls: Sequence[Ball | None], digits: int) -> dict[str, NDArray[Any]]:
     """Return midpoints in decimals and radii around these, empty where there is no number."""
     n = max(LEAST_DIGITS, digits + MORE_DIGITS)
     pairs = [("", "") if ball is None else ball.decimals(n) for ball in balls]

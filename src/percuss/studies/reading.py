@@ -5,24 +5,36 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
-from pathlib import Path
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any
 
 from percuss.errors import StudyError
-from percuss.io.reading import load_record
-from percuss.studies.faults import StudyFault, StudyFaults, shown, unknown_key, unknown_value
-from percuss.studies.kinds import kind_named, kind_names
-from percuss.studies.lines import key_lines
+from percuss.io.record import load_record
+from percuss.model.faults import draft
+from percuss.model.start import Start
+from percuss.studies.faults import Path, StudyFault, StudyFaults, shown, unknown_key, unknown_value
 from percuss.studies.model_tables import read_model
-from percuss.studies.question import (
+from percuss.studies.study import (
     TABLES,
     Question,
+    Study,
     StudyDraft,
-    read_question,
-    table_keys,
-    table_names,
+    kind_named,
+    kind_names,
 )
-from percuss.studies.study import Study
-from percuss.studies.tables import Certify, Draw, RawTable, Save, StudyTable, raw_table, read
+from percuss.studies.tables import (
+    Certify,
+    Draw,
+    RawTable,
+    Save,
+    StartTable,
+    StudyTable,
+    keys_of,
+    raw_table,
+    read,
+    values_of,
+)
 
 _RESULTS = (".nc", ".csv", ".png", ".svg")
 _MOST_SYNTAX_FAULTS = 20
@@ -43,7 +55,7 @@ _SAVE, _DRAW = ("netcdf", "csv"), ("png", "svg", "length_unit", "time_unit")
 __all__ = ["build_study", "known_keys", "load_study", "parse_study"]
 
 
-def load_study(path: Path | str) -> Study:
+def load_study(path: FilePath | str) -> Study:
     """Return the study in a study file, or in a result that percuss wrote.
 
     Parameters
@@ -61,7 +73,7 @@ def load_study(path: Path | str) -> Study:
     StudyError
         If the file cannot be read, or with all of its faults.
     """
-    file = Path(path)
+    file = FilePath(path)
     try:
         if file.suffix.lower() in _RESULTS:
             return parse_study(load_record(file).study, str(path))
@@ -147,7 +159,7 @@ def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
     certify = None
     if "certify" in known and "certify" in document:
         certify = read(Certify, raw_table(document, "certify"), faults, ("certify",))
-    question = None if kind is None else read_question(kind, document, faults)
+    question = None if kind is None else _read_question(kind, document, faults)
     oscillator, forcing, given = read_model(document, faults)
     if question is None:
         return None
@@ -167,13 +179,51 @@ def known_keys(kind: type[Question] | None) -> dict[str, list[str]]:
     """
     if kind is None:
         return {"save": [*_SAVE], "draw": [*_DRAW]}
-    own = {name: table_keys(kind, name) for name in table_names(kind)}
+    own = {name: _table_keys(kind, name) for name in _table_names(kind)}
     return {"save": [*_SAVE, *kind.save_keys], "draw": [*_DRAW, *kind.draw_keys], **own}
+
+
+def _table_names(kind: type[Question]) -> list[str]:
+    """Return the tables of the files of a kind besides those of all kinds."""
+    fields = keys_of(kind)
+    own = [kind.kind] if set(fields) - set(TABLES) else []
+    proof = ["certify"] if kind.is_certifiable else []
+    return [*(TABLES[name] for name in TABLES if name in fields), *own, *proof]
+
+
+def _table_keys(kind: type[Question], name: str) -> list[str]:
+    """Return the keys of a table of the files of a kind; of ``[over]`` they are its paths."""
+    if name == "certify":
+        return keys_of(Certify)
+    fields = kind.__pydantic_fields__  # type: ignore[attr-defined]
+    own = [field for field in fields if field not in TABLES]
+    if name == kind.kind and own:
+        return own
+    (field,) = (field for field, table in TABLES.items() if table == name)
+    shape = StartTable if name == "start" else fields[field].annotation
+    return [] if name == "over" else keys_of(shape)
+
+
+def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults) -> Question:
+    """Return the question of a document, and add what is wrong with its shape."""
+    given: dict[str, Any] = {}
+    for name, info in kind.__pydantic_fields__.items():  # type: ignore[attr-defined]
+        table = TABLES.get(name)
+        if table is None or (table not in document and not info.is_required()):
+            continue
+        raw = raw_table(document, table)
+        shape = StartTable if name == "start" else info.annotation
+        # What the ranges and axes in [over] may be is a question to the model.
+        value = dict(raw) if name == "over" else read(shape, raw, faults, (table,))
+        given[name] = draft(Start, **values_of(value)) if name == "start" else value
+    own = raw_table(document, kind.kind)
+    known = [name for name in keys_of(kind) if name not in TABLES]
+    return read(kind, own if known else {}, faults, (kind.kind,), known, given)
 
 
 def _check_tables(document: RawTable, kind: type[Question] | None, faults: StudyFaults) -> None:
     """Add tables that are unknown, missing, or none."""
-    known = [*_OF_ALL, *(table_names(kind) if kind is not None else ())]
+    known = [*_OF_ALL, *(_table_names(kind) if kind is not None else ())]
     of_some_kinds = {*TABLES.values(), *kind_names(), "certify"} - {"motion"}
     for name, table in document.items():
         if name in known or name == "record":
@@ -244,3 +294,153 @@ def _syntax_reason(words: str, line: str) -> str:
     if unquoted is not None:
         reason += f'; put it in quotes: {unquoted["key"]} = "{unquoted["value"]}"'
     return reason
+
+
+_TOKEN = re.compile(
+    r'"""(?:\\.|[^\\])*?"{3,5}'
+    r"|'''.*?'{3,5}"
+    r'|"(?:\\.|[^"\\\n])*"'
+    r"|'[^'\n]*'"
+    r"|(?P<comment>#[^\n]*)"
+    r"|(?P<space>[ \t\r]+)"
+    r"|\n|[\[\]{}=,.]"
+    r"|[^\s\[\]{}=,.#\"']+"
+    r"|.",
+    re.DOTALL,
+)
+_OPENING, _CLOSING = ("[", "{"), ("]", "}")
+
+
+@dataclass(slots=True)
+class _Scanner:
+    """A walk over the tokens of a valid TOML text that notes where keys stand."""
+
+    tokens: list[tuple[str, int]]
+    position: int = 0
+    lines: dict[Path, int] = field(default_factory=dict)
+    counts: dict[Path, int] = field(default_factory=dict)
+
+    def peek(self) -> str:
+        return self.tokens[self.position][0] if self.position < len(self.tokens) else ""
+
+    def line(self) -> int:
+        return self.tokens[min(self.position, len(self.tokens) - 1)][1]
+
+    def take(self) -> str:
+        token = self.peek()
+        self.position += 1
+        return token
+
+    def skip_newlines(self) -> None:
+        while self.peek() == "\n":
+            self.position += 1
+
+    def key(self) -> list[str]:
+        """Take a key, dotted or not."""
+        parts = [_unquoted(self.take())]
+        while self.peek() == ".":
+            self.position += 1
+            parts.append(_unquoted(self.take()))
+        return parts
+
+    def header(self) -> Path:
+        """Take the header of a table and return the path of the table."""
+        line = self.line()
+        self.position += 1
+        is_array = self.peek() == "["
+        if is_array:
+            self.position += 1
+        parts = self.key()
+        path: Path = ()
+        for part in parts[:-1]:
+            path = self._entered((*path, part))
+        path = (*path, parts[-1])
+        if is_array:
+            self.counts[path] = self.counts.get(path, -1) + 1
+            self.lines.setdefault(path, line)
+        path = self._entered(path)
+        self.lines.setdefault(path, line)
+        while self.peek() not in ("\n", ""):
+            self.position += 1
+        return path
+
+    def _entered(self, path: Path) -> Path:
+        """Return the path of a table, or of the last one of an array of tables."""
+        return (*path, self.counts[path]) if path in self.counts else path
+
+    def assignment(self, table: Path) -> None:
+        """Take ``key = value`` below a table."""
+        line = self.line()
+        path = table
+        for part in self.key():
+            path = (*path, part)
+            self.lines.setdefault(path, line)
+        if self.peek() == "=":
+            self.position += 1
+        self.value(path)
+
+    def value(self, path: Path) -> None:
+        """Take a value, and note the lines of what is inside it."""
+        opening = self.peek()
+        if opening not in _OPENING:
+            while self.peek() not in ("\n", ",", *_CLOSING, ""):
+                self.position += 1
+            return
+        self.position += 1
+        index = 0
+        while True:
+            self.skip_newlines()
+            if self.peek() in (*_CLOSING, ""):
+                self.position += 1
+                return
+            if self.peek() == ",":
+                self.position += 1
+                continue
+            if opening == "[":
+                self.lines[(*path, index)] = self.line()
+                self.value((*path, index))
+                index += 1
+            else:
+                self.assignment(path)
+
+
+def _unquoted(token: str) -> str:
+    return token[1:-1] if token[:1] in ("'", '"') else token
+
+
+def key_lines(text: str) -> dict[Path, int]:
+    r"""Return the line, from 1, on which each key, table and list item of a TOML text stands.
+
+    Parameters
+    ----------
+    text
+        A text that `tomllib` reads.
+
+    Returns
+    -------
+    dict
+        Lines by path, a tuple of keys and of indices into lists.
+
+    Examples
+    --------
+    >>> lines = key_lines("[oscillator]\nstops = [\n  {at = 1},\n  {at = 2},\n]")
+    >>> lines["oscillator", "stops"], lines["oscillator", "stops", 1, "at"]
+    (2, 4)
+    """
+    tokens, line = [], 1
+    for match in _TOKEN.finditer(text):
+        if not match["comment"] and not match["space"]:
+            tokens.append((match[0], line))
+        line += match[0].count("\n")
+    scanner = _Scanner(tokens)
+    table: Path = ()
+    while scanner.position < len(tokens):
+        scanner.skip_newlines()
+        if scanner.peek() == "[":
+            table = scanner.header()
+        elif scanner.peek():
+            scanner.assignment(table)
+            # Nothing follows a value on its line; a text that is not TOML must not loop here.
+            while scanner.peek() not in ("\n", ""):
+                scanner.position += 1
+    return scanner.lines

@@ -12,21 +12,18 @@ from typing import Any
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.io.columns import Columns
 from percuss.io.figures import write_figure
-from percuss.io.files import OutputFiles, check_output
+from percuss.io.files import OutputFiles, check_output, record_file
 from percuss.io.netcdf import write_netcdf
-from percuss.io.reading import record_file
 from percuss.io.record import Record, make_record
-from percuss.io.results import table_of
+from percuss.io.results import Columns, table_of
 from percuss.io.table import write_columns
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.plotting.style import offscreen_figure, style
 from percuss.progress import Progress, Report
-from percuss.studies.proving import STEM, Proof, check_certify, draw_proof, is_drawn, proof_of
-from percuss.studies.question import Execution
-from percuss.studies.study import Study
+from percuss.studies.proving import STEM, Proof, check_certify, draw_proof, proof_of
+from percuss.studies.study import Execution, Study
 
 # A table of more rows is no help to anybody as CSV: spreadsheets hold so many, header included.
 MOST_ROWS = 2**20
@@ -92,7 +89,7 @@ def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
     suffixes = {".png": study.draw.png, ".svg": study.draw.svg}
     names += [
         f"{stem}{suffix}"
-        for stem in [*question.pictures(study), *([STEM] if is_drawn(study) else [])]
+        for stem in [*question.pictures(study), *(proven if question.is_certifiable else [])]
         for suffix, is_wanted in suffixes.items()
         if is_wanted
     ]
@@ -152,7 +149,8 @@ def run_study(
         If one is to be certified, and python-flint is not there.
     """
     _check_execution(study, store, engine)
-    check_certify(study)
+    if study.certify is not None:
+        check_certify(study)
     files = output_files(study, folder)
     check_output(files, force=force)
     # The first run of a process compiles the engine or loads it: no time of this study.

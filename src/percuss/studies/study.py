@@ -1,18 +1,217 @@
-"""A study: one question to percuss, as a frozen value."""
+"""A study as a frozen value: a model, a question of some kind, what to keep of the answer."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, ClassVar, Self, TypeAlias
 
-from percuss.io.study_text import model_tables
-from percuss.io.toml import toml_text
+from percuss.io.study_text import model_tables, toml_text
+from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
+from percuss.model.start import Start, start_faults
+from percuss.model.stops import Stop
+from percuss.progress import Report
+from percuss.studies.faults import MISSING, StudyFaults
 from percuss.studies.model_tables import EngineersModel
-from percuss.studies.question import Question
-from percuss.studies.tables import DRAW_ALL, SAVE_ALL, Certify, Draw, Save, as_written
+from percuss.studies.tables import (
+    DRAW_ALL,
+    SAVE_ALL,
+    Certify,
+    Draw,
+    RawTable,
+    Save,
+    as_written,
+    values_of,
+)
 
-__all__ = ["Certify", "Draw", "EngineersModel", "Save", "Study", "study_text"]
+__all__ = [
+    "AT_REST", "TABLES", "Execution", "Picture", "Question", "Study", "StudyDraft", "check_start",
+    "kind_named", "kind_names", "known_walls", "study_text", "titled_axes",
+]  # fmt: skip
+
+# Draws a result of a study on an empty figure.
+Picture: TypeAlias = "Callable[[Any, Study, Any], None]"
+
+AT_REST = Start(0.0, 0.0)
+# The order in which messages name them; each has a module and a class of its name.
+_KINDS = (
+    "motion",
+    "orbit",
+    "orbits",
+    "branch",
+    "curve",
+    "response",
+    "sweep",
+    "diagram",
+    "basins",
+    "lyapunov",
+)
+# Fields of questions that are tables of their own in a file, in its order; the other fields stand
+# in the table of the kind.
+TABLES = {"start": "start", "limits": "run", "sought": "orbit", "over": "over", "steps": "branch"}
+_PLACE = ("at", "side")
+
+
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """How a study is run, which changes nothing about its answer.
+
+    Attributes
+    ----------
+    store
+        Folder of a Zarr store that a long run goes into and is resumed from; or None.
+    engine
+        "threads", "processes" or the address of a Dask scheduler.
+    progress
+        As in `percuss.simulate`.
+    """
+
+    store: Path | None = None
+    engine: str = "threads"
+    progress: Report = None
+
+    def of_ensemble(self) -> dict[str, Any]:
+        """Return it as ensembles take it."""
+        return {"store": self.store, "engine": self.engine, "progress": self.progress}
+
+
+@dataclass(frozen=True, slots=True)
+class StudyDraft:
+    """A study while its file is read: what a question is checked against.
+
+    Attributes
+    ----------
+    document
+        The tables as `tomllib` reads them, faulty ones too.
+    oscillator, forcing
+        The model; drafts where they have faults.
+    draw
+        What is drawn.
+    faults
+        The faults found so far.
+    """
+
+    document: RawTable
+    oscillator: Oscillator
+    forcing: Forcing | None
+    draw: Draw
+    faults: StudyFaults
+
+    @property
+    def has_right_model(self) -> bool:
+        """Whether the model has no faults."""
+        return not (self.faults.is_wrong("oscillator") or self.faults.is_wrong("forcing"))
+
+    def needs_period(self, why: str) -> None:
+        """Add a forcing without a period, where one is needed."""
+        if self.faults.is_wrong("forcing"):
+            return
+        if self.forcing is None or not self.forcing.harmonics:
+            self.faults.add(("forcing",), f"missing harmonics; {why}")
+        elif self.forcing.period is None:
+            self.faults.add(("forcing", "period"), f"missing; {why}")
+
+
+class Question(ABC):
+    """What a study asks, with all it needs besides the model: a frozen table.
+
+    Its fields are the keys of its file and the arguments of the library function that answers it.
+
+    Attributes
+    ----------
+    kind
+        Its name in ``[study]``.
+    doing
+        What is being done while it is answered, before a bar.
+    stem
+        Name of the NetCDF file, without suffix.
+    is_ensemble
+        Whether it is answered chunk by chunk, into a store and on an engine where wanted.
+    is_certifiable
+        Whether its file may ask for a proof.
+    needed
+        Tables without which there is no such file.
+    save_keys, draw_keys
+        Keys of ``[save]`` and ``[draw]`` beyond those of all kinds.
+    columns
+        The tables saved as CSV, by the stem of the file.
+    """
+
+    __slots__ = ()
+
+    kind: ClassVar[str]
+    doing: ClassVar[str]
+    stem: ClassVar[str]
+    is_ensemble: ClassVar[bool] = False
+    is_certifiable: ClassVar[bool] = False
+    needed: ClassVar[tuple[str, ...]] = ()
+    save_keys: ClassVar[tuple[str, ...]] = ()
+    draw_keys: ClassVar[tuple[str, ...]] = ()
+    columns: ClassVar[Mapping[str, str]] = {}
+
+    def tables(self) -> dict[str, object]:
+        """Return the tables of its own in a study file."""
+        keys = as_written(self)
+        tables = {table: keys.pop(name) for name, table in TABLES.items() if name in keys}
+        return {**tables, self.kind: keys} if keys else tables
+
+    def arguments(self) -> dict[str, Any]:
+        """Return its fields by name."""
+        return values_of(self)
+
+    def csv(self, study: Study) -> Mapping[str, str]:  # noqa: ARG002
+        """Return the tables saved as CSV, by the stem of the file."""
+        return self.columns
+
+    @abstractmethod
+    def pictures(self, study: Study) -> Mapping[str, Picture]:
+        """Return what draws its pictures, by the stem of the file."""
+
+    @abstractmethod
+    def answer(self, study: Study, execution: Execution) -> Any:
+        """Return the result."""
+
+    @abstractmethod
+    def report(self, result: Any) -> dict[str, str]:
+        """Return what was found, in a few lines: words by what they are about."""
+
+    @abstractmethod
+    def checked(self, study: StudyDraft) -> Self:
+        """Return the question as it is asked of a model, and add what is wrong with it there."""
+
+
+def check_start(start: Start, study: StudyDraft) -> None:
+    """Add what is wrong with a start without a limit of its own."""
+    is_given = "start" in study.document
+    walls = draft(Oscillator, stops=known_walls(study))
+    place = "start" if is_given else None
+    wrong = start_faults(walls, start.x0, start.v0, start.t0, max_impacts=1, start=place)
+    if is_given:
+        study.faults.add_from_model(wrong)
+    elif wrong:
+        study.faults.add(("start",), f"missing; the default x0 = 0 lies {wrong[0].reason}")
+
+
+def known_walls(study: StudyDraft) -> tuple[Stop, ...]:
+    """Return the stops whose place is known: only in such a wall can a start be."""
+    return tuple(
+        stop
+        for index, stop in enumerate(study.oscillator.stops)
+        if not any(study.faults.is_wrong(f"oscillator.stops.{index}.{name}") for name in _PLACE)
+        and MISSING not in (stop.at, stop.side)
+    )
+
+
+def titled_axes(study: Study, figure: Any, width: float, height: float) -> Any:
+    """Return the axes of an empty figure of this size [inch], with the title of a study."""
+    figure.set_size_inches(width, height)
+    figure.suptitle(study.title, parse_math=False)
+    return figure.add_subplot()
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,3 +288,16 @@ def study_text(study: Study) -> str:
             "draw": as_written(study.draw),
         }
     )
+
+
+def kind_names() -> list[str]:
+    """Return the names of the kinds."""
+    return list(_KINDS)
+
+
+def kind_named(name: str) -> type[Question]:
+    """Return the questions of a kind by its name."""
+    kind: type[Question] = getattr(
+        import_module(f"percuss.studies.kinds.{name}"), name.capitalize()
+    )
+    return kind

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from percuss.plotting.style import Units
 
 __all__ = [
-    "DRAW_ALL", "SAVE_ALL", "Certify", "Count", "Draw", "Flag", "Number", "Phase", "RawTable",
+    "DRAW_ALL", "SAVE_ALL", "Certify", "Count", "Draw", "Flag", "NumberKey", "PhaseKey", "RawTable",
     "Save", "StartState", "StartTable", "StudyTable", "Text", "Whole", "as_written", "default",
     "exact_phase", "keys_of", "raw_table", "read", "sentence", "table", "table_only", "values_of",
 ]  # fmt: skip
@@ -46,7 +46,7 @@ MOST_DIGITS = 1000
 # Samples of a motion in a file: more take over two gigabytes.
 MOST_SAMPLES = 100_000_000
 
-Quantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
+DrawnQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
 
 # What pydantic calls an error, and what we say; {} stands for its context.
 _REASONS = {
@@ -93,6 +93,9 @@ def table(kind: type[T]) -> type[T]:
 
     @functools.wraps(construct)
     def checked(self: Any, *values: Any, **named: Any) -> None:
+        if len(values) <= len(keys_of(made)):
+            # So that pydantic knows the name of what is wrong.
+            values, named = (), dict(zip(keys_of(made), values, strict=False)) | named
         try:
             construct(self, *values, **named)
         except ShapeError as error:
@@ -170,8 +173,8 @@ def read(
 
 def raw_table(document: RawTable, name: str) -> RawTable:
     """Return a table of a document, empty where there is none."""
-    found = document.get(name, {})
-    return found if isinstance(found, Mapping) else {}
+    table = document.get(name, {})
+    return table if isinstance(table, Mapping) else {}
 
 
 def exact_phase(value: Any) -> Any:
@@ -222,9 +225,9 @@ def table_only(value: object) -> object:
     return value
 
 
-Number = Annotated[exact.Exact, PlainValidator(_number), PlainSerializer(number)]
+NumberKey = Annotated[exact.Exact, PlainValidator(_number), PlainSerializer(number)]
 # May be a multiple of pi.
-Phase = Annotated[exact.Phase, PlainValidator(_phase), PlainSerializer(number)]
+PhaseKey = Annotated[exact.Phase, PlainValidator(_phase), PlainSerializer(number)]
 Whole = Annotated[int, Field(strict=True, ge=0)]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Flag = Annotated[bool, Field(strict=True)]
@@ -243,9 +246,9 @@ class StudyTable:
 class StartTable:
     """``[start]``: the state in which the motion begins, not checked yet."""
 
-    x0: Number
-    v0: Number
-    t0: Phase = 0.0
+    x0: NumberKey
+    v0: NumberKey
+    t0: PhaseKey = 0.0
 
 
 def _start(value: Any) -> Start:
@@ -301,10 +304,10 @@ class Draw:
 
     png: Flag = True
     svg: Flag = True
-    window: Annotated[tuple[Phase, ...], Field(min_length=2, max_length=2)] | None = None
+    window: Annotated[tuple[PhaseKey, ...], Field(min_length=2, max_length=2)] | None = None
     length_unit: Text = ""
     time_unit: Text = ""
-    quantity: Quantity | None = None
+    quantity: DrawnQuantity | None = None
     manifolds: Annotated[Flag, PlainSerializer(lambda is_on: is_on or None)] = False
 
     def units(self) -> Units:

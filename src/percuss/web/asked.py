@@ -12,7 +12,8 @@ from percuss.studies.axes import Span
 from percuss.studies.faults import StudyFaults
 from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.reading import build_study
-from percuss.studies.study import Certify, Draw, Study
+from percuss.studies.study import Study
+from percuss.studies.tables import Certify, Draw
 from percuss.web.question import (
     BadQuestion,
     Question,

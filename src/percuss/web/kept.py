@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import Any
 
 from percuss.motion.outcome import Outcome
-from percuss.studies.question import Execution
-from percuss.studies.study import Draw, Save, Study
+from percuss.studies.study import Execution, Study
+from percuss.studies.tables import Draw, Save
 from percuss.web.handle import Handle
 from percuss.web.question import BadQuestion
 

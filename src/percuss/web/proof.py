@@ -11,7 +11,8 @@ import numpy as np
 
 from percuss.motion.trajectory import Trajectory
 from percuss.studies.proving import Proof, check_certify, proof_of
-from percuss.studies.study import Certify, Study
+from percuss.studies.study import Study
+from percuss.studies.tables import Certify
 from percuss.web.explore import followed
 from percuss.web.frame import frame
 from percuss.web.handle import Handle

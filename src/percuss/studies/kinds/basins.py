@@ -14,9 +14,9 @@ from percuss.errors import PercussError
 from percuss.model.exact import as_float
 from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.stops import Wall
-from percuss.studies.axes import Axis, OneAxis, axes_of, over_of
-from percuss.studies.question import Execution, Picture, Question, StudyDraft, titled_axes
-from percuss.studies.tables import Number, Phase, Whole, default, table
+from percuss.studies.axes import AxisValues, StartAxis, axes_of, over_of
+from percuss.studies.study import Execution, Picture, Question, StudyDraft, titled_axes
+from percuss.studies.tables import NumberKey, PhaseKey, Whole, default, table
 from percuss.studies.words import counted, impacts_in_words
 
 if TYPE_CHECKING:
@@ -52,15 +52,15 @@ class Basins(Question):
     draw_keys: ClassVar = ("manifolds",)
     columns: ClassVar = {"basins": "table", "attractors": "attractors"}
 
-    x0: OneAxis = None
-    v0: OneAxis = None
-    cycle: OneAxis = None
-    v: OneAxis = None
+    x0: StartAxis = None
+    v0: StartAxis = None
+    cycle: StartAxis = None
+    v: StartAxis = None
     stop: Whole = default(basins, "stop")
-    t0: Phase = default(basins, "t0")
+    t0: PhaseKey = default(basins, "t0")
     # Motions are followed forty periods at a time.
     periods: Annotated[Whole, Field(ge=40)] = default(basins, "periods")
-    escape: Number = default(basins, "escape")
+    escape: NumberKey = default(basins, "escape")
 
     def checked(self, study: StudyDraft) -> Self:
         """Check the period of the forcing and the numbers, and read the axes."""
@@ -74,7 +74,7 @@ class Basins(Question):
         self._check_impacts(axes, study)
         return replace(self, **axes)
 
-    def _check_impacts(self, axes: dict[str, Axis], study: StudyDraft) -> None:
+    def _check_impacts(self, axes: dict[str, AxisValues], study: StudyDraft) -> None:
         """Add what is wrong with starts at a wall."""
         if not set(axes) & set(IMPACTS) or study.faults.is_wrong("oscillator"):
             return

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 from pydantic import Field
 
 from percuss.orbits import continue_orbit
-from percuss.studies.axes import Range, Ranges, ranges_over
+from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.question import Execution, Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Execution, Picture, Question, StudyDraft, titled_axes
 from percuss.studies.tables import Count, default, table, values_of
 
 if TYPE_CHECKING:
@@ -31,7 +31,11 @@ class Steps:
 
 
 def follow(
-    study: Study, sought: Sought, over: dict[str, Range], steps: Steps, execution: Execution
+    study: Study,
+    sought: Sought,
+    over: dict[str, ParameterRange],
+    steps: Steps,
+    execution: Execution,
 ) -> BranchResult:
     """Find the orbit that a study is about, and follow it along a parameter."""
     orbit = sought.find(study)
@@ -61,7 +65,7 @@ class Branch(Question):
     columns: ClassVar = {"branch": "branch", "special_points": "special_points"}
 
     sought: Sought
-    over: Ranges
+    over: OverRanges
     steps: Steps = Steps()
 
     def checked(self, study: StudyDraft) -> Self:

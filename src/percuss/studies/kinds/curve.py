@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, get_args
 from percuss.errors import ParameterError
 from percuss.model.paths import long_form
 from percuss.orbits import continue_curve
-from percuss.studies.axes import Range, Ranges, ranges_over
+from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.faults import shown
 from percuss.studies.kinds.branch import Steps, follow
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.question import Execution, Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Execution, Picture, Question, StudyDraft, titled_axes
 from percuss.studies.tables import Text, table
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Curve(Question):
     columns: ClassVar = {"curves": "curves"}
 
     sought: Sought
-    over: Ranges
+    over: OverRanges
     along: Text | None = None
     points: tuple[PointKind, ...] = get_args(PointKind)
     steps: Steps = Steps()
@@ -61,7 +61,7 @@ class Curve(Question):
         over = ranges_over(study, 2, holds_own=True)
         return replace(self, over=over, along=self._first_of(over, study))
 
-    def _first_of(self, over: dict[str, Range], study: StudyDraft) -> str:
+    def _first_of(self, over: dict[str, ParameterRange], study: StudyDraft) -> str:
         """Return the parameter of the branch, and add what is wrong with it."""
         given = self.along
         if given is None or len(over) < 2:

@@ -13,9 +13,9 @@ from percuss.io.study_text import start_table
 from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
-from percuss.studies.axes import Axes, over_of, values_over
+from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.faults import shown, words_of_file
-from percuss.studies.question import (
+from percuss.studies.study import (
     AT_REST,
     Execution,
     Picture,
@@ -24,7 +24,7 @@ from percuss.studies.question import (
     known_walls,
     titled_axes,
 )
-from percuss.studies.tables import Phase, Whole, default, raw_table, table
+from percuss.studies.tables import PhaseKey, Whole, default, raw_table, table
 from percuss.studies.words import ends_of, failure_rows
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Diagram"]
 
-_ROW = TypeAdapter(Annotated[list[Phase], Field(min_length=2, max_length=3)])
+_ROW = TypeAdapter(Annotated[list[PhaseKey], Field(min_length=2, max_length=3)])
 _NAMES = ("x0", "v0", "t0")
 
 
@@ -45,7 +45,7 @@ def _start(row: Any) -> Start:
     return draft(Start, **dict(zip(_NAMES, _ROW.validate_python(row), strict=False)))
 
 
-Row = Annotated[
+StartRow = Annotated[
     Start, PlainValidator(_start), PlainSerializer(lambda start: [*start_table(start).values()])
 ]
 
@@ -61,9 +61,9 @@ class Diagram(Question):
     needed: ClassVar = ("over",)
     columns: ClassVar = {"diagram": "table"}
 
-    over: Axes
+    over: OverAxes
     section: Section = default(bifurcation_diagram, "section")
-    starts: Annotated[tuple[Row, ...], Field(min_length=1)] = (AT_REST,)
+    starts: Annotated[tuple[StartRow, ...], Field(min_length=1)] = (AT_REST,)
     follow: tuple[Direction, ...] = default(bifurcation_diagram, "follow")
     transient: Whole = default(bifurcation_diagram, "transient")
     points: Annotated[Whole, Field(ge=2)] = default(bifurcation_diagram, "points")

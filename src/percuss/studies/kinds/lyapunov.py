@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 from pydantic import Field
 
 from percuss.ensembles.lyapunov import lyapunov_exponents
-from percuss.studies.question import (
+from percuss.studies.study import (
     AT_REST,
     Execution,
     Picture,

@@ -14,8 +14,8 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.stops import SoftStop
 from percuss.studies.faults import shown
-from percuss.studies.question import Execution, Picture, Question, StudyDraft, known_walls
-from percuss.studies.tables import Number, Phase, StartState, table
+from percuss.studies.study import Execution, Picture, Question, StudyDraft, known_walls
+from percuss.studies.tables import NumberKey, PhaseKey, StartState, table
 
 if TYPE_CHECKING:
     from percuss.motion.impact_times import ImpactTimes
@@ -39,8 +39,8 @@ class Limits:
         Number of impacts and entries into soft stops after which to stop; or None.
     """
 
-    t_end: Phase | None = None
-    periods: Number | None = None
+    t_end: PhaseKey | None = None
+    periods: NumberKey | None = None
     max_impacts: Annotated[int, Field(strict=True)] | None = None
 
 

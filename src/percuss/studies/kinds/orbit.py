@@ -10,8 +10,8 @@ from pydantic_core import PydanticCustomError
 
 from percuss.model.exact import as_float
 from percuss.model.faults import number_faults
-from percuss.studies.question import Execution, Picture, Question, StudyDraft
-from percuss.studies.tables import Count, Number, Whole, table
+from percuss.studies.study import Execution, Picture, Question, StudyDraft
+from percuss.studies.tables import Count, NumberKey, Whole, table
 from percuss.studies.words import counted, impacts_in_words
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def _impacts(value: object) -> object:
     return value if whole else math.inf
 
 
-Impacts = Annotated[
+ImpactCount = Annotated[
     float, PlainValidator(_impacts), PlainSerializer(lambda n: "inf" if math.isinf(n) else n)
 ]
 
@@ -45,11 +45,11 @@ class Sought:
         The guess: those of an impact, both or none.
     """
 
-    impacts: Impacts = 1
+    impacts: ImpactCount = 1
     periods: Count = 1
     sequence: tuple[Whole, ...] | None = None
-    cycle: Number | None = None
-    v_after: Number | None = None
+    cycle: NumberKey | None = None
+    v_after: NumberKey | None = None
     seed: Annotated[Whole, PlainSerializer(lambda seed: seed or None)] = 0
 
     @property
@@ -155,7 +155,7 @@ class Orbit(Question):
         rows["grazing margin"] = f"{result.grazing_margin:.6g}"
         if not result.admissible:
             times = counted(len(result.passages), "time")
-            rows["not physical"] = f"it passes through a stop {times} a round"
+            rows["not physical"] = f"it passes through a stop {times} per period"
         if not result.isolated:
             rows["not isolated"] = "one of a family of orbits in this same system"
         return rows | {"residual": f"{result.residual:.2g}"}

@@ -7,7 +7,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from percuss.orbits import find_orbits
-from percuss.studies.question import Execution, Picture, Question, StudyDraft
+from percuss.studies.study import Execution, Picture, Question, StudyDraft
 from percuss.studies.tables import Count, Flag, Whole, default, table
 
 if TYPE_CHECKING:

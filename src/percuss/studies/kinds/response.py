@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from percuss.orbits import response_curve
-from percuss.studies.axes import Ranges, ranges_over
-from percuss.studies.question import Execution, Picture, Question, StudyDraft
+from percuss.studies.axes import OverRanges, ranges_over
+from percuss.studies.study import Execution, Picture, Question, StudyDraft
 from percuss.studies.tables import Count, Whole, default, table
 from percuss.studies.words import intervals_in_words
 
@@ -29,7 +29,7 @@ class Response(Question):
     # One row an orbit, with the number of its branch.
     columns: ClassVar = {"response": "response"}
 
-    over: Ranges
+    over: OverRanges
     max_impacts: Count = default(response_curve, "max_impacts")
     max_periods: Count = default(response_curve, "max_periods")
     seed: Whole = default(response_curve, "seed")

@@ -10,9 +10,9 @@ from pydantic import BeforeValidator
 
 from percuss.ensembles import sweep
 from percuss.ensembles.measures import MEASURES
-from percuss.studies.axes import Axes, over_of, values_over
+from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.faults import MISSING, shown, unknown_value
-from percuss.studies.question import (
+from percuss.studies.study import (
     AT_REST,
     Execution,
     Picture,
@@ -60,7 +60,7 @@ class Sweep(Question):
     columns: ClassVar = {"sweep": "table"}
 
     measure: Annotated[tuple[Text, ...], BeforeValidator(_as_list)]
-    over: Axes
+    over: OverAxes
     start: StartState = AT_REST
     transient: Whole = default(sweep, "transient")
     periods: Count = default(sweep, "periods")

@@ -63,14 +63,14 @@ def encoded(value: Any, replaced: Replaced | None = None) -> Any:
     return {"value": name, "fields": fields}
 
 
-def decoded(text: Any, found: Callable[[int], Any] | None = None) -> Any:
+def decoded(text: Any, kept: Callable[[int], Any] | None = None) -> Any:
     """Return the value that `encoded` made into JSON.
 
     Parameters
     ----------
     text
         What `encoded` has returned.
-    found
+    kept
         Gives what is kept elsewhere, by its number.
 
     Returns
@@ -89,17 +89,17 @@ def decoded(text: Any, found: Callable[[int], Any] | None = None) -> Any:
     (1, Fraction(1, 3))
     """
     if isinstance(text, list):
-        return [decoded(part, found) for part in text]
+        return [decoded(part, kept) for part in text]
     if not isinstance(text, dict):
         return text
     if "orbit" in text:
-        if found is None:
+        if kept is None:
             raise KeyError("orbit")
-        return found(int(text["orbit"]))
+        return kept(int(text["orbit"]))
     if "value" in text:
-        return _made(text["value"], {k: decoded(v, found) for k, v in text["fields"].items()})
+        return _made(text["value"], {k: decoded(v, kept) for k, v in text["fields"].items()})
     ((tag, content),) = text.items()
-    return _DECODERS[tag](content, lambda part: decoded(part, found))
+    return _DECODERS[tag](content, lambda part: decoded(part, kept))
 
 
 def _made(name: str, fields: dict[str, Any]) -> Any:
