@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.ensembles.chaos import Chaos, same_chaos
-from percuss.ensembles.refining import System
+from percuss.ensembles.attractors import Chaos, StrobedSystem, same_chaos
 
 TWO = pc.impact_oscillator(restitution=0.7, wall="1.45789", side="above", damping=0.05)
 FORCE = pc.cosine(1.5)
@@ -108,7 +107,7 @@ def test_chaos_is_told_from_order() -> None:
 
 
 def test_chaotic_motions_with_another_exponent_or_place_are_on_another_attractor() -> None:
-    system = System.of(pc.impact_oscillator(restitution=0.8), pc.cosine(2.8), 0.0)
+    system = StrobedSystem.of(pc.impact_oscillator(restitution=0.8), pc.cosine(2.8), 0.0)
     chaos = Chaos.of(system, np.array([0.0, 1.0]))
     there = chaos.strobes[[7, 90]]
     arrays = {

@@ -9,10 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.ensembles.batch import (
+    BLOCKS,
+    MOST_IMPACTS,
+    BatchResult,
+    Plan,
+    drift_of,
+    exponents_of,
+    follow_batch,
+    reason_of,
+    tangent_plan,
+)
 from percuss.ensembles.grid import make_grid, whole
-from percuss.ensembles.lanes import MOST_IMPACTS, Lanes, Plan, follow_lanes, reason_of
 from percuss.ensembles.measures import period_of
-from percuss.ensembles.tangents import BLOCKS, drift_of, exponents_of, tangent_plan
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels import survey
@@ -119,34 +128,34 @@ def lyapunov_exponents(
     if max_impacts is not None:
         most = whole("max_impacts", max_impacts, 1)
     grid = make_grid(osc, force, start, {})
-    groups, faults = grid.lanes(0, 1)
+    groups, faults = grid.groups(0, 1)
     if faults:
         raise ParameterError("start", grid.start, faults[0])
     (group,) = groups
     period = np.array([_period_of_time(osc, force)])
     plan = tangent_plan(period, group.starts[:, 2], transient, periods)
     plan = replace(plan, max_impacts=most)
-    lanes = follow_lanes(group.laws, group.which, group.starts, plan)
-    reason = reason_of(int(lanes.status[0]), plan)
+    result = follow_batch(group.laws, group.which, group.starts, plan)
+    reason = reason_of(int(result.status[0]), plan)
     if reason is not None:
-        if lanes.status[0] == columns.REACHED_LIMIT:
-            t = float(lanes.state[0, columns.T])
+        if result.status[0] == columns.REACHED_LIMIT:
+            t = float(result.state[0, columns.T])
             reason = f"as many impacts come until t = {t:.6g}, the end is at {plan.until[0]:.6g}"
             raise ParameterError("max_impacts", most, f"{reason}; allow more, or fewer periods")
         raise ParameterError("start", grid.start, reason)
     is_periodic = force is not None and force.period is not None
-    if is_periodic and np.isfinite(lanes.points[0, -1, survey.FIRST]):
-        known = _of_orbit(group.laws, lanes, plan, transient + periods)
+    if is_periodic and np.isfinite(result.points[0, -1, survey.FIRST]):
+        known = _of_orbit(group.laws, result, plan, transient + periods)
         if known is not None:
             return known
     duration = float(plan.until[0] - plan.since[0])
-    largest, smallest, error, total = (value[0] for value in exponents_of(lanes, plan))
-    error = math.hypot(error, drift_of(lanes, plan)[0])
+    largest, smallest, error, total = (value[0] for value in exponents_of(result, plan))
+    error = math.hypot(error, drift_of(result, plan)[0])
     return LyapunovExponents(
         np.array([largest, smallest]),
         np.array([error, error]),
         float(total),
-        float(lanes.tallies[0, survey.IMPACTS]) / duration,
+        float(result.tallies[0, survey.IMPACTS]) / duration,
         duration,
     )
 
@@ -165,7 +174,9 @@ def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:
     return 2.0 * math.pi / min(as_float(component.omega) for component in components)
 
 
-def _of_orbit(laws: Floats, lanes: Lanes, plan: Plan, periods: int) -> LyapunovExponents | None:
+def _of_orbit(
+    laws: Floats, result: BatchResult, plan: Plan, periods: int
+) -> LyapunovExponents | None:
     """Return the exponents of a periodic orbit, and all else over the same rounds.
 
     None where there is no orbit. A vector u, M u and M^2 u of the monodromy M give its trace, for
@@ -173,16 +184,16 @@ def _of_orbit(laws: Floats, lanes: Lanes, plan: Plan, periods: int) -> LyapunovE
     """
     which = np.zeros(1, dtype=np.int64)
     period = laws[0, 0, PERIOD]
-    end = np.column_stack([lanes.tallies[:, [survey.END_X, survey.END_V]], plan.until])
+    end = np.column_stack([result.tallies[:, [survey.END_X, survey.END_V]], plan.until])
     t, step = end[:, 2].copy(), np.array([period])
     strobed = Plan(t, step, t + 2 * LONGEST * period, survey.STROBES, 2 * LONGEST + 1)
-    strobes = follow_lanes(laws, which, end, strobed).points[:, :, :2]
+    strobes = follow_batch(laws, which, end, strobed).points[:, :, :2]
     n_periods = int(period_of(strobes, LONGEST)[0])
     if n_periods == 0:
         return None
     step = step * n_periods
     rounds = Plan(t, step, t + ROUNDS * step, survey.TANGENTS, ROUNDS + 1)
-    followed = follow_lanes(laws, which, end, rounds)
+    followed = follow_batch(laws, which, end, rounds)
     points = followed.points[0]
     found = np.array([_rates(points[k : k + 3]) for k in (0, 1)]) / step
     shrunk = np.diff(points[:, survey.SECOND])

@@ -1,4 +1,4 @@
-"""Answers on disk, chunk by chunk, so that what was done outlives whoever did it.
+"""Answers on disk, chunk by chunk, so that what was done outlives the process that did it.
 
 A store is a Zarr group: an array for each column of the answer, in which each chunk of the job is
 a chunk, and ``done``, with a chunk of its own for each of them: its mark. The mark is two numbers,
@@ -47,7 +47,7 @@ __all__ = [
 ]  # fmt: skip
 
 FORMAT = 3
-# The finished result, for whoever only wants to look at it.
+# The finished result, for `load_store`.
 RESULT = "result.nc"
 # What says which study a store is of, and under what name it is written first.
 MARKER = "zarr.json"

@@ -25,9 +25,7 @@ from percuss.plotting.style import (
     SKY_BLUE,
     VERMILION,
     Units,
-    axes_for,
-    fix_ticks,
-    style,
+    picture,
     units_of,
 )
 
@@ -114,8 +112,7 @@ def plot_branch(
     has_impacts = all(each.impact_velocity.shape[1] > 0 for each in branches)
     name = quantity or ("impact_velocity" if has_impacts else "grazing_margin")
     columns = [_values(each, name) for each in branches]
-    with style():
-        ax = axes_for(ax)
+    with picture(ax) as ax:
         for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
             breaks = _breaks(each, name)
             _draw(ax, each, values, COLOURS[k % len(COLOURS)], breaks)
@@ -126,7 +123,6 @@ def plot_branch(
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
         _mark(ax, branches, columns)
         _explain(ax, BLACK if len(branches) > 1 else None)
-        fix_ticks(ax)
     return ax
 
 

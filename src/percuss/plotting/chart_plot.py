@@ -20,9 +20,7 @@ from percuss.plotting.style import (
     BLACK,
     BLUE,
     Units,
-    axes_for,
-    fix_ticks,
-    style,
+    picture,
     units_of,
 )
 
@@ -79,8 +77,7 @@ def plot_chart(
     across, upwards = (str(dim) for dim in data[name].dims)
     values = data[name].transpose(upwards, across).to_numpy().astype(np.float64)
     scale = _periods(values) if name == "period" else _shades(values)
-    with style():
-        ax = axes_for(ax)
+    with picture(ax) as ax:
         x, y = (data[dim].to_numpy() for dim in (across, upwards))
         ax.set_facecolor(MISSING)
         ax.patch.set_hatch("////")
@@ -95,7 +92,6 @@ def plot_chart(
             set_label(path_label(data, dim, units))
         _add_bar(ax, data, name, scale, shown)
         _add_legend(ax, values)
-        fix_ticks(ax)
     return ax
 
 
@@ -134,8 +130,7 @@ def plot_sweep(
     (path,) = (str(dim) for dim in data[name].dims)
     order = np.argsort(data[path].to_numpy(), kind="stable")
     x, y = data[path].to_numpy()[order], data[name].to_numpy()[order]
-    with style():
-        ax = axes_for(ax)
+    with picture(ax) as ax:
         whole = name == "period" or len(x) < 20
         look = {"marker": ".", "linestyle": "none"} if whole else {"linewidth": 1.0}
         ax.plot(x, np.where(np.isfinite(y), y, np.nan), color=BLUE, **look)
@@ -143,7 +138,6 @@ def plot_sweep(
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
         ax.set_xlabel(path_label(data, path, units))
         ax.set_ylabel(_name_of(data, name))
-        fix_ticks(ax)
     return ax
 
 

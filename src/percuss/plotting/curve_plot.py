@@ -19,9 +19,7 @@ from percuss.plotting.style import (
     GREEN,
     ORANGE,
     VERMILION,
-    fix_ticks,
-    new_figure,
-    style,
+    picture,
 )
 
 __all__ = ["plot_curves"]
@@ -88,15 +86,13 @@ def plot_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None) -> Axes
         if curve.paths != paths:
             reason = f"not over the parameters of the first, {paths[0]} and {paths[1]}"
             raise ParameterError("curves", curve.paths, reason)
-    with style():
-        ax = new_figure(*SIZE).add_subplot() if ax is None else ax
+    with picture(ax, SIZE) as ax:
         for curve in several:
             _draw(ax, curve)
         ax.set_xlabel(paths[0])
         ax.set_ylabel(paths[1])
         _explain(ax)
         _mark(ax, several)
-        fix_ticks(ax)
     return ax
 
 
