@@ -119,7 +119,7 @@ def test_chaotic_motions_with_another_exponent_or_place_are_on_another_attractor
     same = same_chaos(system, chaos, arrays, np.arange(4))
     other = same_chaos(system, replace(chaos, exponent=0.3, error=0.001), arrays, np.arange(2))
 
-    assert chaos.lasts
+    assert chaos.persists
     # Those two units away come back to the same attractor, but not at once.
     assert same.tolist() == [True, True, False, False]
     assert other.tolist() == [False, False]

@@ -1,4 +1,4 @@
-"""Attractors told apart: which motions of many have gone to the same one."""
+"""Which motions of many have gone to the same attractor, and what these attractors are."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ MOST_FAILURES, MOST_TRANSIENTS = 1000, 100
 # as much memory as a third of the answer.
 AT_ONCE = 65_536
 # Where every start has an orbit of its own, as without a spring or without damping, these many are
-# told apart.
+# distinguished.
 MOST_ORBITS = 1000
 
 
@@ -65,10 +65,10 @@ class Attractor:
     kind
         "periodic", "chaotic", "rest" or "unbounded".
     n_periods, n_impacts
-        Forcing periods and impacts of one round, inf with sticking; 0 and NaN where it is not
+        Forcing periods and impacts in one period of the orbit, inf with sticking; 0 and NaN where it is not
         periodic.
     strobes
-        (n, 2) array, x and v at whole periods: of a whole round, or many of a chaotic motion.
+        (n, 2) array, x and v once a forcing period: over one period of the orbit, or many of a chaotic motion.
     exponent, error
         Largest Lyapunov exponent, of an orbit from its multipliers, and its standard error where
         it is taken from a motion [1/time]; NaN where it is not known.
@@ -86,7 +86,7 @@ class Attractor:
 
     @property
     def name(self) -> str:
-        """(impacts, forcing periods) of one round, or the kind."""
+        """(impacts, forcing periods) in one period of the orbit, or the kind."""
         if self.kind != "periodic":
             return self.kind
         return f"({self.n_impacts:g}, {self.n_periods})"
@@ -132,7 +132,7 @@ Members = Iterator[tuple[Numbers, Attractor]]
 
 
 def _periodic(system: StrobedSystem, arrays: Arrays, rows: Numbers) -> Members:
-    """Match motions with one another by the strobes of a whole round, followed to its limit."""
+    """Match motions with one another by the strobes over one period of the orbit, followed to its limit."""
     left, failures, found = rows, 0, 0
     while len(left) and failures < MOST_FAILURES and found < MOST_ORBITS:
         strobe = np.asarray(arrays["strobe"][left[0]], dtype=np.float64)
@@ -160,7 +160,7 @@ def _are_near(strobes: Floats, rows: Numbers, orbit: Floats) -> NDArray[np.bool_
 
 def _orbit_of(system: StrobedSystem, strobe: Floats, longest: int) -> Attractor:
     """Return the attractor that a periodic motion settles on, refined where it can be."""
-    strobes, n_impacts = _round(system, strobe, longest)
+    strobes, n_impacts = _settled_strobes(system, strobe, longest)
     n_periods = len(strobes)
     if n_periods == 0:
         return Attractor("periodic")
@@ -173,8 +173,8 @@ def _orbit_of(system: StrobedSystem, strobe: Floats, longest: int) -> Attractor:
     return Attractor("periodic", orbit.n_periods, orbit.n_impacts, refined, exponent, orbit=orbit)
 
 
-def _round(system: StrobedSystem, strobe: Floats, longest: int) -> tuple[Floats, float]:
-    """Return the strobes of a round of a periodic motion after a long time, and its impacts."""
+def _settled_strobes(system: StrobedSystem, strobe: Floats, longest: int) -> tuple[Floats, float]:
+    """Return strobes and impacts over one period of a periodic motion after a long time."""
     which, every = np.zeros(1, dtype=np.int64), np.array([system.period])
     since = np.array([system.t0 + SETTLING * system.period])
     until = since + 2 * longest * system.period
@@ -196,7 +196,7 @@ def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Numbers) -> Members:
     left, failures = rows, 0
     while len(left) and failures < MOST_TRANSIENTS:
         chaos = Chaos.of(system, np.asarray(arrays["strobe"][left[0]], dtype=np.float64))
-        if not chaos.lasts:
+        if not chaos.persists:
             # It was a transient: not decided.
             left, failures = left[1:], failures + 1
             continue
@@ -221,11 +221,11 @@ def _unbounded(system: StrobedSystem, arrays: Arrays, rows: Numbers) -> Members:
 
 
 # Strobes of the same periodic orbit are nearer to one another than this part of its size: motions
-# that were called periodic agree with themselves to 1e-6 from round to round, and one that turns
+# that were called periodic agree with themselves to 1e-6 from one period to the next, and one that turns
 # about its limit may be a hundred times as far from it.
 NEAR = 3e-4
-# Rounds of an orbit that a run goes, from which Newton's method starts.
-ROUNDS = 3
+# Periods of an orbit that a run covers, from which Newton's method starts.
+ORBIT_PERIODS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,7 +275,7 @@ def refined_orbit(
     strobe
         (2,) array, x and v of the motion at a strobe.
     n_periods, n_impacts
-        Forcing periods and impacts of one round.
+        Forcing periods and impacts in one period of the orbit.
 
     Returns
     -------
@@ -305,7 +305,7 @@ def _candidates(
             except ConvergenceError:
                 continue
         return
-    run = system.run(strobe, ROUNDS * n_periods)
+    run = system.run(strobe, ORBIT_PERIODS * n_periods)
     last = run.t_end - n_periods * system.period
     if len(run.contacts) and run.contacts.start[-1] >= last:
         yield from sticking_orbits(osc, force, n_periods)
@@ -347,7 +347,7 @@ def impacts_at(
 # Strobes that fill an attractor, those of a motion that is asked for its attractor, and the cells
 # along each axis in which they are compared.
 FILLING, ASKED, CELLS = 4000, 40, 50
-# Most strobes of a motion lie in a cell of the attractor or beside one.
+# Most strobes of a motion lie in a cell of the attractor or next to one.
 MOST = 0.95
 # Forcing periods of the exponent of an attractor, and of a motion that seems to have another.
 LONG = 16_384
@@ -367,14 +367,14 @@ class Chaos:
         (n, 2) array, x and v at whole periods.
     exponent, error
         Largest Lyapunov exponent and its standard error [1/time].
-    lasts
+    persists
         Whether it is still chaotic at the end of a long time.
     """
 
     strobes: Floats
     exponent: float
     error: float
-    lasts: bool
+    persists: bool
 
     @classmethod
     def of(cls, system: StrobedSystem, strobe: Floats) -> Chaos:
@@ -383,11 +383,11 @@ class Chaos:
         largest, error = _exponents(system, strobe[np.newaxis], LONG)
         end = strobes[-1:]
         late = _exponents(system, end, LONG // 16)[0] if np.isfinite(end).all() else np.zeros(1)
-        lasts = bool(
+        persists = bool(
             largest[0] > max(CERTAIN * error[0], LEAST_EXPONENT / system.period)
             and late[0] > LEAST_EXPONENT / system.period
         )
-        return cls(strobes, float(largest[0]), float(error[0]), lasts)
+        return cls(strobes, float(largest[0]), float(error[0]), persists)
 
 
 def same_chaos(
@@ -428,12 +428,12 @@ def same_chaos(
 
 
 def _agree(chaos: Chaos, exponents: Floats, errors: Floats) -> NDArray[np.bool_]:
-    apart = np.abs(exponents - chaos.exponent)
-    return np.asarray(apart <= DIFFERENT * hypot(errors, chaos.error))
+    difference = np.abs(exponents - chaos.exponent)
+    return np.asarray(difference <= DIFFERENT * hypot(errors, chaos.error))
 
 
 class _Cells:
-    """The cells of the plane that an attractor lies in, and those beside them."""
+    """The cells of the plane that an attractor lies in, and those next to them."""
 
     def __init__(self, cloud: Floats) -> None:
         cloud = cloud[np.isfinite(cloud).all(axis=1)]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.basins import UNITS, columns_of, no_starts, warn_without_starts
+from percuss.ensembles.basins import COLUMN_UNITS, columns_of, no_starts, warn_without_starts
 from percuss.ensembles.classification import STAGE, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of, motion_of
 from percuss.ensembles.engines import Engine
@@ -238,7 +238,7 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Da
         "exists": (dims, exists, {}),
         **{name: (dims, values, {}) for name, values in texts.items()},
         **{
-            name: (dims, values, {"units": UNITS.get(name, "1")})
+            name: (dims, values, {"units": COLUMN_UNITS.get(name, "1")})
             for name, values in numbers.items()
         },
         "undecided": (paths, np.array([one.undecided for one in followed]), {}),
@@ -304,7 +304,7 @@ def follow_attractors(
     """
     found: list[AttractorsAt] = []
     n_known = 0
-    meetings: list[tuple[int, int]] = []
+    merged: list[tuple[int, int]] = []
     for k in range(grid.size):
         own = {name: array[k * n_starts : (k + 1) * n_starts] for name, array in arrays.items()}
         try:
@@ -323,8 +323,8 @@ def follow_attractors(
         both = {name: np.concatenate([own[name], classes[name]]) for name in own}
         labels, attractors = label_starts(system, both)
         owners = [owner for owner, _ in seeds]
-        numbers, met = _matched(known, attractors, labels[n_starts:], owners)
-        meetings += met
+        numbers, pairs = _matched(known, attractors, labels[n_starts:], owners)
+        merged += pairs
         for i in range(len(attractors)):
             if i not in numbers:
                 numbers[i], n_known = n_known, n_known + 1
@@ -338,7 +338,7 @@ def follow_attractors(
                 n,
             )
         )
-    return with_joined_numbers(found, meetings)
+    return with_joined_numbers(found, merged)
 
 
 def points_before(
@@ -358,9 +358,9 @@ def points_before(
 
 
 def with_joined_numbers(
-    found: Sequence[AttractorsAt], meetings: Sequence[tuple[int, int]]
+    found: Sequence[AttractorsAt], merged: Sequence[tuple[int, int]]
 ) -> list[AttractorsAt]:
-    """Give one number to those that have met and are never at the same point.
+    """Give one number to attractors that have merged and never exist at the same point.
 
     What appears at two places of a chart and is carried on from both is one attractor.
     """
@@ -369,7 +369,7 @@ def with_joined_numbers(
         for number in one.attractors:
             where.setdefault(number, set()).add(k)
     root = {number: number for number in where}
-    for pair in meetings:
+    for pair in merged:
         low, high = sorted(root[number] for number in pair)
         if low != high and not where[low] & where[high]:
             where[low] |= where.pop(high)
@@ -429,8 +429,8 @@ def _matched(
         if there not in numbers and number not in taken:
             numbers[there] = number
             taken.add(number)
-    met = [(numbers[there], number) for _, number, there in links if number not in taken]
-    return numbers, met
+    pairs = [(numbers[there], number) for _, number, there in links if number not in taken]
+    return numbers, pairs
 
 
 def _distance(one: Attractor, other: Attractor) -> float:
@@ -438,5 +438,5 @@ def _distance(one: Attractor, other: Attractor) -> float:
     if one.kind == "unbounded" or other.kind == "unbounded":
         return float("inf")
     a, b = (it.strobes[np.isfinite(it.strobes).all(axis=1)][:500] for it in (one, other))
-    apart = np.abs(a[:, np.newaxis] - b).max(axis=2)
-    return float(0.5 * (apart.min(axis=0).mean() + apart.min(axis=1).mean()))
+    distances = np.abs(a[:, np.newaxis] - b).max(axis=2)
+    return float(0.5 * (distances.min(axis=0).mean() + distances.min(axis=1).mean()))

@@ -88,10 +88,10 @@ def basins(
     xarray.Dataset
         `basin` over both axes: the number of an attractor, -1 where it was not decided in the
         time given, -2 where the start is no start (inside a wall). Where every start has a
-        periodic motion of its own, as without a spring, a thousand of them are told apart.
+        periodic motion of its own, as without a spring, a thousand of them are distinguished.
 
         Over `attractor`: its `kind` ("periodic", "chaotic", "rest", "unbounded") and `name`,
-        (impacts, periods) of an orbit; `n_impacts` and `n_periods` of one round (inf with
+        (impacts, periods) of an orbit; `n_impacts` and `n_periods` in one period of it (inf with
         sticking; NaN and 0 unless periodic); `x` and `v_strobe` of a strobe at the cycle of t0;
         `exponent`, the largest Lyapunov exponent [1/time], of an orbit from its multipliers, and
         `exponent_error` of a chaotic one; `residual` of the periodic orbit that `find_orbit` has
@@ -207,13 +207,13 @@ class AtWall:
     def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
         """Return the starts from first to last, in groups of one shape of law."""
         groups, faults = self.grid.groups(first, last)
-        way = -1.0 if self.grid.osc.stops[self.stop].side == "above" else 1.0
-        return [self._at_wall(group, way) for group in groups], faults
+        sign = -1.0 if self.grid.osc.stops[self.stop].side == "above" else 1.0
+        return [self._at_wall(group, sign) for group in groups], faults
 
-    def _at_wall(self, group: Group, way: float) -> Group:
+    def _at_wall(self, group: Group, sign: float) -> Group:
         starts = group.starts.copy()
         starts[:, 2] *= group.laws[group.which, 0, PERIOD]
-        starts[:, 1] *= way
+        starts[:, 1] *= sign
         return replace(group, starts=starts)
 
 
@@ -243,7 +243,7 @@ def columns_of(attractor: Attractor | None) -> dict[str, float]:
     }
 
 
-UNITS = {
+COLUMN_UNITS = {
     "x": "length",
     "v_strobe": "length/time",
     "exponent": "1/time",
@@ -276,7 +276,7 @@ def _dataset(
         values = np.array([row[name] for row in rows], dtype=np.float64)
         if name == "n_periods":
             values = values.astype(np.int64)
-        data[name] = ("attractor", values, {"units": UNITS.get(name, "1")})
+        data[name] = ("attractor", values, {"units": COLUMN_UNITS.get(name, "1")})
     points = _points(starts, system, found)
     for i, (name, axis) in enumerate(zip(dims, starts.dimensions, strict=True)):
         short = name.removeprefix("start.")

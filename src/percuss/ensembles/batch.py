@@ -197,7 +197,7 @@ def _look_far(law: Floats, state: Floats, counters: Numbers, until: float) -> No
 
 
 def _put_in_order(points: Floats, tallies: Floats) -> None:
-    """Turn rings of points that have gone round so that the oldest comes first."""
+    """Rotate ring buffers of points that have wrapped, so that the oldest comes first."""
     m = points.shape[1]
     written = tallies[:, survey.POINTS].astype(np.int64)
     turned = np.flatnonzero((written > m) & (written % m > 0))

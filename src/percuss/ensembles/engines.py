@@ -230,7 +230,7 @@ class _Queue:
         self._n = n
 
     def has_next(self, running: int) -> bool:
-        """Return whether one more is to be handed out beside so many that are at work."""
+        """Return whether one more is to be handed out while so many are at work."""
         if running == 0:
             self._alone = None
         if self._suspects or self._alone is not None:

@@ -22,7 +22,7 @@ from percuss.ensembles.engines import (
     say_stopping,
 )
 from percuss.ensembles.job import (
-    NUMBER,
+    BYTES_OF_A_NUMBER,
     Answer,
     Block,
     Job,
@@ -241,7 +241,7 @@ def _say(text: str) -> None:
 
 def _say_size(job: Job, store: Path | None) -> None:
     """Say before the work how large the answer will be, where it is large."""
-    size = NUMBER * numbers_of(job) * job.size
+    size = BYTES_OF_A_NUMBER * numbers_of(job) * job.size
     if size >= LARGE:
         where = "of memory" if store is None else f"in {store}"
         _say(

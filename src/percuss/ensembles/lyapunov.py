@@ -38,8 +38,9 @@ Floats = NDArray[np.float64]
 
 # The longest orbit that is looked for, in forcing periods.
 LONGEST = 16
-# Rounds of an orbit that its exponents are taken from, and to what part they shrink alike.
-ROUNDS, ALIKE = 3, 1e-6
+# Periods of an orbit that its exponents are taken from, and to what part areas shrink alike in
+# them.
+ORBIT_PERIODS, ALIKE = 3, 1e-6
 # Impacts for each period that a motion may have where nothing else is said.
 IMPACTS_OF_A_PERIOD = 100
 
@@ -55,7 +56,7 @@ class LyapunovExponents:
     errors
         (2,) array, their errors [1/time]: the standard error from the means of blocks, and with it
         the difference between the two halves where this is more than chance. On a periodic orbit,
-        whose multipliers give the exponents, the difference of two rounds, times the rounds that
+        whose multipliers give the exponents, the difference of two of its periods, times those that
         it still takes to die out.
     total
         Their sum by the sum rule [1/time]: -2 times the time-mean of the damping in force, and 2
@@ -63,8 +64,8 @@ class LyapunovExponents:
     impact_rate
         Impacts, and entries into soft stops, in a unit of time.
     duration
-        Time over which impacts and exponents were taken [time]; on a periodic orbit that of three
-        rounds.
+        Time over which impacts and exponents were taken [time]; on a periodic orbit three of
+        its periods.
     """
 
     exponents: Floats
@@ -177,7 +178,7 @@ def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:
 def _of_orbit(
     laws: Floats, result: BatchResult, plan: Plan, periods: int
 ) -> LyapunovExponents | None:
-    """Return the exponents of a periodic orbit, and all else over the same rounds.
+    """Return the exponents of a periodic orbit, and all else over the same time.
 
     None where there is no orbit. A vector u, M u and M^2 u of the monodromy M give its trace, for
     M^2 - tr M + det = 0. ``periods`` are those since the start.
@@ -192,38 +193,38 @@ def _of_orbit(
     if n_periods == 0:
         return None
     step = step * n_periods
-    rounds = Plan(t, step, t + ROUNDS * step, survey.TANGENTS, ROUNDS + 1)
-    followed = follow_batch(laws, which, end, rounds)
+    measured = Plan(t, step, t + ORBIT_PERIODS * step, survey.TANGENTS, ORBIT_PERIODS + 1)
+    followed = follow_batch(laws, which, end, measured)
     points = followed.points[0]
     found = np.array([_rates(points[k : k + 3]) for k in (0, 1)]) / step
     shrunk = np.diff(points[:, survey.SECOND])
-    # An impact at the very end of a round can fall into either of two: rounds that do not shrink
+    # An impact at the very end of a period can fall into either of two: periods that do not shrink
     # alike are none.
     if not np.isfinite(found).all() or np.ptp(shrunk) > ALIKE * np.abs(shrunk).max():
         return None
-    duration = float(ROUNDS * step[0])
+    duration = float(ORBIT_PERIODS * step[0])
     return LyapunovExponents(
         found[1],
         np.abs(found[1] - found[0])
-        * _rounds_to_go(float(found[1, 0] * step[0]), periods / n_periods),
+        * _steps_to_go(float(found[1, 0] * step[0]), periods / n_periods),
         float(points[-1, survey.SECOND] - points[0, survey.SECOND]) / duration,
         float(followed.tallies[0, survey.IMPACTS]) / duration,
         duration,
     )
 
 
-def _rounds_to_go(log_multiplier: float, rounds: float) -> float:
+def _steps_to_go(log_multiplier: float, n_periods: float) -> float:
     """Return how many times its last step an approach to an orbit still goes.
 
     It is geometric, so that steps m, m^2, ... of the last one follow, 1 / (1 - m) in all; and where
-    |m| is 1 it goes as one over the number of rounds, of which it is then as many as there were.
+    |m| is 1 it goes as one over the number of periods, of which it is then as many as there were.
     """
     left = -expm1(log_multiplier)
-    return 1.0 / left if left * rounds > 1.0 else max(1.0, rounds)
+    return 1.0 / left if left * n_periods > 1.0 else max(1.0, n_periods)
 
 
 def _rates(points: Floats) -> Floats:
-    """Return the logarithms of the sizes of both multipliers, from three rounds' points."""
+    """Return the logarithms of the sizes of both multipliers, from three periods' points."""
     logs, angles = points[:, survey.FIRST], points[:, survey.THIRD]
     area = exp(float(points[1, survey.SECOND] - points[0, survey.SECOND]))
     size = exp(logs - logs[0])

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 # Strobes that differ by less than this part of the motion's size are the same.
 SAME = 1e-6
-# A round of p periods has strobes that differ by more than this many times that; what differs less
+# An orbit of p periods has strobes that differ by more than this many times that; what differs less
 # is the end of a transient that turns by about 1/p.
 SETTLED = 100.0
 # Edges of stretches of time, equal in its logarithm, whose fastest impacts an exponent is told
@@ -115,19 +115,19 @@ def period_of(points: Floats, longest: int) -> NDArray[np.int64]:
     found = np.zeros(len(points), dtype=np.int64)
     for p in (1 + np.flatnonzero(hopeful.any(axis=0))).tolist():
         rows = np.flatnonzero(hopeful[:, p - 1])
-        rows = rows[_apart(points[rows], p) <= SAME * size[rows]]
+        rows = rows[_difference(points[rows], p) <= SAME * size[rows]]
         if len(rows) == 0:
             continue
         # The first period that fits decides, if only that there is none.
         hopeful[rows] = False
         distinct = np.ones(len(rows), dtype=np.bool_)
         for q in (q for q in range(1, p // 2 + 1) if p % q == 0):
-            distinct &= _apart(points[rows], q) > SETTLED * SAME * size[rows]
+            distinct &= _difference(points[rows], q) > SETTLED * SAME * size[rows]
         found[rows[distinct]] = p
     return found
 
 
-def _apart(points: Floats, p: int) -> Floats:
+def _difference(points: Floats, p: int) -> Floats:
     """Return by how much strobes differ from those p periods later, at most."""
     return np.asarray(np.abs(points[:, p:] - points[:, :-p]).max(axis=(1, 2)))
 
@@ -265,9 +265,9 @@ def _together(names: Sequence[str]) -> list[list[str]]:
     """
     if not any(MEASURES[name].strobed for name in names):
         return [list(names)]
-    apart = [name for name in names if MEASURES[name].neighboured]
-    rest = [name for name in names if name not in apart]
-    return [rest, apart] if apart else [rest]
+    alone = [name for name in names if MEASURES[name].neighboured]
+    rest = [name for name in names if name not in alone]
+    return [rest, alone] if alone else [rest]
 
 
 def _plan(names: Sequence[str], group: Group, window: Window, max_impacts: int) -> Plan:

@@ -199,8 +199,8 @@ def _shades(values: Floats) -> _Scale:
     if low == high:
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
     # Rounding beyond the ends is no number beyond them.
-    room = 1e-9 * (high - low)
-    below, above = bool((finite < low - room).any()), bool((finite > high + room).any())
+    tolerance = 1e-9 * (high - low)
+    below, above = bool((finite < low - tolerance).any()), bool((finite > high + tolerance).any())
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max"}.get(
         (below, above), "both"
     )
@@ -210,7 +210,7 @@ def _shades(values: Floats) -> _Scale:
 
 
 def _add_legend(ax: Axes, values: Floats) -> None:
-    """Tell what has no number in the colour bar."""
+    """Explain what has no number in the colour bar."""
     handles = []
     if np.isneginf(values).any():
         handles.append(Patch(color=MINUS_INFINITY, label="minus infinity"))
@@ -237,5 +237,5 @@ def _name_of(data: xr.Dataset, name: str) -> str:
     dimensions = str(data[name].attrs.get("units", "1"))
     words = name.replace("_", " ").replace("lyapunov", "Lyapunov")
     if name == "period":
-        return "forcing periods of a round"
+        return "forcing periods of the orbit"
     return words if dimensions == "1" else f"{words} [{dimensions}]"

@@ -136,8 +136,8 @@ def _range(groups: dict[str, Floats]) -> tuple[float, float]:
     inner, outer = (float(q) for q in np.percentile(every, [SHARE, 100.0 - SHARE]))
     if high - low > FAR_OUT * (outer - inner) > 0.0:
         low, high = inner, outer
-    room = 0.03 * (high - low) or 0.5 * (abs(high) or 1.0)
-    return low - room, high + room
+    margin = 0.03 * (high - low) or 0.5 * (abs(high) or 1.0)
+    return low - margin, high + margin
 
 
 def _columns(x: Floats) -> Floats:

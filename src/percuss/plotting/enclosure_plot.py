@@ -58,7 +58,7 @@ def plot_enclosure(
 ) -> Axes:
     """Draw what was certified, and the logarithm of its proven radius.
 
-    The radii are those of the balls, far below what a float can tell. In a motion over time a
+    The radii are those of the balls, far below what a float resolves. In a motion over time a
     straight rise is an error that grows exponentially, as in chaos. An orbit is drawn as a phase
     portrait, with its multipliers in the plane: those that are certain to lie inside of the unit
     circle are blue, those outside of it red, and those whose ball touches it black.

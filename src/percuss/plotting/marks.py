@@ -99,8 +99,8 @@ def draw_contacts_in_time(
         places = stop_places(run, run.contacts.stop[shown])
         heights = 0.0 * places if velocity else places
         first, last = np.maximum(start[shown], low), np.minimum(release[shown], high)
-        apart = distinct_spans(first, last, heights, high - low)
-        first, last, heights = first[apart], last[apart], heights[apart]
+        distinct = distinct_spans(first, last, heights, high - low)
+        first, last, heights = first[distinct], last[distinct], heights[distinct]
         ax.hlines(heights, first, last, linewidth=3.5, zorder=4.0, color=VERMILION)
         # A contact may be too short for a line to be seen.
         ax.plot(first, heights, "s", markersize=4.5, zorder=5.0, **CONTACT_STYLE)
@@ -114,8 +114,8 @@ def draw_grazes_in_time(
     if shown.any():
         places = stop_places(run, run.grazes.stop[shown])
         heights, t = 0.0 * places if velocity else places, run.grazes.t[shown]
-        apart = distinct_spans(t, t, heights, high - low)
-        ax.plot(t[apart], heights[apart], **GRAZE_STYLE)
+        distinct = distinct_spans(t, t, heights, high - low)
+        ax.plot(t[distinct], heights[distinct], **GRAZE_STYLE)
 
 
 def draw_rest_points(ax: Axes, run: Trajectory, low: float, high: float) -> None:

@@ -64,7 +64,7 @@ START_STYLE: dict[str, Any] = {
 }
 Floats = npt.NDArray[np.float64]
 
-# One for each stop, in their order, so that two can be told apart; entries have open ones.
+# One for each stop, in their order, so that they are distinct; entries have open ones.
 IMPACT_MARKERS = ("o", "^", "s", "v", "P", "X")
 ENTRY_MARKERS = ("x", "+", "1", "2", "3", "4")
 # More impacts than this are a line without markers.
@@ -229,8 +229,8 @@ def _draw_jumps(ax: Axes, run: Trajectory, low: float, high: float) -> None:
         impacts = run.impacts
         places = stop_places(run, impacts.stop[shown])
         before, after = impacts.v_before[shown], impacts.v_after[shown]
-        apart = distinct_jumps(places, before, after)
-        draw_jumps(ax, places[apart], before[apart], after[apart])
+        distinct = distinct_jumps(places, before, after)
+        draw_jumps(ax, places[distinct], before[distinct], after[distinct])
 
 
 @dataclass(frozen=True, slots=True)
@@ -476,7 +476,7 @@ def plot_motion(
     """
     with style():
         figure = new_figure(*SIZE) if figure is None else figure
-        # Two parts, so that the scale of colours below takes no room from the curves above.
+        # Two parts, so that the scale of colours below takes no space from the curves above.
         parts = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.35, 1.0])
         upper, lower = parts[:, 0]
         panels = {

@@ -52,7 +52,7 @@ def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | N
     Returns
     -------
     Axes
-        The axes; the title tells impacts, periods, stability. Those of a new figure have a
+        The axes; the title gives impacts, periods, stability. Those of a new figure have a
         legend.
 
     Raises
@@ -104,7 +104,7 @@ def _broken_at_jumps(curve: Curve) -> tuple[Floats, Floats, Floats]:
 
 
 def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> npt.NDArray[np.bool_]:
-    """Tell which samples of a formal orbit lie beyond a stop while it passes through that."""
+    """Return which samples of a formal orbit lie beyond a stop that it passes through."""
     found = np.zeros(len(x), dtype=np.bool_)
     if orbit.admissible:
         return found

@@ -32,7 +32,7 @@ from percuss.plotting.style import (
 
 Floats = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
-Quantity: TypeAlias = Literal["amplitude", "largest_displacement", "impact_velocity"]
+ResponseQuantity: TypeAlias = Literal["amplitude", "largest_displacement", "impact_velocity"]
 
 WORDS = {
     "amplitude": "amplitude, half peak to peak",
@@ -60,8 +60,8 @@ MARK: dict[str, Any] = {
     "markeredgewidth": 0.7,
 }
 OTHER: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 3.5, "color": GREY}
-# Room above the highest physical orbit.
-ROOM = 1.08
+# Space above the highest physical orbit.
+HEADROOM = 1.08
 # Ratio of the ends of a wide range.
 WIDE = 4.0
 Label = tuple[str, str, Floats, npt.NDArray[np.bool_]]
@@ -81,7 +81,7 @@ COVERED, FARTHER, WORSE, FOOT = 1.0, 0.4, 3.0, 2.0
 
 def plot_response(
     response: Response,
-    quantity: Quantity = "amplitude",
+    quantity: ResponseQuantity = "amplitude",
     ax: Axes | None = None,
     *,
     log_x: bool | None = None,
@@ -92,7 +92,7 @@ def plot_response(
 ) -> Axes:
     """Draw a response chart: stable orbits solid, unstable ones dashed, formal ones faint.
 
-    Each kind of orbit is labelled once, (impacts, forcing periods); the colour tells the periods.
+    Each kind of orbit is labelled once, (impacts, forcing periods); the colour shows the periods.
     Special points of physical orbits are marked, and attractors of other kinds, as with sticking
     or without a period, are dots.
 
@@ -173,7 +173,7 @@ def _draw(ax: Axes, branch: Branch, values: Floats, *, formal: bool) -> None:
 
 
 def _between_rows(branch: Branch, flags: Flags) -> Flags:
-    """Return what each stretch between two rows is: at a special point the row beside it tells."""
+    """Return what each stretch between two rows is: at a special point the neighbouring row decides."""
     special = np.zeros(len(branch), dtype=np.bool_)
     special[[point.row for point in branch.special_points]] = True
     left, right = flags[:-1], flags[1:]
@@ -203,7 +203,7 @@ def _mark(ax: Axes, response: Response, columns: tuple[Floats, ...]) -> None:
                 ax.plot([point.value], [values[point.row]], zorder=3.0, **look)
 
 
-def _dots(ax: Axes, response: Response, quantity: Quantity) -> None:
+def _dots(ax: Axes, response: Response, quantity: ResponseQuantity) -> None:
     """Draw attractors that are on no branch as dots."""
     others = [it for it in response.attractors if it.branch is None]
     values = {
@@ -234,7 +234,7 @@ def _set_limits(ax: Axes, response: Response, columns: tuple[Floats, ...], *, lo
         physical = physical[physical > 0.0]
     if physical.size:
         low, high = float(physical.min()), float(physical.max())
-        ax.set_ylim(low / ROOM**3 if log else 0.0, high * (ROOM**3 if log else ROOM))
+        ax.set_ylim(low / HEADROOM**3 if log else 0.0, high * (HEADROOM**3 if log else HEADROOM))
 
 
 def _label(ax: Axes, response: Response, columns: tuple[Floats, ...]) -> None:
@@ -324,7 +324,7 @@ def plot_velocity_gap(
 
 def _draw_gap(ax: Axes, curve: VelocityGap) -> None:
     colour = COLOURS[(curve.n_periods - 1) % len(COLOURS)]
-    # The grazes at the ends are no orbits: there the row beside them tells.
+    # The grazes at the ends are no orbits: there the neighbouring row decides.
     physical = np.concatenate([curve.admissible[1:2], curve.admissible[2:-1], [False]])
     physical[-1] = curve.admissible[-2]
     stable = curve.is_stable[1:].copy()

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from percuss.errors import ParameterError
 
-# The palette of Okabe and Ito, which people with any of the colour blindnesses tell apart.
+# The palette of Okabe and Ito, which people with any of the colour blindnesses can distinguish.
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY_BLUE = "#56B4E9"
