@@ -14,7 +14,7 @@ import percuss as pc
 from benchmarks import second_core
 from benchmarks.report import Report, installed
 from benchmarks.timing import race
-from percuss.ensembles.lanes import Lanes, Plan, follow_lanes
+from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.kernels.survey import END_V, END_X
 from percuss.model.law import law
 
@@ -91,8 +91,8 @@ def run(report: Report) -> None:
     second_core.run(report, second_core.Crowd(*_crowd(STARTS)))
 
 
-def _lanes(starts: list[tuple[float, float]]) -> Lanes:
-    return follow_lanes(*_crowd(starts))
+def _lanes(starts: list[tuple[float, float]]) -> BatchResult:
+    return follow_batch(*_crowd(starts))
 
 
 def _crowd(

@@ -19,9 +19,9 @@ import percuss as pc
 from benchmarks.report import Report, installed
 from benchmarks.second_core import all_cores
 from benchmarks.timing import race
+from percuss.ensembles.batch import Plan, follow_batch
 from percuss.ensembles.engines import done_chunks
 from percuss.ensembles.job import Block, Column, Dimension, chunks_of
-from percuss.ensembles.lanes import Plan, follow_lanes
 from percuss.model.law import law
 
 OSC, FORCE = pc.impact_oscillator(restitution="0.8"), pc.cosine("2.5")
@@ -84,7 +84,7 @@ class Spinning:
         speeds = 1.0 + 1e-3 * (first + np.arange(LANES) / LANES)
         starts = np.stack([still, speeds, still], axis=1)
         which = np.zeros(LANES, dtype=np.int64)
-        lanes = follow_lanes(law(OSC, FORCE)[np.newaxis], which, starts, plan)
+        lanes = follow_batch(law(OSC, FORCE)[np.newaxis], which, starts, plan)
         return Block({"value": np.full(last - first, lanes.state.sum())})
 
 

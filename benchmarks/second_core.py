@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from benchmarks.report import Report
 from benchmarks.timing import race
+from percuss.ensembles.batch import Plan, follow_batch
 from percuss.ensembles.engines import done_chunks
 from percuss.ensembles.job import Block, Column, Dimension, chunks_of
-from percuss.ensembles.lanes import Plan, follow_lanes
 from percuss.kernels.record import STATE_ENTRIES
 
 CHUNKS = 8
@@ -66,7 +66,7 @@ class Crowd:
     def compute(self, first: int, last: int) -> Block:
         part, plan = slice(first, last), self.plan
         cut = replace(plan, since=plan.since[part], every=plan.every[part], until=plan.until[part])
-        lanes = follow_lanes(self.laws, self.which[part], self.starts[part], cut)
+        lanes = follow_batch(self.laws, self.which[part], self.starts[part], cut)
         return Block({"state": lanes.state}, n_impacts=int(lanes.n_impacts.sum()))
 
 

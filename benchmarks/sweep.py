@@ -12,7 +12,7 @@ import percuss as pc
 from benchmarks import references, second_core
 from benchmarks.report import Report, installed
 from benchmarks.timing import race
-from percuss.ensembles.lanes import Lanes, Plan, follow_lanes
+from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.kernels.survey import IMPACT_POINTS, SECOND
 from percuss.model.law import law
 
@@ -89,8 +89,8 @@ def run(report: Report) -> None:
     second_core.run(report, second_core.Crowd(LAWS, *_crowd()))
 
 
-def _lanes() -> Lanes:
-    return follow_lanes(LAWS, *_crowd())
+def _lanes() -> BatchResult:
+    return follow_batch(LAWS, *_crowd())
 
 
 def _crowd() -> tuple[NDArray[np.int64], NDArray[np.float64], Plan]:

@@ -7,7 +7,12 @@ import pytest
 
 import percuss as pc
 from percuss.ensembles.attractors import Attractor
-from percuss.ensembles.matching import NO_MOTION, Followed, _before, _joined
+from percuss.ensembles.basin_fractions import (
+    NO_MOTION,
+    AttractorsAt,
+    points_before,
+    with_joined_numbers,
+)
 
 GAP = "oscillator.stops.0.at"
 OSC = pc.impact_oscillator(restitution=0.7, wall=1.0, side="above", damping=0.05)
@@ -123,12 +128,14 @@ def test_what_appears_at_two_places_and_meets_is_one_attractor_unless_both_are_a
 ):
     nothing = Attractor("rest")
 
-    def there(*numbers: int) -> Followed:
-        return Followed(dict.fromkeys(numbers, nothing), dict.fromkeys(numbers, (0.5, 0.1)), 0.0, 1)
+    def there(*numbers: int) -> AttractorsAt:
+        return AttractorsAt(
+            dict.fromkeys(numbers, nothing), dict.fromkeys(numbers, (0.5, 0.1)), 0.0, 1
+        )
 
     apart = [there(0), there(2), there(1), there(0)]
-    joined = _joined(apart, [(0, 1)])
-    beside = _joined([*apart, there(0, 1)], [(0, 1)])
+    joined = with_joined_numbers(apart, [(0, 1)])
+    beside = with_joined_numbers([*apart, there(0, 1)], [(0, 1)])
 
     # What is left is numbered without gaps.
     assert [list(one.attractors) for one in joined] == [[0], [1], [0], [0]]
@@ -136,11 +143,11 @@ def test_what_appears_at_two_places_and_meets_is_one_attractor_unless_both_are_a
 
 
 def test_the_points_before_are_those_along_each_axis_that_have_a_motion() -> None:
-    found = [Followed({}, {}, float(k), 1) for k in range(6)]
+    found = [AttractorsAt({}, {}, float(k), 1) for k in range(6)]
     found[4] = NO_MOTION
 
     def before(shape: tuple[int, ...], k: int) -> list[float]:
-        return [one.undecided for one in _before(found, shape, k)]
+        return [one.undecided for one in points_before(found, shape, k)]
 
     assert before((6,), 0) == []
     assert before((6,), 5) == [3.0]

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.ensembles.chaos import Chaos, same_chaos
-from percuss.ensembles.refining import System
+from percuss.ensembles.attractors import Chaos, StrobedSystem, same_chaos
 
 TWO = pc.impact_oscillator(restitution=0.7, wall="1.45789", side="above", damping=0.05)
 FORCE = pc.cosine(1.5)
@@ -108,7 +107,7 @@ def test_chaos_is_told_from_order() -> None:
 
 
 def test_chaotic_motions_with_another_exponent_or_place_are_on_another_attractor() -> None:
-    system = System.of(pc.impact_oscillator(restitution=0.8), pc.cosine(2.8), 0.0)
+    system = StrobedSystem.of(pc.impact_oscillator(restitution=0.8), pc.cosine(2.8), 0.0)
     chaos = Chaos.of(system, np.array([0.0, 1.0]))
     there = chaos.strobes[[7, 90]]
     arrays = {
@@ -120,7 +119,7 @@ def test_chaotic_motions_with_another_exponent_or_place_are_on_another_attractor
     same = same_chaos(system, chaos, arrays, np.arange(4))
     other = same_chaos(system, replace(chaos, exponent=0.3, error=0.001), arrays, np.arange(2))
 
-    assert chaos.lasts
+    assert chaos.persists
     # Those two units away come back to the same attractor, but not at once.
     assert same.tolist() == [True, True, False, False]
     assert other.tolist() == [False, False]

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.ensembles.lanes import Lanes, Plan
-from percuss.ensembles.tangents import drift_of
+from percuss.ensembles.batch import BatchResult, Plan, drift_of
 
 
 def reference(omega: str) -> tuple[pc.Oscillator, pc.Forcing]:
@@ -85,7 +84,7 @@ def test_halves_that_differ_by_more_than_chance_are_an_error() -> None:
     for row, rates in enumerate((trend, scatter)):
         points[row, :, 0] = np.concatenate([[0.0], np.cumsum(rates)])
     empty = np.zeros(2)
-    lanes = Lanes(empty.astype(int), empty, empty.astype(int), empty, points)
+    lanes = BatchResult(empty.astype(int), empty, empty.astype(int), empty, points)
 
     drift = drift_of(lanes, Plan(empty, np.ones(2), np.full(2, 64.0)))
 

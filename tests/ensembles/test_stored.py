@@ -15,7 +15,7 @@ import xarray as xr
 from tests.ensembles.studies import points_a_chunk
 
 import percuss as pc
-from percuss.ensembles.stored import _rates
+from percuss.ensembles.stored import rates_of
 
 OSC, FORCE = pc.impact_oscillator(restitution="0.8"), pc.cosine(2.5)
 ROOT = Path(__file__).parents[2]
@@ -107,10 +107,10 @@ def test_rates_are_those_of_the_last_chunks_without_the_pauses() -> None:
     times = np.concatenate([np.arange(10) * 0.5, 40_000 + np.arange(10) * 0.5])
     points, impacts = np.full(20, 100), np.full(20, 3000)
 
-    per_second = np.array(_rates(times, points, impacts), dtype=np.float64)
+    per_second = np.array(rates_of(times, points, impacts), dtype=np.float64)
 
     np.testing.assert_allclose(per_second, [200.0, 6000.0])
-    assert _rates(times[:1], points[:1], impacts[:1]) == (None, None)
+    assert rates_of(times[:1], points[:1], impacts[:1]) == (None, None)
 
 
 def test_a_chunk_that_was_cut_off_is_done_again_and_nothing_else(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import percuss as pc
-from percuss.ensembles.lanes import Lanes, Plan, follow_lanes
+from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.kernels import record as columns
 from percuss.kernels import survey
 from percuss.model.law import law
@@ -59,7 +59,7 @@ def lanes_of(
     until: float,
     since: float = 0.0,
     **keywords: object,
-) -> Lanes:
+) -> BatchResult:
     n = len(starts)
     plan = Plan(
         np.full(n, since),
@@ -67,7 +67,7 @@ def lanes_of(
         np.full(n, until),
         **keywords,  # type: ignore[arg-type]
     )
-    return follow_lanes(law(osc, force)[np.newaxis], np.zeros(n, dtype=np.int64), starts, plan)
+    return follow_batch(law(osc, force)[np.newaxis], np.zeros(n, dtype=np.int64), starts, plan)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -229,7 +229,7 @@ WITHOUT_COMPILER = """
 import json
 import numpy as np
 import percuss as pc
-from percuss.ensembles.lanes import Plan, follow_lanes
+from percuss.ensembles.batch import Plan, follow_batch
 from percuss.kernels import batch, survey
 from percuss.model.law import law
 
@@ -246,7 +246,7 @@ for osc, force in (
         one = np.ones(1)
         plan = Plan(period * one, period * one, 5 * period * one, section, 5, surveyed=True)
         table = law(osc, force)[np.newaxis]
-        lanes = follow_lanes(table, np.zeros(1, dtype=np.int64), np.array([[0.0, 1.0, 0.0]]), plan)
+        lanes = follow_batch(table, np.zeros(1, dtype=np.int64), np.array([[0.0, 1.0, 0.0]]), plan)
         numbers = [*lanes.tallies[0], *lanes.points[0].ravel(), *lanes.state[0]]
         found.append([number if np.isfinite(number) else str(number) for number in numbers])
 print(json.dumps([found, len(getattr(batch.run_batch, "signatures", [0]))]))

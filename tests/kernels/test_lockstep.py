@@ -1,4 +1,4 @@
-"""Lanes that fly in lockstep are the runs of `simulate`, bit for bit."""
+"""BatchResult that fly in lockstep are the runs of `simulate`, bit for bit."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import percuss as pc
-from percuss.ensembles.lanes import Lanes, Plan, follow_lanes
+from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.kernels import batch, lockstep, survey
 from percuss.kernels import record as columns
 from percuss.model.law import law
@@ -60,13 +60,13 @@ def starts_of(x0: float, n: int = N) -> Floats:
 
 def followed(
     laws: Floats, which: NDArray[np.int64], starts: Floats, until: float, **wishes: object
-) -> Lanes:
+) -> BatchResult:
     n = len(which)
     plan = Plan(np.full(n, 2.0), np.full(n, 1.5), np.full(n, until), **wishes)  # type: ignore[arg-type]
-    return follow_lanes(laws, which, starts, plan)
+    return follow_batch(laws, which, starts, plan)
 
 
-def assert_same(one: Lanes, other: Lanes) -> None:
+def assert_same(one: BatchResult, other: BatchResult) -> None:
     for name in ("status", "state", "n_impacts", "tallies", "points"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
 
@@ -114,7 +114,7 @@ def test_a_lane_does_not_know_its_neighbours(section: int, surveyed: bool) -> No
         for first in range(0, n, max(size, n // 3)):
             chunk = slice(first, first + size)
             alone = followed(laws, which[chunk], starts[chunk], 12.0, **wishes)
-            expected = Lanes(
+            expected = BatchResult(
                 together.status[chunk],
                 together.state[chunk],
                 together.n_impacts[chunk],
@@ -138,7 +138,7 @@ def test_lanes_end_at_their_own_times_and_limits() -> None:
     ends = np.linspace(1.5, 60.0, n)
     plan = Plan(np.zeros(n), np.ones(n), ends, max_impacts=20)
 
-    lanes = follow_lanes(laws, which, starts, plan)
+    lanes = follow_batch(laws, which, starts, plan)
 
     for i in range(n):
         run = pc.simulate(osc, force, *starts[i], t_end=ends[i], max_impacts=20)
@@ -160,7 +160,7 @@ def test_one_that_chatters_without_end_does_not_stop_the_others() -> None:
     starts[which == 1, 1] = 0.45
     plan = Plan(np.zeros(n), np.ones(n), np.full(n, math.inf), max_impacts=2_000)
 
-    lanes = follow_lanes(np.stack([hopping, plain]), which, starts, plan)
+    lanes = follow_batch(np.stack([hopping, plain]), which, starts, plan)
 
     assert set(lanes.status) == {columns.REACHED_LIMIT}
     assert set(lanes.n_impacts) == {2_000}

@@ -48,7 +48,7 @@ def test_each_period_has_its_colour_and_long_ones_share_the_last() -> None:
     assert [label.get_text() for label in bar.get_yticklabels()] == [
         "none", "1", "2", "3", "4", "5", "6", "7", "8", "> 8",
     ]  # fmt: skip
-    assert bar.get_ylabel() == "forcing periods of a round"
+    assert bar.get_ylabel() == "forcing periods of the orbit"
 
 
 def test_a_chart_of_few_periods_has_no_colours_for_others() -> None:
@@ -107,7 +107,7 @@ def test_a_measure_is_drawn_over_one_parameter() -> None:
     order = np.argsort(found[A].values)
     np.testing.assert_array_equal(line.get_ydata(), found.peak_impact_velocity.values[order])
     assert ax.get_ylabel() == "peak impact velocity [length/time]"
-    assert plot_sweep(found, ax=new_axes()).get_ylabel() == "forcing periods of a round"
+    assert plot_sweep(found, ax=new_axes()).get_ylabel() == "forcing periods of the orbit"
 
 
 def test_axes_are_named_by_the_short_form_where_there_is_one_harmonic() -> None:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import percuss as pc
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import offscreen_figure, plot_phase_portrait, plot_velocity
-from percuss.plotting.jumps import Jumps
+from percuss.plotting.marks import Jumps
 from percuss.plotting.samples import MOST_JUMPS
 
 Plot = Callable[[Trajectory, Axes], Axes]

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.basins import UNITS, columns_of, no_starts, warn_without_starts
+from percuss.ensembles.basins import COLUMN_UNITS, columns_of, no_starts, warn_without_starts
+from percuss.ensembles.classification import STAGE, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of, motion_of
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.execution import Execution, Report, run_job
-from percuss.ensembles.fates import STAGE, Fates, Rules
-from percuss.ensembles.grid import Grid, LanesOf, make_grid, walls_of, whole
+from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Dimension
-from percuss.ensembles.matching import Followed, follow_attractors
 from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, real
@@ -31,7 +30,14 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["basin_fractions"]
+
+from dataclasses import replace
+
+from percuss.ensembles.attractors import Attractor, StrobedSystem, label_starts
+from percuss.ensembles.basins import fractions_of
+from percuss.ensembles.classification import Arrays
+
+__all__ = ["basin_fractions", "follow_attractors", "points_before", "with_joined_numbers"]
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -134,11 +140,11 @@ def basin_fractions(
         raise ParameterError("over", given, reason)
     box = (_range("x0", x0), _range("v0", v0))
     rules = Rules(as_float(t0), False, periods, escape)
-    told = identity_of(grid) | {
+    identity = identity_of(grid) | {
         "kind": "basin fractions", "box": repr(box), "n_starts": n_starts, "seed": seed,
     }  # fmt: skip
     drawn = Scattered(grid, box, n_starts, seed)
-    job = Fates(drawn, rules, tuple(told.items()))
+    job = Classification(drawn, rules, tuple(identity.items()))
     answer = run_job(job, execution)
     warn_without_starts(drawn, answer)
     followed = follow_attractors(grid, rules, answer.arrays, n_starts)
@@ -147,7 +153,7 @@ def basin_fractions(
 
 def _range(name: str, ends: object) -> tuple[float, float]:
     try:
-        low, high = (as_float(end) for end in ends)  # type: ignore[attr-defined]  # else told
+        low, high = (as_float(end) for end in ends)  # type: ignore[attr-defined]  # else raised
     except (TypeError, ValueError) as error:
         raise ParameterError(name, ends, "not a range (low, high)") from error
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
@@ -175,12 +181,12 @@ class Scattered:
         numbers = tuple(float(i) for i in range(self.n_starts))
         return (*self.grid.dimensions, Dimension("start", numbers))
 
-    def lanes(self, first: int, last: int) -> tuple[list[LanesOf], dict[int, str]]:
-        """Return the lanes of the starts from first to last."""
+    def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
+        """Return the starts from first to last, in groups of one shape of law."""
         draw = np.random.default_rng(self.seed).random((self.n_starts, 2))
         low, high = np.array(self.box).T
         places = low + draw * (high - low)
-        found: list[LanesOf] = []
+        found: list[Group] = []
         faults: dict[int, str] = {}
         for k in range(first // self.n_starts, (last - 1) // self.n_starts + 1):
             begin = k * self.n_starts
@@ -198,7 +204,7 @@ class Scattered:
             outside = those[~inside]
             starts = np.column_stack([places[outside], np.full(len(outside), t0)])
             which = np.zeros(len(outside), dtype=np.int64)
-            found.append(LanesOf(table[np.newaxis], which, starts, rows[~inside]))
+            found.append(Group(table[np.newaxis], which, starts, rows[~inside]))
         return found, faults
 
 
@@ -208,7 +214,7 @@ def law_at(grid: Grid, k: int) -> tuple[Floats, float]:
     return law(osc, force), as_float(start.t0)
 
 
-def _dataset(grid: Grid, answer: Answer, followed: Sequence[Followed]) -> Dataset:
+def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Dataset:
     import xarray
 
     paths = tuple(axis.path for axis in grid.axes)
@@ -232,7 +238,7 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[Followed]) -> Datase
         "exists": (dims, exists, {}),
         **{name: (dims, values, {}) for name, values in texts.items()},
         **{
-            name: (dims, values, {"units": UNITS.get(name, "1")})
+            name: (dims, values, {"units": COLUMN_UNITS.get(name, "1")})
             for name, values in numbers.items()
         },
         "undecided": (paths, np.array([one.undecided for one in followed]), {}),
@@ -247,3 +253,190 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[Followed]) -> Datase
         coords=coordinates_of(grid.dimensions),
         attrs=attributes_of(motion_of(grid), answer) | {"failed": no_starts(answer)},
     )
+
+
+# Points of an attractor that are followed at the next value: of an orbit all, of a chaotic one
+# these, which show where most of it goes.
+SEEDS = 9
+
+
+@dataclass(frozen=True, slots=True)
+class AttractorsAt:
+    """What there is at one point of the parameters.
+
+    Attributes
+    ----------
+    attractors
+        By number, the same from point to point.
+    fractions
+        Part of the starts that go there and its standard error, by number.
+    undecided
+        Part of the starts that were not decided.
+    n_starts
+        Starts outside the walls.
+    """
+
+    attractors: dict[int, Attractor]
+    fractions: dict[int, tuple[float, float]]
+    undecided: float
+    n_starts: int
+
+
+# At a point whose parameters are outside their domains.
+NO_MOTION = AttractorsAt({}, {}, math.nan, 0)
+
+
+def follow_attractors(
+    grid: Grid, rules: Rules, arrays: Arrays, n_starts: int
+) -> list[AttractorsAt]:
+    """Return the attractors at each point of a grid of parameters, in the order of its points.
+
+    Parameters
+    ----------
+    grid
+        The values of one parameter or of several.
+    rules
+        When a start is decided.
+    arrays
+        What has become of the starts, by the names of `CLASS_COLUMNS`, those of a point together.
+    n_starts
+        Starts at each point.
+    """
+    found: list[AttractorsAt] = []
+    n_known = 0
+    merged: list[tuple[int, int]] = []
+    for k in range(grid.size):
+        own = {name: array[k * n_starts : (k + 1) * n_starts] for name, array in arrays.items()}
+        try:
+            osc, force, _ = grid.point(k)
+        except ParameterError:
+            # A value that has no motion is passed over, as nothing was started there.
+            found.append(NO_MOTION)
+            continue
+        assert force is not None
+        system = StrobedSystem.of(osc, force, rules.t0)
+        known = [
+            pair for one in points_before(found, grid.shape, k) for pair in one.attractors.items()
+        ]
+        seeds = [(owner, place) for owner, (_, it) in enumerate(known) for place in _seeds(it)]
+        classes = _classes(system, rules, [place for _, place in seeds])
+        both = {name: np.concatenate([own[name], classes[name]]) for name in own}
+        labels, attractors = label_starts(system, both)
+        owners = [owner for owner, _ in seeds]
+        numbers, pairs = _matched(known, attractors, labels[n_starts:], owners)
+        merged += pairs
+        for i in range(len(attractors)):
+            if i not in numbers:
+                numbers[i], n_known = n_known, n_known + 1
+        part, error, undecided, n = fractions_of(labels[:n_starts], len(attractors))
+        there = sorted((numbers[i], i) for i in range(len(attractors)))
+        found.append(
+            AttractorsAt(
+                {number: attractors[i] for number, i in there},
+                {number: (float(part[i]), float(error[i])) for number, i in there},
+                undecided,
+                n,
+            )
+        )
+    return with_joined_numbers(found, merged)
+
+
+def points_before(
+    found: Sequence[AttractorsAt], shape: Sequence[int], k: int
+) -> list[AttractorsAt]:
+    """Return what there is at the points before, one along each axis, the last axis first."""
+    before = []
+    stride = 1
+    for length in reversed(shape):
+        for steps in range(1, k // stride % length + 1):
+            one = found[k - steps * stride]
+            if one is not NO_MOTION:
+                before.append(one)
+                break
+        stride *= length
+    return before
+
+
+def with_joined_numbers(
+    found: Sequence[AttractorsAt], merged: Sequence[tuple[int, int]]
+) -> list[AttractorsAt]:
+    """Give one number to attractors that have merged and never exist at the same point.
+
+    What appears at two places of a chart and is carried on from both is one attractor.
+    """
+    where: dict[int, set[int]] = {}
+    for k, one in enumerate(found):
+        for number in one.attractors:
+            where.setdefault(number, set()).add(k)
+    root = {number: number for number in where}
+    for pair in merged:
+        low, high = sorted(root[number] for number in pair)
+        if low != high and not where[low] & where[high]:
+            where[low] |= where.pop(high)
+            root = {number: low if it == high else it for number, it in root.items()}
+    dense = {number: i for i, number in enumerate(sorted(where))}
+    return [
+        replace(
+            one,
+            attractors={dense[root[number]]: it for number, it in one.attractors.items()},
+            fractions={dense[root[number]]: it for number, it in one.fractions.items()},
+        )
+        for one in found
+    ]
+
+
+def _seeds(attractor: Attractor) -> Floats:
+    """Return points of an attractor; none where motions have no place."""
+    if attractor.kind == "unbounded":
+        return np.empty((0, 2))
+    points = attractor.strobes
+    return points[:: max(1, len(points) // SEEDS)][:SEEDS] if len(points) > SEEDS else points
+
+
+def _classes(system: StrobedSystem, rules: Rules, places: Sequence[Floats]) -> Arrays:
+    """Return what becomes of points of the attractors before."""
+    starts = np.column_stack([np.reshape(places, (len(places), 2)), np.full(len(places), rules.t0)])
+    low, high = walls_of(system.law[np.newaxis])
+    # A wall may have moved over them.
+    starts[:, 0] = np.clip(starts[:, 0], low[0], high[0])
+    which = np.zeros(len(starts), dtype=np.int64)
+    group = Group(system.law[np.newaxis], which, starts, which)
+    return replace(rules, within=False).follow(group)[0]
+
+
+def _matched(
+    known: Sequence[tuple[int, Attractor]],
+    attractors: Sequence[Attractor],
+    labels: Numbers,
+    owners: Sequence[int],
+) -> tuple[dict[int, int], list[tuple[int, int]]]:
+    """Return the numbers of those attractors that points of a known one have gone to.
+
+    And the pairs of numbers of which both have gone to the same one.
+    """
+    links: list[tuple[float, int, int]] = []
+    for k, (number, one) in enumerate(known):
+        gone = np.array([label for label, owner in zip(labels, owners, strict=True)
+                         if owner == k and label >= 0], dtype=np.int64)  # fmt: skip
+        if one.kind == "unbounded":
+            links += [(0.0, number, i) for i, it in enumerate(attractors) if it.kind == one.kind]
+        elif len(gone):
+            there = int(np.bincount(gone).argmax())
+            links.append((_distance(one, attractors[there]), number, there))
+    numbers: dict[int, int] = {}
+    taken: set[int] = set()
+    for _, number, there in sorted(links):
+        if there not in numbers and number not in taken:
+            numbers[there] = number
+            taken.add(number)
+    pairs = [(numbers[there], number) for _, number, there in links if number not in taken]
+    return numbers, pairs
+
+
+def _distance(one: Attractor, other: Attractor) -> float:
+    """Return how far the points of two attractors are from one another, in the mean."""
+    if one.kind == "unbounded" or other.kind == "unbounded":
+        return float("inf")
+    a, b = (it.strobes[np.isfinite(it.strobes).all(axis=1)][:500] for it in (one, other))
+    distances = np.abs(a[:, np.newaxis] - b).max(axis=2)
+    return float(0.5 * (distances.min(axis=0).mean() + distances.min(axis=1).mean()))

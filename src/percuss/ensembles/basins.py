@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.attractors import Attractor, label_starts
+from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, label_starts
+from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
 from percuss.ensembles.datasets import attributes_of, motion_of, warn_of_failures
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.execution import Execution, Report, run_job
-from percuss.ensembles.fates import CHUNK, NO_START, STAGE, Fates, Rules, Starts
-from percuss.ensembles.grid import Grid, LanesOf, make_grid, whole
+from percuss.ensembles.grid import Grid, Group, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
-from percuss.ensembles.refining import System, impacts_at
 from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.kernels.law import PERIOD
@@ -89,10 +88,10 @@ def basins(
     xarray.Dataset
         `basin` over both axes: the number of an attractor, -1 where it was not decided in the
         time given, -2 where the start is no start (inside a wall). Where every start has a
-        periodic motion of its own, as without a spring, a thousand of them are told apart.
+        periodic motion of its own, as without a spring, a thousand of them are distinguished.
 
         Over `attractor`: its `kind` ("periodic", "chaotic", "rest", "unbounded") and `name`,
-        (impacts, periods) of an orbit; `n_impacts` and `n_periods` of one round (inf with
+        (impacts, periods) of an orbit; `n_impacts` and `n_periods` in one period of it (inf with
         sticking; NaN and 0 unless periodic); `x` and `v_strobe` of a strobe at the cycle of t0;
         `exponent`, the largest Lyapunov exponent [1/time], of an orbit from its multipliers, and
         `exponent_error` of a chaotic one; `residual` of the periodic orbit that `find_orbit` has
@@ -133,12 +132,12 @@ def basins(
     grid, at_wall = _grid(osc, force, (x0, v0), (cycle, v), stop, t0)
     begin = 0.0 if at_wall is not None else as_float(t0)
     rules = Rules(begin, at_wall is not None, periods, escape)
-    told = identity_of(grid) | {"kind": "basins", "stop": at_wall}
+    identity = identity_of(grid) | {"kind": "basins", "stop": at_wall}
     starts = grid if at_wall is None else AtWall(grid, at_wall)
-    answer = run_job(Fates(starts, rules, tuple(told.items())), execution)
+    answer = run_job(Classification(starts, rules, tuple(identity.items())), execution)
     warn_without_starts(starts, answer)
-    found = label_starts(System.of(osc, force, begin), answer.arrays)
-    return execution.keep(_dataset(starts, System.of(osc, force, begin), answer, *found))
+    found = label_starts(StrobedSystem.of(osc, force, begin), answer.arrays)
+    return execution.keep(_dataset(starts, StrobedSystem.of(osc, force, begin), answer, *found))
 
 
 def no_starts(answer: Answer) -> int:
@@ -150,7 +149,7 @@ def warn_without_starts(starts: Starts, answer: Answer) -> None:
     """Warn, in the name of the call that calls this, if no start is one."""
     if starts.size and no_starts(answer) == starts.size:
         spans = spans_of(starts.size, CHUNK)
-        reasons = [text for span in spans for text in starts.lanes(*span)[1].values()]
+        reasons = [text for span in spans for text in starts.groups(*span)[1].values()]
         warn_of_failures("no motion starts anywhere", reasons, stacklevel=4)
 
 
@@ -205,16 +204,16 @@ class AtWall:
         cycle, v = (tuple(axis.values.tolist()) for axis in self.grid.axes)
         return Dimension("cycle", cycle), Dimension("v", v, "length/time")
 
-    def lanes(self, first: int, last: int) -> tuple[list[LanesOf], dict[int, str]]:
-        """Return the lanes of the starts from first to last."""
-        groups, faults = self.grid.lanes(first, last)
-        way = -1.0 if self.grid.osc.stops[self.stop].side == "above" else 1.0
-        return [self._at_wall(group, way) for group in groups], faults
+    def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
+        """Return the starts from first to last, in groups of one shape of law."""
+        groups, faults = self.grid.groups(first, last)
+        sign = -1.0 if self.grid.osc.stops[self.stop].side == "above" else 1.0
+        return [self._at_wall(group, sign) for group in groups], faults
 
-    def _at_wall(self, group: LanesOf, way: float) -> LanesOf:
+    def _at_wall(self, group: Group, sign: float) -> Group:
         starts = group.starts.copy()
         starts[:, 2] *= group.laws[group.which, 0, PERIOD]
-        starts[:, 1] *= way
+        starts[:, 1] *= sign
         return replace(group, starts=starts)
 
 
@@ -244,7 +243,7 @@ def columns_of(attractor: Attractor | None) -> dict[str, float]:
     }
 
 
-UNITS = {
+COLUMN_UNITS = {
     "x": "length",
     "v_strobe": "length/time",
     "exponent": "1/time",
@@ -254,7 +253,7 @@ UNITS = {
 
 def _dataset(
     starts: Grid | AtWall,
-    system: System,
+    system: StrobedSystem,
     answer: Answer,
     labels: Numbers,
     found: Sequence[Attractor],
@@ -277,7 +276,7 @@ def _dataset(
         values = np.array([row[name] for row in rows], dtype=np.float64)
         if name == "n_periods":
             values = values.astype(np.int64)
-        data[name] = ("attractor", values, {"units": UNITS.get(name, "1")})
+        data[name] = ("attractor", values, {"units": COLUMN_UNITS.get(name, "1")})
     points = _points(starts, system, found)
     for i, (name, axis) in enumerate(zip(dims, starts.dimensions, strict=True)):
         short = name.removeprefix("start.")
@@ -290,7 +289,7 @@ def _dataset(
     return xarray.Dataset(data, coords=coords, attrs=attrs)
 
 
-def _points(starts: Grid | AtWall, system: System, found: Sequence[Attractor]) -> Floats:
+def _points(starts: Grid | AtWall, system: StrobedSystem, found: Sequence[Attractor]) -> Floats:
     """Return the attractors in the plane of the starts, NaN beyond their ends."""
     if isinstance(starts, AtWall):
         drawn = [

@@ -22,8 +22,8 @@ CONNECT = 10.0
 AHEAD, LEAST, MOST_BYTES = 2, 500, 64_000_000
 # How often one looks for workers that have joined, and up while no chunk is finished [s].
 RENEWED, TICK = 1.0, 0.5
-# Workers send a sign of life every second or so. How long they may be silent until it is told,
-# how often it is told again, and how long the scheduler may take to answer [s].
+# Workers send a sign of life every second or so. How long they may be silent until it is said,
+# how often it is said again, and how long the scheduler may take to answer [s].
 SILENT, AGAIN, ANSWER = 5.0, 30.0, 3.0
 # How long a worker may take to hand over a chunk until others are asked, at first and at last [s].
 RESULT, LONGEST_RESULT = 1.0, 16.0
@@ -82,14 +82,14 @@ class _Submitted:
         self._most, self._looked = 0, -RENEWED
         self._finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._last_answer = time.monotonic()
-        self._told: float | None = None
+        self._said: float | None = None
         self._patience: dict[Any, float] = {}
 
     def done(self, tick: Callable[[], bool]) -> Generator[tuple[int, Block], None, None]:
         about = self._asked()
         if self._waiting and about is not None and not about["workers"]:
             # Theirs may be in a queue: it is no fault, but looks like one.
-            self._tell("no workers yet")
+            self._say("no workers yet")
         while self._waiting or self._running:
             try:
                 while self._waiting and len(self._running) < self._wanted():
@@ -104,7 +104,7 @@ class _Submitted:
             except EngineError:
                 raise
             except TimeoutError:
-                # Whoever has the result may be frozen; others are not to wait for it.
+                # The worker that has the result may be frozen; others do not wait for it.
                 self._patience[future] = min(2.0 * patience, LONGEST_RESULT)
                 self._finished.put(future)
                 self._look_for_silent_workers()
@@ -160,7 +160,7 @@ class _Submitted:
         return about | {"workers": about.get("workers", {})}
 
     def _look_for_silent_workers(self) -> None:
-        """Tell where nobody is heard of who could do the work; it goes on if somebody returns."""
+        """Say so if no worker answers; the run goes on if one returns."""
         now = time.monotonic()
         if now - self._looked < RENEWED:
             return
@@ -169,26 +169,26 @@ class _Submitted:
         if about is None:
             silence = now - self._last_answer
             if silence >= SILENT:
-                self._tell(f"the scheduler has not answered for {silence:.0f} s")
+                self._say(f"the scheduler has not answered for {silence:.0f} s")
             return
         self._last_answer = now
         workers = about["workers"].values()
         silent = [time.time() - worker["last_seen"] for worker in workers]
         late = [seconds for seconds in silent if seconds >= SILENT]
         if not silent:
-            self._tell("no workers")
+            self._say("no workers")
         elif late:
-            self._tell(
+            self._say(
                 f"nothing has been heard of {len(late)} of {len(silent)} workers for "
                 f"{max(late):.0f} s, which are frozen, cut off or too busy"
             )
         else:
-            self._told = None
+            self._said = None
 
-    def _tell(self, what: str) -> None:
+    def _say(self, what: str) -> None:
         now = time.monotonic()
-        if self._told is None or now - self._told >= AGAIN:
-            self._told = now
+        if self._said is None or now - self._said >= AGAIN:
+            self._said = now
             sys.stderr.write(
                 f"{what} at {self._client.scheduler.address}; waiting: the run goes on when "
                 "workers answer or join (dask worker ADDRESS), and Ctrl-C ends it\n"

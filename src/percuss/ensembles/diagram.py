@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.ensembles.batch import MOST_IMPACTS, Plan, follow_batch, reason_of
 from percuss.ensembles.datasets import (
     attributes_of,
     coordinates_of,
@@ -19,9 +20,8 @@ from percuss.ensembles.datasets import (
 )
 from percuss.ensembles.engines import Engine, make_ready
 from percuss.ensembles.execution import Execution, Report, run_job
-from percuss.ensembles.grid import Grid, LanesOf, make_grid, walls_of, whole
+from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
-from percuss.ensembles.lanes import MOST_IMPACTS, Plan, follow_lanes, reason_of
 from percuss.ensembles.measures import SAME, Window, period_of
 from percuss.ensembles.store import (
     Store,
@@ -142,27 +142,29 @@ def bifurcation_diagram(
     grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
     _check(grids, force, section, follow, points)
     window = Window(transient, points - 1)
-    followed = Followed(grids[0], tuple(follow), section, window)
-    afresh = Afresh(tuple(grids), section, window)
-    parts = {name: job for name, job in (("followed", followed), ("afresh", afresh)) if job.size}
+    followed = FollowedBranches(grids[0], tuple(follow), section, window)
+    afresh = FreshBranches(tuple(grids), section, window)
+    parts = {job.part: job for job in (followed, afresh) if job.size}
     _make_ready(parts, execution)
     answers: list[Answer] = []
     for name, job in parts.items():
         if any(not answer.complete for answer in answers):
-            # Whoever has stopped one part wants no other.
+            # A study that was stopped in one part does not begin the next.
             arrays = {key: column.empty(job.size) for key, column in job.columns.items()}
             answers.append(Answer(arrays, {}, 0, complete=False))
         else:
             answers.append(run_job(job, execution.of_part(name)))
     names = [*follow, *(f"start {i}" for i in range(len(grids)))]
-    # Followed branches begin at the first start.
+    # FollowedBranches branches begin at the first start.
     of_branches = [*(grids[0] for _ in follow), *grids]
     found = _dataset(of_branches, names, section, answers)
     _warn(found)
     return execution.keep(found)
 
 
-def _make_ready(parts: Mapping[str, Followed | Afresh], execution: Execution) -> None:
+def _make_ready(
+    parts: Mapping[str, FollowedBranches | FreshBranches], execution: Execution
+) -> None:
     """Make the stores of all parts at once: how much there is to do is known from the beginning."""
     store = execution.store
     if store is not None and has_store(store):
@@ -284,7 +286,7 @@ def _reasons(grids: list[Grid], status: NDArray[np.generic]) -> NDArray[np.objec
         code = int(status[branch, k])
         reason = reason_of(code, Plan(still, still, still, max_impacts=MOST_IMPACTS))
         if code == FAULTY:
-            _, faults = grids[branch].lanes(int(k), int(k) + 1)
+            _, faults = grids[branch].groups(int(k), int(k) + 1)
             reason = faults.get(0, "the branch does not begin outside the walls")
         elif code == NOT_DONE:
             reason = "not done yet"
@@ -292,7 +294,7 @@ def _reasons(grids: list[Grid], status: NDArray[np.generic]) -> NDArray[np.objec
     return found
 
 
-def _plan(group: LanesOf, section: str, window: Window) -> Plan:
+def _plan(group: Group, section: str, window: Window) -> Plan:
     period = group.laws[group.which, 0, PERIOD]
     since = group.starts[:, 2] + window.transient * period
     return Plan(
@@ -306,9 +308,10 @@ def _plan(group: LanesOf, section: str, window: Window) -> Plan:
 
 
 @dataclass(frozen=True, slots=True)
-class Afresh:
+class FreshBranches:
     """The job of the branches that begin anew at each value: (start, value), values fastest."""
 
+    part: ClassVar = "afresh"
     grids: tuple[Grid, ...]
     section: str
     window: Window
@@ -346,7 +349,7 @@ class Afresh:
         block = _empty(self, last - first)
         for number in range(first // n, (last - 1) // n + 1):
             low, high = max(first - number * n, 0), min(last - number * n, n)
-            groups, faults = self.grids[number].lanes(low, high)
+            groups, faults = self.grids[number].groups(low, high)
             place = number * n + low - first
             block.reasons |= {place + i: text for i, text in faults.items()}
             for group in groups:
@@ -355,9 +358,10 @@ class Afresh:
 
 
 @dataclass(frozen=True, slots=True)
-class Followed:
+class FollowedBranches:
     """The job of the branches that are followed; each is one point, and a chunk."""
 
+    part: ClassVar = "followed"
     grid: Grid
     follow: tuple[str, ...]
     section: str
@@ -380,7 +384,7 @@ class Followed:
 
     @property
     def columns(self) -> dict[str, Column]:
-        """Those of `Afresh` over the values."""
+        """Those of `FreshBranches` over the values."""
         n, path = self.grid.size, self.grid.axes[0].path
         return {
             name: Column((n, *column.tail), column.dtype, (path, *column.dims))
@@ -409,12 +413,12 @@ class Followed:
         return block
 
     def _step(self, block: Block, row: int, k: int, begin: Floats | None) -> Floats | None:
-        groups, faults = self.grid.lanes(k, k + 1)
+        groups, faults = self.grid.groups(k, k + 1)
         if begin is not None and faults:
             # The grid's own start may be inside a wall that has moved; the branch is not.
             x0 = _between_walls(self.grid, k, float(begin[0]))
             grid = replace(self.grid, start=Start(x0, float(begin[1])))
-            groups, faults = grid.lanes(k, k + 1)
+            groups, faults = grid.groups(k, k + 1)
         if faults:
             block.arrays["status"][row, k] = FAULTY
             return begin
@@ -452,7 +456,7 @@ def _columns(window: Window) -> dict[str, Column]:
     }
 
 
-def _empty(job: Afresh | Followed, n: int) -> Block:
+def _empty(job: FreshBranches | FollowedBranches, n: int) -> Block:
     block = Block({name: column.empty(n) for name, column in _columns(job.window).items()})
     block.arrays["status"][:] = FAULTY
     return block
@@ -463,9 +467,9 @@ def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
     return int(((arrays["period"] == NO_PERIOD) & (arrays["status"] != NOT_DONE)).sum())
 
 
-def _identity(job: Afresh | Followed) -> dict[str, object]:
+def _identity(job: FreshBranches | FollowedBranches) -> dict[str, object]:
     return {
-        "kind": f"diagram, {type(job).__name__.lower()}",
+        "kind": f"diagram, {job.part}",
         "section": job.section,
         "transient": job.window.transient,
         "points": job.window.periods + 1,
@@ -473,21 +477,23 @@ def _identity(job: Afresh | Followed) -> dict[str, object]:
 
 
 def _fill(
-    block: Block, group: LanesOf, rows: NDArray[np.int64], section: str, window: Window
+    block: Block, group: Group, rows: NDArray[np.int64], section: str, window: Window
 ) -> Floats:
-    """Follow lanes, put what is kept of them into rows of a block, and return where they end."""
+    """Follow motions, put what is kept of them into rows of a block, and return where they end."""
     plan = _plan(group, section, window)
-    lanes = follow_lanes(group.laws, group.which, group.starts, plan)
-    bad = np.array([reason_of(int(status), plan) is not None for status in lanes.status])
-    points = lanes.points.copy()
+    result = follow_batch(group.laws, group.which, group.starts, plan)
+    bad = np.array([reason_of(int(status), plan) is not None for status in result.status])
+    points = result.points.copy()
     points[bad] = np.nan
     block.arrays["points"][rows] = points
-    block.arrays["period"][rows] = np.where(bad, NO_PERIOD, _period(lanes.tallies, points, section))
-    block.arrays["status"][rows] = lanes.status
-    block.n_impacts += int(lanes.n_impacts.sum())
+    block.arrays["period"][rows] = np.where(
+        bad, NO_PERIOD, _period(result.tallies, points, section)
+    )
+    block.arrays["status"][rows] = result.status
+    block.n_impacts += int(result.n_impacts.sum())
     for i in np.flatnonzero(bad):
-        block.reasons[int(rows[i])] = str(reason_of(int(lanes.status[i]), plan))
-    return np.asarray(lanes.tallies[:, [survey.END_X, survey.END_V]])
+        block.reasons[int(rows[i])] = str(reason_of(int(result.status[i]), plan))
+    return np.asarray(result.tallies[:, [survey.END_X, survey.END_V]])
 
 
 def _period(tallies: Floats, points: Floats, section: str) -> NDArray[np.int64]:

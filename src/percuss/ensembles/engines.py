@@ -182,7 +182,7 @@ class _Pool:
         finally:
             for future in self._running:
                 future.cancel()
-            # A second Ctrl-C may come while the first is still being told.
+            # A second Ctrl-C may come while the first is still being handled.
             if is_over:
                 self._pool.shutdown(wait=True)
             else:
@@ -230,7 +230,7 @@ class _Queue:
         self._n = n
 
     def has_next(self, running: int) -> bool:
-        """Return whether one more is to be handed out beside so many that are at work."""
+        """Return whether one more is to be handed out while so many are at work."""
         if running == 0:
             self._alone = None
         if self._suspects or self._alone is not None:
@@ -246,12 +246,12 @@ class _Queue:
             return self._alone
         return self._waiting.popleft()
 
-    def take_back(self, those: Sequence[int]) -> None:
+    def take_back(self, chunks: Sequence[int]) -> None:
         """Have chunks handed out again."""
-        self._waiting.extendleft(reversed(those))
+        self._waiting.extendleft(reversed(chunks))
 
     def note_death(self, lost: Sequence[int], spans: Sequence[Span]) -> None:
-        """Have lost chunks handed out again, unless the death of a process is told of one.
+        """Have lost chunks handed out again, unless too many processes have died at one.
 
         Parameters
         ----------

@@ -22,7 +22,7 @@ from percuss.ensembles.engines import (
     say_stopping,
 )
 from percuss.ensembles.job import (
-    NUMBER,
+    BYTES_OF_A_NUMBER,
     Answer,
     Block,
     Job,
@@ -43,7 +43,7 @@ __all__ = ["ChunkProgress", "Execution", "Report", "folder_of", "run_job"]
 
 # What takes longer than this [s] is said once where no progress was asked for.
 LONG = 600.0
-# An answer of so many bytes is told before the work.
+# An answer of so many bytes is said before the work.
 LARGE = 1_000_000_000
 
 
@@ -174,12 +174,12 @@ def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) 
 
 
 def _keeper(job: Job, execution: Execution, *, is_read_from_disk: bool) -> Store | _Memory:
-    """Return what keeps the answer, once there is room for it and the engine can begin."""
+    """Return what keeps the answer, once there is memory for it and the engine can begin."""
     store = execution.store
     is_new = store is not None and not has_store(store)
     on_disk = store if is_read_from_disk else None
     hint = "; with store= it is kept on disk" if is_read_from_disk and store is None else ""
-    # What has been begun has taken its room already.
+    # What has been begun has taken its memory already.
     if on_disk is None or is_new:
         check_room(job, on_disk, hint)
     make_ready(job, execution.engine, is_new=is_new)
@@ -192,8 +192,8 @@ def _chunks(
     """Yield the chunks to do by their numbers, each as soon as it is done."""
     if todo:
         spans = chunks_of(job)
-        those = [spans[number] for number in todo]
-        done = done_chunks(job, those, execution.engine, execution.n_workers, progress.tick)
+        left = [spans[number] for number in todo]
+        done = done_chunks(job, left, execution.engine, execution.n_workers, progress.tick)
         with contextlib.closing(done):
             for place, block in done:
                 yield todo[place], block
@@ -241,7 +241,7 @@ def _say(text: str) -> None:
 
 def _say_size(job: Job, store: Path | None) -> None:
     """Say before the work how large the answer will be, where it is large."""
-    size = NUMBER * numbers_of(job) * job.size
+    size = BYTES_OF_A_NUMBER * numbers_of(job) * job.size
     if size >= LARGE:
         where = "of memory" if store is None else f"in {store}"
         _say(

@@ -22,7 +22,7 @@ from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
 
 __all__ = [
-    "POINTS", "Axis", "Grid", "LanesOf", "make_grid", "units_of", "values_of", "walls_of", "whole",
+    "POINTS", "Axis", "Grid", "Group", "make_grid", "units_of", "values_of", "walls_of", "whole",
 ]  # fmt: skip
 
 Floats = NDArray[np.float64]
@@ -78,13 +78,13 @@ class Axis:
 
 
 @dataclass(frozen=True, slots=True)
-class LanesOf:
+class Group:
     """The laws and starts of some points whose laws have one shape.
 
     Attributes
     ----------
     laws, which, starts
-        As `follow_lanes` takes them.
+        As `follow_batch` takes them.
     rows
         (n,) array, the points that they belong to, counted from the first asked for.
     """
@@ -148,8 +148,8 @@ class Grid:
     def _where(self, i: int) -> tuple[int, ...]:
         return tuple(int(k) for k in np.unravel_index(i, self.shape)) if self.axes else ()
 
-    def lanes(self, first: int, last: int) -> tuple[list[LanesOf], dict[int, str]]:
-        """Return the lanes of the points from first to last, and the faults of those without.
+    def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
+        """Return the points from first to last in groups, and the faults of those without motion.
 
         The last is not included, and faults are counted from the first. Terms of a Fourier sum
         that become zero change the shape of a law: there is one entry for each shape.
@@ -178,7 +178,7 @@ class Grid:
                 faults |= {int(row): str(error) for row in rows}
                 continue
             groups.setdefault(table.shape, []).append((table, rows))
-        found = [_lanes_of(group, starts, faults) for group in groups.values()]
+        found = [_group_of(group, starts, faults) for group in groups.values()]
         return [group for group in found if len(group.rows)], faults
 
 
@@ -211,10 +211,8 @@ class Maker:
         return self._made[key]
 
 
-def _lanes_of(
-    group: list[tuple[Floats, Numbers]], starts: Floats, faults: dict[int, str]
-) -> LanesOf:
-    """Return the lanes of laws of one shape, and add the faults of starts inside a wall."""
+def _group_of(group: list[tuple[Floats, Numbers]], starts: Floats, faults: dict[int, str]) -> Group:
+    """Return the motions under laws of one shape, and add the faults of starts inside a wall."""
     rows = np.concatenate([rows for _, rows in group])
     which = np.repeat(np.arange(len(group)), [len(rows) for _, rows in group])
     laws = np.stack([table for table, _ in group])
@@ -227,7 +225,7 @@ def _lanes_of(
                 "use a SoftStop for a compliant one"
             )
     inside = ~((x0 < low) | (x0 > high))
-    return LanesOf(laws, which[inside], starts[rows[inside]], rows[inside])
+    return Group(laws, which[inside], starts[rows[inside]], rows[inside])
 
 
 def walls_of(tables: Floats) -> tuple[Floats, Floats]:

@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from percuss.errors import ParameterError
 
 __all__ = [
-    "NUMBER", "Answer", "Block", "Column", "Dimension", "Job", "check_room", "chunks_of", "in_gigabytes",
+    "BYTES_OF_A_NUMBER", "Answer", "Block", "Column", "Dimension", "Job", "check_room", "chunks_of", "in_gigabytes",
     "memory", "numbers_of", "spans_of", "too_large",
 ]  # fmt: skip
 
-# Bytes that are taken for the memory of a machine that does not tell.
+# Bytes that are taken for the memory of a machine that does not say.
 UNTOLD = 1 << 44
 # Bytes of a number.
-NUMBER = 8
-# Where Linux tells what is available, and what a group of processes may have and has.
+BYTES_OF_A_NUMBER = 8
+# Where Linux says what is available, and what a group of processes may have and has.
 AVAILABLE = Path("/proc/meminfo")
 GROUP_MOST, GROUP_TAKEN = Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")
 
@@ -55,7 +55,7 @@ class Column:
     meaning: str = ""
 
     def empty(self, n: int) -> NDArray[np.generic]:
-        """Return room for n points: NaN, or -1."""
+        """Return an array for n points: NaN, or -1."""
         fill = np.nan if self.dtype == "f8" else -1
         return np.full((n, *self.tail), fill, dtype=self.dtype)
 
@@ -153,7 +153,7 @@ class Job(Protocol):
 
 
 def check_room(job: Job, store: Path | None = None, hint: str = "") -> None:
-    """Raise a `ParameterError` unless there is room for the answer.
+    """Raise a `ParameterError` unless memory or disk can hold the answer.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def too_large(shape: Sequence[int], each: int = 1, store: Path | None = None) ->
     >>> print(too_large([10**5] * 3).partition(";")[0])
     1,000,000,000,000,000 points, whose answer takes 8,000,000 GB
     """
-    size = NUMBER * math.prod(shape) * each
+    size = BYTES_OF_A_NUMBER * math.prod(shape) * each
     free = memory()
     if size <= free:
         return None

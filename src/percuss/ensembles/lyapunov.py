@@ -9,10 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.ensembles.batch import (
+    BLOCKS,
+    MOST_IMPACTS,
+    BatchResult,
+    Plan,
+    drift_of,
+    exponents_of,
+    follow_batch,
+    reason_of,
+    tangent_plan,
+)
 from percuss.ensembles.grid import make_grid, whole
-from percuss.ensembles.lanes import MOST_IMPACTS, Lanes, Plan, follow_lanes, reason_of
 from percuss.ensembles.measures import period_of
-from percuss.ensembles.tangents import BLOCKS, drift_of, exponents_of, tangent_plan
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels import survey
@@ -29,8 +38,9 @@ Floats = NDArray[np.float64]
 
 # The longest orbit that is looked for, in forcing periods.
 LONGEST = 16
-# Rounds of an orbit that its exponents are taken from, and to what part they shrink alike.
-ROUNDS, ALIKE = 3, 1e-6
+# Periods of an orbit that its exponents are taken from, and to what part areas shrink alike in
+# them.
+ORBIT_PERIODS, ALIKE = 3, 1e-6
 # Impacts for each period that a motion may have where nothing else is said.
 IMPACTS_OF_A_PERIOD = 100
 
@@ -46,7 +56,7 @@ class LyapunovExponents:
     errors
         (2,) array, their errors [1/time]: the standard error from the means of blocks, and with it
         the difference between the two halves where this is more than chance. On a periodic orbit,
-        whose multipliers give the exponents, the difference of two rounds, times the rounds that
+        whose multipliers give the exponents, the difference of two of its periods, times those that
         it still takes to die out.
     total
         Their sum by the sum rule [1/time]: -2 times the time-mean of the damping in force, and 2
@@ -54,8 +64,8 @@ class LyapunovExponents:
     impact_rate
         Impacts, and entries into soft stops, in a unit of time.
     duration
-        Time over which impacts and exponents were taken [time]; on a periodic orbit that of three
-        rounds.
+        Time over which impacts and exponents were taken [time]; on a periodic orbit three of
+        its periods.
     """
 
     exponents: Floats
@@ -119,34 +129,34 @@ def lyapunov_exponents(
     if max_impacts is not None:
         most = whole("max_impacts", max_impacts, 1)
     grid = make_grid(osc, force, start, {})
-    groups, faults = grid.lanes(0, 1)
+    groups, faults = grid.groups(0, 1)
     if faults:
         raise ParameterError("start", grid.start, faults[0])
     (group,) = groups
     period = np.array([_period_of_time(osc, force)])
     plan = tangent_plan(period, group.starts[:, 2], transient, periods)
     plan = replace(plan, max_impacts=most)
-    lanes = follow_lanes(group.laws, group.which, group.starts, plan)
-    reason = reason_of(int(lanes.status[0]), plan)
+    result = follow_batch(group.laws, group.which, group.starts, plan)
+    reason = reason_of(int(result.status[0]), plan)
     if reason is not None:
-        if lanes.status[0] == columns.REACHED_LIMIT:
-            t = float(lanes.state[0, columns.T])
+        if result.status[0] == columns.REACHED_LIMIT:
+            t = float(result.state[0, columns.T])
             reason = f"as many impacts come until t = {t:.6g}, the end is at {plan.until[0]:.6g}"
             raise ParameterError("max_impacts", most, f"{reason}; allow more, or fewer periods")
         raise ParameterError("start", grid.start, reason)
     is_periodic = force is not None and force.period is not None
-    if is_periodic and np.isfinite(lanes.points[0, -1, survey.FIRST]):
-        known = _of_orbit(group.laws, lanes, plan, transient + periods)
+    if is_periodic and np.isfinite(result.points[0, -1, survey.FIRST]):
+        known = _of_orbit(group.laws, result, plan, transient + periods)
         if known is not None:
             return known
     duration = float(plan.until[0] - plan.since[0])
-    largest, smallest, error, total = (value[0] for value in exponents_of(lanes, plan))
-    error = math.hypot(error, drift_of(lanes, plan)[0])
+    largest, smallest, error, total = (value[0] for value in exponents_of(result, plan))
+    error = math.hypot(error, drift_of(result, plan)[0])
     return LyapunovExponents(
         np.array([largest, smallest]),
         np.array([error, error]),
         float(total),
-        float(lanes.tallies[0, survey.IMPACTS]) / duration,
+        float(result.tallies[0, survey.IMPACTS]) / duration,
         duration,
     )
 
@@ -165,54 +175,56 @@ def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:
     return 2.0 * math.pi / min(as_float(component.omega) for component in components)
 
 
-def _of_orbit(laws: Floats, lanes: Lanes, plan: Plan, periods: int) -> LyapunovExponents | None:
-    """Return the exponents of a periodic orbit, and all else over the same rounds.
+def _of_orbit(
+    laws: Floats, result: BatchResult, plan: Plan, periods: int
+) -> LyapunovExponents | None:
+    """Return the exponents of a periodic orbit, and all else over the same time.
 
     None where there is no orbit. A vector u, M u and M^2 u of the monodromy M give its trace, for
     M^2 - tr M + det = 0. ``periods`` are those since the start.
     """
     which = np.zeros(1, dtype=np.int64)
     period = laws[0, 0, PERIOD]
-    end = np.column_stack([lanes.tallies[:, [survey.END_X, survey.END_V]], plan.until])
+    end = np.column_stack([result.tallies[:, [survey.END_X, survey.END_V]], plan.until])
     t, step = end[:, 2].copy(), np.array([period])
     strobed = Plan(t, step, t + 2 * LONGEST * period, survey.STROBES, 2 * LONGEST + 1)
-    strobes = follow_lanes(laws, which, end, strobed).points[:, :, :2]
+    strobes = follow_batch(laws, which, end, strobed).points[:, :, :2]
     n_periods = int(period_of(strobes, LONGEST)[0])
     if n_periods == 0:
         return None
     step = step * n_periods
-    rounds = Plan(t, step, t + ROUNDS * step, survey.TANGENTS, ROUNDS + 1)
-    followed = follow_lanes(laws, which, end, rounds)
+    measured = Plan(t, step, t + ORBIT_PERIODS * step, survey.TANGENTS, ORBIT_PERIODS + 1)
+    followed = follow_batch(laws, which, end, measured)
     points = followed.points[0]
     found = np.array([_rates(points[k : k + 3]) for k in (0, 1)]) / step
     shrunk = np.diff(points[:, survey.SECOND])
-    # An impact at the very end of a round can fall into either of two: rounds that do not shrink
+    # An impact at the very end of a period can fall into either of two: periods that do not shrink
     # alike are none.
     if not np.isfinite(found).all() or np.ptp(shrunk) > ALIKE * np.abs(shrunk).max():
         return None
-    duration = float(ROUNDS * step[0])
+    duration = float(ORBIT_PERIODS * step[0])
     return LyapunovExponents(
         found[1],
         np.abs(found[1] - found[0])
-        * _rounds_to_go(float(found[1, 0] * step[0]), periods / n_periods),
+        * _steps_to_go(float(found[1, 0] * step[0]), periods / n_periods),
         float(points[-1, survey.SECOND] - points[0, survey.SECOND]) / duration,
         float(followed.tallies[0, survey.IMPACTS]) / duration,
         duration,
     )
 
 
-def _rounds_to_go(log_multiplier: float, rounds: float) -> float:
+def _steps_to_go(log_multiplier: float, n_periods: float) -> float:
     """Return how many times its last step an approach to an orbit still goes.
 
     It is geometric, so that steps m, m^2, ... of the last one follow, 1 / (1 - m) in all; and where
-    |m| is 1 it goes as one over the number of rounds, of which it is then as many as there were.
+    |m| is 1 it goes as one over the number of periods, of which it is then as many as there were.
     """
     left = -expm1(log_multiplier)
-    return 1.0 / left if left * rounds > 1.0 else max(1.0, rounds)
+    return 1.0 / left if left * n_periods > 1.0 else max(1.0, n_periods)
 
 
 def _rates(points: Floats) -> Floats:
-    """Return the logarithms of the sizes of both multipliers, from three rounds' points."""
+    """Return the logarithms of the sizes of both multipliers, from three periods' points."""
     logs, angles = points[:, survey.FIRST], points[:, survey.THIRD]
     area = exp(float(points[1, survey.SECOND] - points[0, survey.SECOND]))
     size = exp(logs - logs[0])

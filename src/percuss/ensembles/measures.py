@@ -8,22 +8,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.grid import LanesOf, whole
-from percuss.ensembles.lanes import Lanes, Plan, follow_lanes, reason_of
-from percuss.ensembles.tangents import exponents_of, tangent_plan
+from percuss.ensembles.batch import (
+    BatchResult,
+    Plan,
+    exponents_of,
+    follow_batch,
+    reason_of,
+    tangent_plan,
+)
+from percuss.ensembles.grid import Group, whole
 from percuss.kernels import record as columns
 from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
 from percuss.motion.growth import fit_power_law
 from percuss.numerics import geometric
 
-__all__ = ["MEASURES", "Measure", "Window", "measure_lanes", "period_of"]
+__all__ = ["MEASURES", "Measure", "Window", "measure_group", "period_of"]
 
 Floats = NDArray[np.float64]
 
 # Strobes that differ by less than this part of the motion's size are the same.
 SAME = 1e-6
-# A round of p periods has strobes that differ by more than this many times that; what differs less
+# An orbit of p periods has strobes that differ by more than this many times that; what differs less
 # is the end of a transient that turns by about 1/p.
 SETTLED = 100.0
 # Edges of stretches of time, equal in its logarithm, whose fastest impacts an exponent is told
@@ -62,7 +68,7 @@ class Measure:
     meaning
         What it is, in a line.
     value
-        From what is left of the lanes, the plan they followed, and the window, their numbers.
+        From what is left of the motions, the plan they followed, and the window, their numbers.
     surveyed, strobed, grown, neighboured
         What has to be kept for it: extremes and work; a strobe in each period; the fastest
         impacts of stretches of time; how far a neighbour moves away.
@@ -72,7 +78,7 @@ class Measure:
 
     units: str
     meaning: str
-    value: Callable[[Lanes, Plan, Window], Floats]
+    value: Callable[[BatchResult, Plan, Window], Floats]
     surveyed: bool = False
     strobed: bool = False
     grown: bool = False
@@ -109,58 +115,58 @@ def period_of(points: Floats, longest: int) -> NDArray[np.int64]:
     found = np.zeros(len(points), dtype=np.int64)
     for p in (1 + np.flatnonzero(hopeful.any(axis=0))).tolist():
         rows = np.flatnonzero(hopeful[:, p - 1])
-        rows = rows[_apart(points[rows], p) <= SAME * size[rows]]
+        rows = rows[_difference(points[rows], p) <= SAME * size[rows]]
         if len(rows) == 0:
             continue
         # The first period that fits decides, if only that there is none.
         hopeful[rows] = False
         distinct = np.ones(len(rows), dtype=np.bool_)
         for q in (q for q in range(1, p // 2 + 1) if p % q == 0):
-            distinct &= _apart(points[rows], q) > SETTLED * SAME * size[rows]
+            distinct &= _difference(points[rows], q) > SETTLED * SAME * size[rows]
         found[rows[distinct]] = p
     return found
 
 
-def _apart(points: Floats, p: int) -> Floats:
+def _difference(points: Floats, p: int) -> Floats:
     """Return by how much strobes differ from those p periods later, at most."""
     return np.asarray(np.abs(points[:, p:] - points[:, :-p]).max(axis=(1, 2)))
 
 
-def _period(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    strobes = lanes.points[:, :, [survey.FIRST, survey.SECOND]]
+def _period(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    strobes = result.points[:, :, [survey.FIRST, survey.SECOND]]
     return period_of(strobes, max(1, window.periods // 2)).astype(np.float64)
 
 
-def _peak_displacement(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    lowest, highest = lanes.tallies[:, survey.LOWEST], lanes.tallies[:, survey.HIGHEST]
+def _peak_displacement(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    lowest, highest = result.tallies[:, survey.LOWEST], result.tallies[:, survey.HIGHEST]
     # A mass that is held at a wall all the time moves nowhere.
     still = ~np.isfinite(lowest)
-    return np.where(still, np.abs(lanes.state[:, columns.X]), np.maximum(-lowest, highest))
+    return np.where(still, np.abs(result.state[:, columns.X]), np.maximum(-lowest, highest))
 
 
-def _peak_impact_velocity(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    return lanes.tallies[:, survey.PEAK_SPEED].copy()
+def _peak_impact_velocity(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    return result.tallies[:, survey.PEAK_SPEED].copy()
 
 
-def _impacts(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    return np.asarray(lanes.tallies[:, survey.IMPACTS] / window.periods)
+def _impacts(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    return np.asarray(result.tallies[:, survey.IMPACTS] / window.periods)
 
 
-def _dissipated(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    lost = lanes.tallies[:, survey.LOST] + lanes.tallies[:, survey.DRAGGED]
+def _dissipated(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    lost = result.tallies[:, survey.LOST] + result.tallies[:, survey.DRAGGED]
     return np.asarray(lost / window.periods)
 
 
-def _largest(lanes: Lanes, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    return exponents_of(lanes, plan)[0]
+def _largest(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    return exponents_of(result, plan)[0]
 
 
-def _growth(lanes: Lanes, plan: Plan, window: Window) -> Floats:
+def _growth(result: BatchResult, plan: Plan, window: Window) -> Floats:
     """Fit a power law to the fastest impacts of stretches equal in log t."""
     duration = (plan.until - plan.since) * (window.transient + window.periods) / window.periods
     middle = np.sqrt(STRETCHES[1:] * STRETCHES[:-1])
     exponents = np.full(len(duration), np.nan)
-    for i, peaks in enumerate(lanes.peaks):
+    for i, peaks in enumerate(result.peaks):
         hit = peaks > 0.0
         exponents[i] = fit_power_law(middle[hit] * duration[i], peaks[hit]).exponent
     return exponents
@@ -210,26 +216,26 @@ MEASURES: dict[str, Measure] = {
 }
 
 
-def measure_lanes(
-    names: Sequence[str], group: LanesOf, window: Window, max_impacts: int
+def measure_group(
+    names: Sequence[str], group: Group, window: Window, max_impacts: int
 ) -> tuple[dict[str, Floats], dict[int, str], int]:
-    """Return the numbers of some lanes, why lanes have none, and how many impacts it took.
+    """Return the numbers of some motions, why some have none, and how many impacts it took.
 
     Parameters
     ----------
     names
         Keys of `MEASURES`.
     group
-        The lanes.
+        The motions.
     window
         When they are measured.
     max_impacts
-        Impacts after which a lane is given up.
+        Impacts after which a motion is given up.
 
     Returns
     -------
     tuple
-        (n,) arrays by name; reasons by the lane's place in the group; the number of impacts.
+        (n,) arrays by name; reasons by the motion's place in the group; the number of impacts.
     """
     n = len(group.which)
     values = {name: np.full(n, np.nan) for name in names}
@@ -237,13 +243,13 @@ def measure_lanes(
     n_impacts = 0
     for those in _together(names):
         plan = _plan(those, group, window, max_impacts)
-        lanes = follow_lanes(group.laws, group.which, group.starts, plan)
-        n_impacts += int(lanes.n_impacts.sum())
-        lost = _reasons(lanes, plan)
+        result = follow_batch(group.laws, group.which, group.starts, plan)
+        n_impacts += int(result.n_impacts.sum())
+        lost = _reasons(result, plan)
         reasons |= lost
         for name in those:
             measure = MEASURES[name]
-            values[name] = measure.value(lanes, plan, window)
+            values[name] = measure.value(result, plan, window)
             values[name][list(lost)] = np.nan
             if measure.without:
                 for i in np.flatnonzero(np.isnan(values[name])).tolist():
@@ -259,12 +265,12 @@ def _together(names: Sequence[str]) -> list[list[str]]:
     """
     if not any(MEASURES[name].strobed for name in names):
         return [list(names)]
-    apart = [name for name in names if MEASURES[name].neighboured]
-    rest = [name for name in names if name not in apart]
-    return [rest, apart] if apart else [rest]
+    alone = [name for name in names if MEASURES[name].neighboured]
+    rest = [name for name in names if name not in alone]
+    return [rest, alone] if alone else [rest]
 
 
-def _plan(names: Sequence[str], group: LanesOf, window: Window, max_impacts: int) -> Plan:
+def _plan(names: Sequence[str], group: Group, window: Window, max_impacts: int) -> Plan:
     period = group.laws[group.which, 0, PERIOD]
     t0 = group.starts[:, 2]
     asked = [MEASURES[name] for name in names]
@@ -282,10 +288,10 @@ def _plan(names: Sequence[str], group: LanesOf, window: Window, max_impacts: int
     return replace(plan, surveyed=surveyed, max_impacts=max_impacts, edges=edges)
 
 
-def _reasons(lanes: Lanes, plan: Plan) -> dict[int, str]:
+def _reasons(result: BatchResult, plan: Plan) -> dict[int, str]:
     found: dict[int, str] = {}
-    for status in np.unique(lanes.status):
+    for status in np.unique(result.status):
         reason = reason_of(int(status), plan)
         if reason is not None:
-            found |= {int(i): reason for i in np.flatnonzero(lanes.status == status)}
+            found |= {int(i): reason for i in np.flatnonzero(result.status == status)}
     return found

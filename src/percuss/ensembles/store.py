@@ -1,4 +1,4 @@
-"""Answers on disk, chunk by chunk, so that what was done outlives whoever did it.
+"""Answers on disk, chunk by chunk, so that what was done outlives the process that did it.
 
 A store is a Zarr group: an array for each column of the answer, in which each chunk of the job is
 a chunk, and ``done``, with a chunk of its own for each of them: its mark. The mark is two numbers,
@@ -27,7 +27,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,7 @@ __all__ = [
 ]  # fmt: skip
 
 FORMAT = 3
-# The finished result, for whoever only wants to look at it.
+# The finished result, for `load_store`.
 RESULT = "result.nc"
 # What says which study a store is of, and under what name it is written first.
 MARKER = "zarr.json"
@@ -133,7 +133,7 @@ class Chunks:
             rest = column.empty(self.chunk - (last - first))
             write_chunk(self.file(name, number), np.concatenate([values, rest]))
         if block.reasons:
-            opened_array(self.path / "reasons")[number] = reasons_as_bytes(block.reasons)
+            _opened(self.path / "reasons", "r+")[number] = reasons_as_bytes(block.reasons)
         mark = np.array([1 + block.n_impacts, time.time_ns() // 1000], dtype=np.int64)
         write_chunk(self.file("done", number), mark)
 
@@ -174,13 +174,13 @@ class Chunks:
             return Block(arrays)
         if read_chunk(reasons) is None:
             return None
-        text = bytes(opened_array(reasons.parents[2])[number]).rstrip(b"\0")
+        text = bytes(_opened(reasons.parents[2])[number]).rstrip(b"\0")
         return Block(arrays, {i: it for it, those in json.loads(text or "[]") for i in those})
 
     def answer(self) -> Answer:
         """Return what has been done; NaN and -1 elsewhere."""
         arrays = {
-            name: _room(self.path, column, self.size) for name, column in self.columns.items()
+            name: _array_for(self.path, column, self.size) for name, column in self.columns.items()
         }
         reasons: dict[int, str] = {}
         n_impacts, complete = 0, True
@@ -199,8 +199,8 @@ class Chunks:
         return Answer(arrays, dict(sorted(reasons.items())), n_impacts, complete=complete)
 
 
-def _room(path: Path, column: Column, size: int) -> NDArray[np.generic]:
-    """Return room for a column, in a nameless file beside it where memory has none."""
+def _array_for(path: Path, column: Column, size: int) -> NDArray[np.generic]:
+    """Return an array for a column, in a nameless file in the folder if memory is too small."""
     shape = (size, *column.tail)
     if too_large([size], math.prod(column.tail)) is None:
         return np.empty(shape, dtype=column.dtype)
@@ -479,12 +479,12 @@ def _check_description(path: Path, wanted: Mapping[str, Any]) -> None:
         raise OutputError(path, reason)
 
 
-def opened_array(path: Path) -> Any:
+def _opened(path: Path, mode: Literal["r", "r+"] = "r") -> Any:
     """Return the Zarr array in a folder."""
     # Half a second of import, which only who has a store should wait.
     import zarr
 
-    return zarr.open_array(str(path), mode="r+", zarr_format=3)
+    return zarr.open_array(str(path), mode=mode, zarr_format=3)
 
 
 def _make_arrays(path: Path, job: Job) -> None:
@@ -522,7 +522,7 @@ def _make_array(path: Path, about: dict[str, Any]) -> None:
     import zarr
 
     try:
-        found = opened_array(path)
+        found = _opened(path)
     except (OSError, ValueError, KeyError, TypeError):
         is_of_store = path.is_dir() and {it.name for it in path.iterdir()} <= {MARKER, "c"}
         if not _is_vacant(path) and not is_of_store:

@@ -1,4 +1,4 @@
-"""What a store tells of itself: how far it has come, and what it holds."""
+"""How far a store has come, and what it holds."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["load_store", "status_of_store", "stores_in"]
+__all__ = ["load_store", "rates_of", "status_of_store", "stores_in"]
 
 Floats = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ Floats = NDArray[np.float64]
 PAUSE, USUAL = 60.0, 20.0
 # A study of several parts has a folder of this name for each.
 PARTS = ("followed", "afresh")
-# The last so many chunks tell the rate.
+# The rate is that of the last so many chunks.
 RECENT = 200
 # What a column holds, by what Zarr calls it.
 _KINDS = {"float64": "f8", "int64": "i8"}
@@ -60,7 +60,7 @@ def status_of_store(path: str | Path) -> dict[str, Any]:
         rate of the last chunks, pauses left out, None where too few are done to tell; and
         ``seconds_since``, the time since the last chunk was finished, None where none is.
         ``running`` is False if it is complete or the last chunk is long ago against the usual
-        time of one; None if too few are done to tell. Whoever is killed leaves no other trace.
+        time of one; None if too few are done to tell. A killed process leaves no marker.
 
     Raises
     ------
@@ -221,7 +221,7 @@ def _status_of_part(path: Path) -> dict[str, Any]:
     sizes = np.full(len(marks), own["chunk"] * each)
     sizes[-1] = (own["size"] - own["chunk"] * (len(marks) - 1)) * each
     times = marks[done, 1] / 1e6
-    points, impacts = _rates(times, sizes[done], marks[done, 0] - 1)
+    points, impacts = rates_of(times, sizes[done], marks[done, 0] - 1)
     return {
         "study": own["study"],
         "version": own["version"],
@@ -237,7 +237,7 @@ def _status_of_part(path: Path) -> dict[str, Any]:
     }
 
 
-def _rates(
+def rates_of(
     times: Floats, points: NDArray[np.int64], impacts: NDArray[np.int64]
 ) -> tuple[float | None, float | None]:
     """Return points and impacts a second, from when the last chunks were finished."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.ensembles.batch import MOST_IMPACTS
 from percuss.ensembles.datasets import (
     attributes_of,
     dataset_of,
@@ -25,8 +26,7 @@ from percuss.ensembles.execution import Execution, Report, run_job
 from percuss.ensembles.fingerprint import fingerprint
 from percuss.ensembles.grid import Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension, too_large
-from percuss.ensembles.lanes import MOST_IMPACTS
-from percuss.ensembles.measures import MEASURES, Window, measure_lanes
+from percuss.ensembles.measures import MEASURES, Window, measure_group
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import survey
@@ -256,10 +256,10 @@ class Measured:
 
     def compute(self, first: int, last: int) -> Block:
         """Measure the points of a chunk."""
-        groups, faults = self.grid.lanes(first, last)
+        groups, faults = self.grid.groups(first, last)
         block = Block({name: Column().empty(last - first) for name in self.names}, dict(faults))
         for group in groups:
-            values, reasons, count = measure_lanes(self.names, group, self.window, self.max_impacts)
+            values, reasons, count = measure_group(self.names, group, self.window, self.max_impacts)
             for name in self.names:
                 block.arrays[name][group.rows] = values[name]
             block.reasons |= {int(group.rows[i]): text for i, text in reasons.items()}

@@ -26,7 +26,7 @@ _NEVER = np.zeros(1, dtype=np.int64)
 
 
 class UnwantedError(PercussError):
-    """Work was given up because nobody waits for it any more."""
+    """Work was given up because its result is not wanted any more."""
 
 
 def stop_flag() -> NDArray[np.int64]:
@@ -36,7 +36,7 @@ def stop_flag() -> NDArray[np.int64]:
 
 
 def check_wanted() -> None:
-    """Raise `UnwantedError` if nobody waits for the work of this thread any more.
+    """Raise `UnwantedError` if the result of this thread is not wanted any more.
 
     Examples
     --------
@@ -100,7 +100,7 @@ class Threads(futures.Executor):
             if future.set_running_or_notify_cancel():
                 try:
                     result = fn(*args, **kwargs)
-                except BaseException as error:  # noqa: BLE001  whoever waits is told
+                except BaseException as error:  # noqa: BLE001  the waiting thread raises it
                     future.set_exception(error)
                 else:
                     future.set_result(result)

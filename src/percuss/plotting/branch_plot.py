@@ -25,21 +25,19 @@ from percuss.plotting.style import (
     SKY_BLUE,
     VERMILION,
     Units,
-    axes_for,
-    fix_ticks,
-    style,
+    picture,
     units_of,
 )
 
 Floats = npt.NDArray[np.float64]
-Quantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
+BranchQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
 
 # Of several branches, in turn.
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE)
 # A stretch that is not drawn: its ends meet different numbers of stops, or their nearest turning
 # points are not the same one.
 GAP = -1
-# Slopes so many times those beside them are looked at for a turning point that vanishes.
+# Slopes so many times their neighbours are looked at for a turning point that vanishes.
 LEAP = 3.0
 # How the kinds of orbits are drawn, in the order of the legend.
 STABLE, UNSTABLE, FORMAL_STABLE, FORMAL_UNSTABLE = range(4)
@@ -78,7 +76,7 @@ def plot_branch(
     branch: Branch | Sequence[Branch],
     ax: Axes | None = None,
     *,
-    quantity: Quantity | None = None,
+    quantity: BranchQuantity | None = None,
     units: Units | None = None,
 ) -> Axes:
     """Draw a branch: stable orbits solid, unstable ones dashed, those that are not physical faint.
@@ -114,8 +112,7 @@ def plot_branch(
     has_impacts = all(each.impact_velocity.shape[1] > 0 for each in branches)
     name = quantity or ("impact_velocity" if has_impacts else "grazing_margin")
     columns = [_values(each, name) for each in branches]
-    with style():
-        ax = axes_for(ax)
+    with picture(ax) as ax:
         for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
             breaks = _breaks(each, name)
             _draw(ax, each, values, COLOURS[k % len(COLOURS)], breaks)
@@ -126,7 +123,6 @@ def plot_branch(
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
         _mark(ax, branches, columns)
         _explain(ax, BLACK if len(branches) > 1 else None)
-        fix_ticks(ax)
     return ax
 
 
@@ -141,27 +137,27 @@ def _branches(given: Branch | Sequence[Branch]) -> list[Branch]:
     return found
 
 
-def _breaks(branch: Branch, name: Quantity) -> npt.NDArray[np.bool_]:
-    """Tell between which neighbouring rows a quantity does not go on as it was."""
+def _breaks(branch: Branch, name: BranchQuantity) -> npt.NDArray[np.bool_]:
+    """Return between which neighbouring rows a quantity is discontinuous."""
     if name == "multiplier":
         return np.zeros(len(branch) - 1, dtype=np.bool_)
     met = (~np.isnan(branch.impact_velocity)).sum(axis=1)
     breaks = np.diff(met) != 0
     if name == "grazing_margin":
         for row in np.flatnonzero(_leaps(branch)).tolist():
-            # A turning point that is the nearest vanishes with another one beside it.
+            # A turning point that is the nearest vanishes with a neighbour.
             breaks[row] |= _turns(branch[row]) != _turns(branch[row + 1])
     return np.asarray(breaks)
 
 
 def _leaps(branch: Branch) -> npt.NDArray[np.bool_]:
-    """Tell between which rows the distance to grazing changes much faster than beside them."""
+    """Return between which rows the distance to grazing changes much faster than around them."""
     margin = np.where(np.isfinite(branch.grazing_margin), branch.grazing_margin, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         slopes = np.abs(np.diff(margin) / np.diff(branch.arclength))
     slopes = np.nan_to_num(slopes, nan=0.0, posinf=0.0)
-    beside = np.concatenate([[0.0], slopes, [0.0]])
-    return np.asarray(slopes > LEAP * np.maximum(beside[:-2], beside[2:]))
+    around = np.concatenate([[0.0], slopes, [0.0]])
+    return np.asarray(slopes > LEAP * np.maximum(around[:-2], around[2:]))
 
 
 def _turns(orbit: PeriodicOrbit) -> int:
@@ -200,7 +196,7 @@ def _explain(ax: Axes, colour: str | None) -> None:
     ax.legend(shown, order, loc="best")
 
 
-def _values(branch: Branch, name: Quantity) -> Floats:
+def _values(branch: Branch, name: BranchQuantity) -> Floats:
     if name == "impact_velocity":
         if branch.impact_velocity.shape[1] == 0:
             raise ParameterError("quantity", name, "the orbits have no impacts")
@@ -217,7 +213,7 @@ def _values(branch: Branch, name: Quantity) -> Floats:
     raise ParameterError("quantity", name, reason)
 
 
-def _label(name: Quantity, units: Units, branches: list[Branch]) -> str:
+def _label(name: BranchQuantity, units: Units, branches: list[Branch]) -> str:
     if name == "impact_velocity":
         # With sticking there is no least one, and a branch holds the largest.
         sticks = {math.isinf(each[0].n_impacts) for each in branches}
@@ -231,7 +227,7 @@ def _label(name: Quantity, units: Units, branches: list[Branch]) -> str:
 def _kinds(branch: Branch) -> npt.NDArray[np.int64]:
     """Return how the stretch from each row to the next is drawn.
 
-    A special point stands between two kinds: there the row beside it tells.
+    A special point stands between two kinds: there the neighbouring row decides.
     """
     stable = np.isin(branch.stability, ["asymptotic", "elliptic"])
     special = np.zeros(len(branch), dtype=np.bool_)
@@ -266,13 +262,13 @@ def _mark(ax: Axes, branches: list[Branch], columns: list[Floats]) -> None:
             if not np.isfinite(y):
                 continue
             ax.plot([x], [y], MARKERS[point.kind], color=BLACK, markersize=4.5)
-            beside = [
+            neighbours = [
                 kind
                 for u, w, kind in placed
                 if abs(x - u) < NEAR[0] * wide and abs(y - w) < NEAR[1] * high
             ]
-            if point.kind in beside:
-                # One label tells for all of a kind that stand together.
+            if point.kind in neighbours:
+                # One label serves all of a kind that stand together.
                 continue
             placed.append((x, y, point.kind))
             # Below the others, or near the axis above them.
@@ -281,7 +277,7 @@ def _mark(ax: Axes, branches: list[Branch], columns: list[Floats]) -> None:
             ax.annotate(
                 point.kind.replace("_", " "),
                 (x, y),
-                xytext=(-7.0 if on_right else 7.0, 3.0 + step * len(beside)),
+                xytext=(-7.0 if on_right else 7.0, 3.0 + step * len(neighbours)),
                 textcoords="offset points",
                 ha="right" if on_right else "left",
                 fontsize=9.0,

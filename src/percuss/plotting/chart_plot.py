@@ -20,9 +20,7 @@ from percuss.plotting.style import (
     BLACK,
     BLUE,
     Units,
-    axes_for,
-    fix_ticks,
-    style,
+    picture,
     units_of,
 )
 
@@ -79,8 +77,7 @@ def plot_chart(
     across, upwards = (str(dim) for dim in data[name].dims)
     values = data[name].transpose(upwards, across).to_numpy().astype(np.float64)
     scale = _periods(values) if name == "period" else _shades(values)
-    with style():
-        ax = axes_for(ax)
+    with picture(ax) as ax:
         x, y = (data[dim].to_numpy() for dim in (across, upwards))
         ax.set_facecolor(MISSING)
         ax.patch.set_hatch("////")
@@ -95,7 +92,6 @@ def plot_chart(
             set_label(path_label(data, dim, units))
         _add_bar(ax, data, name, scale, shown)
         _add_legend(ax, values)
-        fix_ticks(ax)
     return ax
 
 
@@ -134,8 +130,7 @@ def plot_sweep(
     (path,) = (str(dim) for dim in data[name].dims)
     order = np.argsort(data[path].to_numpy(), kind="stable")
     x, y = data[path].to_numpy()[order], data[name].to_numpy()[order]
-    with style():
-        ax = axes_for(ax)
+    with picture(ax) as ax:
         whole = name == "period" or len(x) < 20
         look = {"marker": ".", "linestyle": "none"} if whole else {"linewidth": 1.0}
         ax.plot(x, np.where(np.isfinite(y), y, np.nan), color=BLUE, **look)
@@ -143,7 +138,6 @@ def plot_sweep(
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
         ax.set_xlabel(path_label(data, path, units))
         ax.set_ylabel(_name_of(data, name))
-        fix_ticks(ax)
     return ax
 
 
@@ -205,8 +199,8 @@ def _shades(values: Floats) -> _Scale:
     if low == high:
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
     # Rounding beyond the ends is no number beyond them.
-    room = 1e-9 * (high - low)
-    below, above = bool((finite < low - room).any()), bool((finite > high + room).any())
+    tolerance = 1e-9 * (high - low)
+    below, above = bool((finite < low - tolerance).any()), bool((finite > high + tolerance).any())
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max"}.get(
         (below, above), "both"
     )
@@ -216,7 +210,7 @@ def _shades(values: Floats) -> _Scale:
 
 
 def _add_legend(ax: Axes, values: Floats) -> None:
-    """Tell what has no number in the colour bar."""
+    """Explain what has no number in the colour bar."""
     handles = []
     if np.isneginf(values).any():
         handles.append(Patch(color=MINUS_INFINITY, label="minus infinity"))
@@ -243,5 +237,5 @@ def _name_of(data: xr.Dataset, name: str) -> str:
     dimensions = str(data[name].attrs.get("units", "1"))
     words = name.replace("_", " ").replace("lyapunov", "Lyapunov")
     if name == "period":
-        return "forcing periods of a round"
+        return "forcing periods of the orbit"
     return words if dimensions == "1" else f"{words} [{dimensions}]"

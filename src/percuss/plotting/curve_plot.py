@@ -19,9 +19,7 @@ from percuss.plotting.style import (
     GREEN,
     ORANGE,
     VERMILION,
-    fix_ticks,
-    new_figure,
-    style,
+    picture,
 )
 
 __all__ = ["plot_curves"]
@@ -88,22 +86,20 @@ def plot_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None) -> Axes
         if curve.paths != paths:
             reason = f"not over the parameters of the first, {paths[0]} and {paths[1]}"
             raise ParameterError("curves", curve.paths, reason)
-    with style():
-        ax = new_figure(*SIZE).add_subplot() if ax is None else ax
+    with picture(ax, SIZE) as ax:
         for curve in several:
             _draw(ax, curve)
         ax.set_xlabel(paths[0])
         ax.set_ylabel(paths[1])
         _explain(ax)
         _mark(ax, several)
-        fix_ticks(ax)
     return ax
 
 
 def _draw(ax: Axes, curve: Curve) -> None:
     look = dict(LOOKS[curve.kind])
     label = look.pop("label")
-    # Curves that touch are told apart by drawing grazing, which most others touch, below.
+    # Curves that touch stay distinct by drawing grazing, which most others touch, below.
     order = 1.9 if curve.kind == "grazing" else 2.0
     for first, last, physical in _stretches(curve):
         known = set(ax.get_legend_handles_labels()[1])
@@ -120,7 +116,7 @@ def _draw(ax: Axes, curve: Curve) -> None:
 def _stretches(curve: Curve) -> list[tuple[int, int, bool]]:
     """Return first and last row and kind of each stretch that is drawn in one way.
 
-    A point of codimension two stands between two kinds: there the rows beside it tell.
+    A point of codimension two stands between two kinds: there the neighbouring rows decide.
     """
     special = np.zeros(len(curve), dtype=np.bool_)
     special[[point.row for point in curve.special_points]] = True
@@ -161,14 +157,14 @@ def _mark(ax: Axes, curves: Sequence[Curve]) -> None:
             ax.plot(*at, MARKERS[point.kind], color=BLACK, mfc=GREEN, markersize=5.5, zorder=3.0)
     for i, (at, names) in enumerate(places):
         others = [there for there, _ in places[:i]]
-        beside = sum(bool((abs(there - at) < NEAR * size).all()) for there in others)
+        nearby = sum(bool((abs(there - at) < NEAR * size).all()) for there in others)
         part = (at - [left, bottom]) / size
         on_right, low = part[0] > RIGHT, part[1] < LOW
-        way = 1.0 if low else -1.0
+        sign = 1.0 if low else -1.0
         ax.annotate(
-            ", ".join(_told(names)),
+            ", ".join(_shown_names(names)),
             (float(at[0]), float(at[1])),
-            xytext=(-7.0 if on_right else 7.0, way * (4.0 + LINE * beside)),
+            xytext=(-7.0 if on_right else 7.0, sign * (4.0 + LINE * nearby)),
             textcoords="offset points",
             ha="right" if on_right else "left",
             va="bottom" if low else "top",
@@ -177,7 +173,7 @@ def _mark(ax: Axes, curves: Sequence[Curve]) -> None:
         )
 
 
-def _told(names: list[str]) -> list[str]:
+def _shown_names(names: list[str]) -> list[str]:
     """Return the names of a place: a resonant graze is on curves of all three kinds."""
     if RESONANT not in names:
         return names

@@ -20,9 +20,7 @@ from percuss.plotting.style import (
     GREEN,
     VERMILION,
     Units,
-    axes_for,
-    fix_ticks,
-    style,
+    picture,
     units_of,
 )
 
@@ -98,8 +96,7 @@ def plot_diagram(
     columns = _columns(x)
     layers = _layers(counts)
     norm = LogNorm(1, max(2, *(int(count.max()) for count in layers.values())))
-    with style():
-        ax = axes_for(ax)
+    with picture(ax) as ax:
         rows = np.linspace(low, high, ROWS + 1)
         middles = 0.5 * (rows[1:] + rows[:-1])
         draw_cells(ax, columns, middles, _coloured(layers, norm))
@@ -116,7 +113,6 @@ def plot_diagram(
                 ncols=len(used),
                 borderaxespad=0.2,
             )
-        fix_ticks(ax)
     return ax
 
 
@@ -140,8 +136,8 @@ def _range(groups: dict[str, Floats]) -> tuple[float, float]:
     inner, outer = (float(q) for q in np.percentile(every, [SHARE, 100.0 - SHARE]))
     if high - low > FAR_OUT * (outer - inner) > 0.0:
         low, high = inner, outer
-    room = 0.03 * (high - low) or 0.5 * (abs(high) or 1.0)
-    return low - room, high + room
+    margin = 0.03 * (high - low) or 0.5 * (abs(high) or 1.0)
+    return low - margin, high + margin
 
 
 def _columns(x: Floats) -> Floats:

@@ -2,37 +2,35 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from percuss.errors import ParameterError
 from percuss.orbits.families.branch import Branch
-from percuss.plotting.enclosed_orbit import draw_certified_orbit, log10_radii
-from percuss.plotting.enclosed_points import draw_certified_points
-from percuss.plotting.stops import CONTACT_STYLE, GRAZE_STYLE, draw_stops, stop_places
+from percuss.plotting.branch_plot import plot_branch
+from percuss.plotting.marks import CONTACT_STYLE, GRAZE_STYLE, draw_jumps, draw_stops, stop_places
 from percuss.plotting.style import (
     BLACK,
     BLUE,
     GREEN,
     GREY,
+    VERMILION,
     Units,
-    draw_legend,
     fix_ticks,
-    new_figure,
-    style,
+    picture,
     units_of,
 )
 
 if TYPE_CHECKING:
     # Needs python-flint; a picture of what was proven is asked for where that is there.
-    from percuss.certified import Balls, CertifiedOrbit, CertifiedPoint, CertifiedRun
-
-__all__ = ["plot_enclosure"]
+    from percuss.certified import Balls, CertifiedOrbit, CertifiedPoint, CertifiedRun, ComplexBall
 
 Floats = npt.NDArray[np.float64]
 
@@ -42,6 +40,13 @@ MOST_POINTS, MOST_BETWEEN = 6000, 48
 LARGEST_MARK, LEAST_MARK, APART = 3.5, 1.0, 50
 # Parts of the height: of the radii below, and free between them and the motion.
 RADII, FREE = 0.36, 0.06
+# Points of each flight.
+POINTS = 160
+LOG10_2 = float(np.log10(2.0))
+# Multipliers are drawn up to here, and balls no smaller than this part of the picture.
+MOST, LEAST = 3.0, 0.025
+# How many characters of a number stand in the picture.
+MOST_DIGITS = 15
 
 
 def plot_enclosure(
@@ -53,7 +58,7 @@ def plot_enclosure(
 ) -> Axes:
     """Draw what was certified, and the logarithm of its proven radius.
 
-    The radii are those of the balls, far below what a float can tell. In a motion over time a
+    The radii are those of the balls, far below what a float resolves. In a motion over time a
     straight rise is an error that grows exponentially, as in chaos. An orbit is drawn as a phase
     portrait, with its multipliers in the plane: those that are certain to lie inside of the unit
     circle are blue, those outside of it red, and those whose ball touches it black.
@@ -105,8 +110,7 @@ def _draw_run(proven: CertifiedRun, ax: Axes | None, units: Units | None) -> Axe
     units = units_of(units)
     t = _times(proven)
     x, _ = proven(t)
-    with style():
-        is_alone, ax = ax is None, new_figure(8.0, 4.8).add_subplot() if ax is None else ax
+    with picture(ax, (8.0, 4.8), legend=True) as ax:
         ax.plot(t, x.mid(), color=BLUE, linewidth=1.1, label="motion")
         draw_stops(ax, cast("Any", proven), x.mid(), "y")
         _draw_rest(ax, proven, t)
@@ -120,11 +124,8 @@ def _draw_run(proven: CertifiedRun, ax: Axes | None, units: Units | None) -> Axe
         ax.set_xlabel(f"time $t$ ({units.duration})")
         ax.set_ylabel(f"displacement $x$\n({units.displacement})", loc="top")
         lower.set_ylabel("log$_{10}$ of radius", color=GREEN, loc="bottom")
-        for axes in (ax, lower):
-            fix_ticks(axes)
+        fix_ticks(lower)
         lower.tick_params(axis="y", colors=GREEN)
-        if is_alone:
-            draw_legend(ax.figure, [ax, lower])
     return ax
 
 
@@ -190,3 +191,197 @@ def _share_the_height(ax: Axes, lower: Axes) -> None:
     lower.spines["right"].set_visible(True)
     lower.spines["right"].set_color(GREEN)
     lower.axhline(bottom + (top - bottom) * (1.0 + 0.5 * FREE / RADII), color=GREY, linewidth=0.5)
+
+
+def draw_certified_orbit(proven: CertifiedOrbit, ax: Axes | None, units: Units) -> Axes:
+    """Draw an orbit on the left part of axes, radius and multipliers on the right.
+
+    Raises
+    ------
+    ParameterError
+        If it is not proven, or sticks.
+    """
+    if not proven.is_drawable:
+        reason = "not proven" if not proven.exists else "an orbit with contacts"
+        hint = "percuss.certify(orbit.trajectory()) can be drawn"
+        raise ParameterError("proven", proven, f"{reason}; {hint}")
+    times = _orbit_times(proven)
+    x, v = proven(np.concatenate(times))
+    ends = np.cumsum([len(part) for part in times])[:-1]
+    with picture(ax, (9.0, 4.4), legend=True) as ax:
+        upper, lower = _beside(ax)
+        gaps = np.split(x.mid(), ends), np.split(v.mid(), ends)
+        for k, (xs, vs) in enumerate(zip(*gaps, strict=True)):
+            ax.plot(xs, vs, color=BLUE, linewidth=1.4, label="orbit" if k == 0 else None)
+        impacts = proven.impacts
+        jumps = impacts.v_before.mid() != impacts.v_after.mid()
+        if jumps.any():
+            places = stop_places(cast("Any", proven), impacts.stop[jumps])
+            draw_jumps(ax, places, impacts.v_before.mid()[jumps], impacts.v_after.mid()[jumps])
+        draw_stops(ax, cast("Any", proven), x.mid(), "x")
+        ax.set_xlabel(f"displacement $x$ ({units.displacement})")
+        ax.set_ylabel(f"velocity $v$ ({units.velocity})")
+        ax.set_title(_title(proven))
+        _draw_orbit_radii(lower, times, (x, v), units)
+        _draw_multipliers(upper, proven)
+        for axes in (upper, lower):
+            fix_ticks(axes)
+    return ax
+
+
+def _title(proven: CertifiedOrbit) -> str:
+    known = {
+        True: "passes through no stop",
+        False: "passes through a stop",
+        None: "may pass through a stop",
+    }
+    alone = "alone with these events" if proven.isolated else "one of a family"
+    stability = proven.stability
+    if stability == "undecided":
+        stability = "stability undecided"
+    return f"proven: {alone}, {known[proven.admissible]}, {stability}"
+
+
+def _beside(ax: Axes) -> tuple[Axes, Axes]:
+    """Give the right part of the axes to two others, one above the other."""
+    figure, spec = ax.get_figure(), ax.get_subplotspec()
+    assert figure is not None
+    if spec is None:
+        return ax.inset_axes((1.25, 0.55, 0.7, 0.45)), ax.inset_axes((1.25, 0.0, 0.7, 0.4))
+    parts = spec.subgridspec(1, 2, width_ratios=(1.35, 1.0))
+    ax.set_subplotspec(parts[0])
+    right = parts[1].subgridspec(2, 1, height_ratios=(1.35, 1.0))
+    return figure.add_subplot(right[0]), figure.add_subplot(right[1])
+
+
+def _orbit_times(proven: CertifiedOrbit) -> list[Floats]:
+    """Return times of each flight, inside of it for certain."""
+    period, first = proven.period.mid(), proven.t0.mid()
+    states = proven._motion.states if proven._motion is not None else []
+    cuts = np.array([float(t) for t, _ in states] or [first])
+    cuts = np.append(cuts, cuts[0] + period)
+    parts = []
+    for low, high in itertools.pairwise(cuts):
+        inset = 1e-7 * (high - low)
+        parts.append(np.linspace(low + inset, high - inset, POINTS))
+    return parts
+
+
+def log10_radii(balls: Balls) -> Floats:
+    """Return log10 of the radii, also of those far below the least float; NaN where it is 0."""
+    found = np.full(len(balls), np.nan)
+    for i, ball in enumerate(balls.arbs):
+        radius = ball.rad()
+        if ball.is_finite() and not radius.is_zero():
+            mantissa, exponent = radius.man_exp()
+            found[i] = float(np.log10(float(int(mantissa)))) + int(exponent) * LOG10_2
+    return found
+
+
+def _draw_orbit_radii(
+    ax: Axes, times: list[Floats], balls: tuple[Balls, Balls], units: Units
+) -> None:
+    t = np.concatenate(times)
+    since = t - t[0]
+    for column, name, look in zip(balls, ("x", "v"), ("-", (0, (4, 2))), strict=True):
+        ax.plot(since, log10_radii(column), color=GREEN, linewidth=1.1, linestyle=look,
+                label=f"radius of ${name}$")  # fmt: skip
+    for part in times[1:]:
+        ax.axvline(part[0] - t[0], color=BLUE, linewidth=0.8, linestyle=(0, (3, 2)), zorder=0.5)
+    ax.set_xlim(0.0, since[-1])
+    ax.yaxis.set_major_locator(MaxNLocator(4))
+    ax.set_xlabel(f"time ({units.duration})")
+    ax.set_ylabel("log$_{10}$ of radius")
+
+
+def _radius(ball: ComplexBall) -> float:
+    """Return how far a number can be from the middle of its ball."""
+    value = ball.acb
+    return float(np.hypot(float(value.real.rad()), float(value.imag.rad())) * (1.0 + 1e-12))
+
+
+def _draw_multipliers(ax: Axes, proven: CertifiedOrbit) -> None:
+    """Draw the unit circle and the multipliers, with their radii in words."""
+    values = [ball.mid() for ball in proven.multipliers]
+    radii = [_radius(ball) for ball in proven.multipliers]
+    far = max([1.0, *(max(abs(value.real), abs(value.imag)) for value in values)])
+    edge = 1.25 * min(far, MOST)
+    ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY, linewidth=1.0, zorder=1.0))
+    for draw in (ax.axhline, ax.axvline):
+        draw(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+    for value, radius in zip(values, radii, strict=True):
+        outside = abs(value) - radius > 1.0
+        colour = VERMILION if outside else BLUE if abs(value) + radius < 1.0 else BLACK
+        shown = complex(np.clip(value.real, -edge, edge), np.clip(value.imag, -edge, edge))
+        size = max(radius, LEAST * edge)
+        ax.add_patch(Circle((shown.real, shown.imag), size, color=colour, zorder=3.0))
+        if shown != value:
+            ax.annotate(f"{value.real:.3g}", (shown.real, shown.imag), (0.0, 6.0),
+                        textcoords="offset points", ha="right", fontsize="small")  # fmt: skip
+    ax.set_xlim(-edge, edge)
+    ax.set_ylim(-edge, edge)
+    ax.set_aspect("equal")
+    largest = max(radii)
+    ax.set_xlabel(f"multipliers, radius at most {largest:.0e}" if largest else "multipliers, exact")
+
+
+def draw_certified_points(
+    points: Sequence[CertifiedPoint], branch: Branch | None, ax: Axes | None, units: Units
+) -> Axes:
+    """Draw a branch with its proven special points, and below it the radii of their balls.
+
+    Raises
+    ------
+    ParameterError
+        If the branch is missing, or is over another parameter.
+    """
+    from percuss.certified import Balls
+
+    if branch is None:
+        raise ParameterError("branch", branch, "the branch of the special points is needed")
+    paths = sorted({point.path for point in points} | {branch.path})
+    if any(point.point.path != branch.path for point in points):
+        raise ParameterError("branch", branch, f"over another parameter: {' and '.join(paths)}")
+    proven = [point for point in points if point.exists]
+    with picture(ax, (8.0, 5.2)) as ax:
+        spec, figure = ax.get_subplotspec(), ax.get_figure()
+        if spec is None or figure is None:
+            raise ParameterError("ax", ax, "not a subplot of a figure")
+        parts = spec.subgridspec(2, 1, height_ratios=(2.6, 1.0))
+        ax.set_subplotspec(parts[0])
+        lower = figure.add_subplot(parts[1], sharex=ax)
+        plot_branch(branch, ax, units=units)
+        ax.set_xlabel("")
+        ax.tick_params(labelbottom=False)
+        values = np.array([point.value.mid() for point in proven])
+        radii = log10_radii(Balls.of(point.value.arb for point in proven))
+        for value in values:
+            for axes in (ax, lower):
+                axes.axvline(value, color=GREY, linewidth=0.6, zorder=0.4)
+        shown = ~np.isnan(radii)
+        lower.plot(values[shown], radii[shown], "o", color=GREEN, markersize=5.0)
+        low = float(radii[shown].min()) - 1.0 if shown.any() else -1.0
+        high = float(radii[shown].max()) + 1.5 if shown.any() else 1.0
+        lower.set_ylim(low, high)
+        for k, (point, radius) in enumerate(zip(proven, radii, strict=True)):
+            place = (point.value.mid(), radius if np.isfinite(radius) else low)
+            _write(lower, point, place, k)
+        for point in points:
+            if not point.exists:
+                lower.plot([point.point.value], [low], "x", color=GREY, clip_on=False)
+        if not points:
+            lower.text(0.5, 0.5, "no special points", transform=lower.transAxes, ha="center")
+            lower.set_yticks([])
+        lower.set_xlabel(branch.path)
+        lower.set_ylabel("log$_{10}$ of radius", color=GREEN)
+        fix_ticks(lower)
+    return ax
+
+
+def _write(ax: Axes, point: CertifiedPoint, place: tuple[float, float], k: int) -> None:
+    """Write the number beside its mark, on the side where there is room."""
+    low, high = ax.get_xlim()
+    right = place[0] < 0.5 * (low + high)
+    text = point.value.text(MOST_DIGITS) if point.value.radius() else f"{point.value.mid():.15g}"
+    ax.annotate(text, place, (6.0 if right else -6.0, 4.0 + 9.0 * (k % 2)),
+                textcoords="offset points", ha="left" if right else "right", fontsize="x-small")  # fmt: skip

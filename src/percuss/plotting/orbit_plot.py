@@ -1,4 +1,4 @@
-"""The phase portrait of a periodic orbit."""
+"""A periodic orbit in the phase plane, and Floquet multipliers in the complex plane."""
 
 from __future__ import annotations
 
@@ -7,16 +7,31 @@ import math
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Circle
 
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
+from percuss.orbits.families.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
-from percuss.plotting.jumps import draw_jumps
+from percuss.plotting.marks import draw_jumps, draw_rest_points, draw_stops, stop_places
 from percuss.plotting.samples import Curve, sample_curve, window_of
-from percuss.plotting.stops import draw_rest_points, draw_stops, stop_places
-from percuss.plotting.style import BLUE, Units, axes_for, draw_legend, fix_ticks, style, units_of
+from percuss.plotting.style import (
+    BLUE,
+    GREY,
+    VERMILION,
+    Units,
+    picture,
+    units_of,
+)
 
 Floats = npt.NDArray[np.float64]
+
+# Far beyond the circle a multiplier would shrink it: it is shown at the edge instead.
+MOST = 3.0
+COLOURS = "viridis"
+# Of a new figure: the circle is round [inch].
+SIZE = (5.4, 4.4)
 
 
 def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | None = None) -> Axes:
@@ -37,7 +52,7 @@ def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | N
     Returns
     -------
     Axes
-        The axes; the title tells impacts, periods, stability. Those of a new figure have a
+        The axes; the title gives impacts, periods, stability. Those of a new figure have a
         legend.
 
     Raises
@@ -51,8 +66,7 @@ def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | N
     run = orbit.trajectory()
     low, high = window_of(run, None)
     curve = sample_curve(run, (low, high))
-    with style():
-        is_alone, ax = ax is None, axes_for(ax)
+    with picture(ax, legend=True) as ax:
         t, x, v = _broken_at_jumps(curve)
         beyond = _beyond(orbit, t, x)
         ax.plot(np.where(beyond, np.nan, x), v, color=BLUE, linewidth=1.5, label="orbit")
@@ -71,9 +85,6 @@ def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | N
         ax.set_xlabel(f"displacement $x$ ({units.displacement})")
         ax.set_ylabel(f"velocity $v$ ({units.velocity})")
         ax.set_title(_title(orbit, units))
-        fix_ticks(ax)
-        if is_alone:
-            draw_legend(ax.figure, [ax])
     return ax
 
 
@@ -93,7 +104,7 @@ def _broken_at_jumps(curve: Curve) -> tuple[Floats, Floats, Floats]:
 
 
 def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> npt.NDArray[np.bool_]:
-    """Tell which samples of a formal orbit lie beyond a stop while it passes through that."""
+    """Return which samples of a formal orbit lie beyond a stop that it passes through."""
     found = np.zeros(len(x), dtype=np.bool_)
     if orbit.admissible:
         return found
@@ -108,3 +119,135 @@ def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> npt.NDArray[np.bool_]
             if np.nanmin(t[first:last]) <= instant <= np.nanmax(t[max(first - 1, 0) : last + 1]):
                 found[first:last] = True
     return found
+
+
+def plot_multipliers(what: PeriodicOrbit | Branch, ax: Axes | None = None) -> Axes:
+    """Draw the multipliers of an orbit, or of a branch along its parameter, and the unit circle.
+
+    Those with a real or imaginary part beyond 3 stand as triangles at the edge.
+
+    Parameters
+    ----------
+    what
+        A periodic orbit, or a branch of them, whose points are coloured by the parameter.
+    ax
+        Axes to draw on; default: those of a new figure.
+
+    Returns
+    -------
+    Axes
+        The axes.
+
+    Raises
+    ------
+    ParameterError
+        If it is neither.
+    """
+    if not isinstance(what, PeriodicOrbit | Branch):
+        raise ParameterError("what", what, "neither a PeriodicOrbit nor a Branch")
+    values = what.multipliers if isinstance(what, Branch) else what.multipliers[None]
+    far = max(1.0, float(np.abs(np.stack([values.real, values.imag])).max(initial=0.0)))
+    edge = 1.12 * min(far, MOST)
+    with picture(ax, SIZE) as ax:
+        ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY, linewidth=1.0, zorder=1.0))
+        ax.axhline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+        ax.axvline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
+        if isinstance(what, Branch):
+            _draw_branch(ax, what, edge)
+        else:
+            _draw_orbit(ax, values[0], edge)
+        ax.set_xlim(-edge, edge)
+        ax.set_ylim(-edge, edge)
+        ax.set_aspect("equal")
+        ax.set_xlabel("real part of the multiplier")
+        ax.set_ylabel("imaginary part of the multiplier")
+    return ax
+
+
+def _draw_orbit(ax: Axes, values: npt.NDArray[np.complex128], edge: float) -> None:
+    inside = np.abs(values) <= 1.0
+    for chosen, colour, label in (
+        (inside, BLUE, "in or on the circle"),
+        (~inside, VERMILION, "outside"),
+    ):
+        if chosen.any():
+            x, y, beyond = _placed(values[chosen], edge)
+            ax.plot(x, y, "o", color=colour, markersize=6.0, label=label, zorder=3.0)
+            _point_out(ax, values[chosen][beyond], x[beyond], y[beyond], colour)
+    _explain(ax)
+
+
+def _draw_branch(ax: Axes, branch: Branch, edge: float) -> None:
+    low, high = float(branch.values.min()), float(branch.values.max())
+    lines = None
+    for column in _followed(branch.multipliers).T:
+        x, y, _ = _placed(column, edge)
+        points = np.column_stack([x, y])
+        pieces = np.stack([points[:-1], points[1:]], axis=1)
+        # Through infinity, at a graze, it comes back from the other side.
+        joined = np.hypot(*(points[1:] - points[:-1]).T) < edge
+        # Where a pair becomes real it meets on the axis, between two orbits.
+        joined &= (y[1:] == 0.0) == (y[:-1] == 0.0)
+        lines = LineCollection(list(pieces[joined]), cmap=COLOURS, linewidths=2.2, zorder=2.5)
+        lines.set_array(0.5 * (branch.values[:-1] + branch.values[1:])[joined])
+        lines.set_clim(low, high)
+        ax.add_collection(lines)
+        # The orbits themselves: between them the line is a chord.
+        ax.scatter(x, y, s=7.0, c=branch.values, cmap=COLOURS, vmin=low, vmax=high, zorder=2.6)
+    for row, marker, label in ((0, "o", "first orbit"), (-1, "s", "last orbit")):
+        x, y, _ = _placed(branch.multipliers[row], edge)
+        ax.plot(
+            x, y, marker, markersize=5.5, markerfacecolor="white", markeredgecolor=GREY,
+            label=label, zorder=3.0,
+        )  # fmt: skip
+    figure = ax.figure
+    if lines is not None:
+        figure.colorbar(lines, ax=ax, label=branch.path)
+    _explain(ax)
+
+
+def _explain(ax: Axes) -> None:
+    """Put the legend above the axes: inside it would lie on the circle."""
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+
+
+def _followed(values: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex128]:
+    """Return pairs in such an order that each column goes on where it was."""
+    found = values.copy()
+    for row in range(1, len(found)):
+        straight = np.abs(found[row] - found[row - 1]).sum()
+        crossed = np.abs(found[row, ::-1] - found[row - 1]).sum()
+        if crossed < straight:
+            found[row] = found[row, ::-1].copy()
+    return found
+
+
+def _placed(
+    values: npt.NDArray[np.complex128], edge: float
+) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
+    """Return where values are drawn, and which of them lie beyond the picture."""
+    inner = 0.97 * edge
+    beyond = np.maximum(np.abs(values.real), np.abs(values.imag)) > edge
+    limit = np.where(beyond, inner, math.inf)
+    return (
+        np.clip(values.real, -limit, limit),
+        np.clip(values.imag, -limit, limit),
+        np.asarray(beyond),
+    )
+
+
+def _point_out(
+    ax: Axes, values: npt.NDArray[np.complex128], x: Floats, y: Floats, colour: str
+) -> None:
+    """Mark values beyond the picture with a triangle that points to them, and with the value."""
+    for value, place, height in zip(values, x, y, strict=True):
+        marker = ">" if value.real > 0.0 else "<"
+        ax.plot([place], [height], marker, color=colour, markersize=8.0, zorder=3.0)
+        ax.annotate(
+            f"{value.real:.4g}",
+            (place, height),
+            xytext=(0.0, 9.0),
+            textcoords="offset points",
+            ha="right" if value.real > 0.0 else "left",
+            fontsize=9.0,
+        )

@@ -1,7 +1,8 @@
-"""Response charts: amplitude or impact velocity of all families over one parameter."""
+"""Response charts: branches over the frequency with their labels, and the velocity gap."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -14,7 +15,7 @@ from percuss.errors import ParameterError
 from percuss.orbits.families.branch import Branch
 from percuss.orbits.responses.response import CLOSED, Response
 from percuss.orbits.responses.response_table import kinds_of
-from percuss.plotting.family_labels import place_labels
+from percuss.orbits.responses.velocity_gap import VelocityGap
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -25,15 +26,13 @@ from percuss.plotting.style import (
     SKY_BLUE,
     VERMILION,
     Units,
-    axes_for,
-    fix_ticks,
-    style,
+    picture,
     units_of,
 )
 
 Floats = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
-Quantity: TypeAlias = Literal["amplitude", "largest_displacement", "impact_velocity"]
+ResponseQuantity: TypeAlias = Literal["amplitude", "largest_displacement", "impact_velocity"]
 
 WORDS = {
     "amplitude": "amplitude, half peak to peak",
@@ -61,15 +60,28 @@ MARK: dict[str, Any] = {
     "markeredgewidth": 0.7,
 }
 OTHER: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 3.5, "color": GREY}
-# Room above the highest physical orbit.
-ROOM = 1.08
+# Space above the highest physical orbit.
+HEADROOM = 1.08
 # Ratio of the ends of a wide range.
 WIDE = 4.0
+Label = tuple[str, str, Floats, npt.NDArray[np.bool_]]
+
+SIZE = 8.5
+# Width of a letter and height of a line, as parts of the size of the font.
+LETTER, HIGH = 0.56, 1.15
+# Points of a curve at which its label is tried, and distances of its middle from them [lines].
+TRIED, DISTANCES = 48, (0.95, 1.5, 2.3)
+DIRECTIONS = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, 1), (1, -1), (-1, -1))
+# Curves are taken as points at most so far apart; points farther than the second are two curves.
+DENSE, TORN = 2.5, 80.0
+# What it costs to cover a point of a curve, to be a line farther off, to stand at a worse place,
+# and to stand at the foot of a curve and not at its top.
+COVERED, FARTHER, WORSE, FOOT = 1.0, 0.4, 3.0, 2.0
 
 
 def plot_response(
     response: Response,
-    quantity: Quantity = "amplitude",
+    quantity: ResponseQuantity = "amplitude",
     ax: Axes | None = None,
     *,
     log_x: bool | None = None,
@@ -80,7 +92,7 @@ def plot_response(
 ) -> Axes:
     """Draw a response chart: stable orbits solid, unstable ones dashed, formal ones faint.
 
-    Each kind of orbit is labelled once, (impacts, forcing periods); the colour tells the periods.
+    Each kind of orbit is labelled once, (impacts, forcing periods); the colour shows the periods.
     Special points of physical orbits are marked, and attractors of other kinds, as with sticking
     or without a period, are dots.
 
@@ -120,8 +132,7 @@ def plot_response(
     units = units_of(units)
     unit = units.velocity if quantity == "impact_velocity" else units.displacement
     columns: tuple[Floats, ...] = getattr(response, quantity)
-    with style():
-        ax = axes_for(ax)
+    with picture(ax) as ax:
         for branch, values in zip(response.branches, columns, strict=True):
             _draw(ax, branch, values, formal=formal)
         _mark(ax, response, columns)
@@ -134,7 +145,6 @@ def plot_response(
         _label(ax, response, columns)
         if legend:
             _explain(ax, response, formal=formal)
-        fix_ticks(ax)
     return ax
 
 
@@ -163,7 +173,7 @@ def _draw(ax: Axes, branch: Branch, values: Floats, *, formal: bool) -> None:
 
 
 def _between_rows(branch: Branch, flags: Flags) -> Flags:
-    """Return what each stretch between two rows is: at a special point the row beside it tells."""
+    """Return what each stretch between two rows is: at a special point the neighbouring row decides."""
     special = np.zeros(len(branch), dtype=np.bool_)
     special[[point.row for point in branch.special_points]] = True
     left, right = flags[:-1], flags[1:]
@@ -193,7 +203,7 @@ def _mark(ax: Axes, response: Response, columns: tuple[Floats, ...]) -> None:
                 ax.plot([point.value], [values[point.row]], zorder=3.0, **look)
 
 
-def _dots(ax: Axes, response: Response, quantity: Quantity) -> None:
+def _dots(ax: Axes, response: Response, quantity: ResponseQuantity) -> None:
     """Draw attractors that are on no branch as dots."""
     others = [it for it in response.attractors if it.branch is None]
     values = {
@@ -224,7 +234,7 @@ def _set_limits(ax: Axes, response: Response, columns: tuple[Floats, ...], *, lo
         physical = physical[physical > 0.0]
     if physical.size:
         low, high = float(physical.min()), float(physical.max())
-        ax.set_ylim(low / ROOM**3 if log else 0.0, high * (ROOM**3 if log else ROOM))
+        ax.set_ylim(low / HEADROOM**3 if log else 0.0, high * (HEADROOM**3 if log else HEADROOM))
 
 
 def _label(ax: Axes, response: Response, columns: tuple[Floats, ...]) -> None:
@@ -268,3 +278,173 @@ def _explain(ax: Axes, response: Response, *, formal: bool) -> None:
     if any(it.branch is None for it in response.attractors):
         handles.append(Line2D([], [], label="other attractors", **OTHER))
     ax.legend(handles=handles, loc="best", fontsize=8.5, handlelength=2.4, labelspacing=0.3)
+
+
+def plot_velocity_gap(
+    curves: VelocityGap | Sequence[VelocityGap],
+    ax: Axes | None = None,
+    *,
+    units: Units | None = None,
+) -> Axes:
+    """Draw impact velocity against gap: stable orbits solid, unstable dashed, formal faint.
+
+    Parameters
+    ----------
+    curves
+        One or several that `percuss.velocity_gap_curve` has returned.
+    ax
+        Axes to draw on; default: those of a new figure.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes; folds and grazes are marked, each curve is labelled (1, forcing periods).
+
+    Raises
+    ------
+    ParameterError
+        If there is no curve.
+    """
+    several = [curves] if isinstance(curves, VelocityGap) else list(curves)
+    if not several:
+        raise ParameterError("curves", curves, "no curve to draw")
+    units = units_of(units)
+    with picture(ax) as ax:
+        for curve in several:
+            _draw_gap(ax, curve)
+        ax.axvline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
+        ax.set_ylim(bottom=0.0)
+        ax.set_xlabel(f"gap, from the equilibrium to the wall ({units.displacement})")
+        ax.set_ylabel(f"impact velocity ({units.velocity})")
+        _explain_gap(ax)
+    return ax
+
+
+def _draw_gap(ax: Axes, curve: VelocityGap) -> None:
+    colour = COLOURS[(curve.n_periods - 1) % len(COLOURS)]
+    # The grazes at the ends are no orbits: there the neighbouring row decides.
+    physical = np.concatenate([curve.admissible[1:2], curve.admissible[2:-1], [False]])
+    physical[-1] = curve.admissible[-2]
+    stable = curve.is_stable[1:].copy()
+    stable[-1] = curve.is_stable[-2]
+    looks = (
+        (physical & stable, STABLE, 2.0),
+        (physical & ~stable, UNSTABLE, 1.8),
+        (~physical, FORMAL, 1.0),
+    )
+    for which, look, order in looks:
+        x, y = curve.gap.copy(), curve.velocity.copy()
+        hidden = np.ones(len(x), dtype=np.bool_)
+        hidden[:-1] &= ~which
+        hidden[1:] &= ~which
+        x[hidden] = np.nan
+        ax.plot(x, y, color=colour, zorder=order, **look)
+    top = int(np.argmax(curve.velocity))
+    ax.plot([curve.fold], [curve.fold_velocity], MARKERS["fold"], zorder=3.0, **_without_line())
+    ax.plot([-curve.graze, curve.graze], [0.0, 0.0], MARKERS["grazing"], zorder=3.0,
+            clip_on=False, **_without_line())  # fmt: skip
+    ax.annotate(
+        f"(1, {curve.n_periods})",
+        (float(curve.gap[top]), float(curve.velocity[top])),
+        xytext=(0.0, 6.0),
+        textcoords="offset points",
+        ha="center",
+        fontsize=9.0,
+        color=colour,
+    )
+
+
+def _without_line() -> dict[str, Any]:
+    return {name: value for name, value in MARK.items() if name != "linestyle"}
+
+
+def _explain_gap(ax: Axes) -> None:
+    looks = (("stable", STABLE), ("unstable", UNSTABLE), ("passes through the wall", FORMAL))
+    handles = [Line2D([], [], color=BLACK, label=text, **look) for text, look in looks]
+    for kind, text in (("fold", "fold"), ("grazing", "impact without velocity")):
+        handles.append(Line2D([], [], label=text, **MARK | {"marker": MARKERS[kind]}))
+    ax.legend(handles=handles, loc="best", fontsize=8.5, labelspacing=0.3)
+
+
+def place_labels(ax: Axes, labels: list[Label], curves: list[Floats]) -> None:
+    """Write a label beside each curve, where it covers least.
+
+    Parameters
+    ----------
+    ax
+        The axes, with their final limits.
+    labels
+        Text, colour, (n, 2) array of the points of the curve, and which of them are better.
+    curves
+        (n, 2) arrays, all that is not to be covered.
+    """
+    # In points of 1/72 inch, as offsets of texts are.
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    # It gives the axes the place that they will have.
+    figure.draw_without_rendering()
+    scale = 72.0 / figure.dpi
+    box = ax.get_window_extent()
+    frame = scale * np.array([box.x0, box.y0, box.x1, box.y1])
+    drawn = [scale * _dense(ax.transData.transform(curve)) for curve in curves if len(curve)]
+    everything = np.concatenate(drawn) if drawn else np.empty((0, 2))
+    taken: list[Floats] = []
+    # Short curves have the least choice.
+    for text, colour, points, better in sorted(labels, key=lambda label: len(label[2])):
+        found = _best(scale, ax, text, points, better, everything, frame, taken)
+        if found is None:
+            continue
+        anchor, offset, space = found
+        taken.append(space)
+        ax.annotate(text, anchor, xytext=offset, textcoords="offset points", ha="center",
+                    va="center", fontsize=SIZE, color=colour, zorder=4.0,
+                    annotation_clip=True)  # fmt: skip
+
+
+def _dense(points: Floats) -> Floats:
+    steps = np.diff(points, axis=0)
+    far = np.abs(steps).max(axis=1)
+    # What is far apart are two curves.
+    near = far < TORN
+    each = np.maximum(np.ceil(far[near] / DENSE).astype(int), 1)
+    rows = np.repeat(np.flatnonzero(near), each)
+    parts = np.concatenate([[], *(np.arange(n) / n for n in each)])[:, np.newaxis]
+    return np.concatenate([points[rows] + parts * steps[rows], points])
+
+
+def _best(
+    scale: float,
+    ax: Axes,
+    text: str,
+    points: Floats,
+    better: npt.NDArray[np.bool_],
+    everything: Floats,
+    frame: Floats,
+    taken: list[Floats],
+) -> tuple[tuple[float, float], tuple[float, float], Floats] | None:
+    """Return anchor, offset and space of the place that costs least, None if there is none."""
+    half = 0.5 * SIZE * np.array([LETTER * len(text), HIGH])
+    rows = np.unique(np.linspace(0, len(points) - 1, TRIED).round().astype(int))
+    places = scale * ax.transData.transform(points[rows])
+    top, height = places[:, 1].max(), float(np.ptp(places[:, 1])) or 1.0
+    found, least = None, np.inf
+    for row, place in zip(rows, places, strict=True):
+        for distance in DISTANCES:
+            for direction in DIRECTIONS:
+                offset = np.array(direction) * (half + (distance - 0.5) * 0.5 * SIZE)
+                middle = place + offset
+                space = np.concatenate([middle - half, middle + half])
+                if (space[:2] < frame[:2]).any() or (space[2:] > frame[2:]).any():
+                    continue
+                if any((space[:2] < it[2:]).all() and (it[:2] < space[2:]).all() for it in taken):
+                    continue
+                inside = (np.abs(everything - middle) < half).all(axis=1).sum()
+                cost = COVERED * inside + FARTHER * distance
+                cost += WORSE * (not better[row]) + FOOT * (top - place[1]) / height
+                if cost < least:
+                    least = cost
+                    anchor = float(points[row, 0]), float(points[row, 1])
+                    found = anchor, (float(offset[0]), float(offset[1])), space
+    return found

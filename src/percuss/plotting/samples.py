@@ -269,7 +269,7 @@ def distinct_jumps(places: Floats, before: Floats, after: Floats) -> Ints:
     if places.size <= MOST_JUMPS:
         return np.arange(places.size)
     stop = np.unique(places, return_inverse=True)[1]
-    # On one scale: on its own, each would be told apart down to its rounding.
+    # On one scale: on its own, each would be distinct down to its rounding.
     ends = _pixels(np.concatenate([before, after]))
     codes = (stop * COLUMNS + ends[: before.size]) * COLUMNS + ends[before.size :]
     return np.sort(np.unique(codes, return_index=True)[1])

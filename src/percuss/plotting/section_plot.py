@@ -21,9 +21,7 @@ from percuss.plotting.style import (
     SKY_BLUE,
     VERMILION,
     Units,
-    axes_for,
-    fix_ticks,
-    style,
+    picture,
     units_of,
 )
 
@@ -65,8 +63,8 @@ def plot_singularity_set(
         raise ParameterError("found", found, "not a SingularitySet")
     units = units_of(units)
     several = len({curve.touched for curve in found}) > 1
-    with style():
-        is_alone, ax = ax is None, axes_for(ax)
+    is_alone = ax is None
+    with picture(ax) as ax:
         known = set(ax.get_legend_handles_labels()[1])
         for curve in sorted(found, key=lambda curve: -curve.iterate):
             look = LINES[0] if curve.touched == found.stop else LINES[1 + curve.touched % 3]
@@ -127,8 +125,8 @@ def plot_manifolds(found: Manifolds, ax: Axes | None = None, *, units: Units | N
     if not isinstance(found, Manifolds):
         raise ParameterError("found", found, "not a Manifolds")
     units = units_of(units)
-    with style():
-        is_alone, ax = ax is None, axes_for(ax)
+    is_alone = ax is None
+    with picture(ax) as ax:
         known = set(ax.get_legend_handles_labels()[1])
         for kind, colour in KINDS.items():
             pieces = [p for b in found.branches if b.kind == kind for p in b.pieces]
@@ -195,7 +193,6 @@ def _explain(ax: Axes, *, alone: bool) -> None:
         figure.legend(*entries, loc="outside lower center", ncols=min(len(labels), 3))
     elif labels:
         ax.legend(*entries, loc="best")
-    fix_ticks(ax)
 
 
 def _rank(label: str) -> int:

@@ -13,7 +13,13 @@ from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.spectrum import spectrum
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting.samples import reduce_to_columns
-from percuss.plotting.style import BLUE, ORANGE, Units, axes_for, fix_ticks, style, units_of
+from percuss.plotting.style import (
+    BLUE,
+    ORANGE,
+    Units,
+    picture,
+    units_of,
+)
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -59,8 +65,7 @@ def plot_spectrum(
     omega = np.asarray(result["omega"].values, dtype=np.float64)
     amplitude = np.asarray(result["amplitude"].values, dtype=np.float64)
     is_velocity = result.attrs["of"] == "velocity"
-    with style():
-        ax = axes_for(ax)
+    with picture(ax) as ax:
         ax.set_yscale("log")
         highest = float(amplitude.max(initial=0.0)) or 1.0
         if "line" in result.dims:
@@ -77,7 +82,6 @@ def plot_spectrum(
         what = "velocity" if is_velocity else "displacement"
         of_what = units.velocity if is_velocity else units.displacement
         ax.set_ylabel(f"amplitude of the {what}\n({of_what})")
-        fix_ticks(ax)
     return ax
 
 

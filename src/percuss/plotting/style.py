@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from contextlib import AbstractContextManager
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -14,7 +14,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from percuss.errors import ParameterError
 
-# The palette of Okabe and Ito, which people with any of the colour blindnesses tell apart.
+# The palette of Okabe and Ito, which people with any of the colour blindnesses can distinguish.
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY_BLUE = "#56B4E9"
@@ -151,9 +151,27 @@ def offscreen_figure(width: float = 8.0, height: float = 9.0) -> Figure:
         return Figure(figsize=(width, height), layout="constrained")
 
 
-def axes_for(ax: Axes | None) -> Axes:
-    """Return the axes to draw on: those given, or the only ones of a new figure."""
-    return new_figure(6.4, 4.0).add_subplot() if ax is None else ax
+@contextmanager
+def picture(
+    ax: Axes | None, size: tuple[float, float] = (6.4, 4.0), *, legend: bool = False
+) -> Iterator[Axes]:
+    """Yield axes to draw a picture on: those given, or the only ones of a new figure.
+
+    Parameters
+    ----------
+    ax
+        The axes, or None.
+    size
+        Of a new figure [inch].
+    legend
+        Whether a new figure has a legend, below all its axes.
+    """
+    with style():
+        drawn = new_figure(*size).add_subplot() if ax is None else ax
+        yield drawn
+        fix_ticks(drawn)
+        if legend and ax is None:
+            draw_legend(drawn.figure, drawn.figure.axes)
 
 
 def draw_legend(figure: Figure | SubFigure, panels: Iterable[Axes]) -> None:

@@ -200,7 +200,7 @@ def impact_times_words(times: ImpactTimes) -> str:
 
 
 def _draw(run: Trajectory, study: Study, figure: Any) -> None:
-    from percuss.plotting.motion_figure import plot_motion
+    from percuss.plotting.motion_plot import plot_motion
 
     window = None
     if study.draw.window is not None:

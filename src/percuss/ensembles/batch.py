@@ -15,30 +15,40 @@ from percuss.kernels.flight import set_phases
 from percuss.kernels.law import N_HARMONICS
 from percuss.motion.reach import free_until
 
-__all__ = ["Lanes", "Plan", "follow_lanes", "reason_of"]
+__all__ = [
+    "BLOCKS",
+    "MOST_IMPACTS",
+    "BatchResult",
+    "Plan",
+    "drift_of",
+    "exponents_of",
+    "follow_batch",
+    "reason_of",
+    "tangent_plan",
+]
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
-# Searches of a lane before it is looked at one by one, and how often it is then.
+# Searches of a motion before it is looked at one by one, and how often it is then.
 PATIENCE = 20_000
 MOST_LOOKS = 50
-# Lanes whose points are put in order at a time.
+# BatchResult whose points are put in order at a time.
 AT_ONCE = 256
-# Impacts of a lane: a motion of a few hundred periods has hundreds. Elastic hops on a wall, or a
+# Impacts of a motion: one of a few hundred periods has hundreds. Elastic hops on a wall, or a
 # fast motion against two walls, can be any number.
 MOST_IMPACTS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What is kept of each lane, and from when to when.
+    """What is kept of each motion, and from when to when.
 
     Attributes
     ----------
     since, every, until
         (n,) arrays [time]: tallies and strobes begin at ``since``, strobes come every ``every``,
-        the lane ends at ``until``.
+        the motion ends at ``until``.
     section
         `survey.NO_POINTS`, `survey.STROBES` or `survey.IMPACT_POINTS`.
     n_points
@@ -46,7 +56,7 @@ class Plan:
     surveyed
         Whether extremes of x and the work of the dashpots are wanted: it takes twice as long.
     max_impacts
-        Impacts from the start after which a lane ends, >= 1.
+        Impacts from the start after which a motion ends, >= 1.
     edges
         (n, m + 1) array [time], rising: of the stretches between them the greatest impact speeds
         are kept, also before ``since``; None keeps none.
@@ -63,7 +73,7 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True)
-class Lanes:
+class BatchResult:
     """What is left of many motions.
 
     Attributes
@@ -90,17 +100,17 @@ class Lanes:
     peaks: Floats = field(default_factory=lambda: np.empty((0, 0)))
 
 
-def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> Lanes:
+def follow_batch(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> BatchResult:
     """Follow each motion to the end of its plan.
 
-    The bits of a lane do not depend on what lanes are followed with it.
+    The bits of a motion do not depend on which others are followed with it.
 
     Parameters
     ----------
     laws
         (n_laws, rows, columns) array: tables of `percuss.model.law.law`, stacked.
     which
-        (n,) array, the number of each lane's law.
+        (n,) array, the number of each motion's law.
     starts
         (n, 3) array of x0 [length], v0 [length/time] and t0 [time].
     plan
@@ -108,7 +118,7 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
 
     Returns
     -------
-    Lanes
+    BatchResult
         What is left of each.
     """
     n = len(which)
@@ -153,7 +163,9 @@ def follow_lanes(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> La
                 break
     _put_in_order(points, tallies)
     peaks = tallies[:, survey.EDGES + edges.shape[1] :]
-    return Lanes(status, states, counters[:, columns.N_IMPACTS].copy(), tallies, points, peaks)
+    return BatchResult(
+        status, states, counters[:, columns.N_IMPACTS].copy(), tallies, points, peaks
+    )
 
 
 def _workspace(laws: Floats) -> batch.Workspace:
@@ -187,7 +199,7 @@ def _look_far(law: Floats, state: Floats, counters: Numbers, until: float) -> No
 
 
 def _put_in_order(points: Floats, tallies: Floats) -> None:
-    """Turn rings of points that have gone round so that the oldest comes first."""
+    """Rotate ring buffers of points that have wrapped, so that the oldest comes first."""
     m = points.shape[1]
     written = tallies[:, survey.POINTS].astype(np.int64)
     turned = np.flatnonzero((written > m) & (written % m > 0))
@@ -198,7 +210,7 @@ def _put_in_order(points: Floats, tallies: Floats) -> None:
 
 
 def reason_of(status: int, plan: Plan) -> str | None:
-    """Return why a lane has no answer, None where it came to its end.
+    """Return why a motion has no answer, None where it came to its end.
 
     Parameters
     ----------
@@ -225,3 +237,88 @@ def reason_of(status: int, plan: Plan) -> str | None:
     if status in (columns.SPENT, columns.NO_MORE, batch.NEW):
         return f"not at its end after {PATIENCE * (1 + MOST_LOOKS)} searches"
     return None
+
+
+# Stretches of time whose means tell the error: long against the memory of a motion, and many
+# enough to know their spread to a tenth.
+BLOCKS = 64
+# Halves that differ by more than so many standard errors of their difference do not by chance.
+CHANCE = 3.0
+
+
+def tangent_plan(period: Floats, t0: Floats, transient: int, periods: int) -> Plan:
+    """Return the plan of motions whose exponents are wanted.
+
+    Parameters
+    ----------
+    period, t0
+        (n,) arrays [time]: what transient and periods are multiples of, and the starts.
+    transient, periods
+        What is left out, and what is measured.
+    """
+    since = t0 + transient * period
+    every = periods / BLOCKS * period
+    return Plan(
+        since,
+        every,
+        since + BLOCKS * every,
+        section=survey.TANGENTS,
+        n_points=BLOCKS + 1,
+    )
+
+
+def exponents_of(result: BatchResult, plan: Plan) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return largest and smallest exponent, the standard error of either, and their sum.
+
+    Parameters
+    ----------
+    result
+        What is left of motions that followed a `tangent_plan`.
+    plan
+        That plan.
+
+    Returns
+    -------
+    tuple of (n,) arrays
+        In 1/time; -inf where there was a contact, with an error of 0.
+    """
+    logs = result.points[:, :, survey.FIRST]
+    shrunk = result.points[:, :, survey.SECOND]
+    with np.errstate(invalid="ignore"):
+        rates = np.diff(logs, axis=1) / plan.every[:, np.newaxis]
+        largest = (logs[:, -1] - logs[:, 0]) / (plan.until - plan.since)
+        total = (shrunk[:, -1] - shrunk[:, 0]) / (plan.until - plan.since)
+        error = rates.std(axis=1, ddof=1) / math.sqrt(BLOCKS)
+    # Once all memory is lost the logarithm stays what it is.
+    forgotten = np.isneginf(logs[:, -1])
+    for values, there in ((largest, -np.inf), (total, -np.inf), (error, 0.0)):
+        values[forgotten] = there
+    smallest = np.where(forgotten, -np.inf, total - np.where(forgotten, 0.0, largest))
+    return largest, smallest, error, total
+
+
+def drift_of(result: BatchResult, plan: Plan) -> Floats:
+    """Return by how much the largest exponent of the second half differs from that of the first.
+
+    Means of blocks scatter little about a slow transient, so that their spread does not tell of
+    it. Halves of equal worth differ by twice the standard error of the whole; 0 stands for what
+    is within three times that.
+
+    Parameters
+    ----------
+    result, plan
+        As `exponents_of` takes them.
+
+    Returns
+    -------
+    (n,) array
+        In 1/time, >= 0.
+    """
+    logs = result.points[:, :, survey.FIRST]
+    with np.errstate(invalid="ignore"):
+        rates = np.diff(logs, axis=1) / plan.every[:, np.newaxis]
+        error = rates.std(axis=1, ddof=1) / math.sqrt(BLOCKS)
+        first, second = rates[:, : BLOCKS // 2], rates[:, BLOCKS // 2 :]
+        drift = np.abs(second.mean(axis=1) - first.mean(axis=1))
+        # After a contact there is nothing to drift.
+        return np.where(drift > 2.0 * CHANCE * error, drift, 0.0)

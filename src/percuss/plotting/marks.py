@@ -1,4 +1,4 @@
-"""Stops, contacts and grazes on axes: what a motion meets."""
+"""What a motion meets, as marks on axes: stops, contacts, grazes, and the jumps of the velocity."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.artist import allow_rasterization
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
+from matplotlib.collections import LineCollection
 
 from percuss.model.exact import as_float
 from percuss.model.stops import Stop, Wall
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting.samples import distinct_spans, within
-from percuss.plotting.style import GREY, ORANGE, PURPLE, VERMILION
+from percuss.plotting.style import BLUE, GREY, ORANGE, PURPLE, VERMILION
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,6 +34,9 @@ GRAZE_STYLE: dict[str, Any] = {
     "label": "graze",
     "zorder": 6.0,
 }
+
+# Length of a dash and of a gap [point].
+DASH, GAP = 3.2, 2.2
 
 
 def draw_stops(ax: Axes, run: Trajectory, x: Floats, axis: Literal["x", "y"]) -> None:
@@ -93,8 +99,8 @@ def draw_contacts_in_time(
         places = stop_places(run, run.contacts.stop[shown])
         heights = 0.0 * places if velocity else places
         first, last = np.maximum(start[shown], low), np.minimum(release[shown], high)
-        apart = distinct_spans(first, last, heights, high - low)
-        first, last, heights = first[apart], last[apart], heights[apart]
+        distinct = distinct_spans(first, last, heights, high - low)
+        first, last, heights = first[distinct], last[distinct], heights[distinct]
         ax.hlines(heights, first, last, linewidth=3.5, zorder=4.0, color=VERMILION)
         # A contact may be too short for a line to be seen.
         ax.plot(first, heights, "s", markersize=4.5, zorder=5.0, **CONTACT_STYLE)
@@ -108,8 +114,8 @@ def draw_grazes_in_time(
     if shown.any():
         places = stop_places(run, run.grazes.stop[shown])
         heights, t = 0.0 * places if velocity else places, run.grazes.t[shown]
-        apart = distinct_spans(t, t, heights, high - low)
-        ax.plot(t[apart], heights[apart], **GRAZE_STYLE)
+        distinct = distinct_spans(t, t, heights, high - low)
+        ax.plot(t[distinct], heights[distinct], **GRAZE_STYLE)
 
 
 def draw_rest_points(ax: Axes, run: Trajectory, low: float, high: float) -> None:
@@ -124,3 +130,51 @@ def draw_rest_points(ax: Axes, run: Trajectory, low: float, high: float) -> None
     if touched.any():
         places = stop_places(run, np.unique(run.grazes.stop[touched]))
         ax.plot(places, 0.0 * places, **GRAZE_STYLE)
+
+
+class Jumps(LineCollection):
+    """Vertical dashed lines whose dashes fall on the same heights.
+
+    In a phase portrait all impacts on one stop lie on one another: dashes counted from the start
+    of each line would fill each other's gaps and look solid.
+    """
+
+    @allow_rasterization  # type: ignore[untyped-decorator]
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw the lines; the offsets follow the size and the limits of the axes."""
+        bottoms = [np.asarray(path.vertices)[0] for path in self.get_paths()]
+        figure = self.get_figure(root=True)
+        if bottoms and figure is not None:
+            heights = self.get_transform().transform(np.array(bottoms))[:, 1]
+            points = heights * 72.0 / figure.dpi
+            offsets = np.nan_to_num(np.mod(points, DASH + GAP))
+            self.set_linestyle([(float(offset), (DASH, GAP)) for offset in offsets])
+        super().draw(renderer)
+
+
+def draw_jumps(ax: Axes, at: Floats, before: Floats, after: Floats, **options: Any) -> Jumps:
+    """Draw the jumps of the velocity from `before` to `after` at the abscissas `at`.
+
+    Parameters
+    ----------
+    ax
+        The axes.
+    at, before, after
+        (n,) arrays.
+    **options
+        Properties of the collection.
+
+    Returns
+    -------
+    Jumps
+        One line for each impact.
+    """
+    low, high = np.minimum(before, after), np.maximum(before, after)
+    lines = np.stack([np.column_stack([at, low]), np.column_stack([at, high])], axis=1)
+    # A width of 1 keeps dashes in points: matplotlib scales them with the width.
+    jumps = Jumps(list(lines), colors=BLUE, linewidths=1.0, linestyles=(0, (DASH, GAP)), **options)
+    jumps.set_label("impact")
+    jumps.set_capstyle("butt")
+    ax.add_collection(jumps)
+    ax.autoscale_view()
+    return jumps

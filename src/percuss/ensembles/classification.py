@@ -1,4 +1,4 @@
-"""What has become of each start after a time: the part of basins that is done in chunks."""
+"""What each start goes to, decided from its motion: the part of basins that is done in chunks."""
 
 from __future__ import annotations
 
@@ -9,19 +9,38 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.grid import LanesOf
+from percuss.ensembles.batch import (
+    MOST_IMPACTS,
+    BatchResult,
+    Plan,
+    exponents_of,
+    follow_batch,
+    tangent_plan,
+)
+from percuss.ensembles.grid import Group
 from percuss.ensembles.job import Block, Column, Dimension
-from percuss.ensembles.lanes import MOST_IMPACTS, Lanes, Plan, follow_lanes
 from percuss.ensembles.measures import period_of
-from percuss.ensembles.tangents import exponents_of, tangent_plan
 from percuss.kernels import record as columns
 from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
 
 __all__ = [
-    "CHAOTIC", "LONGEST", "LONGEST_OF_ALL", "NO_START", "PERIODIC", "REST", "STAGE", "UNBOUNDED", "FateColumns",
-    "Fates", "Rules", "Starts",
-]  # fmt: skip
+    "CERTAIN",
+    "CHAOTIC",
+    "CLASS_COLUMNS",
+    "LEAST_EXPONENT",
+    "LONGEST",
+    "LONGEST_OF_ALL",
+    "NO_START",
+    "PERIODIC",
+    "REST",
+    "STAGE",
+    "UNBOUNDED",
+    "Arrays",
+    "Classification",
+    "Rules",
+    "Starts",
+]
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -33,7 +52,7 @@ PERIODIC, CHAOTIC, REST, UNBOUNDED = range(4)
 NO_START = -2
 # The longest periodic motion that is looked for, in forcing periods.
 LONGEST = 16
-# A start is followed so many forcing periods at a time, the last of which tell whether it has
+# A start is followed so many forcing periods at a time, and by the last of them one sees whether it has
 # become periodic, of up to half as many periods.
 STAGE, LOOKED_AT = 40, 2 * LONGEST
 # What has no such period after all that time may have one of up to so many periods, which is looked
@@ -46,7 +65,7 @@ CERTAIN, LEAST_EXPONENT = 3.0, 1e-3
 # Starts of a chunk, at fifty impacts each or more.
 CHUNK = 8192
 
-FateColumns = {
+CLASS_COLUMNS = {
     "kind": Column(dtype="i8"),
     "n_periods": Column(dtype="i8"),
     "n_impacts": Column(),
@@ -69,8 +88,8 @@ class Starts(Protocol):
         """The axes, whose lengths multiply to the size."""
         ...
 
-    def lanes(self, first: int, last: int) -> tuple[list[LanesOf], dict[int, str]]:
-        """Return the lanes of the starts from first to last, and the faults of the others."""
+    def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
+        """Return the starts from first to last in groups, and the faults of the others."""
         ...
 
 
@@ -95,17 +114,17 @@ class Rules:
     periods: int
     escape: float
 
-    def follow(self, group: LanesOf) -> tuple[dict[str, NDArray[np.generic]], int]:
+    def follow(self, group: Group) -> tuple[dict[str, NDArray[np.generic]], int]:
         """Follow starts until each is decided.
 
         Returns
         -------
         tuple
-            (n,) arrays by the names of `FateColumns`, and the number of impacts it took.
+            (n,) arrays by the names of `CLASS_COLUMNS`, and the number of impacts it took.
         """
         n = len(group.starts)
-        fates: dict[str, NDArray[np.generic]] = {
-            name: column.empty(n) for name, column in FateColumns.items()
+        classes: dict[str, NDArray[np.generic]] = {
+            name: column.empty(n) for name, column in CLASS_COLUMNS.items()
         }
         n_impacts = 0
         period = group.laws[group.which, 0, PERIOD]
@@ -121,23 +140,23 @@ class Rules:
                 n_points=LOOKED_AT + 1,
                 max_impacts=MOST_IMPACTS,
             )
-            lanes = follow_lanes(group.laws, group.which[left], begun[left], plan)
-            n_impacts += int(lanes.n_impacts.sum())
-            decided = self._decide(fates, left, lanes, period[left])
-            begun[left, :2] = lanes.tallies[:, [survey.END_X, survey.END_V]]
+            result = follow_batch(group.laws, group.which[left], begun[left], plan)
+            n_impacts += int(result.n_impacts.sum())
+            decided = self._decide(classes, left, result, period[left])
+            begun[left, :2] = result.tallies[:, [survey.END_X, survey.END_V]]
             begun[left, 2] = until
             lost = ~np.isfinite(begun[left]).all(axis=1)
             left = left[~(decided | lost)]
             if len(left) == 0:
-                return fates, n_impacts
-        n_impacts += _exponents(fates, group, left, begun)
-        left = left[fates["kind"][left] == -1]
+                return classes, n_impacts
+        n_impacts += _exponents(classes, group, left, begun)
+        left = left[classes["kind"][left] == -1]
         for those in np.split(left, range(AT_ONCE, len(left), AT_ONCE)):
-            n_impacts += self._look_for_long_periods(fates, group, those, begun[those])
-        return fates, n_impacts
+            n_impacts += self._look_for_long_periods(classes, group, those, begun[those])
+        return classes, n_impacts
 
     def _look_for_long_periods(
-        self, fates: Arrays, group: LanesOf, rows: Numbers, begun: Floats
+        self, classes: Arrays, group: Group, rows: Numbers, begun: Floats
     ) -> int:
         """Look at motions for longer, and count the impacts it took."""
         if len(rows) == 0:
@@ -145,55 +164,55 @@ class Rules:
         period, since = group.laws[group.which[rows], 0, PERIOD], begun[:, 2].copy()
         until = since + 2 * LONGEST_OF_ALL * period
         plan = Plan(since, period, until, survey.STROBES, 2 * LONGEST_OF_ALL + 1)
-        lanes = follow_lanes(group.laws, group.which[rows], begun, plan)
-        self._decide(fates, rows, lanes, period)
-        return int(lanes.n_impacts.sum())
+        result = follow_batch(group.laws, group.which[rows], begun, plan)
+        self._decide(classes, rows, result, period)
+        return int(result.n_impacts.sum())
 
     def _decide(
-        self, fates: Arrays, rows: Numbers, lanes: Lanes, period: Floats
+        self, classes: Arrays, rows: Numbers, result: BatchResult, period: Floats
     ) -> NDArray[np.bool_]:
-        """Write down what is decided; return which lanes that are."""
-        looked_at = lanes.points.shape[1] - 1
-        strobes = lanes.points[:, :, :2]
-        ended = lanes.status == columns.REACHED_END
-        rest = lanes.status == columns.AT_REST
-        end, speed = lanes.tallies[:, survey.END_X], lanes.tallies[:, survey.END_V]
+        """Write down what is decided; return which motions that are."""
+        looked_at = result.points.shape[1] - 1
+        strobes = result.points[:, :, :2]
+        ended = result.status == columns.REACHED_END
+        rest = result.status == columns.AT_REST
+        end, speed = result.tallies[:, survey.END_X], result.tallies[:, survey.END_V]
         # At the strobe x may be on its way past 0, and the speed large.
         far = np.maximum(np.abs(end), np.abs(speed) * period / (2.0 * np.pi)) > self.escape
-        unbounded = (lanes.status == columns.OVERFLOW) | (ended & far)
+        unbounded = (result.status == columns.OVERFLOW) | (ended & far)
         found = period_of(np.nan_to_num(strobes), looked_at // 2)
         periodic = ended & ~unbounded & (found > 0)
         for kind, those in ((REST, rest), (UNBOUNDED, unbounded), (PERIODIC, periodic)):
-            fates["kind"][rows[those]] = kind
-        fates["n_periods"][rows[periodic]] = found[periodic]
-        per_period = lanes.tallies[:, survey.IMPACTS] / looked_at
-        fates["n_impacts"][rows[periodic]] = np.round((per_period * found)[periodic])
+            classes["kind"][rows[those]] = kind
+        classes["n_periods"][rows[periodic]] = found[periodic]
+        per_period = result.tallies[:, survey.IMPACTS] / looked_at
+        classes["n_impacts"][rows[periodic]] = np.round((per_period * found)[periodic])
         # A held mass has its place as strobe.
         held = rest[:, np.newaxis]
-        place = np.where(held, lanes.state[:, [columns.X, columns.V]], strobes[:, -1])
+        place = np.where(held, result.state[:, [columns.X, columns.V]], strobes[:, -1])
         bounded = (rest | periodic) & ~unbounded
-        fates["strobe"][rows[bounded]] = place[bounded]
+        classes["strobe"][rows[bounded]] = place[bounded]
         return np.asarray(rest | unbounded | periodic)
 
 
-def _exponents(fates: Arrays, group: LanesOf, left: Numbers, begun: Floats) -> int:
+def _exponents(classes: Arrays, group: Group, left: Numbers, begun: Floats) -> int:
     """Call what is left chaotic where its largest exponent is, and count the impacts it took."""
     which = group.which[left]
     period = group.laws[which, 0, PERIOD]
     plan = tangent_plan(period, begun[left, 2], 0, PERIODS_OF_AN_EXPONENT)
-    lanes = follow_lanes(group.laws, which, begun[left], plan)
-    largest, _, error, _ = exponents_of(lanes, plan)
+    result = follow_batch(group.laws, which, begun[left], plan)
+    largest, _, error, _ = exponents_of(result, plan)
     least = LEAST_EXPONENT / period
     chaotic = largest > np.maximum(CERTAIN * error, least)
     rows = left[chaotic]
-    fates["kind"][rows] = CHAOTIC
-    fates["strobe"][rows] = begun[rows, :2]
-    fates["exponent"][rows], fates["exponent_error"][rows] = largest[chaotic], error[chaotic]
-    return int(lanes.n_impacts.sum())
+    classes["kind"][rows] = CHAOTIC
+    classes["strobe"][rows] = begun[rows, :2]
+    classes["exponent"][rows], classes["exponent_error"][rows] = largest[chaotic], error[chaotic]
+    return int(result.n_impacts.sum())
 
 
 @dataclass(frozen=True, slots=True)
-class Fates:
+class Classification:
     """The job: what has become of each start.
 
     Attributes
@@ -202,13 +221,13 @@ class Fates:
         The starts.
     rules
         When they are decided.
-    told
+    study
         What makes it this study.
     """
 
     starts: Starts
     rules: Rules
-    told: tuple[tuple[str, object], ...]
+    study: tuple[tuple[str, object], ...]
 
     @property
     def size(self) -> int:
@@ -223,7 +242,7 @@ class Fates:
     @property
     def columns(self) -> dict[str, Column]:
         """Kind; period in forcing periods, and impacts in one; a strobe; the largest exponent."""
-        return FateColumns
+        return CLASS_COLUMNS
 
     @property
     def dimensions(self) -> tuple[Dimension, ...]:
@@ -232,16 +251,16 @@ class Fates:
 
     def identity(self) -> dict[str, object]:
         """Return what makes it this study."""
-        return dict(self.told) | {"periods": self.rules.periods, "escape": self.rules.escape}
+        return dict(self.study) | {"periods": self.rules.periods, "escape": self.rules.escape}
 
     def compute(self, first: int, last: int) -> Block:
         """Follow the starts of a chunk until each is decided."""
-        groups, faults = self.starts.lanes(first, last)
+        groups, faults = self.starts.groups(first, last)
         block = Block({name: column.empty(last - first) for name, column in self.columns.items()})
         block.arrays["kind"][list(faults)] = NO_START
         for group in groups:
-            fates, n_impacts = self.rules.follow(group)
-            for name, array in fates.items():
+            classes, n_impacts = self.rules.follow(group)
+            for name, array in classes.items():
                 block.arrays[name][group.rows] = array
             block.n_impacts += n_impacts
         return block

@@ -1,0 +1,497 @@
+"""Pictures of a run: over time, in the phase plane, at its impacts, and all of these in one figure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.figure import Figure
+
+from percuss.errors import ParameterError
+from percuss.motion.eigenset import resonant_frequency
+from percuss.motion.trajectory import Trajectory
+from percuss.plotting.marks import (
+    GRAZE_STYLE,
+    draw_contacts_in_time,
+    draw_grazes_in_time,
+    draw_jumps,
+    draw_rest_points,
+    draw_stops,
+    stop_places,
+)
+from percuss.plotting.samples import (
+    DRAWN_POINTS,
+    MOST_JUMPS,
+    Curve,
+    distinct_jumps,
+    reduce_to_columns,
+    reduce_to_pixels,
+    sample_curve,
+    separated,
+    topmost,
+    window_of,
+    within,
+)
+from percuss.plotting.style import (
+    BLUE,
+    GREY,
+    Units,
+    draw_legend,
+    new_figure,
+    picture,
+    style,
+    units_of,
+)
+
+# Width of a curve [point], and how many events keep curves of that width apart.
+WIDTH = 1.3
+APART = 60
+# Hollow, unlike the dots of impact velocities beside it.
+START_STYLE: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 5.5,
+    "markerfacecolor": "white",
+    "markeredgecolor": BLUE,
+    "markeredgewidth": 1.4,
+    "linestyle": "none",
+    "label": "start",
+    "zorder": 3.0,
+}
+Floats = npt.NDArray[np.float64]
+
+# One for each stop, in their order, so that they are distinct; entries have open ones.
+IMPACT_MARKERS = ("o", "^", "s", "v", "P", "X")
+ENTRY_MARKERS = ("x", "+", "1", "2", "3", "4")
+# More impacts than this are a line without markers.
+MOST_MARKERS = 400
+# Of a new figure [inch].
+SIZE = (8.0, 9.0)
+
+
+def plot_displacement(
+    run: Trajectory,
+    ax: Axes | None = None,
+    *,
+    window: tuple[float, float] | None = None,
+    units: Units | None = None,
+) -> Axes:
+    """Draw the displacement over time, with the stops, the contacts and the grazes.
+
+    Parameters
+    ----------
+    run
+        The run.
+    ax
+        Axes to draw on; default: those of a new figure.
+    window
+        First and last time that are drawn; default: the whole run.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes; those of a new figure have a legend.
+    """
+    units = units_of(units)
+    low, high = window_of(run, window)
+    curve = sample_curve(run, (low, high))
+    with picture(ax, legend=True) as ax:
+        t, x, _ = reduce_to_columns(curve.t, curve.x, np.zeros_like(curve.jumps))
+        ax.plot(t, x, color=BLUE, linewidth=WIDTH * _thinness(run, low, high))
+        draw_stops(ax, run, curve.x, "y")
+        draw_contacts_in_time(ax, run, low, high, velocity=False)
+        draw_grazes_in_time(ax, run, low, high, velocity=False)
+        _finish(ax, low, high, units, f"displacement $x$\n({units.displacement})")
+    return ax
+
+
+def plot_velocity(
+    run: Trajectory,
+    ax: Axes | None = None,
+    *,
+    window: tuple[float, float] | None = None,
+    units: Units | None = None,
+) -> Axes:
+    """Draw the velocity over time; an impact is a vertical dashed jump.
+
+    Parameters
+    ----------
+    run
+        The run.
+    ax
+        Axes to draw on; default: those of a new figure.
+    window
+        First and last time that are drawn; default: the whole run.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes; those of a new figure have a legend. With more than 2,000 impacts the jumps are part of the solid line.
+    """
+    units = units_of(units)
+    low, high = window_of(run, window)
+    curve = sample_curve(run, (low, high))
+    shown = within(run.impacts.t, low, high)
+    is_dashed = 0 < shown.sum() <= MOST_JUMPS
+    with picture(ax, legend=True) as ax:
+        t, v, jumps = reduce_to_columns(curve.t, curve.v, curve.jumps & is_dashed)
+        thinness = _thinness(run, low, high)
+        ax.plot(separated(t, jumps), separated(v, jumps), color=BLUE, linewidth=WIDTH * thinness)
+        if is_dashed:
+            impacts = run.impacts
+            before, after = impacts.v_before[shown], impacts.v_after[shown]
+            # Not thinner: matplotlib shortens the dashes with the width.
+            draw_jumps(ax, impacts.t[shown], before, after, alpha=thinness**2)
+        draw_contacts_in_time(ax, run, low, high, velocity=True)
+        draw_grazes_in_time(ax, run, low, high, velocity=True)
+        _finish(ax, low, high, units, f"velocity $v$\n({units.velocity})")
+    return ax
+
+
+def _thinness(run: Trajectory, low: float, high: float) -> float:
+    """Return how thin the lines are drawn, 1 to 0.4, so that many stay apart."""
+    n = within(run.impacts.t, low, high).sum() + within(run.crossings.t, low, high).sum()
+    if n > MOST_JUMPS:
+        # They fill an area.
+        return 1.0
+    return float(np.clip(np.sqrt(APART / max(n, 1)), 0.4, 1.0))
+
+
+def _finish(ax: Axes, low: float, high: float, units: Units, ylabel: str) -> None:
+    if high > low:
+        ax.set_xlim(low, high)
+    ax.set_xlabel(f"time $t$ ({units.duration})")
+    ax.set_ylabel(ylabel)
+
+
+def plot_phase_portrait(
+    run: Trajectory,
+    ax: Axes | None = None,
+    *,
+    window: tuple[float, float] | None = None,
+    units: Units | None = None,
+) -> Axes:
+    """Draw the velocity over the displacement; an impact is a vertical dashed jump at its stop.
+
+    Parameters
+    ----------
+    run
+        The run.
+    ax
+        Axes to draw on; default: those of a new figure.
+    window
+        First and last time of the part that is drawn; default: the whole run.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes; those of a new figure have a legend.
+    """
+    units = units_of(units)
+    low, high = window_of(run, window)
+    curve = sample_curve(run, (low, high))
+    with picture(ax, legend=True) as ax:
+        x, v = reduce_to_pixels(curve)
+        # A long line is drawn finely, so that its loops stay apart; very long ones stay an image
+        # inside an SVG, which would be large otherwise.
+        width = float(np.clip(1.2 * math.sqrt(40.0 / (1.0 + _length(curve))), 0.35, 1.2))
+        ax.plot(x, v, color=BLUE, linewidth=width, rasterized=x.size > DRAWN_POINTS)
+        if low == run.t0:
+            # Before the impact of a start that runs into a wall.
+            ax.plot(run.x0, run.v0, **START_STYLE)
+        _draw_jumps(ax, run, low, high)
+        draw_stops(ax, run, curve.x, "x")
+        draw_rest_points(ax, run, low, high)
+        ax.set_xlabel(f"displacement $x$ ({units.displacement})")
+        ax.set_ylabel(f"velocity $v$ ({units.velocity})")
+    return ax
+
+
+def _length(curve: Curve) -> float:
+    """Return the length of the line, in units of the width and the height of the picture."""
+    dx, dv = (np.diff(values) / (np.ptp(values) or 1.0) for values in (curve.x, curve.v))
+    return float(np.hypot(dx, dv)[~curve.jumps[:-1]].sum())
+
+
+def _draw_jumps(ax: Axes, run: Trajectory, low: float, high: float) -> None:
+    shown = within(run.impacts.t, low, high)
+    if shown.any():
+        impacts = run.impacts
+        places = stop_places(run, impacts.stop[shown])
+        before, after = impacts.v_before[shown], impacts.v_after[shown]
+        distinct = distinct_jumps(places, before, after)
+        draw_jumps(ax, places[distinct], before[distinct], after[distinct])
+
+
+@dataclass(frozen=True, slots=True)
+class _Hits:
+    """Impacts on one wall, or entries into one soft stop, as arrays."""
+
+    t: Floats
+    v: Floats
+    cycle: Floats
+    stop: int
+    is_entry: bool
+
+    @property
+    def label(self) -> str:
+        return f"entry into stop {self.stop}" if self.is_entry else f"impact on stop {self.stop}"
+
+    @property
+    def marker(self) -> str:
+        markers = ENTRY_MARKERS if self.is_entry else IMPACT_MARKERS
+        return markers[self.stop % len(markers)]
+
+
+def plot_impact_velocities(
+    run: Trajectory,
+    ax: Axes | None = None,
+    *,
+    window: tuple[float, float] | None = None,
+    units: Units | None = None,
+) -> Axes:
+    """Draw the velocity after each impact over the cycle of the forcing.
+
+    Entries into soft stops are drawn too, by open markers, with the velocity at the entry. The
+    colour is the time; without a period of the forcing the time is the axis instead.
+
+    Parameters
+    ----------
+    run
+        The run.
+    ax
+        Axes to draw on; default: those of a new figure.
+    window
+        First and last time of the impacts that are drawn; default: the whole run.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes; with another one beside it, the scale of the colours. Those of a new figure have
+        a legend.
+    """
+    units = units_of(units)
+    low, high = window_of(run, window)
+    period = None if run.forcing is None else run.forcing.period
+    groups = _groups(run, low, high, period)
+    with picture(ax, legend=True) as ax:
+        if groups:
+            points = [_scatter(ax, hits, groups, period) for hits in groups]
+            if period is not None:
+                bar = ax.figure.colorbar(points[0], ax=ax, pad=0.02)
+                bar.set_label(f"time $t$ ({units.duration})")
+                bar.outline.set_visible(False)
+            if len(groups) > 1:
+                _name_markers(ax, groups)
+            _pad_speeds(ax, np.concatenate([hits.v for hits in groups]))
+        else:
+            ax.text(0.5, 0.5, "no impacts", transform=ax.transAxes, ha="center", va="center")
+            ax.set_axis_off()
+        if period is not None:
+            _draw_grazes(ax, run, low, high, period)
+            ax.set_xlim(-0.02, 1.02)
+        ax.set_xlabel(
+            f"time $t$ ({units.duration})" if period is None else "cycle (forcing periods)"
+        )
+        ax.set_ylabel(f"{_what(groups)} $v$\n({units.velocity})")
+    return ax
+
+
+def _groups(run: Trajectory, low: float, high: float, period: float | None) -> list[_Hits]:
+    """Return what is drawn: the impacts on each wall and the entries into each soft stop."""
+    impacts, crossings = run.impacts, run.crossings
+    hit = within(impacts.t, low, high)
+    entered = within(crossings.t, low, high) & (crossings.direction == "in")
+    groups = []
+    for stop in range(len(run.oscillator.stops)):
+        shown = hit & (impacts.stop == stop)
+        if shown.any():
+            t, cycle = impacts.t[shown], impacts.cycle[shown]
+            groups.append(_Hits(t, impacts.v_after[shown], cycle, stop, is_entry=False))
+        shown = entered & (crossings.stop == stop)
+        if shown.any():
+            t = crossings.t[shown]
+            groups.append(_Hits(t, crossings.v[shown], t / (period or np.nan), stop, is_entry=True))
+    return groups
+
+
+def _what(groups: list[_Hits]) -> str:
+    kinds = {hits.is_entry for hits in groups}
+    if kinds == {True}:
+        return "velocity at entry"
+    return "velocity after impact" if kinds != {True, False} else "velocity after impact, at entry"
+
+
+def _scatter(ax: Axes, hits: _Hits, groups: list[_Hits], period: float | None) -> PathCollection:
+    """Draw the hits on one stop; the scale of the colours is that of all."""
+    x = hits.t if period is None else _drawn_cycle(hits.cycle)
+    seen = topmost(x, hits.v)
+    size = sum(other.t.size for other in groups)
+    points: PathCollection = ax.scatter(
+        x[seen],
+        hits.v[seen],
+        c=BLUE if period is None else hits.t[seen],
+        cmap=None if period is None else "cividis",
+        vmin=None if period is None else min(other.t[0] for other in groups),
+        vmax=None if period is None else max(other.t[-1] for other in groups),
+        s=24.0 if size <= 1000 else 4.0,
+        marker=hits.marker,
+        linewidths=1.0 if hits.is_entry else 0.0,
+        rasterized=hits.t.size > DRAWN_POINTS // 10,
+    )
+    return points
+
+
+def _name_markers(ax: Axes, groups: list[_Hits]) -> None:
+    """Give the legend the markers in grey, since their colour is the time."""
+    for hits in groups:
+        ax.plot([], [], hits.marker, color=GREY, markersize=5.0, label=hits.label)
+
+
+def _draw_grazes(ax: Axes, run: Trajectory, low: float, high: float, period: float) -> None:
+    shown = within(run.grazes.t, low, high)
+    if shown.any():
+        cycle = _drawn_cycle(run.grazes.t[shown] / period)
+        seen = topmost(cycle, np.zeros(cycle.size))
+        ax.plot(cycle[seen], np.zeros(seen.size), **GRAZE_STYLE)
+
+
+def _drawn_cycle(cycle: Floats) -> Floats:
+    """Return the cycles with those a rounding below 1 at 0, where the others are."""
+    return np.mod(np.round(cycle, 9), 1.0)
+
+
+def _pad_speeds(ax: Axes, v: Floats) -> None:
+    """Keep velocities that differ by rounding from filling the axis."""
+    low, high = v.min(), v.max()
+    margin = max(0.06 * (high - low), 0.05 * np.abs(v).max()) or 1.0
+    ax.set_ylim(low - margin, high + margin)
+
+
+def plot_staircase(
+    run: Trajectory,
+    ax: Axes | None = None,
+    *,
+    spacing: float | None = None,
+    units: Units | None = None,
+) -> Axes:
+    """Draw t_k - k T_0 over the number k of the impact, T_0 being the eigenset's spacing.
+
+    On the eigenset the points lie on the line at zero; on a shifted eigenset on another
+    horizontal line; a missing impact lifts them by T_0, an additional one lowers them by as much.
+
+    Parameters
+    ----------
+    run
+        The run; without walls, the entries into soft stops are taken.
+    ax
+        Axes to draw on; default: those of a new figure.
+    spacing
+        T_0 [time], > 0; default: 2 pi over the resonant frequency.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Axes
+        The axes.
+
+    Raises
+    ------
+    ParameterError
+        If no spacing is given and the free oscillator has none, or it is not positive.
+    """
+    if spacing is None:
+        spacing = 2.0 * np.pi / resonant_frequency(run.oscillator)
+    elif not 0.0 < spacing < np.inf:
+        raise ParameterError("spacing", spacing, "not a positive number")
+    units = units_of(units)
+    times = run.impacts.t
+    if len(times) == 0:
+        times = run.crossings.t[run.crossings.direction == "in"]
+    k = np.arange(1, len(times) + 1)
+    ahead = (times - run.t0) - k * spacing
+    with picture(ax) as ax:
+        ax.axhline(0.0, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
+        if len(times):
+            shown, heights, _ = reduce_to_columns(
+                k.astype(np.float64), ahead, np.zeros(len(times), dtype=np.bool_)
+            )
+            marker = "o" if len(times) <= MOST_MARKERS else ""
+            ax.plot(shown, heights, color=BLUE, linewidth=0.9, marker=marker, markersize=3.2)
+            _pad_lead(ax, float(ahead.min()), float(ahead.max()), spacing)
+        else:
+            ax.text(0.5, 0.5, "no impacts", transform=ax.transAxes, ha="center", va="center")
+        ax.set_xlabel("number of the impact $k$")
+        ax.set_ylabel(f"$t_k - k\\,T_0$\n({units.duration})")
+    return ax
+
+
+def _pad_lead(ax: Axes, low: float, high: float, spacing: float) -> None:
+    """Keep the line at zero in sight, and rounding from filling the axis."""
+    low, high = min(low, 0.0), max(high, 0.0)
+    margin = max(0.06 * (high - low), 0.01 * spacing)
+    ax.set_ylim(low - margin, high + margin)
+
+
+def plot_motion(
+    run: Trajectory,
+    figure: Figure | None = None,
+    *,
+    title: str = "",
+    window: tuple[float, float] | None = None,
+    units: Units | None = None,
+) -> Figure:
+    """Draw a run in four panels: x(t), v(t), the phase portrait and the impact velocities.
+
+    Parameters
+    ----------
+    run
+        The run.
+    figure
+        An empty figure to draw on, such as `offscreen_figure`; default: a new one.
+    title
+        Title of the figure.
+    window
+        First and last time that are drawn; default: the whole run.
+    units
+        Units on the axes; default: dimensionless.
+
+    Returns
+    -------
+    Figure
+        The figure.
+    """
+    with style():
+        figure = new_figure(*SIZE) if figure is None else figure
+        # Two parts, so that the scale of colours below takes no space from the curves above.
+        parts = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.35, 1.0])
+        upper, lower = parts[:, 0]
+        panels = {
+            **upper.subplot_mosaic([["x"], ["v"]]),
+            **lower.subplot_mosaic([["portrait", "impacts"]]),
+        }
+        panels["x"].sharex(panels["v"])
+        plot_displacement(run, panels["x"], window=window, units=units)
+        plot_velocity(run, panels["v"], window=window, units=units)
+        plot_phase_portrait(run, panels["portrait"], window=window, units=units)
+        plot_impact_velocities(run, panels["impacts"], window=window, units=units)
+        panels["x"].set_xlabel("")
+        panels["x"].tick_params(labelbottom=False)
+        upper.align_ylabels([panels["x"], panels["v"]])
+        if title:
+            figure.suptitle(title, fontsize=12.0, parse_math=False)
+        draw_legend(figure, panels.values())
+    return figure
