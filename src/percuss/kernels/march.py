@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from percuss.kernels.arithmetic import Pair, later
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING, chatter_time, push, release_time
 from percuss.kernels.flight import Flight, constant_force, force_and_slopes, set_phases
 from percuss.kernels.landing import GRAZE, NONE, is_fast, rest_at_landing
@@ -185,7 +185,7 @@ def flight_of(run: Run, phases: Table) -> Flight:
     return Flight(run.law, run.counters[REGION], start, phases, run.arrival)
 
 
-@kernel
+@formula
 def fly(run: Run, t_end: float) -> int:
     """Fly to the next event or graze; return MOVING, or why there is none."""
     state = run.state

@@ -26,7 +26,7 @@ from percuss.kernels.arithmetic import (
     later,
     quintic_root,
 )
-from percuss.kernels.compile import kernel
+from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import (
     Flight,
     acceleration_and_jerk,
@@ -321,7 +321,7 @@ def next_event(flight: Flight, x: float, walker: Table, free: Pair, longest: flo
     return PAUSE, s, 0.0, 0.0, 0.0, free
 
 
-@kernel
+@formula
 def set_out(flight: Flight, walker: Table, s: float) -> tuple[int, float, float, float]:
     """Return the number of steps of a walk from s, (y, v) there, and the effect of forces in one.
 
@@ -467,7 +467,7 @@ def walk_error(
     return WALK_SLACK * (load + places + step * (abs(before[1]) + abs(after[1])))
 
 
-@kernel
+@formula
 def meeting(
     flight: Flight,
     walker: Table,
