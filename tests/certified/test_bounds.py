@@ -6,7 +6,7 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
-from percuss.certified.flight import Flight, Push
+from percuss.certified.flight import EnclosedFlight, Push
 from percuss.certified.law import law_of
 from percuss.certified.system import system_of
 from percuss.model.exact import Exact
@@ -33,7 +33,7 @@ def test_derivatives_stay_below_their_bound_and_are_those_of_one_another(name: s
     system = system_of(pc.Oscillator(*REGIMES[name]), FORCE)
     with ctx.workprec(256):
         law = law_of(system)
-        flight = Flight(law, 0, law.turns(arb("0.3")), arb("0.2"), arb("-0.7"))
+        flight = EnclosedFlight(law, 0, law.turns(arb("0.3")), arb("0.2"), arb("-0.7"))
         for s, h in ((0.0, 0.5), (0.7, 0.1), (4.0, 1.0)):
             values, size = flight.derivatives(arb(s), n - 1)
             bound = flight.bound(n, s, h, size)
@@ -56,7 +56,7 @@ def test_the_series_at_the_start_is_the_closed_form(name: str) -> None:
     system = system_of(pc.Oscillator(*REGIMES[name]), FORCE)
     with ctx.workprec(256):
         law = law_of(system)
-        flight = Flight(law, 0, law.turns(arb("0.3")), arb("0.2"), arb("-0.7"))
+        flight = EnclosedFlight(law, 0, law.turns(arb("0.3")), arb("0.2"), arb("-0.7"))
         coefficients = flight.taylor(7)
         values, _ = flight.derivatives(arb(0), 7)
         for k, (c, value) in enumerate(zip(coefficients, values, strict=True)):

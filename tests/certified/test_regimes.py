@@ -10,7 +10,7 @@ from flint import arb, ctx
 
 import percuss as pc
 from percuss.certified import CertifiedRun, Ending
-from percuss.certified.flight import Flight
+from percuss.certified.flight import EnclosedFlight
 from percuss.certified.landing import fourth_around
 from percuss.certified.law import Law, law_of
 from percuss.certified.numbers import ball
@@ -138,7 +138,7 @@ def test_the_fourth_derivative_is_bounded_on_both_sides_of_a_landing() -> None:
     # Almost without a spring, where the force has its steepest: x'''' = f'' is zero there.
     system = system_of(pc.Oscillator("1e-14"), pc.Forcing((pc.Harmonic(1, 1),), constant="0.5"))
     law = law_of(system)
-    flight = Flight(law, 0, law.turns_at(0), arb(0), arb(1))
+    flight = EnclosedFlight(law, 0, law.turns_at(0), arb(0), arb(1))
     s, trial = arb.pi() / 2, arb(1e-3)
     assert flight.region.near
 

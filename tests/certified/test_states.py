@@ -6,15 +6,15 @@ from flint import arb, ctx
 import percuss as pc
 from percuss.certified.cloud import Cloud
 from percuss.certified.contact import Hops
-from percuss.certified.record import Ending, Piece, Record
+from percuss.certified.record import Ending, MarchRecord, Piece
 from percuss.certified.state import state_at
 from percuss.certified.step import Departure
 from percuss.certified.system import System, system_of
 from percuss.errors import ParameterError
 
 
-def _record(*pieces: Piece, until: float = 3.0) -> Record:
-    record = Record(ctx.prec)
+def _record(*pieces: Piece, until: float = 3.0) -> MarchRecord:
+    record = MarchRecord(ctx.prec)
     record.pieces += pieces
     record.until = arb(until)
     return record

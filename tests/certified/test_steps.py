@@ -8,7 +8,7 @@ from flint import arb, ctx
 import percuss as pc
 from percuss.certified.cloud import Cloud
 from percuss.certified.first_root import Level, Search
-from percuss.certified.flight import Flight
+from percuss.certified.flight import EnclosedFlight
 from percuss.certified.law import law_of
 from percuss.certified.step import Arrival, Departure, first_arrival
 from percuss.certified.stretch import BallStretch, FloatStretch
@@ -100,7 +100,7 @@ def test_a_dip_between_two_samples_is_seen() -> None:
     system = system_of(pc.impact_oscillator(wall=-1), None)
     for start, hits in (("1.00000001", True), ("0.99999999", False)):
         with ctx.workprec(128):
-            flight = Flight(law_of(system), 0, [], arb(start), arb(0))
+            flight = EnclosedFlight(law_of(system), 0, [], arb(start), arb(0))
             level = Level(0, 1, law_of(system).places[0])
             search = Search(flight, [level], None, 1, width=1.0, least=1e-9, sharp=False)
             found = search.first(6.0)

@@ -18,11 +18,11 @@ import xarray as xr
 
 import percuss as pc
 from percuss.errors import OutputError, ParameterError
+from percuss.execution import Execution
 from percuss.io import load_netcdf, load_record, save_csv, save_netcdf
 from percuss.io.exact_json import decoded, encoded
 from percuss.orbits import Branch, PeriodicOrbit
 from percuss.studies.reading import parse_study
-from percuss.studies.study import Execution
 
 # Exact numbers of every type, which a file has to keep apart.
 OSC = pc.impact_oscillator(

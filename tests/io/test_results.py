@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import percuss as pc
 from percuss.errors import OutputError
+from percuss.execution import Execution
 from percuss.io import (
     Record,
     load_netcdf,
@@ -34,7 +35,6 @@ from percuss.motion.tables import COLUMNS
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import offscreen_figure, plot_velocity
 from percuss.studies import Limits, Motion, load_study, parse_study
-from percuss.studies.study import Execution
 
 Saver = Callable[..., None]
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.execution import Execution
 from percuss.studies.reading import parse_study
-from percuss.studies.study import Execution
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

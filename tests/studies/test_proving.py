@@ -14,6 +14,7 @@ from tests.studies.texts import faults_of
 
 import percuss as pc
 from percuss.errors import ParameterError
+from percuss.execution import Execution
 from percuss.studies import (
     Branch,
     Certify,
@@ -27,7 +28,6 @@ from percuss.studies import (
     parse_study,
     run_study,
 )
-from percuss.studies.study import Execution
 from percuss.studies.tables import Draw
 
 pytest.importorskip("flint")

@@ -14,10 +14,11 @@ import pytest
 
 import percuss as pc
 from percuss.errors import ParameterError
+from percuss.execution import Execution
 from percuss.motion.trajectory import Trajectory
 from percuss.studies.kinds.motion import Motion
 from percuss.studies.reading import load_study, parse_study
-from percuss.studies.study import Execution, Study, kind_names
+from percuss.studies.study import Study, kind_names
 from percuss.studies.templates import template_names, template_text
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

@@ -14,8 +14,8 @@ from tests.web.frames import read_frame
 
 import percuss as pc
 from percuss.errors import StudyError
+from percuss.execution import Execution
 from percuss.studies import parse_study
-from percuss.studies.study import Execution
 from percuss.web.asked import asked_study
 from percuss.web.code_text import python_text
 from percuss.web.explore import answer_explore

@@ -14,11 +14,11 @@ import pytest
 import xarray
 
 from percuss.errors import PercussError
+from percuss.execution import Execution
 from percuss.motion.simulate import simulate
 from percuss.studies import parse_study, run_study
 from percuss.studies.kinds.basins import Basins
 from percuss.studies.kinds.diagram import Diagram
-from percuss.studies.study import Execution
 from percuss.web import kept
 from percuss.web.asked import asked_study
 from percuss.web.downloads import file_of

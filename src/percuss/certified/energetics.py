@@ -8,7 +8,7 @@ from percuss.certified.cloud import Pair
 from percuss.certified.flight import Push
 from percuss.certified.law import law_of
 from percuss.certified.numbers import between, time_ball
-from percuss.certified.record import Record
+from percuss.certified.record import MarchRecord
 from percuss.certified.system import System
 from percuss.model.exact import Phase
 from percuss.model.stops import SoftStop
@@ -29,7 +29,7 @@ def energy_of(system: System, state: Pair) -> arb:
     return energy
 
 
-def forces_of(system: System, record: Record, time: Phase, state: Pair) -> list[arb]:
+def forces_of(system: System, record: MarchRecord, time: Phase, state: Pair) -> list[arb]:
     """Return spring, damping, forcing and the force of each stop, per unit mass."""
     x, v = state
     law, t = law_of(system), time_ball(time)

@@ -87,7 +87,7 @@ class Search:
     Parameters
     ----------
     curve
-        A `Flight` or a `Push`; balls stand for all curves in them.
+        A `EnclosedFlight` or a `Push`; balls stand for all curves in them.
     levels
         The levels.
     started

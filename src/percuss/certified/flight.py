@@ -15,7 +15,7 @@ from flint import arb
 from percuss.certified.law import Law, LinearRegion, Number, constant_of
 from percuss.certified.numbers import power, upper
 
-__all__ = ["Curve", "Flight", "Propagator", "Push", "Wave", "propagator"]
+__all__ = ["Curve", "EnclosedFlight", "Propagator", "Push", "Wave", "propagator"]
 
 # More than the rounding of the few dozen float operations of a bound.
 SLACK = 1.0 + 1e-12
@@ -118,7 +118,7 @@ def _waves_bound(waves: Sequence[Wave], n: int, end: float) -> float:
     return total
 
 
-class Flight:
+class EnclosedFlight:
     """The motion from (x0, v0) under the forcing whose phases are given.
 
     Parameters

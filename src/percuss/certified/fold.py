@@ -22,7 +22,7 @@ from percuss.certified.branch import (
     system_over,
 )
 from percuss.certified.chain import Link
-from percuss.certified.flight import Flight
+from percuss.certified.flight import EnclosedFlight
 from percuss.certified.krawczyk import Solved, krawczyk
 from percuss.certified.law import Law, constant_of, law_of
 from percuss.certified.orbits import monodromy_over, shooting_of
@@ -112,7 +112,7 @@ class Curve:
         t, v = states[i]
         until = states[following][0] + (equations.period if following == 0 else 0)
         there = equations.arrival(i, states[i], until, self.coarse())
-        flight = Flight(law, link.after, law.turns(t), law.places[link.bound], v)
+        flight = EnclosedFlight(law, link.after, law.turns(t), law.places[link.bound], v)
         (x1, v1, a1), _ = flight.derivatives(there.box[0] - t, 2)
         later = -(_slope(x1) - _slope(law.places[end.bound])) / constant_of(v1)
         faster = _slope(v1) + constant_of(a1) * later

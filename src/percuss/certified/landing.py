@@ -9,7 +9,7 @@ from typing import NamedTuple
 from flint import arb, arb_poly, ctx
 
 from percuss.certified.first_root import Bracket, Level
-from percuss.certified.flight import Flight
+from percuss.certified.flight import EnclosedFlight
 from percuss.certified.law import constant_of
 from percuss.certified.numbers import precision, span, upper
 from percuss.certified.undecided import Undecided
@@ -51,8 +51,8 @@ class Roots(NamedTuple):
 
 
 def solve(
-    point: Flight,
-    whole: Flight,
+    point: EnclosedFlight,
+    whole: EnclosedFlight,
     bracket: Bracket,
     bits: int,
     *,
@@ -102,13 +102,13 @@ def solve(
     return Roots(first, second)
 
 
-def pace_of(flight: Flight) -> float:
+def pace_of(flight: EnclosedFlight) -> float:
     """Return the inverse of the time in which a flight can change."""
     damping = upper(constant_of(flight.region.damping))
     return max([flight.region.pace, damping, *(wave.pace for wave in flight.waves)])
 
 
-def newton(flight: Flight, level: Level, guess: float, bracket: Bracket) -> arb:
+def newton(flight: EnclosedFlight, level: Level, guess: float, bracket: Bracket) -> arb:
     """Return about where a flight crosses a level, an exact number."""
     s = arb(guess)
     for _ in range(MOST_STEPS):
@@ -126,7 +126,7 @@ def newton(flight: Flight, level: Level, guess: float, bracket: Bracket) -> arb:
 
 
 def _landing(
-    flight: Flight, level: Level, s: arb, pace: float, apart: arb | None = None
+    flight: EnclosedFlight, level: Level, s: arb, pace: float, apart: arb | None = None
 ) -> Landing:
     """Return the crossing nearest to s, proven by an interval Newton step."""
     (x, v, a, j), size = flight.derivatives(s, 3)
@@ -165,14 +165,18 @@ def _trials(needed: arb, apart: arb | None) -> list[arb]:
     return [needed] if apart is None or apart <= needed else [needed.max(apart), needed]
 
 
-def fourth_around(flight: Flight, s: arb, trial: arb, size: float) -> float:
+def fourth_around(flight: EnclosedFlight, s: arb, trial: arb, size: float) -> float:
     """Return a bound of the fourth derivative within a trial, which is narrow, around s."""
     # Backwards as well, where a dashpot makes the motion grow: by 1 % at most over so little.
     return 1.05 * flight.bound(4, float(s), 1.001 * float(trial), size)
 
 
 def roots_near(
-    point: Flight, whole: Flight, bracket: Bracket, bits: int, apart: arb | None = None
+    point: EnclosedFlight,
+    whole: EnclosedFlight,
+    bracket: Bracket,
+    bits: int,
+    apart: arb | None = None,
 ) -> Roots:
     """Return the landings of hops far shorter than all times of the motion.
 
@@ -206,7 +210,9 @@ def _log2(value: arb) -> float:
 class _Series:
     """The Taylor series of a flight at its start, and that of its distance divided by s^m."""
 
-    def __init__(self, flight: Flight, sign: int, m: int, longest: float, bits: int) -> None:
+    def __init__(
+        self, flight: EnclosedFlight, sign: int, m: int, longest: float, bits: int
+    ) -> None:
         # The quotient by s^m is as small as its first coefficient.
         first = constant_of(flight.taylor(max(m, 2))[m])
         if first.contains(0):

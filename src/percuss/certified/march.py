@@ -17,8 +17,8 @@ from percuss.certified.record import (
     Ending,
     GrazeRow,
     ImpactRow,
+    MarchRecord,
     Piece,
-    Record,
 )
 from percuss.certified.starting import on_stop
 from percuss.certified.step import Arrival, Departure, first_arrival
@@ -59,7 +59,7 @@ class Limits:
 
 def march(
     system: System, start: Start, limits: Limits, progress: RunProgress | None = None
-) -> Record:
+) -> MarchRecord:
     """Follow a motion in balls of the working precision; never raises Undecided."""
     walk = _Walk(system, limits)
     try:
@@ -84,7 +84,7 @@ class _Walk:
         fastest = max([region.pace for region in self.law.regions] + self.law.paces)
         # With neither springs nor harmonics there is no time to compare with.
         self.width = 1.0 / fastest if fastest > 1e-38 else 1.0
-        self.record = Record(ctx.prec, self.width, end=limits.t_end)
+        self.record = MarchRecord(ctx.prec, self.width, end=limits.t_end)
 
     def go_on(self) -> bool:
         """Go to the next event; tell whether there may be more."""

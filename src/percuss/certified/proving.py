@@ -13,7 +13,7 @@ from percuss.certified.law import lost_bits
 from percuss.certified.march import MOST_EVENTS, Limits, march
 from percuss.certified.numbers import precision
 from percuss.certified.ranges import Over, system_for, too_wide
-from percuss.certified.record import Ending, Record
+from percuss.certified.record import Ending, MarchRecord
 from percuss.certified.results import CertifiedRun, run_of_record
 from percuss.certified.starting import start_used
 from percuss.certified.system import system_of
@@ -48,7 +48,7 @@ def certify_run(
     begin = start_used(system, given)
     t_end, number = limits if limits != (None, None) else _limits_of(run)
     finest = Fraction(1, 2 * 10**digits)
-    best: tuple[Record, float] | None = None
+    best: tuple[MarchRecord, float] | None = None
     with precision(FIRST_MARGIN):
         lost = lost_bits(system)
     work = bits or min(most_bits, math.ceil(digits / math.log10(2)) + FIRST_MARGIN + lost)
@@ -101,7 +101,7 @@ def _limits_of(run: Trajectory) -> tuple[Phase | None, int | None]:
     return run.end, None
 
 
-def _bits(record: Record, digits: int) -> tuple[float, float]:
+def _bits(record: MarchRecord, digits: int) -> tuple[float, float]:
     """Return the bits that the balls have grown by, and those that miss to the digits."""
     instants = [row.t for row in record.impacts] + [row.t for row in record.crossings]
     velocities = [row.v_before for row in record.impacts] + [row.v for row in record.crossings]

@@ -14,7 +14,7 @@ from percuss.certified.contact import Hold, Hops
 from percuss.certified.step import Departure
 from percuss.model.exact import Phase
 
-__all__ = ["ContactRow", "CrossingRow", "Ending", "GrazeRow", "ImpactRow", "Piece", "Record"]
+__all__ = ["ContactRow", "CrossingRow", "Ending", "GrazeRow", "ImpactRow", "MarchRecord", "Piece"]
 
 
 class Ending(Enum):
@@ -82,7 +82,7 @@ class Piece(NamedTuple):
 
 
 @dataclass
-class Record:
+class MarchRecord:
     """Events and pieces of a march, and how it ended.
 
     ``width`` is a time in which little changes: the scale of instants near 0. ``begin`` and ``end``

@@ -19,7 +19,7 @@ from flint import arb, ctx
 
 from percuss.certified.cloud import Cloud
 from percuss.certified.first_root import Bracket
-from percuss.certified.flight import Flight
+from percuss.certified.flight import EnclosedFlight
 from percuss.certified.law import coarse_bits
 from percuss.certified.numbers import ball, precision
 from percuss.certified.step import (
@@ -39,7 +39,9 @@ __all__ = ["Rounds", "first_impact"]
 Word = tuple[int, ...]
 
 
-def first_impact(system: System, start: Departure, longest: float) -> tuple[Bracket, Flight, int]:
+def first_impact(
+    system: System, start: Departure, longest: float
+) -> tuple[Bracket, EnclosedFlight, int]:
     """Return where a flight first meets a stop, for all of its starts.
 
     Raises

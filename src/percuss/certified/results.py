@@ -16,7 +16,7 @@ from percuss.certified.doubles import doubles_of, in_words
 from percuss.certified.energetics import energy_of, forces_of
 from percuss.certified.numbers import precision, time_ball
 from percuss.certified.ranges import range_of
-from percuss.certified.record import Ending, Record
+from percuss.certified.record import Ending, MarchRecord
 from percuss.certified.starting import moved_in_words
 from percuss.certified.state import is_proven, state_at
 from percuss.certified.system import System
@@ -85,7 +85,7 @@ class CertifiedRun:
     precision: int
     bits_spent: float
     _system: System = field(repr=False)
-    _record: Record = field(repr=False)
+    _record: MarchRecord = field(repr=False)
     _given: Start = field(repr=False)
 
     @property
@@ -375,7 +375,7 @@ _COMPLETE = (
 
 
 def run_of_record(
-    system: System, starts: tuple[Start, Start], record: Record, spent: float, digits: int
+    system: System, starts: tuple[Start, Start], record: MarchRecord, spent: float, digits: int
 ) -> CertifiedRun:
     """Make the result of a march; starts are the one it is about and the one that was given."""
     with precision(record.bits):

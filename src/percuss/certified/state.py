@@ -12,7 +12,7 @@ from percuss.certified.contact import Hold, Hops
 from percuss.certified.flight import propagator
 from percuss.certified.law import law_of
 from percuss.certified.numbers import between, order_of, precision, time_ball
-from percuss.certified.record import Ending, Record
+from percuss.certified.record import Ending, MarchRecord
 from percuss.certified.step import Departure, flight_of
 from percuss.certified.system import System
 from percuss.errors import ParameterError
@@ -25,7 +25,7 @@ FLOAT_BITS = 64
 TO_THE_END = (Ending.reached_t_end, Ending.at_rest)
 
 
-def is_proven(record: Record, time: Phase) -> bool:
+def is_proven(record: MarchRecord, time: Phase) -> bool:
     """Tell whether a time lies within what is proven, for certain."""
     if record.begin is not None and order_of(time, record.begin) < 0:
         return False
@@ -37,7 +37,7 @@ def is_proven(record: Record, time: Phase) -> bool:
         return bool(time_ball(time) <= record.until)
 
 
-def state_at(system: System, record: Record, time: Phase) -> Pair:
+def state_at(system: System, record: MarchRecord, time: Phase) -> Pair:
     """Return balls of x and v at a time; at an event, of both of its sides.
 
     Raises

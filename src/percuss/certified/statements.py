@@ -21,7 +21,7 @@ from flint import arb, ctx
 
 from percuss.certified.at_rest import first_push_at
 from percuss.certified.balls import Ball
-from percuss.certified.flight import Flight
+from percuss.certified.flight import EnclosedFlight
 from percuss.certified.law import Law, coarse_bits, law_of
 from percuss.certified.numbers import ball, precision, rational_cosine, time_ball
 from percuss.certified.step import levels_of, search_along, width_of
@@ -315,8 +315,8 @@ class _Eigenset:
             return ball(start + k * self.gain)
         return ball(start) + k * self.gain
 
-    def _flight(self, turns: list[tuple[arb, arb]], v: arb, order: int = 1) -> Flight:
-        return Flight(self.law, 0, turns, self.law.places[0], v, order)
+    def _flight(self, turns: list[tuple[arb, arb]], v: arb, order: int = 1) -> EnclosedFlight:
+        return EnclosedFlight(self.law, 0, turns, self.law.places[0], v, order)
 
     def _is_clear(self, k: int) -> bool:
         """Tell whether a flight meets the wall first after half a natural period."""

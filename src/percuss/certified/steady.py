@@ -8,7 +8,7 @@ from fractions import Fraction
 from flint import acb, arb, ctx
 
 from percuss.certified.chain import region_of_row
-from percuss.certified.flight import Flight, propagator
+from percuss.certified.flight import EnclosedFlight, propagator
 from percuss.certified.law import Law, coarse_bits, constant_of, law_of
 from percuss.certified.multipliers import completed
 from percuss.certified.numbers import ball, precision
@@ -22,7 +22,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 __all__ = ["steady_admissible", "steady_flight", "steady_proof"]
 
 
-def steady_flight(law: Law, region_number: int, place: Fraction | None = None) -> Flight:
+def steady_flight(law: Law, region_number: int, place: Fraction | None = None) -> EnclosedFlight:
     """Return the steady motion of a region, from t = 0.
 
     Without a spring it can be anywhere: it starts at ``place``, if that is given.
@@ -37,7 +37,7 @@ def steady_flight(law: Law, region_number: int, place: Fraction | None = None) -
         raise Undecided("precision", "without a spring steady motion has no place of its own")
     if any(gain is None for gain in region.gains):
         raise Undecided("precision", "at resonance without damping there is no steady motion")
-    flight = Flight(law, region_number, law.turns_at(0), arb(0), arb(0))
+    flight = EnclosedFlight(law, region_number, law.turns_at(0), arb(0), arb(0))
     x, v = flight.origin, arb(0)
     for omega, p, q, *_ in flight.waves:
         x, v = x + p, v + omega * q

@@ -9,7 +9,7 @@ from flint import arb, ctx
 
 from percuss.certified.cloud import Cloud, Matrix, Pair, applied
 from percuss.certified.first_root import Bracket, Level, Search
-from percuss.certified.flight import Curve, Flight, Propagator, propagator
+from percuss.certified.flight import Curve, EnclosedFlight, Propagator, propagator
 from percuss.certified.landing import solve
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import ball, precision, time_ball, upper
@@ -86,7 +86,7 @@ class Arrival:
     alone: arb
 
 
-def flight_of(system: System, start: Departure, *, whole: bool) -> Flight:
+def flight_of(system: System, start: Departure, *, whole: bool) -> EnclosedFlight:
     """Return the flight from the middle of a departure's cloud, or those from all of it."""
     law = law_of(system)
     t, v = start.cloud.box() if whole else start.cloud.middle
@@ -94,7 +94,7 @@ def flight_of(system: System, start: Departure, *, whole: bool) -> Flight:
     if start.order > 1:
         v = arb(0)
     x = ball(start.x) if start.bound is None else law.places[start.bound]
-    return Flight(law, start.region, turns, x, v, start.order)
+    return EnclosedFlight(law, start.region, turns, x, v, start.order)
 
 
 def levels_of(system: System, region: int) -> list[Level]:
@@ -107,7 +107,7 @@ def levels_of(system: System, region: int) -> list[Level]:
     return found
 
 
-def width_of(system: System, flight: Flight) -> float:
+def width_of(system: System, flight: EnclosedFlight) -> float:
     """Return about how long a stretch of a flight can be, for the quickest part of the motion."""
     return 1.0 / max([flight.region.pace, *law_of(system).paces, 1e-6])
 
@@ -197,7 +197,7 @@ def _arrival(
 def landed(
     system: System,
     start: Departure,
-    whole: Flight,
+    whole: EnclosedFlight,
     bracket: Bracket,
     coarse: int,
     apart: arb | None = None,
@@ -256,7 +256,7 @@ def event_derivative(by: Propagator, before: Pair, after: Pair) -> Matrix:
     return (t_by_t, t_by_v), (v_by_t + a1 * t_by_t, a22 + a1 * t_by_v)
 
 
-def _never_reaches(flight: Flight, levels: list[Level], start: Departure) -> bool:
+def _never_reaches(flight: EnclosedFlight, levels: list[Level], start: Departure) -> bool:
     """Tell whether a motion that stays within bounds for ever stays away from all levels."""
     if start.bound is not None:
         return False

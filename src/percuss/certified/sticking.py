@@ -18,7 +18,7 @@ from percuss.certified.march import Limits, march
 from percuss.certified.multipliers import Monodromy
 from percuss.certified.numbers import ball
 from percuss.certified.proof import Proof
-from percuss.certified.record import Ending, Record
+from percuss.certified.record import Ending, MarchRecord
 from percuss.certified.system import System
 from percuss.certified.undecided import Undecided
 from percuss.model.exact import pi_times
@@ -66,7 +66,7 @@ def sticking_proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
     return _proof(system, orbit, record, frequency)
 
 
-def _proof(system: System, orbit: PeriodicOrbit, record: Record, frequency: Fraction) -> Proof:
+def _proof(system: System, orbit: PeriodicOrbit, record: MarchRecord, frequency: Fraction) -> Proof:
     zero = arb(0)
     bounds = {bound.wall: i for i, bound in enumerate(system.bounds)}
     chain = [Link(bounds[row.stop], 0, 0, row.stop, wall=True) for row in record.impacts]

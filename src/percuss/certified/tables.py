@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from percuss.certified.balls import Balls
 from percuss.certified.numbers import ball
-from percuss.certified.record import Record
+from percuss.certified.record import MarchRecord
 from percuss.certified.system import System
 from percuss.motion.tables import COLUMNS
 
@@ -183,7 +183,7 @@ class CertifiedGrazes:
         return len(self.t)
 
 
-def impacts_of(system: System, record: Record) -> CertifiedImpacts:
+def impacts_of(system: System, record: MarchRecord) -> CertifiedImpacts:
     """Return the impacts of a record."""
     rows = record.impacts
     instants = [row.t for row in rows]
@@ -207,7 +207,7 @@ def cycles_of(system: System, instants: list[arb]) -> Balls:
     return Balls.of(turn - turn.mid().floor().mid() for turn in turns)
 
 
-def crossings_of(record: Record) -> CertifiedCrossings:
+def crossings_of(record: MarchRecord) -> CertifiedCrossings:
     """Return the crossings of a record."""
     return CertifiedCrossings(
         t=Balls.of(row.t for row in record.crossings),
@@ -217,7 +217,7 @@ def crossings_of(record: Record) -> CertifiedCrossings:
     )
 
 
-def contacts_of(record: Record) -> CertifiedContacts:
+def contacts_of(record: MarchRecord) -> CertifiedContacts:
     """Return the contacts of a record."""
     nan = arb.nan()
     return CertifiedContacts(
@@ -228,7 +228,7 @@ def contacts_of(record: Record) -> CertifiedContacts:
     )
 
 
-def grazes_of(record: Record) -> CertifiedGrazes:
+def grazes_of(record: MarchRecord) -> CertifiedGrazes:
     """Return the touch at which a record ends, or none."""
     return CertifiedGrazes(
         t=Balls.of(row.t for row in record.grazes),

@@ -24,7 +24,7 @@ from percuss.certified.branch import (
     system_over,
 )
 from percuss.certified.chain import Link, chain_of, region_of_row
-from percuss.certified.flight import Flight
+from percuss.certified.flight import EnclosedFlight
 from percuss.certified.landing import NARROW, fourth_around, pace_of
 from percuss.certified.law import constant_of, law_of
 from percuss.certified.numbers import span
@@ -77,7 +77,7 @@ class Branch:
     bound: int
     s: float
 
-    def turn(self, flight: Flight, system: System, near: arb) -> Turn:
+    def turn(self, flight: EnclosedFlight, system: System, near: arb) -> Turn:
         """Return the turning point near a time of all flights, proven by an interval Newton step.
 
         Raises

@@ -15,7 +15,7 @@ from percuss.ensembles.basins import COLUMN_UNITS, columns_of, no_starts, warn_w
 from percuss.ensembles.classification import STAGE, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of, motion_of
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.execution import Execution, Report, run_job
+from percuss.ensembles.execution import Report, execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.sweep import identity_of
@@ -126,7 +126,7 @@ def basin_fractions(
     >>> found.name.values.tolist()
     [['(1, 1)', '(1, 1)', '(1, 1)'], ['', '(0, 1)', '(0, 1)']]
     """
-    execution = Execution.of(store, engine, n_workers, progress)
+    execution = execution_of(store, engine, n_workers, progress)
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
     periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
@@ -148,7 +148,7 @@ def basin_fractions(
     answer = run_job(job, execution)
     warn_without_starts(drawn, answer)
     followed = follow_attractors(grid, rules, answer.arrays, n_starts)
-    return execution.keep(_dataset(grid, answer, followed))
+    return keep(_dataset(grid, answer, followed), execution)
 
 
 def _range(name: str, ends: object) -> tuple[float, float]:

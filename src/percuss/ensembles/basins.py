@@ -15,7 +15,7 @@ from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, l
 from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
 from percuss.ensembles.datasets import attributes_of, motion_of, warn_of_failures
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.execution import Execution, Report, run_job
+from percuss.ensembles.execution import Report, execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
 from percuss.ensembles.sweep import identity_of
@@ -122,7 +122,7 @@ def basins(
     >>> [str(found.name.values[i]) for i in found.basin.values[:, 0]]
     ['(1, 1)', '(0, 1)', '(0, 1)', '(1, 1)']
     """
-    execution = Execution.of(store, engine, n_workers, progress)
+    execution = execution_of(store, engine, n_workers, progress)
     if force is None or force.period is None:
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
     periods = whole("periods", periods, STAGE)
@@ -137,7 +137,7 @@ def basins(
     answer = run_job(Classification(starts, rules, tuple(identity.items())), execution)
     warn_without_starts(starts, answer)
     found = label_starts(StrobedSystem.of(osc, force, begin), answer.arrays)
-    return execution.keep(_dataset(starts, StrobedSystem.of(osc, force, begin), answer, *found))
+    return keep(_dataset(starts, StrobedSystem.of(osc, force, begin), answer, *found), execution)
 
 
 def no_starts(answer: Answer) -> int:

@@ -19,7 +19,7 @@ from percuss.ensembles.datasets import (
     warn_of_some,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.execution import Execution, Report, run_job
+from percuss.ensembles.execution import Report, execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
 from percuss.ensembles.measures import SAME, Window, period_of
@@ -33,6 +33,7 @@ from percuss.ensembles.store import (
 )
 from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK, identity_of
 from percuss.errors import OutputError, ParameterError
+from percuss.execution import Execution
 from percuss.kernels import survey
 from percuss.kernels.law import PERIOD
 from percuss.model.exact import Phase, as_float
@@ -137,7 +138,7 @@ def bifurcation_diagram(
     >>> found.period.sel(branch="forward").values
     array([1, 2])
     """
-    execution = Execution.of(store, engine, n_workers, progress)
+    execution = execution_of(store, engine, n_workers, progress)
     _check_lists(starts, follow)
     grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
     _check(grids, force, section, follow, points)
@@ -159,7 +160,7 @@ def bifurcation_diagram(
     of_branches = [*(grids[0] for _ in follow), *grids]
     found = _dataset(of_branches, names, section, answers)
     _warn(found)
-    return execution.keep(found)
+    return keep(found, execution)
 
 
 def _make_ready(

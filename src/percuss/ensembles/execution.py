@@ -1,4 +1,4 @@
-"""How a job is done: into what store, on what engine, and who hears of its progress."""
+"""Doing a job: what is left of it, on an engine, into a store where there is one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import inspect
 import os
 import sys
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,13 +32,14 @@ from percuss.ensembles.job import (
 )
 from percuss.ensembles.store import RESULT, Store, has_store, keep_result
 from percuss.errors import OutputError, ParameterError
+from percuss.execution import Execution
 from percuss.progress import PATIENCE, Progress, Report, duration_text, rate_text
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["ChunkProgress", "Execution", "Report", "folder_of", "run_job"]
+__all__ = ["ChunkProgress", "Report", "execution_of", "folder_of", "keep", "run_job"]
 
 # What takes longer than this [s] is said once where no progress was asked for.
 LONG = 600.0
@@ -47,58 +47,30 @@ LONG = 600.0
 LARGE = 1_000_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class Execution:
-    """How the jobs of a study are done; nothing of it changes the answer.
-
-    Attributes
-    ----------
-    store
-        Folder of a store; None keeps the answer in memory alone.
-    engine, n_workers
-        As `done_chunks` takes them.
-    progress
-        True shows a line on the error stream after two seconds, with the rate and the time
-        left; a function ``(done, total) -> bool`` is called with numbers of points after each
-        chunk, and at least every 1.5 s while none is finished.
+def execution_of(
+    store: str | Path | None, engine: Engine, n_workers: int | None, progress: Report
+) -> Execution:
+    """Return the execution that a call asks for by its keywords, all of them checked.
 
     Raises
     ------
     ParameterError
         If one of them cannot be taken.
     """
+    folder = None if store is None else folder_of(store)
+    check_engine(engine, n_workers)
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        reason = "neither True nor a function (done, total) -> bool"
+        raise ParameterError("progress", progress, reason)
+    return Execution(folder, engine, n_workers, progress)
 
-    store: Path | None = None
-    engine: Engine = "threads"
-    n_workers: int | None = None
-    progress: Report = None
 
-    @classmethod
-    def of(
-        cls,
-        store: str | Path | None,
-        engine: Engine,
-        n_workers: int | None,
-        progress: Report,
-    ) -> Execution:
-        """Return the execution that a call asks for by its keywords, all of them checked."""
-        folder = None if store is None else folder_of(store)
-        check_engine(engine, n_workers)
-        if not (progress is None or isinstance(progress, bool) or callable(progress)):
-            reason = "neither True nor a function (done, total) -> bool"
-            raise ParameterError("progress", progress, reason)
-        return cls(folder, engine, n_workers, progress)
-
-    def of_part(self, name: str) -> Execution:
-        """Return the execution of one part of a study, whose store is a folder in this one."""
-        return self if self.store is None else replace(self, store=self.store / name)
-
-    def keep(self, dataset: Dataset) -> Dataset:
-        """Keep a result in the store once it is complete, and return it."""
-        store = self.store
-        if store is not None and dataset.attrs["complete"] and not (store / RESULT).exists():
-            keep_result(store, dataset)
-        return dataset
+def keep(dataset: Dataset, execution: Execution) -> Dataset:
+    """Keep a result in the store once it is complete, and return it."""
+    store = execution.store
+    if store is not None and dataset.attrs["complete"] and not (store / RESULT).exists():
+        keep_result(store, dataset)
+    return dataset
 
 
 def folder_of(store: object) -> Path:

@@ -22,7 +22,7 @@ from percuss.ensembles.datasets import (
     warn_of_some,
 )
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.execution import Execution, Report, run_job
+from percuss.ensembles.execution import Report, execution_of, run_job
 from percuss.ensembles.fingerprint import fingerprint
 from percuss.ensembles.grid import Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension, too_large
@@ -139,7 +139,7 @@ def sweep(
     >>> found.period.values
     array([1., 2., 0.])
     """
-    execution = Execution.of(store, engine, n_workers, progress)
+    execution = execution_of(store, engine, n_workers, progress)
     grid = make_grid(osc, force, start, over)
     work = _work(measure, grid, Window(transient, periods), max_impacts)
     answer = run_job(work, execution, is_read_from_disk=True)

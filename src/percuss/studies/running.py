@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from percuss.errors import ParameterError
+from percuss.execution import Execution
 from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles, check_output, record_file
 from percuss.io.netcdf import write_netcdf
@@ -23,7 +24,7 @@ from percuss.motion.simulate import simulate
 from percuss.plotting.style import offscreen_figure, style
 from percuss.progress import Progress, Report
 from percuss.studies.proving import STEM, Proof, check_certify, draw_proof, proof_of
-from percuss.studies.study import Execution, Study
+from percuss.studies.study import Study
 
 # A table of more rows is no help to anybody as CSV: spreadsheets hold so many, header included.
 MOST_ROWS = 2**20
@@ -196,7 +197,7 @@ def _answered(
         return progress.is_stopped and progress.done < progress.total
 
     watched = reach if callable(report) else report
-    answer = study.question.answer(study, Execution(store, engine, watched))
+    answer = study.question.answer(study, Execution(store, engine, progress=watched))
     wanted = study.certify is not None and not is_stopped()
     proof = proof_of(study, answer, watched) if wanted else None
     is_complete = getattr(answer, "attrs", {}).get("complete", 1) == 1

@@ -6,16 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
 from typing import Any, ClassVar, Self, TypeAlias
 
+from percuss.execution import Execution
 from percuss.io.study_text import model_tables, toml_text
 from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
 from percuss.model.stops import Stop
-from percuss.progress import Report
 from percuss.studies.faults import MISSING, StudyFaults
 from percuss.studies.model_tables import EngineersModel
 from percuss.studies.tables import (
@@ -30,7 +29,7 @@ from percuss.studies.tables import (
 )
 
 __all__ = [
-    "AT_REST", "TABLES", "Execution", "Picture", "Question", "Study", "StudyDraft", "check_start",
+    "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft", "check_start",
     "kind_named", "kind_names", "known_walls", "study_text", "titled_axes",
 ]  # fmt: skip
 
@@ -55,29 +54,6 @@ _KINDS = (
 # in the table of the kind.
 TABLES = {"start": "start", "limits": "run", "sought": "orbit", "over": "over", "steps": "branch"}
 _PLACE = ("at", "side")
-
-
-@dataclass(frozen=True, slots=True)
-class Execution:
-    """How a study is run, which changes nothing about its answer.
-
-    Attributes
-    ----------
-    store
-        Folder of a Zarr store that a long run goes into and is resumed from; or None.
-    engine
-        "threads", "processes" or the address of a Dask scheduler.
-    progress
-        As in `percuss.simulate`.
-    """
-
-    store: Path | None = None
-    engine: str = "threads"
-    progress: Report = None
-
-    def of_ensemble(self) -> dict[str, Any]:
-        """Return it as ensembles take it."""
-        return {"store": self.store, "engine": self.engine, "progress": self.progress}
 
 
 @dataclass(frozen=True, slots=True)

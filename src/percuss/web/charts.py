@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import PercussError
+from percuss.execution import Execution
 from percuss.model.paths import replace_parameter
 from percuss.orbits import Branch, PeriodicOrbit, continue_orbit, find_orbits
 from percuss.orbits.orbit.extremes import extremes_of
 from percuss.studies.kinds.response import Response
-from percuss.studies.study import Execution, Study
+from percuss.studies.study import Study
 from percuss.web.asked import asked_study, check_size
 from percuss.web.frame import frame
 from percuss.web.handle import Handle

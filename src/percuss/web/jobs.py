@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.execution import Execution
 from percuss.studies.axes import axis_values
 from percuss.studies.kinds.diagram import Diagram
-from percuss.studies.study import Execution
 from percuss.web.asked import asked_study, check_size
 from percuss.web.charts import answer_response
 from percuss.web.frame import frame

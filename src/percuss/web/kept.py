@@ -8,8 +8,9 @@ from collections import OrderedDict
 from dataclasses import replace
 from typing import Any
 
+from percuss.execution import Execution
 from percuss.motion.outcome import Outcome
-from percuss.studies.study import Execution, Study
+from percuss.studies.study import Study
 from percuss.studies.tables import Draw, Save
 from percuss.web.handle import Handle
 from percuss.web.question import BadQuestion

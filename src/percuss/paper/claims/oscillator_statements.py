@@ -69,7 +69,7 @@ def _jumps_in_balls(run: Trajectory) -> tuple[Ball, Ball] | None:
     from flint import arb
 
     from percuss.certified import Ball
-    from percuss.certified.flight import Flight
+    from percuss.certified.flight import EnclosedFlight
     from percuss.certified.law import constant_of, law_of
     from percuss.certified.numbers import precision
 
@@ -78,7 +78,7 @@ def _jumps_in_balls(run: Trajectory) -> tuple[Ball, Ball] | None:
         law = law_of(proven._system)
         # The closed forms of the regions above and below, at the instant that they share.
         above, below = (
-            Flight(law, region, law.turns(t), law.places[0], v).derivatives(arb(0), 3)[0]
+            EnclosedFlight(law, region, law.turns(t), law.places[0], v).derivatives(arb(0), 3)[0]
             for region in (1, 0)
         )
         jumps = [constant_of(b) - constant_of(a) for a, b in zip(above, below, strict=True)]

@@ -11,11 +11,12 @@ from pydantic import Field
 
 from percuss.ensembles import basins
 from percuss.errors import PercussError
+from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.stops import Wall
 from percuss.studies.axes import AxisValues, StartAxis, axes_of, over_of
-from percuss.studies.study import Execution, Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Picture, Question, StudyDraft, titled_axes
 from percuss.studies.tables import NumberKey, PhaseKey, Whole, default, table
 from percuss.studies.words import counted, impacts_in_words
 
@@ -92,7 +93,7 @@ class Basins(Question):
         """Return to which attractor each start goes."""
         arguments = {name: value for name, value in self.arguments().items() if value is not None}
         axes = {name: arguments[name] for name in (*STATES, *IMPACTS) if name in arguments}
-        arguments |= over_of(axes) | {"escape": as_float(self.escape)} | execution.of_ensemble()
+        arguments |= over_of(axes) | {"escape": as_float(self.escape)} | execution.keywords()
         return basins(study.oscillator, study.forcing, **arguments)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002

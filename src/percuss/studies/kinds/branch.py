@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field
 
+from percuss.execution import Execution
 from percuss.orbits import continue_orbit
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.study import Execution, Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Picture, Question, StudyDraft, titled_axes
 from percuss.studies.tables import Count, default, table, values_of
 
 if TYPE_CHECKING:

@@ -6,13 +6,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, get_args
 
 from percuss.errors import ParameterError
+from percuss.execution import Execution
 from percuss.model.paths import long_form
 from percuss.orbits import continue_curve
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.faults import shown
 from percuss.studies.kinds.branch import Steps, follow
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.study import Execution, Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Picture, Question, StudyDraft, titled_axes
 from percuss.studies.tables import Text, table
 
 if TYPE_CHECKING:

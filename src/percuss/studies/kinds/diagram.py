@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter
 
 from percuss.ensembles.diagram import Direction, Section, bifurcation_diagram
+from percuss.execution import Execution
 from percuss.io.study_text import start_table
 from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
@@ -17,7 +18,6 @@ from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.faults import shown, words_of_file
 from percuss.studies.study import (
     AT_REST,
-    Execution,
     Picture,
     Question,
     StudyDraft,
@@ -89,7 +89,7 @@ class Diagram(Question):
 
     def answer(self, study: Study, execution: Execution) -> Dataset:
         """Return the points."""
-        arguments = self.arguments() | {"over": over_of(self.over)} | execution.of_ensemble()
+        arguments = self.arguments() | {"over": over_of(self.over)} | execution.keywords()
         return bifurcation_diagram(study.oscillator, study.forcing, **arguments)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002

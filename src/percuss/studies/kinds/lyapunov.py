@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 from pydantic import Field
 
 from percuss.ensembles.lyapunov import lyapunov_exponents
+from percuss.execution import Execution
 from percuss.studies.study import (
     AT_REST,
-    Execution,
     Picture,
     Question,
     StudyDraft,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field
 
+from percuss.execution import Execution
 from percuss.model import exact
 from percuss.model.exact import as_float, phase_problem
 from percuss.model.faults import draft, positive_faults
@@ -14,7 +15,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.stops import SoftStop
 from percuss.studies.faults import shown
-from percuss.studies.study import Execution, Picture, Question, StudyDraft, known_walls
+from percuss.studies.study import Picture, Question, StudyDraft, known_walls
 from percuss.studies.tables import NumberKey, PhaseKey, StartState, table
 
 if TYPE_CHECKING:

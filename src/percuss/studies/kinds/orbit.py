@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 from pydantic import PlainSerializer, PlainValidator
 from pydantic_core import PydanticCustomError
 
+from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import number_faults
-from percuss.studies.study import Execution, Picture, Question, StudyDraft
+from percuss.studies.study import Picture, Question, StudyDraft
 from percuss.studies.tables import Count, NumberKey, Whole, table
 from percuss.studies.words import counted, impacts_in_words
 

@@ -6,8 +6,9 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from percuss.execution import Execution
 from percuss.orbits import find_orbits
-from percuss.studies.study import Execution, Picture, Question, StudyDraft
+from percuss.studies.study import Picture, Question, StudyDraft
 from percuss.studies.tables import Count, Flag, Whole, default, table
 
 if TYPE_CHECKING:

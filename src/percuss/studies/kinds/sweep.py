@@ -10,11 +10,11 @@ from pydantic import BeforeValidator
 
 from percuss.ensembles import sweep
 from percuss.ensembles.measures import MEASURES
+from percuss.execution import Execution
 from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.faults import MISSING, shown, unknown_value
 from percuss.studies.study import (
     AT_REST,
-    Execution,
     Picture,
     Question,
     StudyDraft,
@@ -82,7 +82,7 @@ class Sweep(Question):
 
     def answer(self, study: Study, execution: Execution) -> Dataset:
         """Return the measures at each point."""
-        arguments = self.arguments() | {"over": over_of(self.over)} | execution.of_ensemble()
+        arguments = self.arguments() | {"over": over_of(self.over)} | execution.keywords()
         if self.max_impacts is None:
             del arguments["max_impacts"]
         return sweep(osc=study.oscillator, force=study.forcing, **arguments)
