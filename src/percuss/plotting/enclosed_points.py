@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from percuss.errors import ParameterError
-from percuss.orbits.families.branch import Branch
+from percuss.orbits.bifurcations.branch import Branch
 from percuss.plotting.branch_plot import plot_branch
 from percuss.plotting.enclosed_orbit import log10_radii
 from percuss.plotting.style import GREEN, GREY, Units, fix_ticks, new_figure, style

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from percuss.errors import ParameterError
-from percuss.orbits.families.branch import Branch
+from percuss.orbits.bifurcations.branch import Branch
 from percuss.plotting.enclosed_orbit import draw_certified_orbit, log10_radii
 from percuss.plotting.enclosed_points import draw_certified_points
 from percuss.plotting.stops import CONTACT_STYLE, GRAZE_STYLE, draw_stops, stop_places

@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle
 
 from percuss.errors import ParameterError
-from percuss.orbits.families.branch import Branch
+from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.plotting.style import BLUE, GREY, VERMILION, fix_ticks, new_figure, style
 
