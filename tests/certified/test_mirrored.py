@@ -79,7 +79,7 @@ def test_soft_stops_break_their_symmetry_too() -> None:
     orbit = next(orbit for orbit in orbits if orbit.symmetric and orbit.isolated)
     branch = pc.continue_orbit(orbit, over={"forcing.amplitude": (0.5, 1.3)})
     point = next(each for each in branch.special_points if each.kind == "symmetry_breaking")
-    assert len(point.orbit._chain) == 4
+    assert len(point.orbit.itinerary) == 4
 
     proven = pc.certify(point)
 

@@ -123,7 +123,7 @@ def test_a_fold_of_an_orbit_with_several_events_is_enclosed() -> None:
     orbits = pc.find_orbits(osc, pc.cosine("1.2", amplitude="1.2"), max_impacts=2, max_periods=2)
     unstable = next(o for o in orbits if o.n_impacts == 2 and o.stability == "unstable")
     point = points(unstable, "forcing.amplitude", 0.3, 2.5)["fold"]
-    assert len(point.orbit._chain) == 4
+    assert len(point.orbit.itinerary) == 4
 
     proven = pc.certify(point)
 

@@ -13,8 +13,8 @@ import percuss as pc
 from percuss.kernels.flight import free_response
 from percuss.model.law import law
 from percuss.orbits import Branch, Curve, SpecialPoint, single_impact
-from percuss.orbits.curves.return_equations import return_equations
-from percuss.orbits.families.equations import OrbitEquations
+from percuss.orbits.bifurcations.curve_equations import return_equations
+from percuss.orbits.bifurcations.family import OrbitEquations
 
 Floats = NDArray[np.float64]
 

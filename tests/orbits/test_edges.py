@@ -11,7 +11,7 @@ import pytest
 import percuss as pc
 from percuss.model import Side
 from percuss.orbits import single_impact, single_impact_orbits
-from percuss.orbits.families.family import Family
+from percuss.orbits.bifurcations.family import Family
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
 
 # Formal orbits are meant here: they are looked at one by one.
@@ -280,10 +280,10 @@ def test_a_flight_that_lasts_less_than_no_time_is_not_physical() -> None:
 
     shortest = []
     for way in (-1e-3, 1e-3):
-        beside = family.orbit(family.corrected(start + way * along, along))
-        shortest.append(beside._unknowns[1:3].min())
+        beside = family.solution(family.corrected(start + way * along, along))
+        shortest.append(beside.itinerary.durations[:2].min())
         assert not beside.admissible
     assert min(shortest) < -1e-5 < 1e-5 < max(shortest)
     # So the branch ends there.
     assert "a flight would last less than no time" in branch.end_reason
-    assert min(each._unknowns[1:3].min() for each in branch) > -1e-9
+    assert min(each.itinerary.durations[:2].min() for each in branch) > -1e-9

@@ -11,7 +11,7 @@ import percuss as pc
 from percuss.kernels.law import DAMPING
 from percuss.model.law import law
 from percuss.orbits import single_impact_orbits
-from percuss.orbits.orbit.chain import chain_of_stops
+from percuss.orbits.orbit.itinerary import events_of_stops
 from percuss.orbits.orbit.newton import solve
 
 COCO = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
@@ -389,7 +389,7 @@ def test_free_motion_that_only_dies_out_at_a_wall_is_no_orbit() -> None:
 def test_equations_without_numbers_end_newtons_method() -> None:
     osc = pc.impact_oscillator("0.8")
     table = law(osc, pc.cosine("2.5"))
-    chain = chain_of_stops(osc, table, (0,))
+    chain = events_of_stops(osc, table, (0,))
 
     for guess in ([0.0, 1e200, 1e200], [math.nan, 1.0, 1.0], [0.0, 2.5, math.inf]):
         assert not solve(table, chain, np.array(guess), 2.5).converged

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.orbits.families.graze_statements import consequence
-from percuss.orbits.families.grazing import analysed_graze
+from percuss.orbits.bifurcations.grazing import analysed_graze, consequence
 
 # Formal orbits are meant here: they are looked at one by one.
 pytestmark = pytest.mark.filterwarnings("ignore::percuss.FormalOrbitWarning")

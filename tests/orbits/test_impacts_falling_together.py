@@ -9,8 +9,8 @@ import pytest
 
 import percuss as pc
 from percuss.orbits import Branch, analysed_graze
-from percuss.orbits.families.family import Family
-from percuss.orbits.families.touches import touches_of
+from percuss.orbits.bifurcations.family import Family
+from percuss.orbits.bifurcations.grazing_contact import grazing_contacts
 
 WALL, OMEGA = "oscillator.stops.0.at", "forcing.omega"
 # The steady motion swings this far: there the wall is touched, and both impacts with it.
@@ -49,7 +49,7 @@ def test_special_points_of_the_branch_have_their_multipliers(branch: Branch) -> 
 def test_the_touch_is_that_of_the_motion_without_impacts(branch: Branch) -> None:
     graze = min(branch.special_points, key=lambda point: abs(point.value + SWING))
 
-    first, again = touches_of(graze.orbit)
+    first, again = grazing_contacts(graze.orbit)
     assert (first.events, again.events) == ((0, 1), ())
 
     steady = pc.switch_branch(graze)
@@ -71,7 +71,7 @@ def test_beyond_it_there_is_no_motion(orbit: pc.PeriodicOrbit) -> None:
     )
     for found in (down, pc.continue_orbit(orbit, over={WALL: (-1.0, 1.0)})):
         for each in found:
-            assert each._unknowns[1 : 1 + len(each._chain)].min() > -1e-6
+            assert each.itinerary.durations.min() > -1e-6
 
 
 def test_formal_orbits_do_not_go_back_in_time() -> None:

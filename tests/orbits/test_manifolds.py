@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import percuss as pc
-from percuss.orbits.surface.local_manifold import LONGEST, local_manifold
+from percuss.orbits.surface.manifolds import LONGEST, local_manifold
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import pytest
 
 import percuss as pc
 from percuss.orbits import Branch
-from percuss.orbits.families.family import Family
+from percuss.orbits.bifurcations.family import Family
 
 AMPLITUDE, OMEGA = "forcing.amplitude", "forcing.omega"
 

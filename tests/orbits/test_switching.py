@@ -249,7 +249,7 @@ def test_a_subcritical_doubling_ends_a_cascade(
     single: Branch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As told by where the doubled orbit lies: here one from before the doubling stands in."""
-    monkeypatch.setattr("percuss.orbits.families.cascade.switch_branch", lambda _: single[3])
+    monkeypatch.setattr("percuss.orbits.bifurcations.cascade.switch_branch", lambda _: single[3])
 
     cascade = pc.follow_cascade(single[0], over={OMEGA: (2.6, 2.75)})
 

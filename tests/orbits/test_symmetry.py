@@ -61,7 +61,7 @@ def test_the_map_over_half_a_period_squares_to_the_whole() -> None:
     osc = pc.Oscillator(1.0, 0.02, TWO_WALLS)
     for amplitude in (0.4, 1.0):
         orbit = pc.find_orbit(osc, pc.cosine(1.5, amplitude=amplitude), 2, 1)
-        over_half = half_multipliers(law(osc, orbit.forcing), orbit._events, orbit._marks)
+        over_half = half_multipliers(law(osc, orbit.forcing), *orbit.record)
         squares = sorted((each**2 for each in over_half), key=lambda m: (m.real, m.imag))
         whole = sorted(orbit.multipliers, key=lambda m: (m.real, m.imag))
         np.testing.assert_allclose(squares, whole, rtol=1e-9)
@@ -75,9 +75,7 @@ def test_the_symmetry_breaks_where_the_half_map_has_minus_one() -> None:
 
     (point,) = branch.special_points
     assert point.kind == "symmetry_breaking"
-    over_half = half_multipliers(
-        law(osc, point.orbit.forcing), point.orbit._events, point.orbit._marks
-    )
+    over_half = half_multipliers(law(osc, point.orbit.forcing), *point.orbit.record)
     assert min(abs(each + 1.0) for each in over_half) < 1e-8
 
 
@@ -92,7 +90,5 @@ def test_a_fold_of_symmetric_orbits_is_no_breaking() -> None:
     assert folds
     for fold in folds:
         assert fold.orbit.symmetric
-        over_half = half_multipliers(
-            law(osc, fold.orbit.forcing), fold.orbit._events, fold.orbit._marks
-        )
+        over_half = half_multipliers(law(osc, fold.orbit.forcing), *fold.orbit.record)
         assert min(abs(each - 1.0) for each in over_half) < 1e-6

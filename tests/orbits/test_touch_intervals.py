@@ -7,7 +7,7 @@ import pytest
 
 import percuss as pc
 from percuss.model.law import law
-from percuss.orbits.surface.touch_intervals import touch_intervals
+from percuss.orbits.surface.singularity_set import touch_intervals
 
 OSC = pc.impact_oscillator()
 

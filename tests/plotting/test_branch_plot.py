@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 import percuss as pc
 from percuss.orbits import Branch
-from percuss.orbits.families.special_points import Kind
+from percuss.orbits.bifurcations.special_points import Kind
 from percuss.plotting import Units, offscreen_figure, plot_branch
 from percuss.plotting.branch_plot import MARKERS
 from percuss.plotting.style import BLUE, VERMILION

@@ -16,7 +16,7 @@ from percuss.model.exact import Phase, plain, whole
 from percuss.model.faults import raise_first
 from percuss.model.start import Start, start_faults
 from percuss.motion.trajectory import Trajectory
-from percuss.orbits.families.special_points import SpecialPoint
+from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["certify"]

@@ -64,7 +64,7 @@ def chain_of(system: System, orbit: PeriodicOrbit) -> list[Link]:
     if len(system.bounds) != sum(at is not None for at in layout.at):
         raise Undecided("precision", "stops that are at one place as floats are not so exactly")
     found = []
-    for bound_, before_, after_ in orbit._chain.tolist():
+    for bound_, before_, after_ in orbit.itinerary.events.tolist():
         bound = int(bound_) - shift
         before, after = region_of_row(system, int(before_)), region_of_row(system, int(after_))
         here = system.bounds[bound]

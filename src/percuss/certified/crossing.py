@@ -18,7 +18,7 @@ from percuss.certified.orbits import monodromy_over, shooting_of
 from percuss.certified.shooting import Shooting, States
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
-from percuss.orbits.families.special_points import SpecialPoint
+from percuss.orbits.bifurcations.special_points import SpecialPoint
 
 __all__ = ["crossing_of"]
 

@@ -99,7 +99,10 @@ def _on_one_wall(system: System, chain: list[Link]) -> bool:
 def _round_orbit(system: System, orbit: PeriodicOrbit, chain: list[Link]) -> Proof:
     """Return the proof for an orbit with flights of less than half a natural period."""
     n = len(chain)
-    t, v = arb(float(orbit._unknowns[0])), ball(as_fraction(float(orbit._unknowns[1 + n])))
+    t, v = (
+        arb(float(orbit.itinerary.vector[0])),
+        ball(as_fraction(float(orbit.itinerary.vector[1 + n]))),
+    )
     rounds = Rounds(system, t, v)
     states: States = []
     before = [arb(0)] * n
@@ -161,7 +164,10 @@ def _laid_out(
 ) -> tuple[Shooting, States, list[arb]]:
     """Return the events of the orbit that starts exactly at the floats of another."""
     n = len(chain)
-    t, v = arb(float(orbit._unknowns[0])), ball(as_fraction(float(orbit._unknowns[1 + n])))
+    t, v = (
+        arb(float(orbit.itinerary.vector[0])),
+        ball(as_fraction(float(orbit.itinerary.vector[1 + n]))),
+    )
     start = t
     states: States = []
     before = [arb(0)] * n

@@ -15,7 +15,7 @@ from flint import arb
 from percuss.certified.law import Law, LinearRegion, Number, constant_of
 from percuss.certified.numbers import power, upper
 
-__all__ = ["Curve", "EnclosedFlight", "Propagator", "Push", "Wave", "propagator"]
+__all__ = ["BallPropagator", "Curve", "EnclosedFlight", "Push", "Wave", "propagator"]
 
 # More than the rounding of the few dozen float operations of a bound.
 SLACK = 1.0 + 1e-12
@@ -35,7 +35,7 @@ class Wave(NamedTuple):
     secular: bool
 
 
-class Propagator(NamedTuple):
+class BallPropagator(NamedTuple):
     """Derivative of (y, y') after a time by (y, y') before; a21 = -stiffness a12."""
 
     a11: Number
@@ -62,7 +62,7 @@ class Curve(Protocol):
         """Return the size that `bound` needs for the derivative of order n + 1 from 0 on."""
 
 
-def propagator(region: LinearRegion, s: Number) -> Propagator:
+def propagator(region: LinearRegion, s: Number) -> BallPropagator:
     """Return the derivative of the motion after a time s by the motion before."""
     regime, k = region.regime, region.stiffness
     if regime == "oscillating":
@@ -79,11 +79,11 @@ def propagator(region: LinearRegion, s: Number) -> Propagator:
     else:
         c, d = arb(1), s
     if not region.dashpot:
-        return Propagator(c, d, -(k * d), c)
+        return BallPropagator(c, d, -(k * d), c)
     decay = (-(region.damping * s)).exp()
     ad = region.damping * d
     a12 = decay * d
-    return Propagator(decay * (c + ad), a12, -(k * a12), decay * (c - ad))
+    return BallPropagator(decay * (c + ad), a12, -(k * a12), decay * (c - ad))
 
 
 def _waves_at(waves: Sequence[Wave], s: arb, out: list[Number]) -> None:

@@ -29,7 +29,7 @@ from percuss.certified.orbits import monodromy_over, shooting_of
 from percuss.certified.shooting import Image, Residual, Shooting, greatest, matrix_of, pairs
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
-from percuss.orbits.families.special_points import SpecialPoint
+from percuss.orbits.bifurcations.special_points import SpecialPoint
 
 __all__ = ["fold_of"]
 

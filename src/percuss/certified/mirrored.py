@@ -25,7 +25,7 @@ from percuss.certified.orbits import shooting_of
 from percuss.certified.shooting import Image, Shooting, States
 from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
-from percuss.orbits.families.special_points import SpecialPoint
+from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.symmetry import is_symmetric_system
 
 __all__ = ["HalfShooting", "half_of", "symmetry_breaking_of"]

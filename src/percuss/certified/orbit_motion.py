@@ -43,7 +43,7 @@ class Motion:
         """Return x and v; at an event both sides are in the balls."""
         t = time_ball(time)
         if not self.states:
-            number = region_of_row(self.system, int(self.orbit._marks[0, 2]))
+            number = region_of_row(self.system, int(self.orbit.record[1][0, 2]))
             steady = steady_flight(law_of(self.system), number, as_fraction(self.orbit.x0))
             (x, v), _ = steady.derivatives(t, 1)
             return x, v

@@ -65,7 +65,7 @@ def certify_orbit(
 def _proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
     if math.isinf(orbit.n_impacts):
         return sticking_proof(system, orbit, digits)
-    if len(orbit._chain) == 0:
+    if len(orbit.itinerary) == 0:
         return steady_proof(system, orbit)
     if not orbit.isolated or not orbit.n_periods:
         if system.moved is not None:
@@ -86,7 +86,7 @@ def shooting_of(system: System, orbit: PeriodicOrbit) -> tuple[Shooting, States]
     chain = chain_of(system, orbit)
     n = len(chain)
     period = law_of(system).period(orbit.n_periods)
-    unknowns = [float(value) for value in orbit._unknowns]
+    unknowns = [float(value) for value in orbit.itinerary.vector]
     t = arb(unknowns[0])
     states = []
     for i in range(n):

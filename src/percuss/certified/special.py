@@ -18,7 +18,7 @@ from percuss.certified.touch import touch_of
 from percuss.certified.undecided import Undecided
 from percuss.model.exact import Exact, as_float, as_fraction
 from percuss.model.paths import get_parameter, long_form
-from percuss.orbits.families.special_points import SpecialPoint
+from percuss.orbits.bifurcations.special_points import SpecialPoint
 
 __all__ = ["CertifiedPoint", "certify_point"]
 

@@ -54,7 +54,7 @@ def steady_flight(law: Law, region_number: int, place: Fraction | None = None) -
 
 def steady_proof(system: System, orbit: PeriodicOrbit) -> Proof:
     """Return the proof of an orbit without events."""
-    number = region_of_row(system, int(orbit._marks[0, 2]))
+    number = region_of_row(system, int(orbit.record[1][0, 2]))
     law = law_of(system)
     place = as_fraction(orbit.x0)
     flight = steady_flight(law, number, place)

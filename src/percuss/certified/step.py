@@ -9,7 +9,7 @@ from flint import arb, ctx
 
 from percuss.certified.cloud import Cloud, Matrix, Pair, applied
 from percuss.certified.first_root import Bracket, Level, Search
-from percuss.certified.flight import Curve, EnclosedFlight, Propagator, propagator
+from percuss.certified.flight import BallPropagator, Curve, EnclosedFlight, propagator
 from percuss.certified.landing import solve
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import ball, precision, time_ball, upper
@@ -236,7 +236,7 @@ def landed(
     return Arrival(level.bound, level.sign, at, derivative, box, all_.s, all_.alone)
 
 
-def event_derivative(by: Propagator, before: Pair, after: Pair) -> Matrix:
+def event_derivative(by: BallPropagator, before: Pair, after: Pair) -> Matrix:
     """Return the derivative of instant and velocity at an event by those at the one before.
 
     A start later by dt is, at a fixed instant, one that is displaced by (-v, -a) dt; and an
@@ -245,7 +245,7 @@ def event_derivative(by: Propagator, before: Pair, after: Pair) -> Matrix:
     Parameters
     ----------
     by
-        Propagator of the flight.
+        BallPropagator of the flight.
     before, after
         Velocity and acceleration at its start and at its end.
     """

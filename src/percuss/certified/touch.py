@@ -35,7 +35,7 @@ from percuss.certified.system import System, system_of
 from percuss.certified.undecided import Undecided
 from percuss.kernels.law import PERIOD
 from percuss.model.law import law, lines
-from percuss.orbits.families.special_points import SpecialPoint
+from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.passages import turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
@@ -196,7 +196,7 @@ def _without_impact(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
     """Return the branch of the orbits without the slowest impact."""
     chain = chain_of(system, orbit)
     n = len(chain)
-    unknowns = np.asarray(orbit._unknowns, dtype=float)
+    unknowns = orbit.itinerary.vector
     instants = unknowns[0] + np.concatenate([[0.0], np.cumsum(unknowns[1 : 1 + n])])
     entries = [i for i, link in enumerate(chain) if link.stop is not None]
     slow = min(entries, key=lambda i: abs(unknowns[1 + n + i]))
@@ -224,20 +224,20 @@ def _without_impact(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
 def _with_passage(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
     """Return the branch of orbits one of whose turning points is nearest to a stop."""
     table = law(orbit.oscillator, orbit.forcing)
-    n = len(orbit._chain)
-    end = float(orbit._events[-1, 0]) if n else 1.5 * float(table[0, PERIOD])
-    turns = turns_of(table, orbit._events, orbit._marks, orbit.x0, end)
+    n, (events, marks) = len(orbit.itinerary), orbit.record
+    end = float(events[-1, 0]) if n else 1.5 * float(table[0, PERIOD])
+    turns = turns_of(table, events, marks, orbit.x0, end)
     if not len(turns.t):
         raise Undecided("precision", "the orbit has no turning point")
     k = int(np.argmin(np.abs(turns.clearance)))
     shift = 1 if lines(orbit.oscillator).at[0] is None else 0
     bound, flight = int(turns.bound[k]) - shift, int(turns.flight[k])
-    s = float(turns.t[k]) - (float(orbit._events[flight, 0]) if n else 0.0)
-    region = region_of_row(system, int(orbit._marks[flight, 2]))
+    s = float(turns.t[k]) - (float(events[flight, 0]) if n else 0.0)
+    region = region_of_row(system, int(marks[flight, 2]))
     if n == 0:
         return Branch(system, path, orbit.n_periods, [], [], 0, region, bound, s)
     chain = chain_of(system, orbit)
-    unknowns = [float(value) for value in orbit._unknowns]
+    unknowns = [float(value) for value in orbit.itinerary.vector]
     t, states = unknowns[0], []
     for i in range(n):
         states.append((arb(t), arb(unknowns[1 + n + i])))

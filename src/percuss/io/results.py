@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-    from percuss.orbits.families.branch import Branch
+    from percuss.orbits.bifurcations.branch import Branch
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["MEASURES", "SAMPLES", "Columns", "ResultKind", "kind_of", "table_of"]

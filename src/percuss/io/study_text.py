@@ -22,7 +22,7 @@ from percuss.model.stops import Stop, Wall
 if TYPE_CHECKING:
     # Reading a study needs no engine.
     from percuss.motion.trajectory import Trajectory
-    from percuss.orbits.families.branch import Branch
+    from percuss.orbits.bifurcations.branch import Branch
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
     from percuss.orbits.responses.response import Response
 

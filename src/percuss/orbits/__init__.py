@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from percuss.orbits.curves.curve import Curve as Curve
-from percuss.orbits.curves.curve import CurvePoint as CurvePoint
-from percuss.orbits.curves.curve_continuation import continue_curve as continue_curve
-from percuss.orbits.families.branch import Branch as Branch
-from percuss.orbits.families.cascade import Cascade as Cascade
-from percuss.orbits.families.cascade import follow_cascade as follow_cascade
-from percuss.orbits.families.continuation import continue_orbit as continue_orbit
-from percuss.orbits.families.grazing import GrazeAnalysis as GrazeAnalysis
-from percuss.orbits.families.grazing import analysed_graze as analysed_graze
-from percuss.orbits.families.special_points import SpecialPoint as SpecialPoint
-from percuss.orbits.families.switching import switch_branch as switch_branch
+from percuss.orbits.bifurcations.branch import Branch as Branch
+from percuss.orbits.bifurcations.cascade import Cascade as Cascade
+from percuss.orbits.bifurcations.cascade import follow_cascade as follow_cascade
+from percuss.orbits.bifurcations.continue_curve import continue_curve as continue_curve
+from percuss.orbits.bifurcations.continue_orbit import continue_orbit as continue_orbit
+from percuss.orbits.bifurcations.curve import Curve as Curve
+from percuss.orbits.bifurcations.curve import CurvePoint as CurvePoint
+from percuss.orbits.bifurcations.grazing import GrazeAnalysis as GrazeAnalysis
+from percuss.orbits.bifurcations.grazing import analysed_graze as analysed_graze
+from percuss.orbits.bifurcations.special_points import SpecialPoint as SpecialPoint
+from percuss.orbits.bifurcations.switching import switch_branch as switch_branch
+from percuss.orbits.finding.find import FoundOrbits as FoundOrbits
 from percuss.orbits.finding.find import find_orbit as find_orbit
 from percuss.orbits.finding.find import find_orbits as find_orbits
-from percuss.orbits.finding.found_orbits import FoundOrbits as FoundOrbits
 from percuss.orbits.finding.single_impact import SingleImpact as SingleImpact
 from percuss.orbits.finding.single_impact import single_impact as single_impact
 from percuss.orbits.finding.single_impact import single_impact_orbits as single_impact_orbits

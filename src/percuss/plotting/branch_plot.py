@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 
 from percuss.errors import ParameterError
 from percuss.model.law import law
-from percuss.orbits.families.branch import Branch
+from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.passages import turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.plotting.style import (
@@ -164,7 +164,7 @@ def _turns(orbit: PeriodicOrbit) -> int:
     """Return how many turning points the flights of an orbit have."""
     table = law(orbit.oscillator, orbit.forcing)
     end = orbit.t0 + orbit.period
-    return len(turns_of(table, orbit._events, orbit._marks, orbit.x0, end).t)
+    return len(turns_of(table, *orbit.record, orbit.x0, end).t)
 
 
 def _draw(

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
 from percuss.errors import ParameterError
-from percuss.orbits.curves.curve import Curve, CurveKind
+from percuss.orbits.bifurcations.curve import Curve, CurveKind
 from percuss.plotting.style import (
     BLACK,
     BLUE,

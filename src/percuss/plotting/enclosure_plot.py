@@ -13,7 +13,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from percuss.errors import ParameterError
-from percuss.orbits.families.branch import Branch
+from percuss.orbits.bifurcations.branch import Branch
 from percuss.plotting.branch_plot import plot_branch
 from percuss.plotting.marks import CONTACT_STYLE, GRAZE_STYLE, draw_jumps, draw_stops, stop_places
 from percuss.plotting.style import (

@@ -12,7 +12,7 @@ from matplotlib.patches import Circle
 
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
-from percuss.orbits.families.branch import Branch
+from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 from percuss.plotting.marks import draw_jumps, draw_rest_points, draw_stops, stop_places
 from percuss.plotting.samples import Curve, sample_curve, window_of

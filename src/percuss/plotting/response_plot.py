@@ -12,9 +12,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from percuss.errors import ParameterError
-from percuss.orbits.families.branch import Branch
-from percuss.orbits.responses.response import CLOSED, Response
-from percuss.orbits.responses.response_table import kinds_of
+from percuss.orbits.bifurcations.branch import Branch
+from percuss.orbits.responses.response import CLOSED, Response, kinds_of
 from percuss.orbits.responses.velocity_gap import VelocityGap
 from percuss.plotting.style import (
     BLACK,

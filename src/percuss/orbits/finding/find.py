@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -15,23 +15,34 @@ from percuss.model.exact import as_float, plain, whole
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
-from percuss.orbits.finding.found_orbits import FoundOrbits, estimate_unseen
-from percuss.orbits.finding.guess import Guess
-from percuss.orbits.finding.guessing import GivenGuess
-from percuss.orbits.finding.looking import Looking, check_length
-from percuss.orbits.finding.near import counts_of_guess, described, orbit_near
-from percuss.orbits.finding.refine import Known, refined
-from percuss.orbits.finding.search import SCATTERED, batches, guesses, scattered, starts_of
+from percuss.numerics import log
+from percuss.orbits.finding.refine_guess import (
+    Known,
+    counts_of_guess,
+    described,
+    orbit_near,
+    refined,
+)
+from percuss.orbits.finding.search import (
+    SCATTERED,
+    GivenGuess,
+    Guess,
+    batches,
+    guesses,
+    scattered,
+    starts_of,
+)
+from percuss.orbits.finding.search_budget import SearchBudget, check_length
 from percuss.orbits.finding.settled import settled_motions
 from percuss.orbits.finding.single_impact import has_closed_form, single_impact_orbits
-from percuss.orbits.orbit.chain import chain_of_stops
+from percuss.orbits.orbit.itinerary import events_of_stops
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.same import are_same
 from percuss.orbits.orbit.steady import free_region, regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 from percuss.progress import Report
 
-__all__ = ["find_formal_orbit", "find_orbit", "find_orbits"]
+__all__ = ["FoundOrbits", "estimate_unseen", "find_formal_orbit", "find_orbit", "find_orbits"]
 
 # The better first.
 _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
@@ -154,16 +165,16 @@ def find_formal_orbit(
         _check(osc, force, n_impacts, None)
     table = law(osc, force)
     check_length(table, n_impacts, n_periods)
-    looking = Looking(table, progress, starts_of(osc, table) + SCATTERED + ATTRACTED)
+    budget = SearchBudget(table, progress, starts_of(osc, table) + SCATTERED + ATTRACTED)
     found: list[PeriodicOrbit] = []
     for search in (_wanted, _scattered, _attracting):
-        found += search(osc, force, n_impacts, n_periods, sequence, seed, looking)
-        if looking.end_reason or any(orbit.admissible for orbit in found):
+        found += search(osc, force, n_impacts, n_periods, sequence, seed, budget)
+        if budget.end_reason or any(orbit.admissible for orbit in found):
             break
-    looking.close()
+    budget.close()
     if not found:
         what = described(n_impacts, n_periods if _has_period(force) else 0)
-        why = f"; the search ended: {looking.end_reason}" if looking.end_reason else ""
+        why = f"; the search ended: {budget.end_reason}" if budget.end_reason else ""
         advice = "give a guess: (cycle, v_after) of an impact, or a run that settles on it"
         raise ConvergenceError(f"no orbit with {what} found{why}", None, math.nan, advice)
     return min(found, key=_order)
@@ -259,16 +270,16 @@ def find_orbits(
         reason = f"outside {LEAST_EFFORT:g} to {MOST_EFFORT:g}; 1 is the usual effort"
         raise ParameterError("effort", effort, reason)
     batch_counts = max(1, round(effort * FEWEST_BATCHES)), max(1, round(effort * MOST_BATCHES))
-    looking = Looking(table, progress, starts_of(osc, table, batch_counts[1]))
+    budget = SearchBudget(table, progress, starts_of(osc, table, batch_counts[1]))
     unseen = Unseen()
     found: list[PeriodicOrbit] = []
-    for orbit in _all(osc, force, (max_impacts, max_periods), seed, looking, batch_counts, unseen):
+    for orbit in _all(osc, force, (max_impacts, max_periods), seed, budget, batch_counts, unseen):
         wanted = (orbit.admissible or formal) and not _only_touches(orbit)
         if wanted and not any(are_same(orbit, other) for other in found):
             found.append(orbit)
-    looking.close()
+    budget.close()
     found.sort(key=lambda orbit: (orbit.n_periods, orbit.n_impacts, *_order(orbit)))
-    return FoundOrbits(found, unseen.estimate, looking.n_done)
+    return FoundOrbits(found, unseen.estimate, budget.n_done)
 
 
 def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
@@ -301,7 +312,7 @@ def _check(
         raise ParameterError("sequence", tuple(sequence), reason)
     if sequence is not None:
         # It says what is wrong with a stop that is none, or with one that is on the way.
-        chain_of_stops(osc, law(osc, force), tuple(sequence))
+        events_of_stops(osc, law(osc, force), tuple(sequence))
     if not _has_period(force) and as_float(osc.damping) > 0.0:
         reason = "free motion loses energy all the time and never returns"
         raise ParameterError("oscillator.damping", osc.damping, reason)
@@ -330,7 +341,7 @@ def _wanted(
     n_periods: int,
     sequence: Sequence[int] | None,
     seed: int,
-    looking: Looking,
+    budget: SearchBudget,
 ) -> Iterator[PeriodicOrbit]:
     """Yield orbits of one kind."""
     periods = n_periods if _has_period(force) else 0
@@ -341,7 +352,7 @@ def _wanted(
         yield from (orbit for orbit in found if orbit.n_periods == n_periods)
     else:
         counts = int(n_impacts), n_periods
-        for orbit in _impacting(osc, force, *counts, seed, looking, exactly=True):
+        for orbit in _impacting(osc, force, *counts, seed, budget, exactly=True):
             if (orbit.n_impacts, orbit.n_periods) != (n_impacts, periods):
                 continue
             if sequence is None or _is_rotation(orbit.sequence, tuple(sequence)):
@@ -355,7 +366,7 @@ def _scattered(
     n_periods: int,
     sequence: Sequence[int] | None,
     seed: int,
-    looking: Looking,
+    budget: SearchBudget,
 ) -> Iterator[PeriodicOrbit]:
     """Yield orbits of one kind from guesses at random, where the order of the stops is known."""
     if force is None or not _has_period(force) or n_impacts in (0, math.inf):
@@ -364,8 +375,8 @@ def _scattered(
         return
     stops = (0,) * int(n_impacts) if sequence is None else tuple(sequence)
     known = Known(osc, force)
-    for guess in scattered(osc, force, stops, n_periods, seed, looking):
-        orbit = _refined(guess, known, looking)
+    for guess in scattered(osc, force, stops, n_periods, seed, budget):
+        orbit = _refined(guess, known, budget)
         if orbit is not None and (orbit.n_impacts, orbit.n_periods) == (n_impacts, n_periods):
             yield orbit
 
@@ -377,14 +388,14 @@ def _attracting(
     n_periods: int,
     sequence: Sequence[int] | None,
     seed: int,
-    looking: Looking,
+    budget: SearchBudget,
 ) -> Iterator[PeriodicOrbit]:
     """Yield orbits of one kind to which motions settle that are followed for long."""
     if force is None or not _has_period(force) or n_impacts in (0, math.inf):
         return
     counts = int(n_impacts), n_periods
     for motion in settled_motions(
-        osc, force, *counts, n_starts=ATTRACTED, seed=seed, looking=looking
+        osc, force, *counts, n_starts=ATTRACTED, seed=seed, budget=budget
     ):
         orbit = motion.orbit
         if orbit is None or (orbit.n_impacts, orbit.n_periods) != counts:
@@ -404,7 +415,7 @@ def _all(
     force: Forcing | None,
     counts: tuple[int, int],
     seed: int,
-    looking: Looking,
+    budget: SearchBudget,
     batch_counts: tuple[int, int],
     unseen: Unseen,
 ) -> Iterator[PeriodicOrbit]:
@@ -415,7 +426,7 @@ def _all(
         return
     if force is None or not _has_period(force):
         unseen.estimate = math.nan
-        yield from _impacting(osc, force, *counts, seed, looking, exactly=False)
+        yield from _impacting(osc, force, *counts, seed, budget, exactly=False)
         return
     closed = _closed_forms(osc, force)
     for stop in closed:
@@ -425,12 +436,12 @@ def _all(
         return
     known = Known(osc, force)
     fewest, most = batch_counts
-    for k, batch in enumerate(batches(osc, force, *counts, seed, looking, most)):
+    for k, batch in enumerate(batches(osc, force, *counts, seed, budget, most)):
         for guess in batch:
-            orbit = _refined(guess, known, looking)
+            orbit = _refined(guess, known, budget)
             if orbit is not None:
                 yield orbit
-            if not looking.goes_on():
+            if not budget.goes_on():
                 break
         # Orbits from closed forms are known without a search.
         unseen.estimate = estimate_unseen(
@@ -440,7 +451,7 @@ def _all(
             )
             if admissible and not (len(signature.stops) == 1 and signature.stops[0] in closed)
         )
-        if not looking.goes_on() and k + 1 < fewest:
+        if not budget.goes_on() and k + 1 < fewest:
             # Cut short before there was enough to estimate from.
             unseen.estimate = math.nan
         if k + 1 >= fewest and unseen.estimate < ENOUGH:
@@ -480,7 +491,7 @@ def _impacting(
     max_impacts: int,
     max_periods: int,
     seed: int,
-    looking: Looking,
+    budget: SearchBudget,
     *,
     exactly: bool,
 ) -> Iterator[PeriodicOrbit]:
@@ -497,20 +508,96 @@ def _impacting(
             return
     known = Known(osc, force)
     counts = max_impacts, max_periods if _has_period(force) else 0
-    for guess in guesses(osc, force, max_impacts, max_periods, seed, looking, exactly=exactly):
+    for guess in guesses(osc, force, max_impacts, max_periods, seed, budget, exactly=exactly):
         if exactly and (guess.n_impacts, guess.n_periods) != counts:
             continue
-        orbit = _refined(guess, known, looking)
+        orbit = _refined(guess, known, budget)
         if orbit is not None:
             yield orbit
-        if not looking.goes_on():
+        if not budget.goes_on():
             return
 
 
-def _refined(guess: Guess, known: Known, looking: Looking) -> PeriodicOrbit | None:
+def _refined(guess: Guess, known: Known, budget: SearchBudget) -> PeriodicOrbit | None:
     """Return the new orbit that a guess leads to, if there is one."""
     orbit = refined(known.osc, known.forcing, guess, known)
-    looking.solved(len(guess.chain))
+    budget.solved(len(guess.chain))
     if orbit is not None:
-        looking.made(orbit.period)
+        budget.made(orbit.period)
     return orbit
+
+
+# The estimate is of what a search with so many times the samples would show.
+SAMPLES = 6.0
+
+
+class FoundOrbits(list[PeriodicOrbit]):
+    """The list of the periodic orbits that `find_orbits` has found.
+
+    Parameters
+    ----------
+    orbits
+        The orbits.
+    unseen_estimate
+        How many orbits of the kinds that were looked for have not been found, estimated from how
+        often the others were (`estimate_unseen`); 0 where closed forms give all, NaN where the search
+        gives no estimate (free motion, or too few starts).
+    n_searches
+        From how many starts was searched.
+    """
+
+    def __init__(
+        self,
+        orbits: Iterable[PeriodicOrbit] = (),
+        unseen_estimate: float = math.nan,
+        n_searches: int = 0,
+    ) -> None:
+        super().__init__(orbits)
+        self.unseen_estimate, self.n_searches = unseen_estimate, n_searches
+
+    def __repr__(self) -> str:
+        """Tell the orbits, one a line, and how complete they are."""
+        return "\n".join([*map(repr, self), self.completeness()])
+
+    def completeness(self) -> str:
+        """Return in words how many orbits were found and how many may be missing."""
+        n = len(self)
+        found = f"{n} periodic orbit" + ("" if n == 1 else "s")
+        if self.n_searches == 0:
+            return f"{found} from closed forms"
+        found += f" from {self.n_searches:,} starts"
+        if math.isnan(self.unseen_estimate):
+            return found
+        return f"{found}; some {self.unseen_estimate:.2g} more are estimated to be unseen"
+
+
+def estimate_unseen(counts: Iterable[int]) -> float:
+    """Return about how many kinds are unseen, from how often each of the others was seen.
+
+    The larger of two estimates. With f1 kinds seen once and f2 seen twice there are at least
+    f1^2 / (2 f2) more on average (Chao 1984, Scand. J. Statist. 11, 265); without any seen twice,
+    f1 (f1 + 1) / 2. That bound is low where kinds are seen at rates of many orders, as orbits are
+    by their multipliers: then each doubling of the samples shows as many new kinds as the last
+    one did, which is the sum of 2^-n over the kinds, n being how often each was seen. The second
+    estimate is what six times as many samples would show at this pace.
+
+    Parameters
+    ----------
+    counts
+        In how many independent samples each kind was seen, >= 1.
+
+    Returns
+    -------
+    float
+        The estimate, >= 0.
+
+    Examples
+    --------
+    >>> round(estimate_unseen([1, 1, 1, 2, 30]), 2), round(estimate_unseen([2, 3, 27, 400]), 2)
+    (4.52, 0.97)
+    """
+    seen = list(counts)
+    once, twice = seen.count(1), seen.count(2)
+    least = once**2 / (2.0 * twice) if twice else 0.5 * once * (once + 1)
+    pace = math.fsum(0.5**n for n in seen)
+    return max(least, pace * log(SAMPLES) / log(2.0))

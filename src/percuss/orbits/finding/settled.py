@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
@@ -19,20 +18,19 @@ from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
 from percuss.numerics import power
-from percuss.orbits.finding.looking import Looking
-from percuss.orbits.finding.refine import once, solved
+from percuss.orbits.finding.refine_guess import once, solved
 from percuss.orbits.finding.search import Guess, guesses_in, scale_of_speed
+from percuss.orbits.finding.search_budget import SearchBudget
 from percuss.orbits.orbit.extremes import Extremes, extremes_of, extremes_of_record
 from percuss.orbits.orbit.making import orbit_of_solution
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.propagator import Propagator
 from percuss.orbits.orbit.same import are_same, repetitions
-from percuss.orbits.orbit.short_runs import ShortRuns
 from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 
 __all__ = ["Settled", "settled_motions"]
 
-Floats = NDArray[np.float64]
 
 # Forcing periods of a run, of the part of it that is looked at, and how often it goes on.
 STAGE, LOOKED_AT, STAGES = 60, 25, 5
@@ -81,7 +79,7 @@ def settled_motions(
     n_starts: int,
     seed: int,
     also: Sequence[tuple[float, float]] = (),
-    looking: Looking | None = None,
+    budget: SearchBudget | None = None,
 ) -> list[Settled]:
     """Follow motions from many starts for long and return what they come to, each once.
 
@@ -106,13 +104,13 @@ def settled_motions(
     list of Settled
         Motions without a period that was found count as one.
     """
-    search = _Search(osc, force, (max_impacts, max_periods), looking)
+    search = _Search(osc, force, (max_impacts, max_periods), budget)
     starts = [(x, v, 0.0) for x, v in also if _is_free(osc, x)]
     for start in starts + _starts(osc, force, search.runs.law, n_starts, seed):
         search.follow(start)
-        if looking is not None:
-            looking.start_is_done()
-            if not looking.goes_on():
+        if budget is not None:
+            budget.start_is_done()
+            if not budget.goes_on():
                 break
     return search.found
 
@@ -136,8 +134,8 @@ def _starts(
     starts = [(rest, 0.0, 0.0)]
     for i in range(n_starts - 1):
         x = places[i % len(places)]
-        way = -1.0 if osc.stops and osc.stops[i % len(places)].side == "above" else 1.0
-        v = way * speed * power(10.0, random.uniform(-1.5, 0.7))
+        sign = -1.0 if osc.stops and osc.stops[i % len(places)].side == "above" else 1.0
+        v = sign * speed * power(10.0, random.uniform(-1.5, 0.7))
         starts.append((x, v, random.random() * period))
     return starts
 
@@ -150,10 +148,10 @@ class _Search:
         osc: Oscillator,
         force: Forcing,
         counts: tuple[int, int],
-        looking: Looking | None,
+        budget: SearchBudget | None,
     ) -> None:
-        self.osc, self.force, self.counts, self.looking = osc, force, counts, looking
-        self.runs = ShortRuns(osc, force)
+        self.osc, self.force, self.counts, self.budget = osc, force, counts, budget
+        self.runs = Propagator(osc, force)
         self.period = float(self.runs.law[0, PERIOD])
         self.found: list[Settled] = []
 
@@ -167,9 +165,9 @@ class _Search:
         for stage in range(STAGES):
             end = t0 + STAGE * self.period
             record = self.runs.follow(x, v, t0, t_end=end)
-            if self.looking is not None:
-                self.looking.followed(STAGE * self.period)
-                if not self.looking.goes_on():
+            if self.budget is not None:
+                self.budget.followed(STAGE * self.period)
+                if not self.budget.goes_on():
                     return
             x, v = self.runs.state_at(x, end)
             t0 = end % self.period
@@ -236,7 +234,7 @@ def _is_on(it: Settled, record: tuple[Table, columns.Integers], period: float) -
     if orbit is None or orbit.n_impacts == 0 or math.isinf(orbit.n_impacts):
         return False
     events, _ = record
-    last, own = events[-1], orbit._events[1:]
+    last, own = events[-1], orbit.record[0][1:]
     if len(events) <= len(own):
         return False
     speed = float(np.abs(own[:, columns.V_AFTER]).max())

@@ -30,7 +30,7 @@ from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
 from percuss.numerics import atan2, directions, dot, matmul, solve_linear
-from percuss.orbits.orbit.chain import chain_of_stops, entry, row_of_region
+from percuss.orbits.orbit.itinerary import entry, events_of_stops, row_of_region
 from percuss.orbits.orbit.making import orbit_of_solution
 from percuss.orbits.orbit.newton import Solution, solve
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -134,9 +134,9 @@ def single_impact(
     found = _on_circle(matrix, of_one, of_velocity, amplitude)
     points, coefficients, discriminant = found
     roots = [(cycle_of(table, p, q), u) for p, q, u in points]
-    roots.sort(key=lambda root: -wanted.way * root[1])
+    roots.sort(key=lambda root: -wanted.sign * root[1])
     return SingleImpact(
-        stop, n_periods, wanted.way, coefficients, discriminant, np.array(roots).reshape(-1, 2)
+        stop, n_periods, wanted.sign, coefficients, discriminant, np.array(roots).reshape(-1, 2)
     )
 
 
@@ -261,7 +261,7 @@ def orbit_of_root(
     if u == 0.0:
         return None
     table = law(osc, force)
-    chain = chain_of_stops(osc, table, (form.stop,))
+    chain = events_of_stops(osc, table, (form.stop,))
     lasting = form.n_periods * float(table[0, at.PERIOD])
     kept = -factor(table, int(chain[0, 1]), int(chain[0, 0]))
     guess = np.array([cycle * float(table[0, at.PERIOD]), lasting, -kept * u])

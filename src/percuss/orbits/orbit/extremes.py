@@ -73,10 +73,10 @@ def extremes_of(orbit: PeriodicOrbit) -> Extremes:
     """
     table = law(orbit.oscillator, orbit.forcing)
     t_end = orbit.t0 + orbit.period
-    if len(orbit._events) == 1:
+    if len(orbit.record[0]) == 1:
         # Without events a period and a half holds both extremes, wherever it starts.
         t_end += 0.5 * orbit.period
-    return extremes_of_record(table, orbit._events, orbit._marks, orbit.x0, t_end)
+    return extremes_of_record(table, *orbit.record, orbit.x0, t_end)
 
 
 def extremes_of_record(

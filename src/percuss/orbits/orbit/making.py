@@ -12,20 +12,21 @@ from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import Flight, constant_force, move, set_phases
 from percuss.kernels.law import DAMPING, N_HARMONICS, PERIOD, Law, Table
 from percuss.kernels.record import Integers
+from percuss.kernels.sample import cycles
 from percuss.kernels.shooting import AFTER, AT, BEFORE, factor, place
 from percuss.kernels.tangent import neighbours
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
+from percuss.motion.tables import Impacts
 from percuss.numerics import dot, exp, matmul
-from percuss.orbits.orbit.chain import is_wall
-from percuss.orbits.orbit.impacts import impacts_of_record
+from percuss.orbits.orbit.itinerary import entries_of, events_of_record, is_wall
 from percuss.orbits.orbit.newton import Solution
 from percuss.orbits.orbit.passages import margin_of, passages_of, turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
 
-__all__ = ["orbit_of_solution"]
+__all__ = ["impacts_of_record", "orbit_of_solution"]
 
 Floats = NDArray[np.float64]
 
@@ -160,3 +161,47 @@ def _monodromy(table: Law, events: Table, marks: Integers) -> Floats:
         with np.errstate(invalid="ignore"):
             whole = matmul(out.reshape(2, 2), whole)
     return whole
+
+
+def impacts_of_record(osc: Oscillator, table: Law, events: Table, marks: Integers) -> Impacts:
+    """Return the impacts of one period, entries into soft stops among them.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    table
+        Its law.
+    events, marks
+        A record whose START is just after an impact and whose last event is that impact again.
+
+    Returns
+    -------
+    Impacts
+        The one at the START first.
+    """
+    kinds = marks[:, columns.KIND]
+    chain = events_of_record(marks)
+    met = {
+        i + 1: stop
+        for i, stop in entries_of(osc, table, chain)
+        if kinds[i + 1] in (columns.IMPACT, columns.CROSSING)
+    }
+    last = len(events) - 1
+    rows = [last, *(i for i in met if i != last)]
+    instants = [0, *rows[1:]]
+    t = events[instants, columns.EVENT_T].copy()
+    t_low = events[instants, columns.EVENT_T_LOW].copy()
+    cycle = np.full(len(rows), np.nan)
+    if table[0, PERIOD] > 0.0:
+        cycles(table, t, t_low, cycle)
+    before = np.roll(t, 1)
+    before[0] -= events[last, columns.EVENT_T] - events[0, columns.EVENT_T]
+    return Impacts(
+        t=t,
+        v_before=events[rows, columns.V_BEFORE].copy(),
+        v_after=events[rows, columns.V_AFTER].copy(),
+        stop=np.array([met[i] for i in rows], dtype=np.int64),
+        cycle=cycle,
+        intervals=t - before,
+    )

@@ -22,7 +22,8 @@ from percuss.motion.outcome import Outcome
 from percuss.motion.spectrum import line_spectrum
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
-from percuss.orbits.orbit.passages import Passages
+from percuss.orbits.orbit.itinerary import Itinerary
+from percuss.orbits.orbit.passages import Passages, Turns, turns_of
 from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
 
@@ -99,6 +100,24 @@ class PeriodicOrbit:
     _marks: Integers = field(repr=False)
     _chain: Integers = field(repr=False)
     _unknowns: Floats = field(repr=False)
+
+    @property
+    def itinerary(self) -> Itinerary:
+        """Its events with their instants and velocities; none without impacts or with sticking."""
+        return Itinerary.of_vector(self._chain, self._unknowns, self.n_periods)
+
+    @property
+    def record(self) -> tuple[Table, Integers]:
+        """Its events and their marks, as the kernels write them; the last one is the first again."""
+        return self._events, self._marks
+
+    @property
+    def turning_points(self) -> Turns:
+        """Where it turns between two events in a period; without any, in one and a half."""
+        # The ends of a flight are no turning points of it.
+        lasting = self.period if len(self._chain) else 1.5 * self.period
+        table = law(self.oscillator, self.forcing)
+        return turns_of(table, self._events, self._marks, self.x0, self.t0 + lasting)
 
     @property
     def is_stable(self) -> bool:

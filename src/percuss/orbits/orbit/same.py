@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from percuss.kernels.law import PERIOD, Law
 from percuss.kernels.record import Integers
 from percuss.model.oscillator import Oscillator
-from percuss.orbits.orbit.chain import entries_of
+from percuss.orbits.orbit.itinerary import entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Signature", "are_same", "repetitions", "signature_of", "signature_of_orbit"]

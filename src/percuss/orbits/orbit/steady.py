@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError
 from percuss.kernels import law as at
@@ -19,14 +18,13 @@ from percuss.model.oscillator import Oscillator
 from percuss.motion.reach import steady
 from percuss.motion.tables import Impacts
 from percuss.numerics import exp
-from percuss.orbits.orbit.chain import row_of_region
+from percuss.orbits.orbit.itinerary import row_of_region
 from percuss.orbits.orbit.passages import Turns, margin_of, passages_of, turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
 
 __all__ = ["free_region", "regions", "steady_orbit"]
 
-Floats = NDArray[np.float64]
 
 # A monodromy matrix so near to the identity makes every free motion periodic too.
 IDENTITY = 1e-10

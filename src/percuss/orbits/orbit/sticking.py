@@ -23,15 +23,14 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
-from percuss.orbits.orbit.chain import entry
-from percuss.orbits.orbit.impacts import impacts_of_record
+from percuss.orbits.orbit.itinerary import entry
+from percuss.orbits.orbit.making import impacts_of_record
 from percuss.orbits.orbit.passages import Turns, margin_of, passages_of, turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.short_runs import ShortRuns
+from percuss.orbits.orbit.propagator import Propagator
 
 __all__ = ["releases_of", "sticking_orbit_near", "sticking_orbits"]
 
-Floats = NDArray[np.float64]
 Record = tuple[Table, Integers]
 
 # Instants of the cycle at which a wall is asked whether it holds the mass.
@@ -70,7 +69,7 @@ def sticking_orbits(osc: Oscillator, force: Forcing, max_periods: int) -> list[P
     [<PeriodicOrbit: sticking in 1 forcing period, T = 6.28319, asymptotic, \
 abs(multipliers) 0, 0>]
     """
-    runs = ShortRuns(osc, force)
+    runs = Propagator(osc, force)
     period = float(runs.law[0, PERIOD])
     found: list[PeriodicOrbit] = []
     seen: list[tuple[int, float]] = []
@@ -89,7 +88,7 @@ abs(multipliers) 0, 0>]
 def releases_of(orbit: PeriodicOrbit) -> list[tuple[int, float]]:
     """Return (wall, cycle) of each release of an orbit with sticking, in the order of time."""
     table = law(orbit.oscillator, orbit.forcing)
-    return _releases_of(table, orbit.oscillator, (orbit._events, orbit._marks))
+    return _releases_of(table, orbit.oscillator, orbit.record)
 
 
 def sticking_orbit_near(
@@ -111,7 +110,7 @@ def sticking_orbit_near(
     PeriodicOrbit or None
         None if no such release comes back so.
     """
-    runs = ShortRuns(osc, force)
+    runs = Propagator(osc, force)
     period = float(runs.law[0, PERIOD])
     there = _releases(runs, osc, period)
     known = releases_of(orbit)
@@ -127,7 +126,7 @@ def sticking_orbit_near(
     return None
 
 
-def _releases(runs: ShortRuns, osc: Oscillator, period: float) -> list[tuple[int, float, float]]:
+def _releases(runs: Propagator, osc: Oscillator, period: float) -> list[tuple[int, float, float]]:
     """Return (wall, an instant at which it holds the mass, cycle) for each release of a period."""
     found: list[tuple[int, float, float]] = []
     known: list[tuple[int, float]] = []
@@ -149,7 +148,7 @@ def _releases(runs: ShortRuns, osc: Oscillator, period: float) -> list[tuple[int
 
 
 def _returns(
-    runs: ShortRuns, osc: Oscillator, wall: int, held: float, period: float, max_periods: int
+    runs: Propagator, osc: Oscillator, wall: int, held: float, period: float, max_periods: int
 ) -> list[tuple[Record, int]]:
     """Return the motion from a release to the same one again, and the periods it took."""
     at = as_float(osc.stops[wall].at)

@@ -53,7 +53,7 @@ from percuss.orbits.finding.single_impact import (
     orbit_of_root,
     single_impact,
 )
-from percuss.orbits.orbit.chain import entry, row_of_region
+from percuss.orbits.orbit.itinerary import entry, row_of_region
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 
 __all__ = ["VelocityGap", "velocity_gap_curve"]
@@ -249,7 +249,7 @@ def _map(osc: Oscillator, force: Forcing, n_periods: int) -> tuple[Floats, float
     if _is_singular(found * scale):
         reason = "the ellipse degenerates into lines: impacts are elastic and nothing is damped,"
         raise ParameterError("osc", osc, f"{reason} or a whole number of free periods passes")
-    return np.asarray(found, dtype=np.float64), as_float(force.constant) / stiffness, wanted.way
+    return np.asarray(found, dtype=np.float64), as_float(force.constant) / stiffness, wanted.sign
 
 
 def _is_singular(matrix: Floats) -> bool:

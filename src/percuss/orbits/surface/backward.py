@@ -14,7 +14,7 @@ from percuss.kernels.record import Integers
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
-from percuss.orbits.orbit.chain import row_of_region
+from percuss.orbits.orbit.itinerary import row_of_region
 
 __all__ = ["BackwardMotions", "Pasts"]
 

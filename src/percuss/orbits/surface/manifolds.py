@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -12,26 +12,352 @@ from numpy.typing import NDArray
 
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import real
-from percuss.numerics import inverse, matmul
+from percuss.numerics import atan2, hypot, inverse, matmul, power, solve_linear
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.surface.growing import Grower, Grown, GrowthEnd, grow
-from percuss.orbits.surface.local_manifold import TOLERANCE, LocalManifold, PointMap, local_manifold
 from percuss.orbits.surface.saddles import (
+    ImpactSection,
     SaddlePoints,
+    Section,
+    SectionKind,
+    StroboscopicSection,
     check_saddle,
     points_at_impacts,
     points_at_strobes,
 )
-from percuss.orbits.surface.sections import ImpactSection, Section, SectionKind, StroboscopicSection
 from percuss.progress import Progress
 
 if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = ["ManifoldBranch", "ManifoldKind", "Manifolds", "manifolds"]
+__all__ = [
+    "TOLERANCE",
+    "Grower",
+    "Grown",
+    "GrowthEnd",
+    "LocalManifold",
+    "ManifoldBranch",
+    "ManifoldKind",
+    "Manifolds",
+    "grow",
+    "local_manifold",
+    "manifolds",
+]
 
 Floats = NDArray[np.float64]
+GrowthEnd: TypeAlias = Literal["length", "max_points", "no_image", "collapse", "interrupted"]
+
+# Points of the piece next to the saddle, before it is refined.
+FIRST_POINTS = 17
+# Parts of that piece nearer than this have no digits between them: what lies apart is a jump.
+FINEST = 1e-9
+# Neighbours may turn the curve by so much [rad] if they are not closer than this part of the
+# spacing already.
+TURN, CLOSE = 0.15, 0.05
+MOST_IMAGES = 2000
+MOST_ROUNDS = 1000
+# An image shorter than this part of the spacing has shrunk to a point.
+COLLAPSED = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Grown:
+    """A manifold as points in a row.
+
+    Attributes
+    ----------
+    points
+        (n, 2) array.
+    piece
+        (n,) array, number of the continuous piece that each belongs to, ascending from 0.
+    arclength
+        (n,) array, length of the pieces so far, in the units of the scale.
+    image
+        (n,) array, how often the map was applied to come there.
+    end
+        Why it ends.
+    """
+
+    points: Floats
+    piece: NDArray[np.int64]
+    arclength: Floats
+    image: NDArray[np.int64]
+    end: GrowthEnd
+
+
+@dataclass(slots=True)
+class Grower:
+    """Takes the fundamental domain of a manifold, from s / lambda to s, through its images.
+
+    Attributes
+    ----------
+    forth, apart
+        The map, which moves points off the saddle without changing sides, and differences.
+    local
+        The manifold next to the saddle.
+    way
+        +1 or -1, the side of the saddle.
+    scale
+        (2,) array, units of length.
+    spacing
+        Largest distance of neighbours, in these units.
+    """
+
+    forth: PointMap
+    apart: Difference
+    local: LocalManifold
+    way: float
+    scale: Floats
+    spacing: float
+
+    def begin(self, parts: Floats) -> Floats:
+        """Return the points of the fundamental domain at parts from 0 to 1 of it."""
+        reach = self.way * self.local.reach
+        return self.local.at(reach * power(self.local.multiplier, parts - 1.0))
+
+    def refined(
+        self, parts: Floats, points: Floats, image: int, longest: float, room: int
+    ) -> tuple[Floats, Floats, bool]:
+        """Return the parts and their images with new ones where neighbours lie apart.
+
+        No more is done than for a length of ``longest`` and ``room`` points; the flag tells
+        whether that was enough.
+        """
+        for _ in range(MOST_ROUNDS):
+            gaps = np.diff(parts)
+            # Chords are no longer than their arcs, jumps have no length.
+            chords = np.where(gaps > FINEST, np.nan_to_num(self.sizes(points)), 0.0)
+            before = np.cumsum(chords) - chords
+            wide = self._wide(points)
+            wide &= (gaps > FINEST) & (before < longest)
+            count = int(wide.sum())
+            if count == 0:
+                return parts, points, len(parts) <= room
+            if len(parts) + count > room:
+                break
+            new = (parts[:-1] + 0.5 * gaps)[wide]
+            made = self.begin(new)
+            for _ in range(image):
+                made = self.forth(made)
+            order = np.argsort(np.concatenate([parts, new]), kind="stable")
+            parts = np.concatenate([parts, new])[order]
+            points = np.concatenate([points, made])[order]
+        return parts, points, False
+
+    def sizes(self, points: Floats) -> Floats:
+        """Return the (n - 1,) distances of neighbours, in units of the scale."""
+        steps = self.steps(points)
+        return np.asarray(hypot(steps[:, 0], steps[:, 1]))
+
+    def steps(self, points: Floats) -> Floats:
+        """Return the (n - 1, 2) differences of neighbours, in units of the scale."""
+        return np.asarray(self.apart(points[:-1], points[1:]) / self.scale)
+
+    def _wide(self, points: Floats) -> NDArray[np.bool_]:
+        """Tell between which neighbours another point is wanted."""
+        steps, sizes = self.steps(points), self.sizes(points)
+        known = np.isfinite(points[:, 0])
+        wide: NDArray[np.bool_] = np.logical_or(sizes > self.spacing, known[1:] != known[:-1])
+        cross = steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]
+        along = (steps[:-1] * steps[1:]).sum(axis=1)
+        sharp = np.abs(atan2(cross, along)) > TURN
+        large = sizes > CLOSE * self.spacing
+        wide[:-1] |= sharp & large[:-1]
+        wide[1:] |= sharp & large[1:]
+        return wide
+
+
+def grow(grower: Grower, length: float, max_points: int, go_on: Callable[[float], bool]) -> Grown:
+    """Grow one branch of a manifold from its saddle on.
+
+    Its points are images of points of a fundamental domain: none is interpolated. Where images
+    of neighbours lie apart, or turn too sharply, the domain is divided between them, and the new
+    point taken through all images. What lies apart in the end is cut.
+
+    Parameters
+    ----------
+    grower
+        The map and the manifold next to the saddle.
+    length
+        Length of the branch, in the units of the scale.
+    max_points
+        Points after which no more are made.
+    go_on
+        Told what part of the length is done; False stops.
+
+    Returns
+    -------
+    Grown
+        The branch.
+    """
+    local = grower.local
+    n_inner = min(2 + int(local.reach / grower.spacing), max_points)
+    inner = np.linspace(0.0, local.reach / local.multiplier, n_inner)
+    blocks = [local.at(grower.way * inner)]
+    parts = np.linspace(0.0, 1.0, FIRST_POINTS)
+    now = grower.begin(parts)
+    done, count = float(inner[-1]), len(inner)
+    end: GrowthEnd = "no_image"
+    for image in range(MOST_IMAGES):
+        now = now if image == 0 else grower.forth(now)
+        parts, now, enough = grower.refined(parts, now, image, length - done, max_points - count)
+        sizes = grower.sizes(now)
+        travelled = done + np.cumsum(np.where(sizes <= grower.spacing, sizes, 0.0))
+        # What lies beyond the length, or beyond what there was room for, is not refined.
+        last = int(np.searchsorted(travelled, length))
+        if not enough:
+            coarse = (sizes > grower.spacing) & (np.diff(parts) > FINEST)
+            last = min(last, int(np.argmax(coarse)) if coarse.any() else len(coarse))
+            last = min(last, max_points - count)
+        blocks.append(now[1 : last + 2 if enough else last + 1])
+        count += len(blocks[-1])
+        added, done = float(travelled[-1]) - done, float(travelled[-1])
+        if done >= length:
+            end = "length"
+        elif not enough:
+            end = "max_points"
+        elif np.isnan(now).any(axis=1).all():
+            end = "no_image"
+        elif added <= COLLAPSED * grower.spacing:
+            end = "collapse"
+        elif not go_on(done / length):
+            end = "interrupted"
+        else:
+            continue
+        break
+    images = np.repeat(np.arange(-1, len(blocks) - 1), [len(block) for block in blocks]).clip(0)
+    return _joined(grower, np.concatenate(blocks), images, length, end)
+
+
+def _joined(
+    grower: Grower, points: Floats, image: NDArray[np.int64], length: float, end: GrowthEnd
+) -> Grown:
+    """Return the branch, cut into its continuous pieces and at its length."""
+    sizes = grower.sizes(points)
+    joined = sizes <= grower.spacing
+    arclength = np.concatenate([[0.0], np.cumsum(np.where(joined, sizes, 0.0))])
+    piece = np.concatenate([[0], np.cumsum(~joined)])
+    kept = np.isfinite(points).all(axis=1) & (arclength <= length)
+    # A point that nothing joins to another is no piece of a curve.
+    kept &= np.append(False, joined) | np.append(joined, False)
+    _, numbers = np.unique(piece[kept], return_inverse=True)
+    return Grown(points[kept], numbers, arclength[kept], image[kept], end)
+
+
+# Takes (n, 2) points to (n, 2) points, NaN where there is no image.
+PointMap: TypeAlias = Callable[[Floats], Floats]
+Difference: TypeAlias = Callable[[Floats, Floats], Floats]
+
+# Step of the second difference of the map, as a part of the size: it leaves an error of 1e-8.
+STEP = 1e-4
+# A parabola is good where its image misses it by less than this part of the size.
+TOLERANCE = 1e-10
+LONGEST, SHORTEST = 0.02, 1e-7
+
+
+@dataclass(frozen=True, slots=True)
+class LocalManifold:
+    """The parabola saddle + s e + s^2 h, whose image under the map has lambda s for s.
+
+    Attributes
+    ----------
+    saddle, direction, bend
+        (2,) arrays: the fixed point, e and h.
+    multiplier
+        lambda, of modulus above 1, as the map stretches the parabola.
+    reach
+        Largest s at which it is good.
+    defect
+        By how much the image misses it there, in the units of the scale.
+    """
+
+    saddle: Floats
+    direction: Floats
+    bend: Floats
+    multiplier: float
+    reach: float
+    defect: float
+
+    def at(self, s: Floats) -> Floats:
+        """Return (n, 2) points."""
+        column = s[:, None]
+        return np.asarray(self.saddle + column * (self.direction + column * self.bend))
+
+
+def local_manifold(
+    forth: PointMap,
+    apart: Difference,
+    saddle: Floats,
+    jacobian: Floats,
+    direction: Floats,
+    multiplier: float,
+    scale: Floats,
+) -> LocalManifold:
+    """Return the manifold next to a saddle, to second order where that is better.
+
+    Parameters
+    ----------
+    forth, apart
+        The map, under which points on the manifold move off the saddle, and differences.
+    saddle
+        (2,) array, its fixed point.
+    jacobian
+        (2, 2) array, its derivative there.
+    direction, multiplier
+        Eigenvector, of length 1 in the units of the scale, and eigenvalue.
+    scale
+        (2,) array, units of length.
+
+    Returns
+    -------
+    LocalManifold
+        With a defect above `TOLERANCE` where the map is not smooth next to the saddle.
+    """
+    bend = _bend(forth, apart, saddle, jacobian, direction, multiplier, STEP)
+    reach = LONGEST
+    while reach >= SHORTEST:
+        tried = [
+            _with_defect(
+                forth, apart, LocalManifold(saddle, direction, h, multiplier, reach, 0.0), scale
+            )
+            for h in (np.zeros(2), bend)
+        ]
+        found = min(tried, key=lambda local: local.defect)
+        if found.defect <= TOLERANCE:
+            break
+        reach *= 0.5
+    return found
+
+
+def _with_defect(
+    forth: PointMap, apart: Difference, local: LocalManifold, scale: Floats
+) -> LocalManifold:
+    s = local.reach * np.array([1.0, 0.7, 0.3, -1.0, -0.7, -0.3])
+    missed = apart(forth(local.at(s / local.multiplier)), local.at(s)) / scale
+    # Without an image it misses by any length.
+    defect = np.nan_to_num(hypot(missed[:, 0], missed[:, 1]), nan=np.inf).max()
+    return replace(local, defect=float(defect))
+
+
+def _bend(
+    forth: PointMap,
+    apart: Difference,
+    saddle: Floats,
+    jacobian: Floats,
+    direction: Floats,
+    multiplier: float,
+    step: float,
+) -> Floats:
+    """Return h, from the terms of second order of the map: (J - lambda^2) h = -F''(e, e) / 2."""
+    points = forth(saddle + step * np.array([[-1.0], [1.0]]) * direction)
+    sides = apart(np.broadcast_to(saddle, (2, 2)), points)
+    second = sides.sum(axis=0) / (step * step)
+    if not np.isfinite(second).all():
+        return np.zeros(2)
+    found = solve_linear(jacobian - multiplier * multiplier * np.eye(2), -0.5 * second)
+    return np.asarray(found)
+
+
 ManifoldKind: TypeAlias = Literal["stable", "unstable"]
 
 # Lengths of a branch beyond which motions are not followed back in time.

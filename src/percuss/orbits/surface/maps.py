@@ -24,13 +24,13 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import start_faults
 from percuss.model.stops import Wall
 from percuss.numerics import matmul
-from percuss.orbits.orbit.short_runs import ShortRuns
+from percuss.orbits.orbit.propagator import Propagator
 
 __all__ = ["ImpactMap", "StroboscopicMap", "impact_map", "stroboscopic_map"]
 
 Floats = NDArray[np.float64]
 # What is computed for an impact at a time with a velocity.
-OfImpact: TypeAlias = Callable[[ShortRuns, float, float], ArrayLike]
+OfImpact: TypeAlias = Callable[[Propagator, float, float], ArrayLike]
 
 # On other stops, before the next one on the stop asked for.
 MOST_IMPACTS = 4096
@@ -116,12 +116,14 @@ class ImpactMap:
             way = "into the wall" if isinstance(stop, Wall) else "out of the stop"
             reason = f"{way}; a velocity after an impact there is {'+' if sign > 0 else '-'}"
             raise ParameterError("v_after", float(wrong.flat[0]), reason)
-        runs = ShortRuns(self.oscillator, self.forcing)
+        runs = Propagator(self.oscillator, self.forcing)
         period = float(runs.law[0, PERIOD])
         found = [what(runs, c * period, v) for c, v in zip(cycles.flat, speeds.flat, strict=True)]
         return np.array(found, dtype=np.float64).reshape(*cycles.shape, -1)
 
-    def _follow(self, runs: ShortRuns, t: float, v: float) -> tuple[Table, columns.Integers] | None:
+    def _follow(
+        self, runs: Propagator, t: float, v: float
+    ) -> tuple[Table, columns.Integers] | None:
         """Return the record up to the next impact, None if there is none."""
         at = as_float(self.oscillator.stops[self.stop].at)
         wanted = _bound(self.oscillator, self.stop)
@@ -145,7 +147,7 @@ class ImpactMap:
         into = sign * events[:, columns.V_BEFORE] > 0.0
         return np.asarray((kinds == columns.IMPACT) | into)
 
-    def _next(self, runs: ShortRuns, t: float, v: float) -> tuple[float, float]:
+    def _next(self, runs: Propagator, t: float, v: float) -> tuple[float, float]:
         record = self._follow(runs, t, v)
         if record is None:
             return math.nan, math.nan
@@ -155,7 +157,7 @@ class ImpactMap:
         part += 1.0 if part < 0.0 else 0.0
         return part if part < 1.0 else 0.0, float(last[columns.V_AFTER])
 
-    def _derivative(self, runs: ShortRuns, t: float, v: float) -> Floats:
+    def _derivative(self, runs: Propagator, t: float, v: float) -> Floats:
         record = self._follow(runs, t, v)
         if record is None:
             return NOWHERE.reshape(-1)
@@ -242,7 +244,7 @@ class StroboscopicMap:
         _check_finite("v", speeds)
         for extreme in (places.min(), places.max()) if places.size else ():
             raise_first(start_faults(self.oscillator, float(extreme), 0.0, t_end=1.0))
-        runs = ShortRuns(self.oscillator, self.forcing)
+        runs = Propagator(self.oscillator, self.forcing)
         period = float(runs.law[0, PERIOD])
         begin = self.cycle * period
         end = begin + period
@@ -362,7 +364,7 @@ def _bound(osc: Oscillator, stop: int) -> int:
 
 
 def _acceleration(
-    runs: ShortRuns, region: int, x: float, v: float, t: float, t_low: float
+    runs: Propagator, region: int, x: float, v: float, t: float, t_low: float
 ) -> float:
     phases = np.empty((int(runs.law[0, N_HARMONICS]), 2))
     set_phases(runs.law, t, t_low, phases)

@@ -19,7 +19,7 @@ from percuss.ensembles.sweep import sweep
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
-from percuss.orbits.families.continuation import continue_orbit
+from percuss.orbits.bifurcations.continue_orbit import continue_orbit
 from percuss.orbits.finding.find import find_formal_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.paper.models.averaging import averaged, kick

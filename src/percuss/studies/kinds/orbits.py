@@ -52,7 +52,7 @@ class Orbits(Question):
 
     def report(self, result: list[PeriodicOrbit]) -> dict[str, str]:
         """Return how many there are, each in a line, and how many may be unseen."""
-        from percuss.orbits.finding.found_orbits import FoundOrbits
+        from percuss.orbits.finding.find import FoundOrbits
 
         count = Counter(orbit.stability for orbit in result)
         words = ", ".join(f"{n} {name}" for name, n in count.items())

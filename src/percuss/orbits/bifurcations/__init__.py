@@ -1,0 +1,1 @@
+"""Branches of orbits in one parameter, curves in two, and what is special on them."""

@@ -1,0 +1,195 @@
+"""A branch of periodic orbits as a table."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.motion.html_table import html_table
+from percuss.numerics import norm
+from percuss.orbits.bifurcations.special_points import SpecialPoint
+from percuss.orbits.continuation.problem import P, Point
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+if TYPE_CHECKING:
+    # A second of import.
+    from xarray import Dataset
+
+__all__ = ["Branch", "branch_of"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Branch:
+    """Periodic orbits along one parameter, made by `continue_orbit`; one row an orbit.
+
+    Attributes
+    ----------
+    path
+        Path of the parameter.
+    values
+        (n,) array, its value in each row; it goes back where the branch turns at a fold.
+    arclength
+        (n,) array, distance along the branch, with the range of the parameter, the period and
+        the largest velocity of the first orbit as units.
+    impact_velocity
+        (n, m) array, velocity into the stop of each impact and each entry into a soft stop
+        [length/time]; negative ones are formal: they come out of the stop. NaN where an orbit
+        has fewer than others of the branch.
+    multipliers
+        (n, 2) complex array.
+    stability
+        (n,) array of texts, as in `PeriodicOrbit`.
+    admissible
+        (n,) array, whether the orbit passes through no stop and meets each from its free side.
+    grazing_margin
+        (n,) array, distance to a stop of the nearest turning point between two events [length].
+    orbits
+        The orbits.
+    special_points
+        Those found, in order; each is a row of the table.
+    end_reason
+        Why the branch ends where it does.
+    """
+
+    path: str
+    values: Floats
+    arclength: Floats
+    impact_velocity: Floats
+    multipliers: NDArray[np.complex128]
+    stability: NDArray[np.str_]
+    admissible: NDArray[np.bool_]
+    grazing_margin: Floats
+    orbits: tuple[PeriodicOrbit, ...] = field(repr=False)
+    special_points: tuple[SpecialPoint, ...]
+    end_reason: str
+
+    @property
+    def is_stable(self) -> NDArray[np.bool_]:
+        """Whether neighbours approach each orbit, (n,)."""
+        return np.asarray(self.stability == "asymptotic")
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.values)
+
+    def __iter__(self) -> Iterator[PeriodicOrbit]:
+        """Go through the orbits."""
+        return iter(self.orbits)
+
+    def __getitem__(self, row: int) -> PeriodicOrbit:
+        """Return the orbit of a row."""
+        return self.orbits[row]
+
+    def __repr__(self) -> str:
+        """Tell the branch in a line."""
+        kinds: dict[str, int] = {}
+        for point in self.special_points:
+            kinds[point.kind] = kinds.get(point.kind, 0) + 1
+        special = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "none"
+        low, high = self.values.min(), self.values.max()
+        return (
+            f"<Branch: {len(self)} orbits, {self.path} from {low:.6g} to {high:.6g}; "
+            f"special points: {special}; {self.end_reason}>"
+        )
+
+    def _repr_html_(self) -> str:
+        points = self.special_points
+        columns = {
+            "special point": np.array([point.kind for point in points], dtype=object),
+            self.path: np.array([point.value for point in points]),
+            "status": np.array([point.status for point in points], dtype=object),
+        }
+        return html_table(repr(self)[1:-1], columns)
+
+    def to_xarray(self) -> Dataset:
+        """Return the table as a dataset, for files and for pandas (`.to_dataframe()`).
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``point``; the special points along ``special_point``.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
+        >>> branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.5, 2.8)})
+        >>> data = branch.to_xarray()
+        >>> str(data.special_kind.values[0]), round(float(data.special_value[0]), 9)
+        ('period_doubling', 2.653347728)
+        """
+        import xarray
+
+        special = self.special_points
+        row = ("point", "impact")
+        return xarray.Dataset(
+            {
+                "value": ("point", self.values, {"long_name": self.path}),
+                "arclength": ("point", self.arclength),
+                "impact_velocity": (row, self.impact_velocity),
+                "multiplier_real": (("point", "multiplier"), self.multipliers.real),
+                "multiplier_imag": (("point", "multiplier"), self.multipliers.imag),
+                "stability": ("point", self.stability),
+                "admissible": ("point", self.admissible),
+                "grazing_margin": ("point", self.grazing_margin),
+                "special_kind": ("special_point", np.array([p.kind for p in special], dtype=str)),
+                "special_value": ("special_point", np.array([p.value for p in special])),
+                "special_row": ("special_point", np.array([p.row for p in special], dtype=int)),
+                "special_status": (
+                    "special_point",
+                    np.array([p.status for p in special], dtype=str),
+                ),
+            },
+            attrs={"path": self.path, "end_reason": self.end_reason},
+        )
+
+
+def branch_of(
+    rows: Sequence[tuple[Point[P], SpecialPoint | None]], impact_velocity: Floats, end_reason: str
+) -> Branch:
+    """Return points that follow each other, with what is special there, as a branch.
+
+    Parameters
+    ----------
+    rows
+        In order.
+    impact_velocity
+        As the branch has it.
+    end_reason
+        Why it ends.
+    """
+    points = [point for point, _ in rows]
+    orbits = tuple(point.orbit for point in points)
+    admissible = np.array([orbit.admissible for orbit in orbits])
+    return Branch(
+        path=points[0].problem.paths[0],
+        values=np.array([point.problem.values(point.z)[0] for point in points]),
+        arclength=np.append(0.0, np.cumsum([_distance(*pair) for pair in pairwise(points)])),
+        impact_velocity=impact_velocity,
+        multipliers=np.array([orbit.multipliers for orbit in orbits]),
+        stability=np.array([orbit.stability for orbit in orbits]),
+        admissible=admissible & ~(impact_velocity <= 0.0).any(axis=1),
+        grazing_margin=np.array([orbit.grazing_margin for orbit in orbits]),
+        orbits=orbits,
+        special_points=tuple(
+            dataclasses.replace(special, row=row)
+            for row, (_, special) in enumerate(rows)
+            if special is not None
+        ),
+        end_reason=end_reason,
+    )
+
+
+def _distance(one: Point[P], other: Point[P]) -> float:
+    """Return the distance of two points; by the parameter where their events differ."""
+    if one.problem is other.problem:
+        return norm(other.z - one.z)
+    return abs(float(other.z[-1] - one.z[-1]))

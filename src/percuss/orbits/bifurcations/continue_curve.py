@@ -1,0 +1,269 @@
+"""Following folds, period doublings, symmetry breakings and grazes in two parameters."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ParameterError
+from percuss.kernels.law import PERIOD
+from percuss.kernels.record import Integers
+from percuss.model.exact import Phase
+from percuss.model.law import law
+from percuss.model.paths import long_form
+from percuss.orbits.bifurcations.curve import Curve, CurveDetector, CurveKind, CurveRow
+from percuss.orbits.bifurcations.curve_equations import (
+    CurveEquations,
+    HalfEquations,
+    MultiplierCurve,
+)
+from percuss.orbits.bifurcations.family import OrbitEquations, Ranges, own_value, range_about
+from percuss.orbits.bifurcations.grazing_contact import GrazingContact, grazing_contacts, without
+from percuss.orbits.bifurcations.grazing_curves import (
+    GrazingCurve,
+    SteadyGrazingCurve,
+    mirrored,
+    others_of,
+)
+from percuss.orbits.bifurcations.n_fold import primitive_orbit
+from percuss.orbits.bifurcations.special_points import SpecialPoint
+from percuss.orbits.continuation.follow import StepLimits, follow_both_ways
+from percuss.orbits.orbit.itinerary import entries_of
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.symmetry import is_symmetric_system
+from percuss.progress import Progress, Report
+
+__all__ = ["KINDS", "continue_curve", "equations_of"]
+
+
+def continue_curve(
+    point: SpecialPoint,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_points: int = 2000,
+    largest_step: float = 0.02,
+    progress: Report = None,
+) -> Curve:
+    """Follow a special point of a branch along a curve in two parameters, both ways.
+
+    Folds, period doublings and symmetry breakings are followed as the orbits for which the
+    equations of `continue_orbit` are singular, together with those equations (Govaerts 2000;
+    Kuznetsov 2004, chapter 10); grazes as the orbits that touch a stop, motions without impacts
+    in closed form. All is smooth where an impact loses its velocity: a curve of folds goes
+    through its end on the curve of grazing, and its orbits are formal on the other side.
+
+    Parameters
+    ----------
+    point
+        A fold, period doubling, symmetry breaking or graze, as `continue_orbit` finds them.
+    over
+        Two parameters by their paths, and the ranges to follow the curve in; the point's own
+        values lie in them. The curve is told from the end towards the first value of the first
+        parameter.
+    max_points
+        The most steps each way.
+    largest_step
+        The longest step of the parameters, as a part of their ranges.
+    progress
+        True for a line on the error stream, or a function (orbits done, the most there can be)
+        that returns False to stop; what was followed is returned.
+
+    Returns
+    -------
+    Curve
+        A table, with `special_points` of codimension two and `end_reason`.
+
+    Raises
+    ------
+    ParameterError
+        If no curve goes through points of that kind, there are not two such parameters, or a
+        range does not hold the value at the point.
+    ConvergenceError
+        If the point is none of the curve: a symmetry breaking in a system without symmetry.
+
+    Examples
+    --------
+    Where motion without impacts begins to touch the wall, the closed form is
+    A = d sqrt((k - w^2)^2 + (2 a w)^2):
+
+    >>> import math
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
+    >>> calm = pc.find_orbit(osc, pc.cosine(1.0, amplitude=0.05), n_impacts=0)
+    >>> branch = pc.continue_orbit(calm, over={"forcing.amplitude": (0.05, 0.5)})
+    >>> ranges = {"forcing.omega": (0.8, 1.2), "forcing.amplitude": (0.05, 0.5)}
+    >>> curve = pc.continue_curve(branch.special_points[0], over=ranges)
+    >>> omega, amplitude = curve.values[-1]
+    >>> bool(abs(amplitude - math.hypot(1.0 - omega**2, 0.1 * omega)) < 1e-12)
+    True
+    >>> for place in curve.special_points:
+    ...     print(place.kind, round(place.values[0], 9))
+    resonant_grazing 0.998749218
+    """
+    ranges, sign = _checked(point, over)
+    steps = StepLimits.checked(max_points, largest_step)
+    equations, guess = equations_of(point, ranges)
+    kind = cast("CurveKind", point.kind)
+    reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
+    start = equations.started(guess)
+    leading = start.tangent[-2] if abs(start.tangent[-2]) > 1e-9 else start.tangent[-1]
+    towards = sign * math.copysign(1.0, leading)
+    rows, why = follow_both_ways(start, towards, CurveDetector(kind), steps, reported)
+    reported.close()
+    return _curve(kind, equations, rows, why)
+
+
+def _checked(
+    point: SpecialPoint, over: Mapping[str, tuple[Phase, Phase]]
+) -> tuple[dict[str, tuple[float, float]], float]:
+    """Return the ranges, upwards, and the way along the first."""
+    if not isinstance(point, SpecialPoint):
+        raise ParameterError("point", point, "no special point of a branch")
+    if len(over) != 2:
+        raise ParameterError("over", over, "not two parameters and their ranges")
+    orbit = point.orbit
+    names = [long_form(path, orbit.oscillator, orbit.forcing) for path in over]
+    if names[0] == names[1]:
+        raise ParameterError("over", tuple(over), f"twice the same parameter, {names[0]}")
+    ranges, signs = {}, []
+    for path, given in over.items():
+        first, last = range_about(own_value(orbit, path), path, given, "point")
+        ranges[path] = min(first, last), max(first, last)
+        signs.append(math.copysign(1.0, last - first))
+    return ranges, signs[0]
+
+
+def _curve(
+    kind: CurveKind, equations: CurveEquations, rows: list[CurveRow], end_reason: str
+) -> Curve:
+    points = [point for point, _ in rows]
+    orbits = tuple(point.orbit for point in points)
+    steps = np.diff([point.z for point in points], axis=0)
+    special = tuple(
+        dataclasses.replace(it, row=row) for row, (_, it) in enumerate(rows) if it is not None
+    )
+    speeds = [
+        min((v for name, v in point.tests.items() if name.startswith("velocity")), default=1.0)
+        for point in points
+    ]
+    return Curve(
+        kind=kind,
+        paths=cast("tuple[str, str]", equations.equations.paths),
+        values=np.array([equations.values(point.z) for point in points]),
+        arclength=np.append(0.0, np.cumsum(np.sqrt((steps * steps).sum(axis=1)))),
+        multipliers=np.array([orbit.multipliers for orbit in orbits]),
+        stability=np.array([orbit.stability for orbit in orbits]),
+        admissible=np.array([orbit.admissible for orbit in orbits]) & (np.array(speeds) > 0.0),
+        orbits=orbits,
+        special_points=special,
+        end_reason=end_reason,
+    )
+
+
+Floats = NDArray[np.float64]
+
+KINDS = ("fold", "period_doubling", "symmetry_breaking", "grazing")
+# Of the halves of a doubled orbit where it comes from: they part with a square root.
+ONE_AND_THE_SAME = 1e-4
+
+
+def equations_of(point: SpecialPoint, ranges: Ranges) -> tuple[CurveEquations, Floats]:
+    """Return the equations of the curve through a special point, and the point as its first.
+
+    Parameters
+    ----------
+    point
+        One of the kinds that make curves.
+    ranges
+        Lowest and highest value of the two parameters by their paths.
+
+    Raises
+    ------
+    ParameterError
+        If the kind makes no curve.
+    """
+    if point.kind not in KINDS:
+        known = ", ".join(KINDS[:-1])
+        reason = f"no kind of point that a curve goes through here: {known} or {KINDS[-1]}"
+        raise ParameterError("point.kind", point.kind, reason)
+    if math.isinf(point.orbit.n_impacts):
+        raise ParameterError("point", point, "its orbit sticks; curves are those of other orbits")
+    if point.kind == "grazing":
+        return _of_graze(point.orbit, ranges)
+    orbit = point.orbit
+    if point.kind == "period_doubling" and orbit.itinerary.halves_differ() <= ONE_AND_THE_SAME:
+        # A doubled branch starts here: the curve is that of the orbit that doubles.
+        orbit = primitive_orbit(orbit)
+    if orbit.n_periods == 0:
+        raise ParameterError("point", point, "the motion is free; curves need a forcing")
+    if point.kind == "symmetry_breaking":
+        if not _keep_symmetry(orbit, ranges):
+            reason = "the symmetry is lost when they vary, and there is no curve on which it breaks"
+            raise ParameterError("over", tuple(ranges), reason)
+        equations: OrbitEquations = HalfEquations(orbit, ranges)
+    else:
+        equations = OrbitEquations(orbit, ranges)
+    start = np.append(equations.unknowns_of(orbit), _parts(equations))
+    return MultiplierCurve(equations, 1.0 if point.kind == "fold" else -1.0, start), start
+
+
+def _parts(equations: OrbitEquations) -> Floats:
+    own = enumerate(equations.own_values)
+    return np.array([equations.part_of(k, value) for k, value in own])
+
+
+def _of_graze(orbit: PeriodicOrbit, ranges: Ranges) -> tuple[CurveEquations, Floats]:
+    contacts = grazing_contacts(orbit)
+    if not contacts or orbit.forcing is None:
+        reason = "the orbit touches no stop" if orbit.forcing else "it is free; curves need a force"
+        raise ParameterError("point", orbit, reason)
+    touch, calm = contacts[0], without(orbit, contacts)
+    table = law(orbit.oscillator, orbit.forcing)
+    equations = OrbitEquations(calm, ranges)
+    parts = _parts(equations)
+    if equations.n == 0:
+        cycle = touch.t / float(table[0, PERIOD])
+        return SteadyGrazingCurve(equations, touch, orbit.n_periods), np.append(cycle, parts)
+    others = others_of(calm, touch)
+    first = entries_of(calm.oscillator, table, others.events)[0][0]
+    kept = np.roll(others.events, -first, axis=0)
+    row, half = _row(touch), len(others.events) // 2
+    if _keep_symmetry(calm, ranges):
+        opposite = _row(mirrored(table, touch))
+        chain = np.array([row, *others.events[:half], opposite, *others.events[half:]])
+        with_touch: OrbitEquations = HalfEquations(calm, ranges, chain)
+        equations = HalfEquations(calm, ranges, kept)
+    else:
+        with_touch = OrbitEquations(calm, ranges, np.array([row, *others.events]))
+        equations = OrbitEquations(calm, ranges, kept)
+    curve = GrazingCurve(with_touch, equations, touch, first)
+    return curve, np.append(curve.unknowns_of(others, orbit.period), parts)
+
+
+def _row(touch: GrazingContact) -> Integers:
+    """Return a touch as an event of a chain, after which the region is the same."""
+    return np.array([touch.bound, touch.region, touch.region], dtype=np.int64)
+
+
+def _keep_symmetry(orbit: PeriodicOrbit, ranges: Ranges) -> bool:
+    """Tell whether an orbit is symmetric, and the system remains so when the parameters vary."""
+    if not orbit.symmetric:
+        return False
+    equations = OrbitEquations(orbit, ranges)
+    for k in range(len(equations.paths)):
+        for part in (0.25, 0.75):
+            values = list(equations.own_values)
+            values[k] = equations.value_at(k, part)
+            try:
+                system = equations.system_at(tuple(values))
+            except ParameterError:
+                # A value that the parameter cannot have alone tells nothing.
+                continue
+            if not is_symmetric_system(*system):
+                return False
+    return True

@@ -1,0 +1,107 @@
+"""Following a periodic orbit along a parameter, around folds and through grazing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.model.exact import Phase
+from percuss.orbits.bifurcations.branch import Branch, branch_of
+from percuss.orbits.bifurcations.detector import BranchDetector
+from percuss.orbits.bifurcations.family import Family, checked_range
+from percuss.orbits.bifurcations.sticking_branch import sticking_branch
+from percuss.orbits.continuation.follow import StepLimits, follow_both_ways
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.progress import Progress, Report
+
+__all__ = ["continue_orbit"]
+
+Floats = NDArray[np.float64]
+
+
+def continue_orbit(
+    orbit: PeriodicOrbit,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_points: int = 2000,
+    largest_step: float = 0.02,
+    progress: Report = None,
+) -> Branch:
+    """Follow a periodic orbit along a parameter, both ways, stable or not.
+
+    The unknowns are the instants and velocities of the events, and the equations the closed
+    forms of the flights between them (`find_orbit`): they are smooth where an impact loses its
+    velocity, so that a branch goes through a graze as through any other point. Beyond it the
+    orbits are formal, and flagged so. At a fold the branch turns. Where the orbits meet a soft
+    stop that they did not meet, or no more, there are physical ones beyond: the branch goes on
+    with their events (docs/theory/grazing.md).
+
+    An orbit with sticking is followed as the motion from its release (multipliers 0): it ends where
+    the contact lasts no time or is not left, and goes through grazes, where impacts come and go.
+
+    Parameters
+    ----------
+    orbit
+        Where to begin, isolated.
+    over
+        One parameter by its path, and the range to follow it in; the orbit's own value lies in
+        it. The branch is told from the end towards the first value to that towards the second.
+    max_points
+        The most steps each way.
+    largest_step
+        The longest step, as a part of the range.
+    progress
+        True shows a line on the error stream after two seconds; a function
+        ``(done, total) -> bool`` is called after each step with the number of orbits and the
+        most there can be, and stops the branch by returning False.
+
+    Returns
+    -------
+    Branch
+        A table, with `special_points` and `end_reason`.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter, the range does not hold the orbit's value, or the orbit
+        is one of a family in one system.
+
+    Examples
+    --------
+    Down to the fold, back on the unstable orbits, and through the graze on formal ones:
+
+    >>> import percuss as pc
+    >>> osc = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
+    >>> orbit = pc.find_orbit(osc, pc.cosine(1.0))
+    >>> branch = pc.continue_orbit(orbit, over={"forcing.amplitude": (1.0, 0.05)})
+    >>> for point in branch.special_points:
+    ...     print(point.kind, round(point.value, 9))
+    fold 0.099970754
+    grazing 0.1
+    period_doubling 0.107276459
+    """
+    path, first, last, value = checked_range(orbit, over, may_stick=True)
+    steps = StepLimits.checked(max_points, largest_step)
+    reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
+    if math.isinf(orbit.n_impacts):
+        branch = sticking_branch(orbit, path, value, (first, last), steps, reported)
+        reported.close()
+        return branch
+    family = Family(orbit, path, min(first, last), max(first, last))
+    start = family.started(orbit, value)
+    towards = math.copysign(1.0, last - first) * (math.copysign(1.0, start.tangent[-1]))
+    rows, why = follow_both_ways(start, towards, BranchDetector(), steps, reported)
+    reported.close()
+    into = _padded([point.problem.into_stops(point.orbit) for point, _ in rows])
+    return branch_of(rows, into, why)
+
+
+def _padded(rows: list[Floats]) -> Floats:
+    """Return rows of different length as one array, with NaN where there is nothing."""
+    out = np.full((len(rows), max(map(len, rows))), np.nan)
+    for row, values in zip(out, rows, strict=True):
+        row[: len(values)] = values
+    return out

@@ -1,0 +1,347 @@
+"""A curve in two parameters as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+if TYPE_CHECKING:
+    # A second of import.
+    from xarray import Dataset
+from functools import partial
+from typing import cast
+
+from percuss.model.stops import SoftStop
+from percuss.numerics import norm
+from percuss.orbits.bifurcations.curve_equations import CurveEquations
+from percuss.orbits.continuation.follow import Segment
+from percuss.orbits.continuation.locate import Zero, changes_sign, locate
+from percuss.orbits.continuation.problem import Point
+
+__all__ = ["Curve", "CurveDetector", "CurveKind", "CurvePoint", "CurvePointKind", "CurveRow"]
+
+Floats = NDArray[np.float64]
+CurveKind: TypeAlias = Literal["fold", "period_doubling", "symmetry_breaking", "grazing"]
+CurvePointKind: TypeAlias = Literal[
+    "cusp",
+    "fold_grazing",
+    "period_doubling_grazing",
+    "symmetry_breaking_grazing",
+    "resonant_grazing",
+    "double_grazing",
+    "degenerate_grazing",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class CurvePoint:
+    """A point of codimension two: on a curve, and fulfilling one condition more.
+
+    Attributes
+    ----------
+    kind
+        "cusp" (two curves of folds meet and end), "fold_grazing", "period_doubling_grazing" and
+        "symmetry_breaking_grazing" (an orbit with a multiplier of 1 or -1 touches a stop),
+        "resonant_grazing" (a neighbour of the grazing orbit comes back to the stop as fast as it
+        went off, to first order: the square root in the return map has no effect),
+        "double_grazing" (two touches in one orbit), "degenerate_grazing" (a touch without
+        acceleration).
+    paths, values
+        The two parameters and their values there.
+    intervals
+        For either parameter, values between which it lies.
+    status
+        "located" if the intervals are below 1e-10 of the values, or of 1 for smaller ones, and
+        what changes sign goes through zero; otherwise "bracketed".
+    orbit
+        The orbit there.
+    row
+        Its row in the curve.
+    detail
+        What happens there, in words.
+    codimension
+        How many conditions it fulfils: 2.
+    """
+
+    kind: CurvePointKind
+    paths: tuple[str, str]
+    values: tuple[float, float]
+    intervals: tuple[tuple[float, float], tuple[float, float]]
+    status: Literal["located", "bracketed"]
+    orbit: PeriodicOrbit = field(repr=False)
+    row: int
+    detail: str
+    codimension: int = 2
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Curve:
+    """Special points along a curve in two parameters, made by `continue_curve`; one row a point.
+
+    Attributes
+    ----------
+    kind
+        "fold", "period_doubling", "symmetry_breaking" or "grazing".
+    paths
+        Paths of the two parameters.
+    values
+        (n, 2) array, their values in each row.
+    arclength
+        (n,) array, distance along the curve, with the ranges of the parameters, the period and
+        the largest velocity of the first orbit as units.
+    multipliers
+        (n, 2) complex array; of a grazing orbit those without the touch.
+    stability
+        (n,) array of texts, as in `PeriodicOrbit`; of a grazing orbit without the touch.
+    admissible
+        (n,) array, whether the orbit passes through no stop and meets each from its free side.
+    orbits
+        The orbits.
+    special_points
+        The points of codimension two found, in order; each is a row of the table.
+    end_reason
+        Why the curve ends where it does.
+    """
+
+    kind: CurveKind
+    paths: tuple[str, str]
+    values: Floats
+    arclength: Floats
+    multipliers: NDArray[np.complex128]
+    stability: NDArray[np.str_]
+    admissible: NDArray[np.bool_]
+    orbits: tuple[PeriodicOrbit, ...] = field(repr=False)
+    special_points: tuple[CurvePoint, ...]
+    end_reason: str
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.values)
+
+    def __iter__(self) -> Iterator[PeriodicOrbit]:
+        """Go through the orbits."""
+        return iter(self.orbits)
+
+    def __getitem__(self, row: int) -> PeriodicOrbit:
+        """Return the orbit of a row."""
+        return self.orbits[row]
+
+    def __repr__(self) -> str:
+        """Tell the curve in a line."""
+        kinds: dict[str, int] = {}
+        for point in self.special_points:
+            kinds[point.kind] = kinds.get(point.kind, 0) + 1
+        special = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "none"
+        ends = [f"({row[0]:.6g}, {row[1]:.6g})" for row in self.values[[0, -1]]]
+        return (
+            f"<Curve of {self.kind}: {len(self)} orbits, ({', '.join(self.paths)}) from {ends[0]} "
+            f"to {ends[1]}; special points: {special}; {self.end_reason}>"
+        )
+
+    def to_xarray(self) -> Dataset:
+        """Return the table as a dataset, for files and for pandas (`.to_dataframe()`).
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``point``; the points of codimension two along ``special_point``.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> osc = pc.impact_oscillator(0.8, wall=1.0, side="above", damping=0.05)
+        >>> calm = pc.find_orbit(osc, pc.cosine(1.3, amplitude=0.1), n_impacts=0)
+        >>> branch = pc.continue_orbit(calm, over={"forcing.amplitude": (0.1, 1.0)})
+        >>> ranges = {"forcing.omega": (1.2, 1.4), "forcing.amplitude": (0.1, 1.0)}
+        >>> data = pc.continue_curve(branch.special_points[0], over=ranges).to_xarray()
+        >>> data.value.dims, data.attrs["kind"]
+        (('point', 'parameter'), 'grazing')
+        """
+        import xarray
+
+        special = self.special_points
+        values = np.array([point.values for point in special]).reshape(-1, 2)
+        return xarray.Dataset(
+            {
+                "value": (("point", "parameter"), self.values),
+                "arclength": ("point", self.arclength),
+                "multiplier_real": (("point", "multiplier"), self.multipliers.real),
+                "multiplier_imag": (("point", "multiplier"), self.multipliers.imag),
+                "stability": ("point", self.stability),
+                "admissible": ("point", self.admissible),
+                "special_kind": ("special_point", np.array([p.kind for p in special], dtype=str)),
+                "special_value": (("special_point", "parameter"), values),
+                "special_row": ("special_point", np.array([p.row for p in special], dtype=int)),
+                "special_status": (
+                    "special_point",
+                    np.array([p.status for p in special], dtype=str),
+                ),
+            },
+            coords={"parameter": list(self.paths)},
+            attrs={"kind": self.kind, "end_reason": self.end_reason},
+        )
+
+
+CurvesPoint: TypeAlias = Point[CurveEquations]
+CurveRow: TypeAlias = tuple[CurvesPoint, CurvePoint | None]
+Found: TypeAlias = tuple[CurvePoint, CurvesPoint]
+
+# Brackets in the parameters that are a location, as a part of them.
+LOCATED = 1e-10
+# Velocities below this part of the scale are too small to tell a passage beside an impact.
+SLOW = 1e-6
+# Special points nearer than this are one.
+SAME = 1e-8
+
+
+class CurveDetector:
+    """Finds points of codimension two, and the ends of their curve.
+
+    Parameters
+    ----------
+    kind
+        What kind of curve it is.
+    """
+
+    def __init__(self, kind: CurveKind) -> None:
+        self.kind = kind
+
+    def stopped(
+        self,
+        here: CurvesPoint,  # noqa: ARG002
+        reason: str,
+    ) -> Segment[CurveEquations, CurvePoint]:
+        """Return that nothing lies behind the last point."""
+        return Segment([], reason)
+
+    def between(self, here: CurvesPoint, found: CurvesPoint) -> Segment[CurveEquations, CurvePoint]:
+        """Return the points of codimension two between two points, as far as the curve goes."""
+        lost = found.problem.lost_stop(found.tests)
+        if lost:
+            return Segment([], f"near {here.text} {lost}")
+        rows: list[CurveRow] = [
+            (there, special) for special, there in _points_between(self.kind, here, found)
+        ]
+        change = _met_stop(here, found)
+        if not change:
+            return Segment(rows)
+        last = rows[-1][0] if rows else found
+        return Segment(rows, f"beyond {last.text} {change}")
+
+
+def _points_between(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterator[Found]:
+    """Return the points of codimension two between two neighbours on a curve, with row -1.
+
+    Parameters
+    ----------
+    kind
+        What kind of curve it is.
+    a, b
+        The neighbours; the equations are settled at the first.
+    """
+    n = a.problem.pieces(a.z, b.z)
+    before = a
+    for k in range(1, n + 1):
+        after = b if k == n else _between(a, b, k / n)
+        yield from _points_of_piece(kind, before, after)
+        before = after
+
+
+def _between(a: CurvesPoint, b: CurvesPoint, part: float) -> CurvesPoint:
+    chord = b.z - a.z
+    z = a.problem.corrected(a.z + part * chord, chord / norm(chord))
+    return Point(z, a.tangent, *a.problem.told(z), a.problem)
+
+
+def _points_of_piece(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterator[Found]:
+    equations = a.problem
+    zeros: list[tuple[str, Zero]] = []
+    changed = [name for name, v in a.tests.items() if changes_sign(v, b.tests[name])]
+    # Where an impact has no velocity a formal orbit has a passage beside it, which vanishes too.
+    for name in sorted(changed, key=lambda name: name == "passage"):
+        if name == "passage" and any(_is_slow(equations, zero.orbit) for _, zero in zeros):
+            continue
+        zero = locate(a, b, partial(equations.test, name=name), (a.tests[name], b.tests[name]))
+        if zero is not None:
+            zeros.append((name, zero))
+    zeros.sort(key=lambda found: found[1].part)
+    last: Found | None = None
+    for name, zero in zeros:
+        it, detail = _meaning(equations, kind, name)
+        same = last is not None and norm(zero.z - last[1].z) < SAME
+        if last is not None and same and last[0].kind == it:
+            continue
+        if last is not None:
+            yield last
+        orbit, tests = equations.told(zero.z)
+        there = Point(zero.z, a.tangent, orbit, tests, equations)
+        last = _point(equations, it, detail, zero, orbit), there
+    if last is not None:
+        yield last
+
+
+def _met_stop(a: CurvesPoint, b: CurvesPoint) -> str:
+    """Return which soft stop is met once more from one point to the next, "" if none is."""
+    if a.tests["passage"] > 0.0 >= b.tests["passage"]:
+        for stop in b.orbit.passages.stop.tolist():
+            if isinstance(a.problem.orbits.oscillator.stops[stop], SoftStop):
+                return f"the orbit meets soft stop {stop} once more"
+    return ""
+
+
+def _is_slow(equations: CurveEquations, orbit: PeriodicOrbit) -> bool:
+    orbits = equations.orbits
+    if orbits.n == 0:
+        return False
+    return bool(np.abs(orbits.into_stops(orbit)).min() < SLOW * orbits.scale[-1])
+
+
+def _point(
+    equations: CurveEquations, kind: CurvePointKind, detail: str, zero: Zero, orbit: PeriodicOrbit
+) -> CurvePoint:
+    ends = [equations.values(z) for z in zero.ends]
+    one, other = (sorted(pair) for pair in zip(*ends, strict=True))
+    intervals = (one[0], one[1]), (other[0], other[1])
+    values = equations.values(zero.z)
+    sizes = zip(intervals, values, strict=True)
+    near = all(high - low <= LOCATED * max(1.0, abs(value)) for (low, high), value in sizes)
+    status: Literal["located", "bracketed"] = (
+        "located" if near and zero.goes_through else "bracketed"
+    )
+    paths = cast("tuple[str, str]", equations.equations.paths)
+    return CurvePoint(kind, paths, values, intervals, status, orbit, -1, detail)
+
+
+MEANINGS: dict[str, tuple[CurvePointKind, str]] = {
+    "cusp": ("cusp", "two curves of folds meet and end"),
+    "return": (
+        "resonant_grazing",
+        "a neighbour's velocity does not bring it off the stop once round: curves of folds and "
+        + "of period doublings touch the curve of grazing",
+    ),
+    "acceleration": ("degenerate_grazing", "the touch has no acceleration"),
+}
+
+
+def _meaning(equations: CurveEquations, kind: CurveKind, name: str) -> tuple[CurvePointKind, str]:
+    if name in MEANINGS:
+        return MEANINGS[name]
+    if name == "one":
+        return "fold_grazing", "a multiplier of the grazing orbit is 1"
+    if name == "minus one":
+        if equations.orbits.mirror < 0.0:
+            return "symmetry_breaking_grazing", "the symmetry of the grazing orbit breaks"
+        return "period_doubling_grazing", "a multiplier of the grazing orbit is -1"
+    touch = "a turning point between two events touches a stop"
+    if name.startswith("velocity"):
+        stop = equations.orbits.entries[int(name.split()[1])][1]
+        touch = f"an impact on stop {stop} has no velocity"
+    if kind == "grazing":
+        return "double_grazing", f"besides, {touch}"
+    return cast("CurvePointKind", f"{kind}_grazing"), touch

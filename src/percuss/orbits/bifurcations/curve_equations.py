@@ -1,0 +1,455 @@
+"""The equations of curves in two parameters: those of an orbit, and one condition.
+
+A curve is the set of zeros of K equations in K + 1 unknowns, the last two of which are the
+parameters. Folds, period doublings and symmetry breakings are told by a matrix that becomes
+singular, and that by a number g from the bordered system [M b; c' 0] [q; g] = [0; 1] (Govaerts
+2000, chapter 3): it vanishes where M is singular, and is as smooth as M, also where an impact has
+no velocity.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ConvergenceError
+from percuss.kernels.law import Law
+from percuss.kernels.record import Integers
+from percuss.numerics import directions, dot, matmul, norm
+from percuss.orbits.bifurcations.family import OrbitEquations, Ranges
+from percuss.orbits.continuation.correct import Broyden, corrected, solved, tangent_of
+from percuss.orbits.continuation.problem import Point
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+__all__ = [
+    "CurveEquations",
+    "HalfEquations",
+    "MultiplierCurve",
+    "return_equations",
+    "unknowns_from_events",
+]
+
+Floats = NDArray[np.float64]
+Values = tuple[float, float]
+
+# Scaled residuals of a point that need not become smaller.
+ENOUGH = 1e-13
+# Steps of Broyden's method, and from how many points its derivatives are computed anew.
+MOST_STEPS, MOST_TIMES = 13, 4
+# Scaled arclength of the longest step.
+LONGEST_STEP = 0.25
+# Velocities into a soft stop below this part of the scale: it is hardly met. Steps to there are
+# made again, down to the second, in scaled arclength.
+HARDLY, NEAR_END = 1e-4, 1e-5
+# Scaled steps of central differences, where h^2 and 1e-16/h are both small, and of one-sided ones.
+BESIDE, ASIDE = 1e-5, 1e-7
+
+
+class CurveEquations(ABC):
+    """The equations of a curve; the points are z = (scaled unknowns, two scaled parameters).
+
+    Parameters
+    ----------
+    equations
+        Those of the orbits.
+    """
+
+    noun = "curve"
+    order = 2
+
+    def __init__(self, equations: OrbitEquations) -> None:
+        self.equations, self.paths = equations, equations.paths
+        self._matrix: Floats | None = None
+        self._latest = np.empty(0), np.empty((0, 0))
+
+    @property
+    def orbits(self) -> OrbitEquations:
+        """The equations of the orbits that are told."""
+        return self.equations
+
+    @abstractmethod
+    def residual(self, z: Floats) -> Floats:
+        """Return the scaled residuals, (K,)."""
+
+    @abstractmethod
+    def by_unknowns(self, z: Floats) -> Floats:
+        """Return their derivatives by all but the two parameters, (K, K - 1)."""
+
+    @abstractmethod
+    def solution(self, z: Floats) -> PeriodicOrbit:
+        """Return the orbit of a point."""
+
+    @abstractmethod
+    def tests(self, z: Floats, orbit: PeriodicOrbit) -> dict[str, float]:
+        """Return the functions whose zeros are points of codimension two."""
+
+    def told(self, z: Floats) -> tuple[PeriodicOrbit, dict[str, float]]:
+        """Return the orbit of a point with these functions."""
+        orbit = self.solution(z)
+        return orbit, self.tests(z, orbit)
+
+    def test(self, z: Floats, name: str) -> float:
+        """Return one of the functions, which may be cheaper than all of them."""
+        return self.told(z)[1][name]
+
+    def pieces(self, a: Floats, b: Floats) -> int:  # noqa: ARG002
+        """Return in how many pieces the tests change sign once at most between two points."""
+        return 1
+
+    def values(self, z: Floats) -> Values:
+        """Return the two parameters of a point."""
+        one, other = (self.equations.value_at(k, float(z[k - 2])) for k in range(2))
+        return one, other
+
+    def table(self, z: Floats) -> Law:
+        """Return the law of a point."""
+        return self.equations.table_at(self.values(z))
+
+    def derivatives(self, z: Floats) -> Floats:
+        """Return the derivatives of the residuals, (K, K + 1); by the parameters as differences.
+
+        They give directions only: what is found does not hang on their last digits.
+        """
+        here = self.residual(z)
+        slopes = [self._slope(z, here, k) for k in (-2, -1)]
+        return np.column_stack([self.by_unknowns(z), *slopes])
+
+    def _slope(self, z: Floats, here: Floats, k: int) -> Floats:
+        beside = z.copy()
+        # Inwards: beyond the range there may be nothing.
+        beside[k] += ASIDE if z[k] < 0.5 else -ASIDE
+        return np.asarray((self.residual(beside) - here) / (beside[k] - z[k]))
+
+    def corrected(
+        self,
+        guess: Floats,
+        normal: Floats,
+        *,
+        beside_others: bool = False,  # noqa: ARG002
+    ) -> Floats:
+        """Return the point of the curve in the plane through a guess with this normal.
+
+        Broyden's method, from the derivatives at the settled point, or from new ones.
+
+        Raises
+        ------
+        ConvergenceError
+            If it finds none.
+        ParameterError
+            If the parameters cannot have the values.
+        """
+        z, error = guess, np.inf
+        for k in range(MOST_TIMES):
+            matrix = self._matrix if k == 0 else self.derivatives(z)
+            if matrix is None:
+                continue
+            equations = Broyden(self.residual, matrix)
+            z, error, is_solved = corrected(equations, z, normal, steps=MOST_STEPS, enough=ENOUGH)
+            if is_solved:
+                return z
+        raise ConvergenceError("no point of the curve found", guess, error, "take smaller steps")
+
+    def started(self, guess: Floats) -> Point[Self]:
+        """Return the point of the curve next to a guess, with its tangent.
+
+        Raises
+        ------
+        ConvergenceError
+            If there is none.
+        """
+        _, rows = directions(self.derivatives(guess))
+        return self._point(self.corrected(guess, rows[-1]), rows[-1])
+
+    def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
+        """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
+        found = self._point(z, before.tangent)
+        lost = self.lost_stop(found.tests)
+        if lost and norm(z - before.z) > NEAR_END:
+            raise ConvergenceError(lost, z, 0.0, "take smaller steps")
+        return found
+
+    def lost_stop(self, tests: Mapping[str, float]) -> str:
+        """Return which soft stop is hardly met, "" if none is.
+
+        There the time inside the stop vanishes, and a factor of the equations with it: they tell
+        folds no more. The curves on the other side, and that of grazing, lead to the point itself.
+        """
+        orbits = self.orbits
+        for k, (row, stop, _) in enumerate(orbits.entries):
+            slowest = HARDLY * orbits.scale[-1]
+            if not orbits.walls[row] and tests[f"velocity {k}"] < slowest:
+                return f"the orbit hardly meets soft stop {stop}"
+        return ""
+
+    def _point(self, z: Floats, before: Floats) -> Point[Self]:
+        derivatives = self.derivatives(z)
+        self._latest = z, derivatives
+        return Point(z, tangent_of(derivatives, before), *self.told(z), self)
+
+    def refined(self, point: Point[Self]) -> Point[Self]:
+        """Return the point itself: its tangent is as good as there is."""
+        return point
+
+    def settle(self, point: Point[Self]) -> None:
+        """Take a point as the one near which the next are looked for."""
+        z, derivatives = self._latest
+        if z is not point.z:
+            derivatives = self.derivatives(point.z)
+        self._matrix = self._settled(point.z, derivatives)
+
+    def _settled(self, z: Floats, derivatives: Floats) -> Floats:  # noqa: ARG002
+        """Prepare the equations for the neighbourhood of a point; return its derivatives then."""
+        return derivatives
+
+    def plane(self, tangent: Floats) -> Floats:
+        """Return the normal of the plane to correct in."""
+        return tangent
+
+    def longest_step(self, point: Point[Self], largest: float) -> float:
+        """Return the longest step: the parameters go no further than the caller wants."""
+        return min(LONGEST_STEP, largest / max(norm(point.tangent[-2:]), 1e-9))
+
+
+class MultiplierCurve(CurveEquations):
+    """Orbits with a multiplier of 1 (folds) or -1 (period doublings).
+
+    Over half a period of symmetric orbits, -1 breaks the symmetry.
+
+    Parameters
+    ----------
+    equations
+        Those of the orbits.
+    multiplier
+        1.0 or -1.0.
+    start
+        The point at which to begin.
+    """
+
+    def __init__(self, equations: OrbitEquations, multiplier: float, start: Floats) -> None:
+        super().__init__(equations)
+        self.multiplier = multiplier
+        self._edge(start)
+
+    def _edge(self, z: Floats) -> None:
+        """Take the null vectors at a point as the border of the matrix."""
+        returns = self._returns(z[:-2], self.table(z))
+        self._border = directions(returns.T)[1][-1], directions(returns)[1][-1]
+
+    def _returns_of(self, matrix: Floats) -> Floats:
+        equations = self.equations
+        return return_equations(matrix, equations.n, self.multiplier, equations.mirror)
+
+    def _returns(self, unknowns: Floats, table: Law) -> Floats:
+        """Return the matrix that is singular at the multiplier."""
+        _, matrix = self.equations.shot(unknowns, table)
+        return self._returns_of(matrix)
+
+    def _settled(self, z: Floats, derivatives: Floats) -> Floats:
+        """Take the null vectors at a point as the border; return its derivatives then."""
+        left, right = self._null(self._returns(z[:-2], self.table(z)))
+        sizes = norm(left), norm(right)
+        self._border = left / sizes[0], right / sizes[1]
+        matrix = derivatives.copy()
+        # With null vectors of size 1 for its border, g changes by their former sizes.
+        matrix[2 * self.equations.n + 1] /= sizes[0] * sizes[1]
+        return matrix
+
+    def _bordered(self, returns: Floats) -> tuple[Floats, Floats]:
+        """Return the bordered matrix, and the solution (q, g) of its equations."""
+        left, right = self._border
+        size = len(returns)
+        whole = np.zeros((size + 1, size + 1))
+        whole[:-1, :-1], whole[:-1, -1], whole[-1, :-1] = returns, left, right
+        return whole, solved(whole, np.append(np.zeros(size), 1.0))
+
+    def _null(self, returns: Floats) -> tuple[Floats, Floats]:
+        """Return (psi, q), the null vectors of the matrix where it is singular."""
+        whole, found = self._bordered(returns)
+        return solved(whole.T, np.append(np.zeros(len(returns)), 1.0))[:-1], found[:-1]
+
+    def residual(self, z: Floats) -> Floats:
+        """Return those of the orbit, and g."""
+        residual, matrix = self.equations.shot(z[:-2], self.table(z))
+        returns = self._returns_of(matrix)
+        return np.append(residual, self._bordered(returns)[1][-1])
+
+    def by_unknowns(self, z: Floats) -> Floats:
+        """Return the derivatives: of g, by those of the matrix, -psi' dM q."""
+        table, unknowns = self.table(z), z[:-2]
+        _, matrix = self.equations.shot(unknowns, table)
+        psi, q = self._null(self._returns_of(matrix))
+        slopes = []
+        for k in range(len(unknowns)):
+            unit = np.zeros(len(unknowns))
+            unit[k] = 1.0
+            slopes.append(-dot(psi, matmul(self._change(unknowns, table, unit), q)))
+        return np.vstack([matrix, slopes])
+
+    def _change(self, unknowns: Floats, table: Law, direction: Floats) -> Floats:
+        """Return the derivative of the matrix along a direction of the unknowns."""
+        ahead, behind = (
+            self._returns(unknowns + sign * direction, table) for sign in (BESIDE, -BESIDE)
+        )
+        return np.asarray((ahead - behind) / (2.0 * BESIDE))
+
+    def solution(self, z: Floats) -> PeriodicOrbit:
+        """Return the orbit of a point."""
+        return self.equations.orbit_at(z[:-2], self.values(z))
+
+    def tests(self, z: Floats, orbit: PeriodicOrbit) -> dict[str, float]:
+        """Return velocities, room to the stops and, of folds, the quadratic coefficient."""
+        found = {"passage": min(orbit.grazing_margin, 1e300)}
+        for k, speed in enumerate(self.equations.into_stops(orbit)):
+            found[f"velocity {k}"] = float(speed)
+        if self.multiplier == 1.0:
+            found["cusp"] = self._bend(z)
+        return found
+
+    def _bend(self, z: Floats) -> float:
+        """Return psi' F_uu q q, whose zeros are cusps (Kuznetsov 2004, section 8.2)."""
+        unknowns, table = z[:-2], self.table(z)
+        psi, q = self._null(self._returns(unknowns, table))
+        psi, q = psi / norm(psi), q / norm(q)
+        along = unknowns_from_events(q)
+        return dot(psi, matmul(self._change(unknowns, table, along), q))
+
+
+def return_equations(matrix: Floats, n: int, multiplier: float, mirror: float = 1.0) -> Floats:
+    """Return M(mu), the linearised equations of neighbours of a periodic orbit.
+
+    With the changes dt of the instants of the events and dv of the velocities after them as
+    unknowns, neighbours that come back multiplied by mu obey M(mu) (dt, dv) = 0. There det M(mu) is
+    the characteristic polynomial of the monodromy matrix times the velocities of the events:
+    nothing is divided by the velocity of an impact, and M is smooth where that vanishes.
+
+    Parameters
+    ----------
+    matrix
+        (2 n + 1, 2 n + 1) array, scaled derivatives that `percuss.kernels.shooting.shoot` writes,
+        by the first instant, the durations and the velocities, with one unit of time and one of
+        velocity.
+    n
+        How many events there are.
+    multiplier
+        mu.
+    mirror
+        -1.0 where the events begin anew mirrored, after half a period.
+
+    Returns
+    -------
+    array
+        (2 n, 2 n), by dt_0, ..., dt_(n-1), dv_0, ..., dv_(n-1).
+    """
+    into, of, factors, constants = _places(n, multiplier, mirror)
+    sums = np.bincount(into, factors * matrix.ravel()[of], minlength=4 * n * n)
+    return np.asarray((sums + constants).reshape(2 * n, 2 * n))
+
+
+@lru_cache(maxsize=64)
+def _places(n: int, multiplier: float, mirror: float) -> tuple[Integers, Integers, Floats, Floats]:
+    """Return which entries of M are sums of which of the derivatives, by which factors."""
+    terms: list[tuple[int, int, float]] = []
+    constants = np.zeros(4 * n * n)
+    for i in range(n):
+        following = (i + 1) % n
+        # After the last event comes the first one, a period later.
+        end = multiplier if following == 0 else 1.0
+        for row in (2 * i, 2 * i + 1):
+            here, there = 2 * n * row, (2 * n + 1) * row
+            # Events that come later begin one flight later, and let the one before last longer.
+            terms += [(here + i, there, 1.0), (here + i, there + 1 + i, -1.0)]
+            terms += [(here + following, there + 1 + i, end)]
+            terms += [(here + n + i, there + 1 + n + i, 1.0)]
+        # The velocity after an event stands in its own row, with the factor 1.
+        own = 2 * n * (2 * i + 1) + n + following
+        turned = mirror if following == 0 else 1.0
+        constants[own] += turned * end - (turned if n == 1 else 0.0)
+    into, of, factors = zip(*terms, strict=True)
+    return np.array(into), np.array(of), np.array(factors), constants
+
+
+def unknowns_from_events(changes: Floats) -> Floats:
+    """Return changes of the unknowns of a chain from those of its events, with mu = 1.
+
+    From (2 n,) dt and dv to (2 n + 1,): the first instant, the durations and the velocities.
+    """
+    n = len(changes) // 2
+    instants = changes[:n]
+    return np.concatenate([instants[:1], np.roll(instants, -1) - instants, changes[n:]])
+
+
+# By how much, scaled, the second half may miss the equations that the first one solves.
+MIRRORED = 1e-9
+
+
+class HalfEquations(OrbitEquations):
+    """The equations of the first half of symmetric orbits, after which they are mirrored.
+
+    Their multipliers are the squares of those of the map over half a period and a mirror: where
+    one of these is -1 the symmetry breaks, as a period doubles where one of the others is (Swift &
+    Wiesenfeld 1984). The unknowns are the instant of the first event and the durations and
+    velocities of the first half; after it comes the first event, mirrored.
+
+    Parameters
+    ----------
+    orbit
+        One of them, symmetric.
+    ranges
+        As for `OrbitEquations`.
+    chain
+        (2 m, 3) array, all events, where they are not those of the orbit.
+    """
+
+    mirror = -1.0
+
+    def __init__(self, orbit: PeriodicOrbit, ranges: Ranges, chain: Integers | None = None) -> None:
+        super().__init__(orbit, ranges, chain)
+        self.whole = OrbitEquations(orbit, ranges, chain)
+        n, m = self.whole.n, self.whole.n // 2
+        self.n = m
+        self.scale = np.repeat([self.scale[0], self.scale[-1]], [1 + m, m])
+        self.rows = np.append(self.rows[: 2 * m], self.rows[-1])
+        self.entries = [sign for sign in self.entries if sign[0] < m]
+        self.walls = self.walls[:m]
+        unit = np.eye(m)
+        self._copies = np.zeros((2 * n + 1, 2 * m + 1))
+        self._copies[0, 0] = 1.0
+        self._copies[1 : 1 + n, 1 : 1 + m] = np.vstack([unit, unit])
+        self._copies[1 + n :, 1 + m :] = np.vstack([unit, self.mirror * unit])
+
+    def unknowns_of(self, orbit: PeriodicOrbit) -> Floats:
+        """Return the scaled unknowns of an orbit with these events."""
+        whole = self.whole.unknowns_of(orbit)
+        n = self.whole.n
+        return np.concatenate([whole[: 1 + self.n], whole[1 + n : 1 + n + self.n]])
+
+    def shot(self, unknowns: Floats, table: Law) -> tuple[Floats, Floats]:
+        """Return scaled residuals and their derivative by the scaled unknowns, under a law."""
+        residual, matrix = self.whole.shot(matmul(self._copies, unknowns), table)
+        kept = np.append(np.arange(2 * self.n), 4 * self.n)
+        return residual[kept], matmul(matrix, self._copies)[kept]
+
+    def orbit_at(self, unknowns: Floats, values: tuple[float, ...]) -> PeriodicOrbit:
+        """Return the orbit of a solution.
+
+        Raises
+        ------
+        ConvergenceError
+            If the second half does not mirror the first: the system is not symmetric.
+        """
+        whole = matmul(self._copies, unknowns)
+        residual, _ = self.whole.shot(whole, self.table_at(values))
+        apart = float(np.abs(residual).max())
+        if apart > MIRRORED:
+            what = "the system is not symmetric, and no orbit mirrors itself"
+            raise ConvergenceError(what, unknowns, apart, "vary what keeps the symmetry")
+        return self.whole.orbit_at(whole, values)
+
+    def into_stops(self, orbit: PeriodicOrbit) -> Floats:
+        """Return the velocity into each stop with which it is met in the first half."""
+        return self.whole.into_stops(orbit)[: len(self.entries)]

@@ -1,0 +1,320 @@
+"""Families of orbits with sticking along a parameter.
+
+After a release the motion does not depend on the past: an orbit that sticks is the motion from
+its release, and what goes on from one value of the parameter to the next is that this motion comes
+back to the same release. Nothing folds or doubles; a graze between two contacts changes the number
+of impacts, and not the release. The family ends where its last contact lasts no time, or is not
+left. Where one of several lasts no time its hops are lost one by one, at grazes that accumulate.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Literal, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ConvergenceError, PercussError
+from percuss.model.paths import replace_parameters
+from percuss.orbits.bifurcations.branch import Branch, branch_of
+from percuss.orbits.bifurcations.special_points import LOCATED, Kind, SpecialPoint
+from percuss.orbits.continuation.follow import STOPPED, Segment, StepLimits, follow
+from percuss.orbits.continuation.locate import Sample, bracketed
+from percuss.orbits.continuation.problem import Point
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.sticking import sticking_orbit_near
+from percuss.progress import Progress
+
+__all__ = ["sticking_branch"]
+
+Floats = NDArray[np.float64]
+
+# A bracket of the parameter, as a part of its range, that is as good as a point.
+CLOSE = 1e-14
+# A contact as short as this part of the period, or a flight, lasts no time where the family ends:
+# its length is a small power of the distance. So slow, as a part of the fastest, is an impact of no velocity.
+NO_TIME, NO_VELOCITY = 1e-3, 1e-3
+
+# Grazes that are told in one step: towards a contact of no time there are infinitely many.
+MOST_GRAZES = 8
+# A last step may be this much longer, and is not one of next to nothing.
+LAST = 1.5
+
+# Of each contact: its wall, and the stops that are met before the hops that lead to it.
+Pattern: TypeAlias = tuple[tuple[int, tuple[int, ...]], ...]
+
+
+class StickingFamily:
+    """Orbits with sticking as a problem of continuation, whose only unknown is the parameter.
+
+    Parameters
+    ----------
+    orbit
+        One of them.
+    path
+        Path of the parameter.
+    low, high
+        Its range.
+    """
+
+    noun = "branch"
+    order = 1
+
+    def __init__(self, orbit: PeriodicOrbit, path: str, low: float, high: float) -> None:
+        self.paths: tuple[str, ...] = (path,)
+        self.low, self.high, self.near = low, high, orbit
+
+    def started(self, orbit: PeriodicOrbit, value: float) -> Point[Self]:
+        """Return the point of an orbit."""
+        part = np.array([(value - self.low) / (self.high - self.low)])
+        return Point(part, np.ones(1), orbit, {}, self)
+
+    def values(self, z: Floats) -> tuple[float, ...]:
+        """Return the parameter of a point."""
+        part = float(z[0])
+        return (self.high if part == 1.0 else self.low + part * (self.high - self.low),)
+
+    def corrected(self, guess: Floats, normal: Floats, *, beside_others: bool = False) -> Floats:
+        """Return the guess: the parameter alone tells the orbit."""
+        del normal, beside_others
+        return guess
+
+    def solution(self, z: Floats) -> PeriodicOrbit:
+        """Return the orbit that goes on from the settled one.
+
+        Raises
+        ------
+        ConvergenceError
+            If there is none.
+        ParameterError
+            If the parameter cannot have the value.
+        """
+        near, changes = self.near, {self.paths[0]: self.values(z)[0]}
+        osc, force, _ = replace_parameters(near.oscillator, near.forcing, None, changes)
+        orbit = None if force is None else sticking_orbit_near(osc, force, near)
+        if orbit is None:
+            raise ConvergenceError("no release comes back", z, math.nan, "take smaller steps")
+        return orbit
+
+    def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
+        """Return the orbit at a value of the parameter as a point."""
+        return Point(z, before.tangent, self.solution(z), {}, self)
+
+    def refined(self, point: Point[Self]) -> Point[Self]:
+        """Return the point itself."""
+        return point
+
+    def settle(self, point: Point[Self]) -> None:
+        """Take a point as the one near which the next are looked for."""
+        self.near = point.orbit
+
+    def plane(self, tangent: Floats) -> Floats:
+        """Return the normal of the plane to correct in."""
+        return tangent
+
+    def longest_step(self, point: Point[Self], largest: float) -> float:
+        """Return the step; the last one may be longer."""
+        part = float(point.z[0])
+        room = 1.0 - part if point.tangent[0] > 0.0 else part
+        return LAST * largest if room < LAST * largest else largest
+
+
+StickingPoint: TypeAlias = Point[StickingFamily]
+StickingRow: TypeAlias = tuple[StickingPoint, SpecialPoint | None]
+
+
+def sticking_branch(
+    orbit: PeriodicOrbit,
+    path: str,
+    value: float,
+    ends: tuple[float, float],
+    steps: StepLimits,
+    progress: Progress,
+) -> Branch:
+    """Follow an orbit with sticking along a parameter, both ways.
+
+    Parameters
+    ----------
+    orbit
+        Where to begin.
+    path, value
+        Path of the parameter, and its value in the orbit's system.
+    ends
+        Its range; the branch is told from the first to the second.
+    steps
+        How many each way at most, and their length as a part of the range.
+    progress
+        Counts the orbits, and may end the branch.
+
+    Returns
+    -------
+    Branch
+        Of each orbit the velocity of its fastest impact: hops that accumulate have no number.
+    """
+    family = StickingFamily(orbit, path, min(ends), max(ends))
+    # All steps are of one length: the parameter is the only unknown, and nothing bends.
+    steps = StepLimits(steps.max_points, steps.largest, steps.largest, 0.5 * steps.largest)
+    start, detector = family.started(orbit, value), StickingDetector(steps.largest)
+    towards = math.copysign(1.0, ends[1] - ends[0])
+    ahead, why, _ = follow(start, towards, detector, steps, progress=progress)
+    behind: list[StickingRow] = []
+    if why != STOPPED and value != ends[0]:
+        behind, why_behind, _ = follow(start, -towards, detector, steps, progress=progress)
+        why = f"{why}; at the other end {why_behind}"
+    rows = [*reversed(behind), (start, None), *ahead]
+    fastest = [[abs(point.orbit.impacts.v_before).max()] for point, _ in rows]
+    return branch_of(rows, np.array(fastest, dtype=np.float64), why)
+
+
+class StickingDetector:
+    """Finds grazes, and contacts that begin or end, between orbits with sticking."""
+
+    def __init__(self, largest_step: float) -> None:
+        self.largest_step = largest_step
+
+    def between(
+        self, here: StickingPoint, found: StickingPoint
+    ) -> Segment[StickingFamily, SpecialPoint]:
+        """Return what changes between two orbits."""
+        return Segment(_changes(here, found))
+
+    def stopped(self, here: StickingPoint, reason: str) -> Segment[StickingFamily, SpecialPoint]:  # noqa: ARG002
+        """Return the last orbit of the family, and why it is the last."""
+        step = here.problem.longest_step(here, self.largest_step)
+        last, beyond = _parted(here, np.clip(here.z + step * here.tangent, 0.0, 1.0), _exists)
+        row, why = _end(last, beyond)
+        return Segment([*_changes(here, last), row], why)
+
+
+def _exists(orbit: PeriodicOrbit) -> bool:  # noqa: ARG001
+    return True
+
+
+def _parted(
+    here: StickingPoint, end: Floats, goes_on: Callable[[PeriodicOrbit], bool]
+) -> tuple[StickingPoint, StickingPoint]:
+    """Return the last orbit of a kind before a value, and what comes after it."""
+    family = here.problem
+    family.settle(here)
+    after = here.orbit
+
+    def at(part: float) -> Sample:
+        nonlocal after
+        z = here.z + part * (end - here.z)
+        try:
+            orbit = family.solution(z)
+        except PercussError:
+            return Sample(part, -1.0, z)
+        if goes_on(orbit):
+            family.near = orbit
+            return Sample(part, 1.0, z)
+        after = orbit
+        return Sample(part, -1.0, z)
+
+    ends = Sample(0.0, 1.0, here.z), Sample(1.0, -1.0, end)
+    low, high, _, _ = bracketed(at, ends, CLOSE / float(np.abs(end - here.z).max()))
+    last = dataclasses.replace(here, z=low.z, orbit=family.near)
+    return last, dataclasses.replace(here, z=high.z, orbit=after)
+
+
+def _changes(one: StickingPoint, other: StickingPoint) -> list[StickingRow]:
+    """Return the grazes, and the contacts that begin or end, between two orbits, in order."""
+    walls = _walls(one.orbit)
+    if walls == _walls(other.orbit):
+        return _grazes(one, other)
+    low, high = _parted(one, other.z, lambda orbit: _walls(orbit) == walls)
+    special = _special(low, high, "chatter", "a contact begins or ends: it lasts no time")
+    return [*_grazes(one, low), special, *_changes(high, other)]
+
+
+def _grazes(one: StickingPoint, other: StickingPoint) -> list[StickingRow]:
+    rows: list[StickingRow] = []
+    here, last = one, _pattern(other.orbit)
+    for _ in range(MOST_GRAZES):
+        if _pattern(here.orbit) == last or (here.z == other.z).all():
+            break
+        low, high = _parted(here, other.z, _has(_pattern(here.orbit)))
+        here = high if high.orbit is not here.orbit else other
+        detail = _graze(low.orbit, here.orbit)
+        if detail:
+            rows.append(_special(low, here, "grazing", detail))
+    return rows
+
+
+def _special(low: StickingPoint, high: StickingPoint, kind: Kind, detail: str) -> StickingRow:
+    family, orbit = low.problem, low.orbit
+    (value,), (beyond,) = family.values(low.z), family.values(high.z)
+    first, last = sorted((value, beyond))
+    exact = last - first <= LOCATED * max(1.0, abs(last))
+    status: Literal["located", "bracketed"] = "located" if exact else "bracketed"
+    path = family.paths[0]
+    return low, SpecialPoint(kind, path, value, (first, last), status, orbit, -1, detail)
+
+
+def _end(last: StickingPoint, beyond: StickingPoint) -> tuple[StickingRow, str]:
+    """Return the last orbit of the family, and why it is the last."""
+    at, orbit = last.text, last.orbit
+    contacts = orbit.trajectory().contacts
+    lasting = contacts.release - contacts.start
+    if float(np.min(lasting)) < NO_TIME * orbit.period:
+        stop = int(contacts.stop[int(np.argmin(lasting))])
+        detail = f"the contact with stop {stop} lasts no time"
+        row = _special(last, beyond, "chatter", detail)
+        return row, f"at {at} {detail}: beyond, the force lets go before the impacts end"
+    n = orbit.n_periods
+    longest = int(np.argmax(lasting))
+    if lasting[longest] > (1.0 - NO_TIME) * orbit.period / n:
+        stop = int(contacts.stop[longest])
+        return (last, None), f"beyond {at} the force lets go of stop {stop} no more"
+    periods = "a forcing period" if n == 1 else f"{n} forcing periods"
+    return (last, None), f"beyond {at} no release comes back after {periods}"
+
+
+def _contacts(orbit: PeriodicOrbit) -> list[tuple[int, slice]]:
+    """Return of each contact its wall and the impacts before the hops that lead to it."""
+    contacts, impacts = orbit.trajectory().contacts, orbit.impacts
+    found, first = [], 0
+    for start, wall in zip(contacts.start.tolist(), contacts.stop.tolist(), strict=True):
+        last = int(np.searchsorted(impacts.t, start, side="right"))
+        speeds, hop = np.abs(impacts.v_before), last
+        while hop > first and impacts.stop[hop - 1] == wall:
+            if hop < last and speeds[hop - 1] <= speeds[hop]:
+                break
+            hop -= 1
+        found.append((wall, slice(first, hop)))
+        first = last
+    return found
+
+
+def _pattern(orbit: PeriodicOrbit) -> Pattern:
+    """Return what tells an orbit from one beyond a graze: hops that accumulate have no number."""
+    stops = orbit.impacts.stop
+    found = [(wall, tuple(stops[before].tolist())) for wall, before in _contacts(orbit)]
+    # Whichever contact the orbit is told from.
+    return min(tuple(found[k:] + found[:k]) for k in range(len(found)))
+
+
+def _has(pattern: Pattern) -> Callable[[PeriodicOrbit], bool]:
+    return lambda orbit: _pattern(orbit) == pattern
+
+
+def _walls(orbit: PeriodicOrbit) -> tuple[int, ...]:
+    return tuple(wall for wall, _ in _pattern(orbit))
+
+
+def _graze(one: PeriodicOrbit, other: PeriodicOrbit) -> str:
+    """Return what an impact that one of two neighbours has loses, "" if it is none of no velocity.
+
+    Two impacts of one velocity, neither of them slow, make another pattern, too.
+    """
+    slowest, stop = math.inf, -1
+    for orbit in (one, other):
+        speeds = np.abs(orbit.impacts.v_before)
+        for _, before in _contacts(orbit):
+            for k in range(before.start, before.stop):
+                if speeds[k] < slowest * speeds.max():
+                    slowest, stop = float(speeds[k] / speeds.max()), int(orbit.impacts.stop[k])
+    return f"an impact on stop {stop} has no velocity" if slowest < NO_VELOCITY else ""

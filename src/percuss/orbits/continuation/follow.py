@@ -1,0 +1,252 @@
+"""The walk along branches and curves: predictor, corrector, length of steps, ends and closure."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ParameterError, PercussError
+from percuss.model.exact import real, whole
+from percuss.numerics import dot, norm
+from percuss.orbits.continuation.problem import P, Point, along_parameter
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.same import are_same
+from percuss.progress import Progress
+
+__all__ = ["STOPPED", "Detector", "Segment", "StepLimits", "follow", "follow_both_ways"]
+
+Floats = NDArray[np.float64]
+S = TypeVar("S")
+
+# Cosines of the angle between tangents: below the first a step is made again, half as long;
+# above the second the next one is longer.
+TURNED, STRAIGHT = 0.97, 0.995
+LONGER = 1.6
+# The corrector may move a predicted point by this part of the step.
+ASIDE = 0.5
+# A closed curve has more points than this, and its last step passes the start within this part.
+FEWEST, PASSED = 5, 0.6
+
+STOPPED = "stopped by progress"
+
+
+@dataclass(frozen=True, slots=True)
+class StepLimits:
+    """How many points are computed one way at most, and how far apart, in scaled arclength."""
+
+    max_points: int
+    largest: float
+    first: float = 1e-3
+    least: float = 1e-9
+
+    @classmethod
+    def checked(cls, max_points: int, largest_step: float) -> StepLimits:
+        """Return steps as a caller wants them, or raise a `ParameterError`."""
+        max_points, largest_step = (
+            whole("max_points", max_points, 1),
+            real("largest_step", largest_step),
+        )
+        if not 0.0 < largest_step <= 1.0:
+            raise ParameterError("largest_step", largest_step, "not above 0 and at most 1")
+        return cls(max_points, largest_step)
+
+
+@dataclass(frozen=True, slots=True)
+class Segment(Generic[P, S]):
+    """What lies between two neighbours.
+
+    Attributes
+    ----------
+    rows
+        Points with what is special there, in order.
+    end_reason
+        Why the second neighbour is none; "" if it is.
+    beyond
+        Where another problem takes over then, None if the walk ends.
+    """
+
+    rows: list[tuple[Point[P], S | None]]
+    end_reason: str = ""
+    beyond: Point[P] | None = None
+
+
+class Detector(Protocol[P, S]):
+    """What happens along a branch or curve besides its points."""
+
+    def between(self, here: Point[P], found: Point[P]) -> Segment[P, S]:
+        """Return what lies between two neighbours."""
+
+    def stopped(self, here: Point[P], reason: str) -> Segment[P, S]:
+        """Return what lies behind the last point from which a step was found."""
+
+
+def follow_both_ways(
+    start: Point[P], sign: float, detector: Detector[P, S], steps: StepLimits, progress: Progress
+) -> tuple[list[tuple[Point[P], S | None]], str]:
+    """Follow a branch or curve both ways, as `follow` does.
+
+    Returns
+    -------
+    tuple
+        The rows from the end against the sign to the other end, and why they end there.
+    """
+    rows, why, closed = follow(start, sign, detector, steps, progress=progress)
+    before: list[tuple[Point[P], S | None]] = []
+    if not closed and why != STOPPED:
+        before, why_before, _ = follow(start, -sign, detector, steps, progress=progress)
+        if before:
+            why = f"{why_before}; at the other end {why}"
+    return [*reversed(before), (start, None), *rows], why
+
+
+def follow(
+    start: Point[P],
+    sign: float,
+    detector: Detector[P, S],
+    steps: StepLimits,
+    *,
+    until: Callable[[S], bool] | None = None,
+    progress: Progress | None = None,
+) -> tuple[list[tuple[Point[P], S | None]], str, bool]:
+    """Follow a branch or curve from a point along its tangent, or against it.
+
+    Pseudo-arclength continuation (Keller 1977): a step along the tangent, Newton's method in a
+    plane across it, and steps as long as the tangent turns little.
+
+    Parameters
+    ----------
+    start
+        The first point.
+    sign
+        1.0 along its tangent, -1.0 against it.
+    detector
+        Finds what is special between neighbours, and where the walk has to end.
+    steps
+        Their length and number.
+    until
+        Ends the walk at something special, which then is in the last row.
+    progress
+        Counts the points, and may end the walk.
+
+    Returns
+    -------
+    tuple
+        The rows after the start, why they end, and whether they close.
+    """
+    rows: list[tuple[Point[P], S | None]] = []
+    here = dataclasses.replace(start, tangent=sign * start.tangent)
+    bend, step = np.zeros(len(here.z)), min(steps.first, steps.largest)
+    while len(rows) < steps.max_points:
+        end = _edge(here)
+        if end:
+            return rows, end, False
+        here.problem.settle(here)
+        found, step, why = _step(here, bend, step, steps)
+        stretch = detector.stopped(here, why) if found is None else detector.between(here, found)
+        for row in stretch.rows:
+            rows.append(row)
+            if until is not None and row[1] is not None and until(row[1]):
+                return rows, "", False
+        if found is None or (stretch.end_reason and stretch.beyond is None):
+            return rows, stretch.end_reason, False
+        if stretch.beyond is not None:
+            here = stretch.beyond
+            bend, step = np.zeros(len(here.z)), min(steps.first, steps.largest)
+            continue
+        rows.append((found, None))
+        if len(rows) > FEWEST and _is_back(start, found, sign, here):
+            return rows, f"the {found.problem.noun} closed", True
+        if found.problem.order == 2:
+            bend = (found.tangent - here.tangent) / norm(found.z - here.z)
+        here = found
+        path, value = here.problem.paths[0], here.problem.values(here.z)[0]
+        if progress is not None and not progress.advance(text=f"{path} = {value:.6g}"):
+            return rows, STOPPED, False
+    return rows, f"max_points = {steps.max_points} reached", False
+
+
+def _edge(here: Point[P]) -> str:
+    """Return which end of a parameter's range is reached, "" if none is."""
+    problem = here.problem
+    for k, path in enumerate(problem.paths, start=-len(problem.paths)):
+        part, outwards = here.z[k], here.tangent[k]
+        if (part <= 0.0 and outwards < 0.0) or (part >= 1.0 and outwards > 0.0):
+            return f"{path} = {problem.values(here.z)[k]:.12g} reached"
+    return ""
+
+
+def _step(
+    here: Point[P], bend: Floats, step: float, steps: StepLimits
+) -> tuple[Point[P] | None, float, str]:
+    """Return the next point and the step to try after it, or why there is none."""
+    why, invalid = "", False
+    problem = here.problem
+    step = min(step, problem.longest_step(here, steps.largest))
+    while step > steps.least:
+        try:
+            found = _tried(here, bend, step)
+        except PercussError as error:
+            found, why, invalid = None, str(error), isinstance(error, ParameterError)
+        if found is not None:
+            straight = dot(here.tangent, found.tangent) > STRAIGHT
+            return found, step * LONGER if straight else step, ""
+        here = problem.refined(here)
+        step *= 0.5
+    if invalid:
+        return None, step, f"beyond {here.text} there is no such system: {why}"
+    why = why or f"the {problem.noun} bends"
+    return None, step, f"no step of {steps.least:g} beyond {here.text}: {why}"
+
+
+def _tried(here: Point[P], bend: Floats, step: float) -> Point[P] | None:
+    """Return the point a step away, None if the step is too long."""
+    problem, n = here.problem, len(here.problem.paths)
+    guess = here.z + step * here.tangent + (0.5 * step * step) * bend
+    normal = problem.plane(here.tangent)
+    for k in range(-n, 0):
+        edge = 0.0 if guess[k] < 0.0 else 1.0
+        if 0.0 <= guess[k] <= 1.0 or here.tangent[k] == 0.0:
+            continue
+        shorter = (edge - here.z[k]) / here.tangent[k]
+        if 0.0 < shorter < 2.0 * step:
+            guess = here.z + shorter * here.tangent
+            guess[k] = edge
+            normal = along_parameter(len(guess), k)
+    z = problem.corrected(guess, normal)
+    outside = (np.abs(z[-n:] - 0.5) > 0.5).any()
+    if outside or norm(z - guess) > ASIDE * step:
+        return None
+    found = problem.point(z, here)
+    return found if dot(here.tangent, found.tangent) > TURNED else None
+
+
+def _is_back(start: Point[P], found: Point[P], sign: float, before: Point[P]) -> bool:
+    """Return whether the last step passed the start, whole periods apart."""
+    if found.problem is not start.problem:
+        return _is_back_in_another_problem(start, found, before)
+    apart = start.z - found.z
+    if len(apart) > len(found.problem.paths):
+        # The first unknown is an instant, in periods.
+        apart[0] -= round(apart[0])
+    step = norm(found.z - before.z)
+    along = sign * dot(start.tangent, found.tangent) > TURNED
+    return along and norm(apart) < PASSED * step
+
+
+def _is_back_in_another_problem(start: Point[P], found: Point[P], before: Point[P]) -> bool:
+    """Return whether the last step passed the start after other problems have taken over."""
+    value, last, new = start.z[-1], before.z[-1], found.z[-1]
+    if (last - value) * (new - value) > 0.0 or last == new or len(found.z) != len(start.z):
+        return False
+    guess = before.z + (value - last) / (new - last) * (found.z - before.z)
+    try:
+        z = found.problem.corrected(guess, along_parameter(len(guess)))
+        orbit: PeriodicOrbit = found.problem.solution(z)
+        return are_same(orbit, start.orbit)
+    except PercussError:
+        return False

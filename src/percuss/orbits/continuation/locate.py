@@ -1,0 +1,158 @@
+"""Where a test function vanishes between two points of a branch or curve."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ConvergenceError, PercussError
+from percuss.numerics import norm
+from percuss.orbits.continuation.problem import P, Point
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+__all__ = ["Zero", "bracketed", "changes_sign", "locate"]
+
+Floats = NDArray[np.float64]
+
+# A bracket in scaled arclength that is as good as a point: the points themselves are known to
+# some 1e-13.
+CLOSE = 1e-12
+MOST_STEPS = 80
+# How often the corrector may find nothing, at which parts of the bracket it is tried then, and
+# how long a bracket may be that is given nevertheless, as a part of the chord.
+MOST_LOST, ASIDE, LOST = 12, (0.5, 0.25, 0.75, 0.4, 0.6, 0.1, 0.9), 1e-2
+# What is left of a function at a zero that it goes through, as a part of its values at the ends.
+LEFT = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Zero:
+    """A zero on the chord between two points.
+
+    Attributes
+    ----------
+    part
+        How far along the chord it lies.
+    z, orbit
+        The point.
+    ends
+        The points between which it lies.
+    goes_through
+        Whether the function goes through zero there; otherwise it jumps.
+    """
+
+    part: float
+    z: Floats
+    orbit: PeriodicOrbit
+    ends: tuple[Floats, Floats]
+    goes_through: bool
+
+
+class Sample(NamedTuple):
+    """A function's value at a part of a chord."""
+
+    part: float
+    value: float
+    z: Floats
+
+
+def changes_sign(before: float, after: float) -> bool:
+    """Return whether a test reaches or passes zero from one point to the next."""
+    return before != 0.0 and np.sign(before) * np.sign(after) <= 0.0
+
+
+def locate(
+    a: Point[P],
+    b: Point[P],
+    test: Callable[[Floats], float],
+    values: tuple[float, float],
+    *,
+    beside_others: bool = True,
+) -> Zero | None:
+    """Return a zero of a test function between two points, None if it gets lost.
+
+    Parameters
+    ----------
+    a, b
+        Two neighbours that solve one problem.
+    test
+        The function of a point.
+    values
+        Its values at both, of opposite signs; or the second is 0.
+    beside_others
+        At such zeros other branches may cross. The equations then hold one direction more weakly,
+        and solving them so takes longer.
+    """
+    problem = a.problem
+    chord = b.z - a.z
+    length = norm(chord)
+    normal = chord / length
+
+    def at(part: float) -> Sample:
+        guess = a.z + part * chord
+        try:
+            z = problem.corrected(guess, normal, beside_others=beside_others)
+        except ConvergenceError:
+            z = problem.corrected(guess, normal, beside_others=not beside_others)
+        if norm(z - guess) > length:
+            raise ConvergenceError("Newton's method leaves the chord", z, math.nan, "look aside")
+        return Sample(part, test(z), z)
+
+    ends = Sample(0.0, values[0], a.z), Sample(1.0, values[1], b.z)
+    low, high, best, lost = bracketed(at, ends, CLOSE / length)
+    if lost and high.part - low.part > LOST:
+        return None
+    through = abs(low.value) + abs(high.value) <= LEFT * (abs(values[0]) + abs(values[1]))
+    if best.value == 0.0:
+        low, high, through = best, best, True
+    orbit = {0.0: a.orbit, 1.0: b.orbit}.get(best.part) or problem.solution(best.z)
+    return Zero(best.part, best.z, orbit, (low.z, high.z), through)
+
+
+def bracketed(
+    at: Callable[[float], Sample], ends: tuple[Sample, Sample], tolerance: float
+) -> tuple[Sample, Sample, Sample, bool]:
+    """Shrink a bracket about a change of sign.
+
+    The function is given ``at`` a part of the chord, and at both ends; a bracket of the tolerance's
+    length, as a part of the chord, is short enough. Returns both ends, the sample with the least
+    value, and whether too many samples were lost.
+    """
+    low, high = ends
+    best = high if abs(high.value) < abs(low.value) else low
+    lost = 0
+    for k in range(MOST_STEPS):
+        if high.part - low.part <= tolerance or best.value == 0.0 or lost > MOST_LOST:
+            break
+        part = _next(low, high, tolerance, halve=k % 3 == 2)
+        if lost:
+            # Newton's method gets lost very near to another branch, and not beside it.
+            part = low.part + ASIDE[lost % len(ASIDE)] * (high.part - low.part)
+        try:
+            sample = at(part)
+        except PercussError:
+            lost += 1
+            continue
+        if changes_sign(low.value, sample.value):
+            high = sample
+        else:
+            low = sample
+        if abs(sample.value) <= abs(best.value):
+            best = sample
+    return low, high, best, lost > MOST_LOST
+
+
+def _next(low: Sample, high: Sample, tolerance: float, *, halve: bool) -> float:
+    """Return where to look next: on the secant, a tolerance off the ends, or in the middle."""
+    width = high.part - low.part
+    fraction = low.value / (low.value - high.value)
+    if halve or not 0.0 <= fraction <= 1.0:
+        return low.part + 0.5 * width
+    # From an end into the bracket: so that the other end comes near, too.
+    room = min(0.5 * width, 0.5 * tolerance)
+    return min(max(low.part + fraction * width, low.part + room), high.part - room)

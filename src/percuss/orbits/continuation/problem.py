@@ -1,0 +1,108 @@
+"""What is continued: equations with one unknown more than there are equations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Generic, Protocol, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+
+__all__ = ["Point", "Problem", "along_parameter"]
+
+Floats = NDArray[np.float64]
+
+
+class Problem(Protocol):
+    """Equations whose solutions are curves of points z, vectors of any length.
+
+    Attributes
+    ----------
+    noun
+        What such a curve is called: "branch", "curve".
+    paths
+        Paths of the parameters: the last unknowns, scaled so that their ranges go from 0 to 1.
+    order
+        Order of the predictor: 1 for the tangent, 2 for a parabola through the last points, which
+        is worth its evaluation where the equations have no cheap derivatives.
+    """
+
+    noun: str
+    paths: tuple[str, ...]
+    order: int
+
+    def values(self, z: Floats) -> tuple[float, ...]:
+        """Return the parameters of a point."""
+
+    def corrected(self, guess: Floats, normal: Floats, *, beside_others: bool = False) -> Floats:
+        """Return the solution in the plane through a guess with this normal.
+
+        Raises
+        ------
+        ConvergenceError
+            If there is none near.
+        ParameterError
+            If the parameters cannot have the values.
+        """
+
+    def solution(self, z: Floats) -> PeriodicOrbit:
+        """Return the orbit of a solution."""
+
+    def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
+        """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
+
+    def refined(self, point: Point[Self]) -> Point[Self]:
+        """Return a point from which no step leads on, with the best tangent there is."""
+
+    def settle(self, point: Point[Self]) -> None:
+        """Take a point as the one near which the next are looked for."""
+
+    def plane(self, tangent: Floats) -> Floats:
+        """Return the normal of the plane in which a predicted point is corrected."""
+
+    def longest_step(self, point: Point[Self], largest: float) -> float:
+        """Return the longest step from a point, from the largest that the caller wants."""
+
+
+P = TypeVar("P", bound=Problem)
+
+
+@dataclass(frozen=True, slots=True)
+class Point(Generic[P]):
+    """A solution of a problem.
+
+    Attributes
+    ----------
+    z
+        Unknowns and parameters, scaled.
+    tangent
+        Of unit length.
+    orbit
+        The solution itself.
+    tests
+        Functions that are zero at special points, by their names.
+    problem
+        What it solves.
+    """
+
+    z: Floats
+    tangent: Floats
+    orbit: PeriodicOrbit
+    tests: Mapping[str, float]
+    problem: P
+
+    @property
+    def text(self) -> str:
+        """Its parameters in words."""
+        pairs = zip(self.problem.paths, self.problem.values(self.z), strict=True)
+        return ", ".join(f"{path} = {value:.12g}" for path, value in pairs)
+
+
+def along_parameter(size: int, k: int = -1) -> Floats:
+    """Return the unit vector of one of the parameters: the normal of a plane that fixes it."""
+    unit = np.zeros(size)
+    unit[k] = 1.0
+    return unit

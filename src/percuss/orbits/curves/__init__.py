@@ -1,1 +1,0 @@
-"""Curves of special points in two parameters."""

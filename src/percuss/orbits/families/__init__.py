@@ -1,1 +1,0 @@
-"""Families of periodic orbits along a parameter: branches and their special points."""

@@ -1,0 +1,330 @@
+"""The itinerary of a motion: which events it has, when, and how fast it leaves them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from percuss.errors import ParameterError
+from percuss.kernels import law as at
+from percuss.kernels import record as columns
+from percuss.kernels.law import Law
+from percuss.kernels.record import Integers
+from percuss.kernels.shooting import CHAIN_COLUMNS
+from percuss.model.law import lines
+from percuss.model.oscillator import Oscillator
+from percuss.model.stops import Wall
+
+__all__ = [
+    "Entry",
+    "Itinerary",
+    "entries_of",
+    "entry",
+    "events_of_record",
+    "events_of_stops",
+    "row_of_region",
+]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Itinerary:
+    """The events of a periodic motion, in order.
+
+    Attributes
+    ----------
+    events
+        (n, 3) array, the bound of each event and the regions before and after it.
+    start
+        Instant of the first one [time].
+    durations
+        (n,) array, of the flights after the events [time].
+    velocities
+        (n,) array, after the events [length/time]; (n, m) with m unknowns an event.
+    n_periods
+        How many forcing periods the motion lasts; 0 without forcing.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.5))
+    >>> twice = orbit.itinerary.repeated(2)
+    >>> len(twice), twice.n_periods, len(twice.primitive(2))
+    (2, 2, 1)
+    """
+
+    events: Integers
+    start: float
+    durations: Floats
+    velocities: Floats
+    n_periods: int
+
+    @classmethod
+    def of_vector(cls, events: Integers, vector: Floats, n_periods: int) -> Itinerary:
+        """Return the itinerary with these unknowns: instant, durations, velocities."""
+        n = len(events)
+        start = float(vector[0]) if len(vector) else np.nan
+        velocities = vector[1 + n :]
+        if len(velocities) != n:
+            velocities = velocities.reshape(n, -1)
+        return cls(events, start, vector[1 : 1 + n], velocities, n_periods)
+
+    def __len__(self) -> int:
+        """Return the number of events."""
+        return len(self.events)
+
+    @property
+    def vector(self) -> Floats:
+        """The unknowns as one array: instant, durations, velocities."""
+        return np.concatenate([[self.start], self.durations, self.velocities.ravel()])
+
+    @property
+    def period(self) -> float:
+        """How long the motion lasts [time]."""
+        return float(self.durations.sum())
+
+    @property
+    def instants(self) -> Floats:
+        """(n,) array, when the events happen [time]."""
+        return self.start + np.append(0.0, np.cumsum(self.durations[:-1]))[: len(self)]
+
+    def repeated(self, times: int) -> Itinerary:
+        """Return the motion over several periods: its n-fold cover."""
+        events, durations, velocities = (
+            np.concatenate([part] * times)
+            for part in (self.events, self.durations, self.velocities)
+        )
+        return Itinerary(events, self.start, durations, velocities, times * self.n_periods)
+
+    def primitive(self, times: int) -> Itinerary:
+        """Return the shorter motion whose n-fold cover this is; the mean where nearly."""
+        n = len(self) // times
+        durations, velocities = (
+            part.reshape(times, n, *part.shape[1:]).mean(axis=0)
+            for part in (self.durations, self.velocities)
+        )
+        events = self.events[:n].copy()
+        return Itinerary(events, self.start, durations, velocities, self.n_periods // times)
+
+    def mirrored_mean(self) -> Itinerary:
+        """Return the motion nearest to this one whose second half mirrors the first."""
+        first, second = np.split(self.velocities, 2)
+        durations = self.durations.reshape(2, -1).mean(axis=0)
+        velocities = 0.5 * (first - second)
+        return Itinerary(
+            self.events,
+            self.start,
+            np.append(durations, durations),
+            np.concatenate([velocities, -velocities]),
+            self.n_periods,
+        )
+
+    def halves_differ(self) -> float:
+        """Return by how much the halves differ, in periods and largest velocities.
+
+        Infinite if they are not alike in their events, or the motion lasts an odd number of
+        forcing periods.
+        """
+        n = len(self)
+        if n == 0 or n % 2 or self.n_periods % 2:
+            return float("inf")
+        if (self.events[: n // 2] != self.events[n // 2 :]).any():
+            return float("inf")
+        durations, velocities = (
+            np.subtract(*np.split(part, 2)) for part in (self.durations, self.velocities)
+        )
+        fastest = float(np.abs(self.velocities).max()) or 1.0
+        return float(max(np.abs(durations).max() / self.period, np.abs(velocities).max() / fastest))
+
+    def without(self, rows: Collection[int], first: int) -> Itinerary:
+        """Return the motion without some events, beginning with another one."""
+        n, instants = len(self), self.instants
+        kept = [(first + k) % n for k in range(n) if (first + k) % n not in rows]
+        after = np.cumsum(np.roll(self.durations, -first))
+        offsets = np.append(0.0, after)[[(row - first) % n for row in kept]]
+        durations = np.diff(np.append(offsets, after[-1]))
+        return Itinerary(
+            np.ascontiguousarray(self.events[kept]),
+            float(instants[first]),
+            durations,
+            self.velocities[kept],
+            self.n_periods,
+        )
+
+    def inserted(
+        self, instants: Floats, events: Integers, period: float
+    ) -> tuple[Itinerary, Integers]:
+        """Return the motion with more events, without velocity, and the order of old and new.
+
+        Parameters
+        ----------
+        instants
+            (m,) array, in the period after the start.
+        events
+            (m, 3) array.
+        period
+            How long the motion lasts: without events it is told by nothing else [time].
+        """
+        every = np.append(self.instants, instants)
+        order = np.argsort(every, kind="stable")
+        added = np.zeros((len(instants), *self.velocities.shape[1:]))
+        whole = Itinerary(
+            np.concatenate([self.events, events])[order],
+            float(every[order[0]]),
+            np.diff(np.append(every[order], every[order[0]] + period)),
+            np.concatenate([self.velocities, added])[order],
+            self.n_periods,
+        )
+        return whole, order
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """The event of meeting a stop.
+
+    Attributes
+    ----------
+    stop
+        Index of the stop.
+    bound
+        Number of the bound at which it lies.
+    before, after
+        Numbers of the regions before and after the event.
+    sign
+        Sign of the velocity before it.
+    """
+
+    stop: int
+    bound: int
+    before: int
+    after: int
+    sign: float
+
+
+def row_of_region(table: Law, number: int) -> int:
+    """Return the row of a region of a law."""
+    return _row(int(table[0, at.N_HARMONICS]), number)
+
+
+def _row(n_harmonics: int, number: int) -> int:
+    return at.FIRST_HARMONIC + n_harmonics + number * (1 + n_harmonics)
+
+
+def entry(osc: Oscillator, stop: int) -> Entry:
+    """Return the event of meeting a stop from where the mass is free of it.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    stop
+        Index into its stops.
+
+    Returns
+    -------
+    Entry
+        Bound and regions.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such stop.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> entry(pc.backlash_oscillator(gap=1.0, stiffness=9.0), 1)
+    Entry(stop=1, bound=2, before=1, after=2, sign=1.0)
+    """
+    if not 0 <= stop < len(osc.stops):
+        reason = f"the oscillator has {len(osc.stops)} stops, counted from 0"
+        raise ParameterError("stop", stop, reason)
+    layout = lines(osc)
+    above = osc.stops[stop].side == "above"
+    edges = zip(layout.wall, layout.edges, strict=True)
+    bound = next(i for i, (wall, edge) in enumerate(edges) if wall == stop or stop in edge)
+    before = bound - 1 if above else bound
+    after = before
+    if not isinstance(osc.stops[stop], Wall):
+        after = bound if above else bound - 1
+    return Entry(stop, bound, before, after, 1.0 if above else -1.0)
+
+
+def events_of_stops(osc: Oscillator, table: Law, stops: Sequence[int]) -> Integers:
+    """Return the events of a motion that meets these stops in turn, and then the first again.
+
+    Between two of them it leaves the soft stops that lie on its way.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    table
+        Its law.
+    stops
+        Indices of the stops, in the order in which they are met; at least one.
+
+    Returns
+    -------
+    array
+        (n, 3), a chain of `percuss.kernels.shooting`.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such stop, or another one lies on the way.
+    """
+    entries = [entry(osc, stop) for stop in stops]
+    chain: list[tuple[int, int, int]] = []
+    for this, following in zip(entries, [*entries[1:], entries[0]], strict=True):
+        chain.append((this.bound, this.before, this.after))
+        now = this.after
+        while now != following.before:
+            up = following.before > now
+            row = row_of_region(table, now)
+            if table[row, at.UPPER_ENTRY if up else at.LOWER_ENTRY] == 1.0:
+                reason = f"between stops {this.stop} and {following.stop} another one is met"
+                raise ParameterError("sequence", tuple(stops), reason)
+            step = 1 if up else -1
+            chain.append((now + 1 if up else now, now, now + step))
+            now += step
+    rows = [[b, row_of_region(table, i), row_of_region(table, j)] for b, i, j in chain]
+    return np.array(rows, dtype=np.int64).reshape(-1, CHAIN_COLUMNS)
+
+
+def events_of_record(marks: Integers) -> Integers:
+    """Return the chain of the impacts and crossings in a record of `march`, less its START."""
+    before = marks[:-1, columns.NEXT_REGION]
+    rows = np.column_stack([marks[1:, columns.BOUND], before, marks[1:, columns.NEXT_REGION]])
+    return np.ascontiguousarray(rows, dtype=np.int64)
+
+
+@lru_cache(maxsize=64)
+def _entries(osc: Oscillator, n_harmonics: int) -> dict[tuple[int, int, int], int]:
+    """Return the stop that each event in a chain meets, of those that meet one."""
+    met = {}
+    for stop in reversed(range(len(osc.stops))):
+        it = entry(osc, stop)
+        met[it.bound, _row(n_harmonics, it.before), _row(n_harmonics, it.after)] = stop
+    return met
+
+
+def entries_of(osc: Oscillator, table: Law, chain: Integers) -> list[tuple[int, int]]:
+    """Return (row of the chain, stop) of the events that meet a stop; others leave one."""
+    met = _entries(osc, int(table[0, at.N_HARMONICS]))
+    events: Iterable[tuple[int, int, int]] = map(tuple, chain.tolist())
+    return [(i, met[event]) for i, event in enumerate(events) if event in met]
+
+
+def is_wall(table: Law, chain: Integers) -> list[bool]:
+    """Tell which events of a chain are impacts on walls."""
+    kinds: list[bool] = []
+    for bound, before, _ in chain:
+        lower = bound == int(table[before, at.NUMBER])
+        kinds.append(bool(table[before, at.LOWER_KIND if lower else at.UPPER_KIND] == at.WALL))
+    return kinds
