@@ -7,9 +7,9 @@ from fractions import Fraction
 import pytest
 
 import percuss as pc
+from percuss.certified.balls import Undecided
 from percuss.certified.branch import system_over
 from percuss.certified.system import system_of
-from percuss.certified.undecided import Undecided
 
 HAIR = Fraction(1, 10**30)
 

@@ -7,9 +7,8 @@ import math
 import pytest
 from flint import arb
 
-from percuss.certified.first_root import Level, Search
+from percuss.certified.first_root import FloatStretch, Level, Search
 from percuss.certified.numbers import precision
-from percuss.certified.stretch import FloatStretch
 
 
 class Line:

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 from flint import arb, arb_mat
 
-from percuss.certified.krawczyk import krawczyk, unique_in
-from percuss.certified.undecided import Undecided
+from percuss.certified.balls import Undecided
+from percuss.certified.shooting import krawczyk, unique_in
 
 
 def value(z: list[arb]) -> arb_mat:

@@ -10,8 +10,8 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
-from percuss.certified.mirrored import half_of
 from percuss.certified.orbits import monodromy_over, shooting_of
+from percuss.certified.special import half_of
 from percuss.certified.system import system_of
 
 WALLS = (pc.Wall("0.3", "above", "0.7"), pc.Wall("-0.3", "below", "0.7"))

@@ -10,10 +10,10 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
+from percuss.certified.balls import Undecided
+from percuss.certified.families import Rounds
 from percuss.certified.patterns import repeats_after
-from percuss.certified.reflections import Rounds
 from percuss.certified.system import system_of
-from percuss.certified.undecided import Undecided
 from percuss.errors import ParameterError
 
 WALL = pc.impact_oscillator()

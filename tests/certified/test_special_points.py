@@ -6,11 +6,11 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
+from percuss.certified.balls import Undecided
 from percuss.certified.orbits import shooting_of
 from percuss.certified.shooting import Image, Residual
 from percuss.certified.system import system_of
 from percuss.certified.touch import Turn, _same
-from percuss.certified.undecided import Undecided
 
 IMPACTING = pc.impact_oscillator("0.7", wall="1.5", side="above", damping="0.05")
 

@@ -6,8 +6,8 @@ from flint import arb, ctx
 import percuss as pc
 from percuss.certified.cloud import Cloud
 from percuss.certified.contact import Hops
-from percuss.certified.record import Ending, MarchRecord, Piece
-from percuss.certified.state import state_at
+from percuss.certified.march import Ending, MarchRecord, Piece
+from percuss.certified.motion import state_at
 from percuss.certified.step import Departure
 from percuss.certified.system import System, system_of
 from percuss.errors import ParameterError

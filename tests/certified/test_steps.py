@@ -6,14 +6,13 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
+from percuss.certified.balls import Undecided
 from percuss.certified.cloud import Cloud
-from percuss.certified.first_root import Level, Search
+from percuss.certified.first_root import BallStretch, FloatStretch, Level, Search
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.law import law_of
 from percuss.certified.step import Arrival, Departure, first_arrival
-from percuss.certified.stretch import BallStretch, FloatStretch
 from percuss.certified.system import System, system_of
-from percuss.certified.undecided import Undecided
 
 FORCE = pc.Forcing((pc.Harmonic("1.3", "1.7", "0.4"), pc.Harmonic("0.6", "2.9", 1)), "-0.2")
 # Name, oscillator and the bound from which the flight starts, away from it upwards.

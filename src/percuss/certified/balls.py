@@ -1,11 +1,11 @@
-"""Balls as results: a midpoint and a radius that is proven, one of them or a column."""
+"""Real and complex balls: comparisons that are proven, and what ends a proof where none is."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from flint import acb, arb
@@ -15,7 +15,40 @@ from percuss.certified import pickling as _pickling  # noqa: F401
 from percuss.certified.numbers import precision, time_ball
 from percuss.model.exact import Phase
 
-__all__ = ["Ball", "Balls", "ComplexBall", "upwards"]
+__all__ = ["Ball", "Balls", "ComplexBall", "Touch", "Undecided", "upwards"]
+
+
+class Touch(NamedTuple):
+    """Where a touch is that is open: between two times of a flight, at a bound, how near.
+
+    The times are floats or exact arbs.
+    """
+
+    low: Any
+    high: Any
+    bound: int
+    clearance: float
+
+
+class Undecided(Exception):  # noqa: N818
+    """A question that the balls leave open; caught inside `percuss.certified`.
+
+    Parameters
+    ----------
+    kind
+        Name of the `Ending` that it leads to if more bits do not help.
+    reason
+        What is open, in a sentence with its numbers.
+    touch
+        Where, for a touch in a flight.
+    """
+
+    def __init__(self, kind: str, reason: str, touch: Touch | None = None) -> None:
+        super().__init__(kind, reason)
+        self.kind = kind
+        self.reason = reason
+        self.touch = touch
+
 
 # Bits to compare and print with: more than any ball here has by default.
 WIDE = 8192

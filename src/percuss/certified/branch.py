@@ -8,13 +8,11 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
-from percuss.certified.chain import Link
-from percuss.certified.krawczyk import krawczyk
+from percuss.certified.balls import Undecided
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import ball
-from percuss.certified.shooting import Residual, Shooting, States, pairs
+from percuss.certified.shooting import Link, Residual, Shooting, States, krawczyk, pairs
 from percuss.certified.system import System, system_of
-from percuss.certified.undecided import Undecided
 from percuss.model.paths import replace_parameter
 
 __all__ = [

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 from flint import arb, arb_mat, arb_series, ctx
 
-from percuss.certified.admissible import admissible_of
+from percuss.certified.balls import Undecided
 from percuss.certified.branch import (
     exact_ball,
     exact_value,
@@ -21,14 +21,22 @@ from percuss.certified.branch import (
     system_at,
     system_over,
 )
-from percuss.certified.chain import Link
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.krawczyk import Solved, krawczyk
 from percuss.certified.law import Law, constant_of, law_of
 from percuss.certified.orbits import monodromy_over, shooting_of
-from percuss.certified.shooting import Image, Residual, Shooting, greatest, matrix_of, pairs
+from percuss.certified.properties import admissible_of
+from percuss.certified.shooting import (
+    Image,
+    Link,
+    Residual,
+    Shooting,
+    Solved,
+    greatest,
+    krawczyk,
+    matrix_of,
+    pairs,
+)
 from percuss.certified.system import System, system_of
-from percuss.certified.undecided import Undecided
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 
 __all__ = ["fold_of"]

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 from flint import arb, arb_poly, ctx
 
+from percuss.certified.balls import Undecided
 from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.law import constant_of
 from percuss.certified.numbers import precision, span, upper
-from percuss.certified.undecided import Undecided
 
 __all__ = ["NARROW", "Landing", "Roots", "fourth_around", "pace_of", "roots_near", "solve"]
 

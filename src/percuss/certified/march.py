@@ -1,35 +1,189 @@
-"""What follows what: events in turn, each proven, until an end or a question that stays open."""
+"""The march in balls from event to event, and its record."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, field, replace
+from enum import Enum
 from fractions import Fraction
+from itertools import pairwise
+from typing import NamedTuple
 
 from flint import arb, ctx
 
-from percuss.certified.at_rest import first_push_at, rests_for_ever
+from percuss.certified.balls import Undecided
 from percuss.certified.cloud import Cloud
-from percuss.certified.contact import Hold, Hops, chatter_end, release
+from percuss.certified.contact import (
+    Hold,
+    Hops,
+    chatter_end,
+    first_push_at,
+    release,
+    rests_for_ever,
+)
 from percuss.certified.law import law_of
 from percuss.certified.numbers import ball, time_ball
-from percuss.certified.record import (
-    ContactRow,
-    CrossingRow,
-    Ending,
-    GrazeRow,
-    ImpactRow,
-    MarchRecord,
-    Piece,
-)
-from percuss.certified.starting import on_stop
 from percuss.certified.step import Arrival, Departure, first_arrival
 from percuss.certified.system import System
-from percuss.certified.undecided import Undecided
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_fraction
 from percuss.model.start import Start
 from percuss.motion.progress import RunProgress
 
-__all__ = ["Limits", "march"]
+__all__ = [
+    "ContactRow",
+    "CrossingRow",
+    "Ending",
+    "GrazeRow",
+    "ImpactRow",
+    "Limits",
+    "MarchRecord",
+    "Piece",
+    "march",
+    "moved_in_words",
+    "on_stop",
+    "start_used",
+]
+
+
+def on_stop(system: System, start: Start) -> Fraction:
+    """Return the exact position of a start: of a float that a stop's place becomes, that place.
+
+    `simulate` takes such a start as one on the stop. What is given as text or as a fraction is
+    where it was given, by however little beside the stop.
+    """
+    x = as_fraction(start.x0)
+    if isinstance(start.x0, float):
+        for bound in system.bounds:
+            if float(bound.at) == start.x0:
+                return bound.at
+    return x
+
+
+def start_used(system: System, start: Start) -> Start:
+    """Return the start that a proof is about.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> from percuss.certified.system import system_of
+    >>> start_used(system_of(pc.impact_oscillator(wall="0.3"), None), pc.Start(0.3, 1))
+    Start(x0=Fraction(3, 10), v0=1, t0=0.0)
+    """
+    x = on_stop(system, start)
+    return start if x == as_fraction(start.x0) else replace(start, x0=x)
+
+
+def moved_in_words(used: Start, given: Start) -> str:
+    """Return the end of a line that says that a start was moved to a stop; empty if it was not."""
+    if used == given:
+        return ""
+    return f"; started on the stop, at x0 = {used.x0} for {given.x0}"
+
+
+class Ending(Enum):
+    """How a proof ended; the value is the sentence to show.
+
+    Examples
+    --------
+    >>> Ending.graze.value
+    'the proof ends at a touch that the balls cannot decide'
+    """
+
+    reached_t_end = "proven up to t_end"
+    reached_max_impacts = "proven up to max_impacts (impacts and entries into soft stops)"
+    at_rest = "the mass provably came to rest at a stop for good"
+    impact_at_t_end = "proven up to t_end; the last event lies within its radius of it"
+    graze = "the proof ends at a touch that the balls cannot decide"
+    force = "the proof ends at rest on a stop, where the sign of the force is open"
+    chatter = "the proof ends in a chatter whose end lies within the radius, or too far"
+    no_event = "the proof ends in a flight in which no event was found"
+    most_events = "the proof ends after the most events that are listed"
+    interrupted = "the proof was interrupted; it holds what was done"
+    precision = "the proof ends where the balls have grown too wide"
+
+
+class ImpactRow(NamedTuple):
+    """An impact."""
+
+    t: arb
+    v_before: arb
+    v_after: arb
+    stop: int
+
+
+class CrossingRow(NamedTuple):
+    """A crossing of the edge of a soft stop."""
+
+    t: arb
+    v: arb
+    stop: int
+    direction: str
+
+
+class ContactRow(NamedTuple):
+    """A contact; the release is None if it did not come."""
+
+    start: arb
+    release: arb | None
+    stop: int
+    n_impacts: int
+
+
+class GrazeRow(NamedTuple):
+    """A touch that the balls cannot decide."""
+
+    t: arb
+    stop: int
+    clearance: arb
+
+
+class Piece(NamedTuple):
+    """A flight, a contact or the rest of a chatter, from an instant on."""
+
+    start: arb
+    what: Departure | Hold | Hops
+
+
+@dataclass
+class MarchRecord:
+    """Events and pieces of a march, and how it ended.
+
+    ``width`` is a time in which little changes: the scale of instants near 0. ``begin`` and ``end``
+    are the times of start and limit where they are known exactly.
+    """
+
+    bits: int
+    width: float = 1.0
+    impacts: list[ImpactRow] = field(default_factory=list)
+    crossings: list[CrossingRow] = field(default_factory=list)
+    contacts: list[ContactRow] = field(default_factory=list)
+    grazes: list[GrazeRow] = field(default_factory=list)
+    pieces: list[Piece] = field(default_factory=list)
+    until: arb = field(default_factory=lambda: arb(0))
+    ending: Ending = Ending.reached_t_end
+    reason: str = ""
+    n_entries: int = 0
+    begin: Phase | None = None
+    end: Phase | None = None
+    _earliest: list[float] = field(default_factory=list, repr=False)
+
+    @property
+    def accumulations(self) -> int:
+        """How many chatters end."""
+        return sum(isinstance(piece.what, Hops) for piece, _ in pairwise(self.pieces))
+
+    def earliest(self) -> list[float]:
+        """Return, for each piece, a float before which neither it nor a later one begins."""
+        if len(self._earliest) != len(self.pieces):
+            found, least = [], math.inf
+            for piece in reversed(self.pieces):
+                low = math.nextafter(float(piece.start.lower()), -math.inf)
+                least = min(least, low)
+                found.append(least)
+            self._earliest = found[::-1]
+        return self._earliest
+
 
 # Events, hops of a chatter among them.
 MOST_EVENTS = 100_000

@@ -6,23 +6,26 @@ import math
 
 from flint import arb, ctx
 
-from percuss.certified.admissible import admissible_of
+from percuss.certified.balls import Undecided
 from percuss.certified.branch import equations_at, system_at
-from percuss.certified.chain import chain_of
 from percuss.certified.cloud import Matrix, times
 from percuss.certified.families import family_orbit
-from percuss.certified.krawczyk import krawczyk, unique_in
-from percuss.certified.law import coarse_bits, law_of
-from percuss.certified.multipliers import Monodromy, monodromy_of
+from percuss.certified.law import Over, coarse_bits, law_of, system_for, too_wide
 from percuss.certified.numbers import precision, upper
 from percuss.certified.orbit_result import CertifiedOrbit, orbit_of_proof, unproven
-from percuss.certified.proof import Proof
-from percuss.certified.ranges import Over, system_for, too_wide
-from percuss.certified.shooting import Residual, Shooting, States, pairs
+from percuss.certified.properties import Monodromy, Proof, admissible_of, monodromy_of
+from percuss.certified.shooting import (
+    Residual,
+    Shooting,
+    States,
+    chain_of,
+    krawczyk,
+    pairs,
+    unique_in,
+)
 from percuss.certified.steady import steady_proof
 from percuss.certified.sticking import sticking_proof
 from percuss.certified.system import System, system_of
-from percuss.certified.undecided import Undecided
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["certify_orbit", "monodromy_over", "shooting_of"]

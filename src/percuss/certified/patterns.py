@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from flint import arb
 
-from percuss.certified.families import returns_reversed
+from percuss.certified.balls import Undecided
+from percuss.certified.families import Rounds, returns_reversed
 from percuss.certified.numbers import ball, precision, time_ball
-from percuss.certified.reflections import Rounds
 from percuss.certified.statements import BITS, Verdict
 from percuss.certified.system import System, system_of
-from percuss.certified.undecided import Undecided
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, as_fraction
 from percuss.model.forcing import Forcing

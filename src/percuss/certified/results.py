@@ -1,10 +1,11 @@
-"""A certified run: its events as columns of balls, and the motion between them."""
+"""Which numbers were taken as doubles that are not the decimals that they print as."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -12,13 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from percuss.certified.balls import Ball, Balls
 from percuss.certified.cloud import Pair
-from percuss.certified.doubles import doubles_of, in_words
-from percuss.certified.energetics import energy_of, forces_of
+from percuss.certified.law import range_of
+from percuss.certified.march import Ending, MarchRecord, moved_in_words
+from percuss.certified.motion import energy_of, exact_times, forces_of, is_proven, state_at
 from percuss.certified.numbers import precision, time_ball
-from percuss.certified.ranges import range_of
-from percuss.certified.record import Ending, MarchRecord
-from percuss.certified.starting import moved_in_words
-from percuss.certified.state import is_proven, state_at
 from percuss.certified.system import System
 from percuss.certified.tables import (
     CertifiedContacts,
@@ -30,18 +28,62 @@ from percuss.certified.tables import (
     grazes_of,
     impacts_of,
 )
-from percuss.certified.times import exact_times
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, pi_times
 from percuss.model.forcing import Forcing
+from percuss.model.harmonics import FourierTerm
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
+from percuss.model.stops import Wall
 
 if TYPE_CHECKING:
     # A second of import, and only `sample` needs it.
     from xarray import Dataset
 
-__all__ = ["CertifiedRun", "run_of_record"]
+__all__ = ["CertifiedRun", "doubles_of", "in_words", "run_of_record"]
+
+
+def doubles_of(
+    osc: Oscillator, force: Forcing | None, start: Start | None = None
+) -> tuple[str, ...]:
+    """Return the paths of such numbers.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> doubles_of(pc.impact_oscillator(0.8, damping=0.5), pc.cosine("2.8"))
+    ('oscillator.stops.0.restitution',)
+    """
+    values: dict[str, object] = {
+        "oscillator.stiffness": osc.stiffness,
+        "oscillator.damping": osc.damping,
+    }
+    for i, stop in enumerate(osc.stops):
+        names = ("at", "restitution") if isinstance(stop, Wall) else ("at", "stiffness", "damping")
+        values |= {f"oscillator.stops.{i}.{name}": getattr(stop, name) for name in names}
+    if force is not None:
+        values["forcing.constant"] = force.constant
+        if force.base is not None:
+            values["forcing.omega"] = force.base
+        for i, part in enumerate(force.harmonics):
+            if isinstance(part, FourierTerm):
+                values |= {f"forcing.{name}.{i}": getattr(part, name) for name in ("cos", "sin")}
+                continue
+            for name in ("omega", "amplitude", "phase"):
+                values[f"forcing.harmonics.{i}.{name}"] = getattr(part, name)
+    if start is not None:
+        values |= {f"start.{name}": getattr(start, name) for name in ("x0", "v0", "t0")}
+    return tuple(path for path, value in values.items() if _is_other(value))
+
+
+def _is_other(value: object) -> bool:
+    return isinstance(value, float) and Fraction(repr(value)) != Fraction(value)
+
+
+def in_words(doubles: tuple[str, ...]) -> str:
+    """Return the end of a line that says so; empty without any."""
+    return f"; taken as doubles: {', '.join(doubles)}" if doubles else ""
+
 
 Numbers = NDArray[np.int64]
 

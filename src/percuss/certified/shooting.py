@@ -1,8 +1,4 @@
-"""The equations of an orbit, z -> F(z) - z, in balls: values, derivatives, Newton's method.
-
-The unknowns are instant and velocity after each event; each flight leads from one event to the
-next, and the last to the first, a whole number of periods later.
-"""
+"""The equations of a periodic orbit in balls, and their solution by the operator of Krawczyk."""
 
 from __future__ import annotations
 
@@ -12,15 +8,160 @@ from typing import NamedTuple, TypeAlias
 
 from flint import arb, arb_mat, ctx
 
-from percuss.certified.chain import Link
+from percuss.certified.balls import Undecided
 from percuss.certified.cloud import Cloud, Matrix
 from percuss.certified.first_root import Bracket
-from percuss.certified.numbers import precision
+from percuss.certified.law import law_of
+from percuss.certified.numbers import precision, span
 from percuss.certified.step import Arrival, Departure, flight_of, landed, levels_of
 from percuss.certified.system import System
-from percuss.certified.undecided import Undecided
+from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS
+from percuss.model.law import law, lines
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["Image", "Residual", "Shooting", "States", "pairs"]
+__all__ = [
+    "Image",
+    "Link",
+    "Residual",
+    "Shooting",
+    "Solved",
+    "States",
+    "chain_of",
+    "krawczyk",
+    "pairs",
+    "region_of_row",
+    "unique_in",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """One event of an orbit.
+
+    Attributes
+    ----------
+    bound
+        Number of the bound.
+    before, after
+        Numbers of the regions before and after it.
+    stop
+        The stop that is met, None where soft stops are left.
+    wall
+        Whether it is an impact on a wall.
+    """
+
+    bound: int
+    before: int
+    after: int
+    stop: int | None
+    wall: bool
+
+    def kept(self, system: System) -> arb:
+        """Return the velocity after the event as a part of that before."""
+        if not self.wall:
+            return arb(1)
+        return -law_of(system).number(f"oscillator.stops.{self.stop}.restitution")
+
+
+def region_of_row(system: System, row: int) -> int:
+    """Return the number of the region of a row of the kernels' law."""
+    n = int(law(system.oscillator, system.forcing)[0, N_HARMONICS])
+    return (row - FIRST_HARMONIC - n) // (1 + n)
+
+
+def chain_of(system: System, orbit: PeriodicOrbit) -> list[Link]:
+    """Return the events of an orbit, the first one that of its start.
+
+    Raises
+    ------
+    Undecided
+        If stops that are one as floats are not one exactly.
+    """
+    layout = lines(system.oscillator)
+    shift = 1 if layout.at[0] is None else 0
+    if len(system.bounds) != sum(at is not None for at in layout.at):
+        raise Undecided("precision", "stops that are at one place as floats are not so exactly")
+    found = []
+    for bound_, before_, after_ in orbit.itinerary.events.tolist():
+        bound = int(bound_) - shift
+        before, after = region_of_row(system, int(before_)), region_of_row(system, int(after_))
+        here = system.bounds[bound]
+        stop = here.wall
+        if stop is None:
+            side = "above" if after > before else "below"
+            stops = system.oscillator.stops
+            stop = next((i for i in here.edges if stops[i].side == side), None)
+        found.append(Link(bound, before, after, stop, here.wall is not None))
+    return found
+
+
+Vector: TypeAlias = list[arb]
+# Value of the equations at a point, and their derivative on a box.
+Value: TypeAlias = Callable[[Vector], arb_mat]
+
+ROUNDS = 6
+WIDER = 4
+
+
+class Solved(NamedTuple):
+    """A box that holds exactly one solution, and the larger box in which it is the only one."""
+
+    box: Vector
+    trial: Vector
+
+
+def krawczyk(value: Value, derivative: Value, point: Vector) -> Solved:
+    """Return a box around a point that holds exactly one solution.
+
+    Raises
+    ------
+    Undecided
+        If the test fails: the solution is singular, or the box too wide.
+    """
+    n = len(point)
+    inverse = _inverse(derivative(point))
+    shift = inverse * value(point)
+    trial = [2 * shift[i, 0].abs_upper() for i in range(n)]
+    largest = max(trial, key=float)
+    # A coordinate that moves by nothing at the point may still move on the box.
+    trial = [size.max(largest / 2**20) for size in trial]
+    for _ in range(ROUNDS):
+        box = [z + span(size) for z, size in zip(point, trial, strict=True)]
+        found = _image(inverse, shift, derivative(box), point, trial)
+        if all(abs(new - z) < size for new, z, size in zip(found, point, trial, strict=True)):
+            return Solved(found, box)
+        trial = [WIDER * size for size in trial]
+    raise Undecided("precision", "no box was found that the equations map into itself")
+
+
+def unique_in(derivative: Value, value: Value, point: Vector, sizes: Vector) -> bool:
+    """Tell whether the box of these half-widths holds exactly one solution, for certain."""
+    try:
+        inverse = _inverse(derivative(point))
+        shift = inverse * value(point)
+        box = [z + span(size) for z, size in zip(point, sizes, strict=True)]
+        found = _image(inverse, shift, derivative(box), point, sizes)
+    except Undecided:
+        return False
+    return all(abs(new - z) < size for new, z, size in zip(found, point, sizes, strict=True))
+
+
+def _inverse(matrix: arb_mat) -> arb_mat:
+    try:
+        return matrix.mid().inv().mid()
+    except ZeroDivisionError:
+        raise Undecided("precision", "the equations are singular at the solution") from None
+
+
+def _image(
+    inverse: arb_mat, shift: arb_mat, slopes: arb_mat, point: Vector, trial: Vector
+) -> Vector:
+    """Return Krawczyk's operator on the box around a point."""
+    n = len(point)
+    left = arb_mat([[arb(int(i == j)) for j in range(n)] for i in range(n)]) - inverse * slopes
+    moved = left * arb_mat([[span(size)] for size in trial])
+    return [point[i] - shift[i, 0] + moved[i, 0] for i in range(n)]
+
 
 # Instants and velocities after the events, in turn.
 States: TypeAlias = list[tuple[arb, arb]]

@@ -19,14 +19,13 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
-from percuss.certified.at_rest import first_push_at
-from percuss.certified.balls import Ball
+from percuss.certified.balls import Ball, Undecided
+from percuss.certified.contact import first_push_at
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.law import Law, coarse_bits, law_of
 from percuss.certified.numbers import ball, precision, rational_cosine, time_ball
 from percuss.certified.step import levels_of, search_along, width_of
 from percuss.certified.system import System, Tone, system_of
-from percuss.certified.undecided import Undecided
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, angle, as_fraction, pi_times, plain
 from percuss.model.forcing import Forcing

@@ -7,15 +7,14 @@ from fractions import Fraction
 
 from flint import acb, arb, ctx
 
-from percuss.certified.chain import region_of_row
+from percuss.certified.balls import Undecided
 from percuss.certified.flight import EnclosedFlight, propagator
 from percuss.certified.law import Law, coarse_bits, constant_of, law_of
-from percuss.certified.multipliers import completed
 from percuss.certified.numbers import ball, precision
-from percuss.certified.proof import Proof
+from percuss.certified.properties import Proof, completed
+from percuss.certified.shooting import region_of_row
 from percuss.certified.step import levels_of, search_along, width_of
 from percuss.certified.system import System
-from percuss.certified.undecided import Undecided
 from percuss.model.exact import as_fraction
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
+from percuss.certified.balls import Undecided
 from percuss.certified.cloud import Cloud, Matrix, Pair, applied
 from percuss.certified.first_root import Bracket, Level, Search
 from percuss.certified.flight import BallPropagator, Curve, EnclosedFlight, propagator
@@ -14,7 +15,6 @@ from percuss.certified.landing import solve
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import ball, precision, time_ball, upper
 from percuss.certified.system import System
-from percuss.certified.undecided import Undecided
 from percuss.model.exact import Phase
 
 __all__ = [

@@ -12,15 +12,13 @@ from fractions import Fraction
 
 from flint import acb, arb
 
-from percuss.certified.chain import Link
+from percuss.certified.balls import Undecided
 from percuss.certified.contact import Hold
-from percuss.certified.march import Limits, march
-from percuss.certified.multipliers import Monodromy
+from percuss.certified.march import Ending, Limits, MarchRecord, march
 from percuss.certified.numbers import ball
-from percuss.certified.proof import Proof
-from percuss.certified.record import Ending, MarchRecord
+from percuss.certified.properties import Monodromy, Proof
+from percuss.certified.shooting import Link
 from percuss.certified.system import System
-from percuss.certified.undecided import Undecided
 from percuss.model.exact import pi_times
 from percuss.model.start import Start
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit

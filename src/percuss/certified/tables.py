@@ -12,8 +12,8 @@ from flint import arb
 from numpy.typing import NDArray
 
 from percuss.certified.balls import Balls
+from percuss.certified.march import MarchRecord
 from percuss.certified.numbers import ball
-from percuss.certified.record import MarchRecord
 from percuss.certified.system import System
 from percuss.motion.tables import COLUMNS
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from flint import arb
 
-from percuss.certified.admissible import admissible_of
+from percuss.certified.balls import Undecided
 from percuss.certified.branch import (
     boxed,
     equations_over,
@@ -23,16 +23,15 @@ from percuss.certified.branch import (
     system_at,
     system_over,
 )
-from percuss.certified.chain import Link, chain_of, region_of_row
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.landing import NARROW, fourth_around, pace_of
 from percuss.certified.law import constant_of, law_of
 from percuss.certified.numbers import span
-from percuss.certified.shooting import Shooting, States
+from percuss.certified.properties import admissible_of
+from percuss.certified.shooting import Link, Shooting, States, chain_of, region_of_row
 from percuss.certified.steady import steady_admissible, steady_flight
 from percuss.certified.step import flight_of
 from percuss.certified.system import System, system_of
-from percuss.certified.undecided import Undecided
 from percuss.kernels.law import PERIOD
 from percuss.model.law import law, lines
 from percuss.orbits.bifurcations.special_points import SpecialPoint

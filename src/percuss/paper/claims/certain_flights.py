@@ -65,9 +65,9 @@ def _last_pi(system: object, low: Fraction, high: Fraction, v: str) -> bool:
     """Tell whether all flights that begin between two multiples of pi are proven to last pi."""
     from flint import arb
 
+    from percuss.certified.balls import Undecided
+    from percuss.certified.families import Rounds
     from percuss.certified.numbers import ball
-    from percuss.certified.reflections import Rounds
-    from percuss.certified.undecided import Undecided
 
     t = arb.pi() * ball(low).union(ball(high))
     rounds = Rounds(system, t, ball(as_fraction(v)))  # type: ignore[arg-type]

@@ -37,8 +37,8 @@ def _states(v0: str) -> States | None:
     from flint import arb
 
     from percuss.certified import repeats_after
+    from percuss.certified.families import Rounds
     from percuss.certified.numbers import ball, precision
-    from percuss.certified.reflections import Rounds
     from percuss.certified.system import system_of
 
     with precision(BITS):

@@ -1,0 +1,167 @@
+"""Position, velocity, forces and energy of a certified motion at given times."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from typing import cast
+
+import numpy as np
+from flint import arb, ctx
+from numpy.typing import ArrayLike
+
+from percuss.certified.cloud import Pair, applied
+from percuss.certified.contact import Hold, Hops
+from percuss.certified.flight import Push, propagator
+from percuss.certified.law import law_of
+from percuss.certified.march import Ending, MarchRecord
+from percuss.certified.numbers import between, order_of, precision, time_ball
+from percuss.certified.step import Departure, flight_of
+from percuss.certified.system import System
+from percuss.errors import ParameterError
+from percuss.model.exact import Phase, phase_problem, plain
+from percuss.model.stops import SoftStop
+
+__all__ = ["energy_of", "exact_times", "forces_of", "is_proven", "state_at"]
+
+
+FLOAT_BITS = 64
+# Up to the very end that was asked for; the others end at an event or before a question.
+TO_THE_END = (Ending.reached_t_end, Ending.at_rest)
+
+
+def is_proven(record: MarchRecord, time: Phase) -> bool:
+    """Tell whether a time lies within what is proven, for certain."""
+    if record.begin is not None and order_of(time, record.begin) < 0:
+        return False
+    if record.ending in TO_THE_END and record.end is not None:
+        return order_of(time, record.end) <= 0
+    with precision(max(FLOAT_BITS, ctx.prec)):
+        # A float is exact here, however few bits were worked with. What follows an event may
+        # have an event of its own within the radius.
+        return bool(time_ball(time) <= record.until)
+
+
+def state_at(system: System, record: MarchRecord, time: Phase) -> Pair:
+    """Return balls of x and v at a time; at an event, of both of its sides.
+
+    Raises
+    ------
+    ParameterError
+        If the time lies outside of what is proven.
+    """
+    t = time_ball(time)
+    pieces = record.pieces
+    if not pieces or t < pieces[0].start or not is_proven(record, time):
+        first = pieces[0].start if pieces else record.until
+        reason = f"outside of what is proven, {float(first):.12g} to {float(record.until):.12g}"
+        raise ParameterError("t", time, reason)
+    found: Pair | None = None
+    latest = math.nextafter(float(t.upper()), math.inf)
+    for i in range(bisect_right(record.earliest(), latest) - 1, -1, -1):
+        if t < pieces[i].start:
+            continue
+        following = pieces[i + 1].start if i + 1 < len(pieces) else None
+        if following is not None and t > following:
+            break
+        here = _on_piece(system, pieces[i].what, t)
+        found = here if found is None else (between(found[0], here[0]), between(found[1], here[1]))
+    assert found is not None
+    return found
+
+
+def _on_piece(system: System, what: Departure | Hold | Hops, t: arb) -> Pair:
+    if isinstance(what, Hops):
+        return what.x, what.v
+    if isinstance(what, Hold):
+        return law_of(system).places[what.bound], arb(0)
+    began = what.cloud.middle[0] if what.time is None else time_ball(what.time)
+    s = t - began
+    # By the mean value theorem, with the derivatives of all flights, each from its own start.
+    all_ = s if what.time is not None else t - what.cloud.box()[0]
+    whole, point = flight_of(system, what, whole=True), flight_of(system, what, whole=False)
+    (x, v), _ = point.derivatives(s, 1)
+    a11, a12, a21, a22 = propagator(whole.region, all_)
+    v0, a0 = whole.v0, whole.a0
+    by_t = -(a11 * v0 + a12 * a0), -(a21 * v0 + a22 * a0)
+    dt, dv = applied(what.cloud.axes, what.cloud.spread)
+    return x + by_t[0] * dt + a12 * dv, v + by_t[1] * dt + a22 * dv
+
+
+def exact_times(t: ArrayLike | Phase) -> tuple[list[Phase], tuple[int, ...]]:
+    """Return times one after the other, as exact as they were given, and their shape.
+
+    Raises
+    ------
+    ParameterError
+        If one is no finite number.
+
+    Examples
+    --------
+    >>> exact_times(["1/3", 0.5])
+    (['1/3', 0.5], (2,))
+    >>> exact_times("pi/2")
+    (['pi/2'], ())
+    """
+    # As objects: NumPy would round fractions, and turn numbers beside a text into texts.
+    array = np.asarray(t, dtype=object)
+    found = []
+    for value in array.reshape(-1):
+        number = plain(value)
+        problem = phase_problem(number)
+        if problem is not None:
+            raise ParameterError("t", number, problem)
+        found.append(cast("Phase", number))
+    return found, array.shape
+
+
+def energy_of(system: System, state: Pair) -> arb:
+    """Return the kinetic energy and that of all springs, per unit mass."""
+    x, v = state
+    law = law_of(system)
+    energy = (v * v + law.number("oscillator.stiffness") * x * x) / 2
+    for i, stop in enumerate(system.oscillator.stops):
+        if isinstance(stop, SoftStop):
+            # Zero where x is not beyond it, and continuous there.
+            beyond = _depth(system, i, x).max(arb(0))
+            energy += law.number(f"oscillator.stops.{i}.stiffness") * beyond * beyond / 2
+    return energy
+
+
+def forces_of(system: System, record: MarchRecord, time: Phase, state: Pair) -> list[arb]:
+    """Return spring, damping, forcing and the force of each stop, per unit mass."""
+    x, v = state
+    law, t = law_of(system), time_ball(time)
+    spring = -law.number("oscillator.stiffness") * x
+    damping = -2 * law.number("oscillator.damping") * v
+    push = Push(law, 0, law.turns_at(time), arb(0), 0)
+    driving = sum((at for _, at, _ in push.drive), law.number("forcing.constant"))
+    stops = [
+        _soft(system, i, x, v) if isinstance(stop, SoftStop) else arb(0)
+        for i, stop in enumerate(system.oscillator.stops)
+    ]
+    # A mass that is held does not accelerate: the wall takes what all others leave.
+    others = sum(stops, spring + damping + driving)
+    for row in record.contacts:
+        if t < row.start or (row.release is not None and t > row.release):
+            continue
+        held = t > row.start and (row.release is None or t < row.release)
+        stops[row.stop] = -others if held else between(stops[row.stop], -others)
+    return [spring, damping, driving, *stops]
+
+
+def _depth(system: System, stop: int, x: arb) -> arb:
+    """Return how far beyond a stop's edge the mass is."""
+    depth = x - law_of(system).number(f"oscillator.stops.{stop}.at")
+    return depth if system.oscillator.stops[stop].side == "above" else -depth
+
+
+def _soft(system: System, stop: int, x: arb, v: arb) -> arb:
+    """Return the force of a soft stop; of both sides where x may be on either."""
+    depth = _depth(system, stop, x)
+    if depth < 0:
+        return arb(0)
+    names = (f"oscillator.stops.{stop}.{name}" for name in ("at", "stiffness", "damping"))
+    at, spring, drag = (law_of(system).number(name) for name in names)
+    force = -spring * (x - at) - 2 * drag * v
+    return force if depth > 0 else between(arb(0), force)

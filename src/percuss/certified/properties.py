@@ -1,0 +1,229 @@
+"""Properties of an enclosed orbit: admissibility, multipliers, stability."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flint import acb, arb, ctx
+
+from percuss.certified.balls import Undecided
+from percuss.certified.cloud import Matrix
+from percuss.certified.law import coarse_bits, law_of
+from percuss.certified.numbers import precision, span
+from percuss.certified.shooting import Link, Shooting, States
+from percuss.certified.step import flight_of, levels_of, search_along, width_of
+from percuss.certified.system import System
+
+__all__ = ["Monodromy", "Proof", "admissible_of", "monodromy_of", "multipliers_of", "stability_of"]
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What is proven of an orbit, at the working precision.
+
+    Attributes
+    ----------
+    chain, states, before
+        The events, instants and velocities after them, and velocities before.
+    period
+        How long it lasts.
+    monodromy
+        Its derivative.
+    admissible
+        Whether it passes through no stop; None where that is open.
+    isolated
+        Whether it is alone.
+    unique_within
+        Part of period and speed within which it is proven to be the only one.
+    reason
+        What is open.
+    start
+        (x, v, t) of an orbit without events.
+    """
+
+    chain: list[Link]
+    states: list[tuple[arb, arb]]
+    before: list[arb]
+    period: arb
+    monodromy: Monodromy
+    admissible: bool | None
+    isolated: bool
+    unique_within: float
+    reason: str
+    start: tuple[arb, arb, arb] | None = None
+    sticking: bool = False
+
+    def digits(self) -> float:
+        """Return the fewest decimal digits of the events, as parts of the period and the speed."""
+        with precision(64):
+            fastest = max((abs(v) for _, v in self.states), key=float, default=arb(1))
+            errors = [t.rad() / self.period for t, _ in self.states]
+            errors += [v.rad() / fastest for _, v in self.states]
+            if self.start is not None:
+                x, v, _ = self.start
+                errors += [x.rad() / abs(x).max(abs(v)), v.rad() / abs(v).max(abs(x))]
+            worst = max((float(error.abs_upper()) for error in errors), default=0.0)
+        return math.inf if worst == 0.0 else -math.log10(worst)
+
+
+def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str]:
+    """Tell whether each flight of an orbit meets its event first; None where that stays open.
+
+    One flight that does not is enough, whatever is open of the others.
+    """
+    n, open_ = len(states), ""
+    for i, state in enumerate(states):
+        following = (i + 1) % n
+        until = states[following][0] + (equations.period if following == 0 else arb(0))
+        # Of half an orbit, the chain is all of it.
+        link = equations.chain[(i + 1) % len(equations.chain)]
+        try:
+            first = _meets_first(equations, i, state, until - state[0], link)
+        except Undecided as question:
+            open_ = open_ or f"flight {i}: {question.reason}"
+            continue
+        if not first:
+            return False, f"flight {i} passes through a stop before its end"
+    return (None, open_) if open_ else (True, "")
+
+
+def _meets_first(
+    equations: Shooting, i: int, state: tuple[arb, arb], s: arb, following: Link
+) -> bool:
+    """Tell whether the first event of a flight is the next one of the orbit."""
+    system = equations.system
+    start = equations.departure(i, state)
+    into = 1 if system.regions[start.region].lower == start.bound else -1
+    if into * state[1] < 0:
+        return False
+    tries = sorted({coarse_bits(system), ctx.prec})
+    for coarse in tries:
+        with precision(coarse):
+            flight = flight_of(system, start, whole=True)
+            levels = levels_of(system, start.region)
+            width = width_of(system, flight)
+            search = search_along(system, flight, levels, start.bound, 1, width)
+            try:
+                bracket = search.first(2.0 * float(s.upper()))
+            except Undecided:
+                if coarse == tries[-1]:
+                    raise
+                continue
+            if bracket is None:
+                raise Undecided("precision", "no event was found where the orbit has one")
+            where = bracket.place_of(s)
+            if where == 0 and bracket.level.bound == following.bound:
+                return True
+            if where == 1:
+                return False
+            raise Undecided("graze", "another event lies within the radius of the orbit's")
+    raise Undecided("graze", "a turning point touches a stop within the radius")
+
+
+@dataclass(frozen=True)
+class Monodromy:
+    """The derivative over one orbit.
+
+    Attributes
+    ----------
+    matrix
+        Of instant and velocity after the first event, or of (x, v) without events.
+    trace, determinant
+        The determinant from its closed form.
+    conservative
+        Whether the determinant is 1 exactly.
+    multipliers
+        Its eigenvalues, the larger first where that is known.
+    stability
+        "asymptotic", "elliptic", "parabolic", "unstable" or "undecided".
+    """
+
+    matrix: Matrix
+    trace: arb
+    determinant: arb
+    conservative: bool
+    multipliers: tuple[acb, acb]
+    stability: str
+
+
+def monodromy_of(
+    system: System, chain: list[Link], durations: list[arb], matrix: Matrix
+) -> Monodromy:
+    """Return the derivative over an orbit with its determinant from the closed form.
+
+    That is the product of r^2 over the impacts times exp(-2 integral of the damping).
+    """
+    law = law_of(system)
+    conservative = True
+    factor, decay = arb(1), arb(0)
+    for link, duration in zip(chain, durations, strict=True):
+        if link.wall:
+            path = f"oscillator.stops.{link.stop}.restitution"
+            r = law.number(path)
+            factor = factor * r * r
+            conservative = conservative and r == 1
+        region = law.regions[link.after]
+        if region.dashpot:
+            conservative = False
+            decay = decay + region.damping * duration
+    determinant = factor if decay.is_zero() else factor * (-2 * decay).exp()
+    trace = matrix[0][0] + matrix[1][1]
+    return completed(matrix, trace, determinant, conservative=conservative)
+
+
+def completed(matrix: Matrix, trace: arb, determinant: arb, *, conservative: bool) -> Monodromy:
+    """Return a derivative with its multipliers and stability."""
+    return Monodromy(
+        matrix,
+        trace,
+        determinant,
+        conservative,
+        multipliers_of(trace, determinant),
+        stability_of(trace, determinant, conservative=conservative),
+    )
+
+
+def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
+    """Return the roots of z^2 - trace z + determinant.
+
+    Examples
+    --------
+    >>> [str(value.real) for value in multipliers_of(arb(5), arb(4))]
+    ['4.00000000000000', '1.00000000000000']
+    """
+    if determinant.is_zero():
+        return acb(trace), acb(0)
+    half = trace / 2
+    inside = half * half - determinant
+    if inside < 0:
+        turn = (-inside).sqrt()
+        return acb(half, turn), acb(half, -turn)
+    root = acb(inside).sqrt()
+    if not inside > 0:
+        # Real, equal or a pair: all of these lie in the square.
+        size = span(inside.abs_upper().sqrt())
+        return acb(half + size, size), acb(half + size, size)
+    first = acb(half) - root if half < 0 else acb(half) + root
+    return first, acb(determinant) / first
+
+
+def stability_of(trace: arb, determinant: arb, *, conservative: bool) -> str:
+    """Return the stability that trace and determinant prove, at most 1 the determinant.
+
+    Examples
+    --------
+    >>> stability_of(arb(1), arb("0.5"), conservative=False)
+    'asymptotic'
+    >>> stability_of(arb(2), arb(1), conservative=True)
+    'undecided'
+    """
+    edge = 1 + determinant
+    if abs(trace) > edge:
+        return "unstable"
+    if abs(trace) < edge:
+        if conservative:
+            return "elliptic"
+        if abs(determinant) < 1:
+            return "asymptotic"
+    return "undecided"
