@@ -1,4 +1,4 @@
-"""Position and velocity on a proven orbit at a time, as balls."""
+"""A certified orbit: what was proven of it, and its position and velocity at any time."""
 
 from __future__ import annotations
 

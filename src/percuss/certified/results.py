@@ -1,4 +1,4 @@
-"""Which numbers were taken as doubles that are not the decimals that they print as."""
+"""A certified run: what was proven of it, and which of its numbers were given as doubles."""
 
 from __future__ import annotations
 

@@ -17,13 +17,15 @@ from typing import Literal, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.errors import ConvergenceError, PercussError
+from percuss.errors import ConvergenceError, ParameterError, PercussError
+from percuss.model.law import law
 from percuss.model.paths import replace_parameters
 from percuss.orbits.bifurcations.branch import Branch, branch_of
 from percuss.orbits.bifurcations.special_points import LOCATED, Kind, SpecialPoint
 from percuss.orbits.continuation.follow import STOPPED, Segment, StepLimits, follow
 from percuss.orbits.continuation.locate import Sample, bracketed
 from percuss.orbits.continuation.problem import Point
+from percuss.orbits.finding.search_budget import check_length
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.sticking import sticking_orbit_near
 from percuss.progress import Progress
@@ -94,7 +96,11 @@ class StickingFamily:
         """
         near, changes = self.near, {self.paths[0]: self.values(z)[0]}
         osc, force, _ = replace_parameters(near.oscillator, near.forcing, None, changes)
-        orbit = None if force is None else sticking_orbit_near(osc, force, near)
+        orbit = None
+        if force is not None:
+            # Towards omega = 0 orbits last for ever.
+            check_length(law(osc, force), 0, near.n_periods)
+            orbit = sticking_orbit_near(osc, force, near)
         if orbit is None:
             raise ConvergenceError("no release comes back", z, math.nan, "take smaller steps")
         return orbit
@@ -186,6 +192,14 @@ class StickingDetector:
         step = here.problem.longest_step(here, self.largest_step)
         last, beyond = _parted(here, np.clip(here.z + step * here.tangent, 0.0, 1.0), _exists)
         row, why = _end(last, beyond)
+        try:
+            here.problem.solution(beyond.z)
+        except ParameterError as error:
+            # Nothing ends but the range of the parameter, or of what is looked for.
+            no_system = "" if error.name == "n_periods" else "there is no such system: "
+            row, why = (last, None), f"beyond {last.text} {no_system}{error.reason}"
+        except ConvergenceError:
+            pass
         return Segment([*_changes(here, last), row], why)
 
 
