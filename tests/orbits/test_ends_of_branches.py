@@ -270,3 +270,11 @@ def test_manifolds_are_those_of_a_saddle_that_motions_follow(
 def test_what_is_no_oscillator_is_refused_by_its_name(ask: Callable[..., object]) -> None:
     with pytest.raises(pc.ParameterError, match="osc = None: not an Oscillator"):
         ask(None, pc.cosine(1))
+
+
+@pytest.mark.parametrize("find", [pc.find_orbit, pc.find_orbits])
+def test_what_is_no_oscillator_and_no_force_is_refused(find: Callable[..., object]) -> None:
+    with pytest.raises(pc.ParameterError, match="osc = None: not an Oscillator"):
+        find(None, pc.cosine(1))
+    with pytest.raises(pc.ParameterError, match="force = '2': not a Forcing"):
+        find(pc.impact_oscillator(), "2")
