@@ -398,3 +398,13 @@ def test_a_number_beyond_all_numbers_is_refused_in_words(
         answer_explore(asked("explore", study, points=points))
     with pytest.raises(BadQuestion, match="finite times"):
         answer_explore(asked("explore", study, window=[0, points]))
+
+
+def test_a_motion_from_near_the_largest_number_has_no_spectrum(study: dict[str, Any]) -> None:
+    study["oscillator"]["stops"][0]["at"] = "1.5"
+    study["start"] = {"x0": -1e308, "v0": 1}
+    study["run"] = {"periods": 1}
+
+    _, arrays = read_frame(answer_explore(asked("explore", study)))
+
+    assert np.isfinite(arrays["amplitude"]).all()

@@ -147,7 +147,8 @@ def fast_amplitudes(run: Trajectory, low: float, high: float, n: int) -> tuple[F
     """
     omega, transform = _fast(run, low, high, "hann", "displacement", n)
     weight, _ = _weights("hann", high - low)
-    return omega, modulus(2.0 * transform / weight)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return omega, modulus(2.0 * transform / weight)
 
 
 def line_spectrum(
@@ -305,7 +306,9 @@ def _fast(
     if window == "hann":
         values = values * (0.5 - 0.5 * cos(2.0 * math.pi * place))
     omega = 2.0 * math.pi / (high - low) * np.arange(n // 2 + 1, dtype=np.float64)
-    transform = times(np.fft.rfft(values) * ((high - low) / n), phasor(-omega * low))
+    # The sum of displacements near the largest double has no number.
+    with np.errstate(over="ignore", invalid="ignore"):
+        transform = times(np.fft.rfft(values) * ((high - low) / n), phasor(-omega * low))
     return omega, transform
 
 

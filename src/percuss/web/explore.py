@@ -242,7 +242,7 @@ def _spectrum(run: Trajectory) -> dict[str, Floats]:
         return {"omega": np.empty(0), "amplitude": np.empty(0)}
     begin = max(run.t_end - half, run.t_end - longest)
     omega, amplitude = fast_amplitudes(run, begin, run.t_end, TRANSFORMED)
-    shown = omega <= REACH * fastest
+    shown = (omega <= REACH * fastest) & (amplitude < LARGEST)
     # At zero the coefficient is twice the mean.
     amplitude[:1] *= 0.5
     return {"omega": omega[shown], "amplitude": amplitude[shown]}
