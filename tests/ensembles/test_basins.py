@@ -194,3 +194,22 @@ def test_starts_at_the_wall_are_those_of_their_cycle_and_speed() -> None:
 def test_what_is_wrong_with_a_call_is_said(keywords: dict[str, object], message: str) -> None:
     with pytest.raises(pc.ParameterError, match=message):
         pc.basins(TWO, FORCE, **keywords)  # type: ignore[arg-type]
+
+
+def test_refining_many_attractors_asks_whether_to_go_on() -> None:
+    # Without damping every start has an orbit of its own, or none.
+    calls: list[tuple[float, float]] = []
+
+    def report(done: float, total: float) -> bool:
+        calls.append((done, total))
+        return calls.count((total, total)) < 4
+
+    found = pc.basins(
+        pc.impact_oscillator(), pc.sine(3), x0=np.linspace(0.0, 0.2, 8),
+        v0=np.linspace(0.1, 0.6, 8), periods=50, progress=report,
+    )  # fmt: skip
+
+    assert calls[-1] == (64, 64)
+    assert calls.count((64, 64)) == 4
+    assert found.attrs["complete"] == 0
+    assert (found.basin.values == -1).any()

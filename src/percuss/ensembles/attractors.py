@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +93,17 @@ class Attractor:
         return f"({self.n_impacts:g}, {self.n_periods})"
 
 
-def label_starts(system: StrobedSystem, arrays: Arrays) -> tuple[Numbers, list[Attractor]]:
+GoOn: TypeAlias = Callable[[], bool]
+Members: TypeAlias = Iterator[tuple[Numbers, Attractor]]
+
+
+def _always() -> bool:
+    return True
+
+
+def label_starts(
+    system: StrobedSystem, arrays: Arrays, go_on: GoOn = _always
+) -> tuple[Numbers, list[Attractor]]:
     """Return the number of each start's attractor, and the attractors.
 
     Numbers are given in the order of the starts, so they depend on nothing else. A start that was
@@ -104,6 +115,9 @@ def label_starts(system: StrobedSystem, arrays: Arrays) -> tuple[Numbers, list[A
         What moves; the same for all starts.
     arrays
         What has become of each, by the names of `CLASS_COLUMNS`.
+    go_on
+        Called before each attractor is looked for; where it returns False the starts that are
+        left stay undecided.
     """
     kind = arrays["kind"]
     labels = np.where(kind == NO_START, NO_START, -1).astype(np.int64)
@@ -115,7 +129,7 @@ def label_starts(system: StrobedSystem, arrays: Arrays) -> tuple[Numbers, list[A
         (UNBOUNDED, _unbounded),
     ):
         rows = np.flatnonzero(kind == value)
-        for those, attractor in members(system, arrays, rows) if len(rows) else ():
+        for those, attractor in members(system, arrays, rows, go_on) if len(rows) else ():
             found.append((int(those[0]), attractor))
             labels[those] = -3 - len(found)
     # By the first start that goes there.
@@ -128,13 +142,10 @@ def label_starts(system: StrobedSystem, arrays: Arrays) -> tuple[Numbers, list[A
     return labels, [found[i][1] for i in order]
 
 
-Members = Iterator[tuple[Numbers, Attractor]]
-
-
-def _periodic(system: StrobedSystem, arrays: Arrays, rows: Numbers) -> Members:
+def _periodic(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn) -> Members:
     """Match motions with one another by the strobes over one period of the orbit, followed to its limit."""
     left, failures, found = rows, 0, 0
-    while len(left) and failures < MOST_FAILURES and found < MOST_ORBITS:
+    while len(left) and failures < MOST_FAILURES and found < MOST_ORBITS and go_on():
         strobe = np.asarray(arrays["strobe"][left[0]], dtype=np.float64)
         is_long = int(arrays["n_periods"][left[0]]) > LONGEST
         attractor = _orbit_of(system, strobe, LONGEST_OF_ALL if is_long else LONGEST)
@@ -191,10 +202,10 @@ def _settled_strobes(system: StrobedSystem, strobe: Floats, longest: int) -> tup
     return points[0, :n_periods], float(n_impacts)
 
 
-def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Numbers) -> Members:
+def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn) -> Members:
     """Match motions by their strobes and their largest exponents."""
     left, failures = rows, 0
-    while len(left) and failures < MOST_TRANSIENTS:
+    while len(left) and failures < MOST_TRANSIENTS and go_on():
         chaos = Chaos.of(system, np.asarray(arrays["strobe"][left[0]], dtype=np.float64))
         if not chaos.persists:
             # It was a transient: not decided.
@@ -209,14 +220,14 @@ def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Numbers) -> Members:
         left = left[~same]
 
 
-def _resting(system: StrobedSystem, arrays: Arrays, rows: Numbers) -> Members:  # noqa: ARG001
+def _resting(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn) -> Members:  # noqa: ARG001
     places = np.asarray(arrays["strobe"])[rows, 0]
     for place in np.unique(places):
         at = np.array([[place, 0.0]], dtype=np.float64)
         yield rows[places == place], Attractor("rest", strobes=at, exponent=-math.inf)
 
 
-def _unbounded(system: StrobedSystem, arrays: Arrays, rows: Numbers) -> Members:  # noqa: ARG001
+def _unbounded(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn) -> Members:  # noqa: ARG001
     yield rows, Attractor("unbounded")
 
 

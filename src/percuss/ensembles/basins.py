@@ -26,6 +26,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.stops import Wall
+from percuss.progress import Progress
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
@@ -136,7 +137,16 @@ def basins(
     starts = grid if at_wall is None else AtWall(grid, at_wall)
     answer = run_job(Classification(starts, rules, tuple(identity.items())), execution)
     warn_without_starts(starts, answer)
-    found = label_starts(StrobedSystem.of(osc, force, begin), answer.arrays)
+    # Who has stopped the motions is not asked again.
+    report = execution.progress if answer.complete else None
+    reported = Progress(report, starts.size, "starts", done=starts.size)
+    found = label_starts(
+        StrobedSystem.of(osc, force, begin),
+        answer.arrays,
+        lambda: reported.advance(0, "refining the attractors"),
+    )
+    reported.close()
+    answer = replace(answer, complete=answer.complete and not reported.is_stopped)
     return keep(_dataset(starts, StrobedSystem.of(osc, force, begin), answer, *found), execution)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass, field
 
@@ -24,6 +25,8 @@ __all__ = ["FAILED", "Pools", "Session"]
 Send = Callable[[bytes], Awaitable[None]]
 # Seconds between two reports of progress.
 TELLING = 0.3
+# Seconds after which a share that has not grown is told again: the work goes on.
+QUIET = 3.0
 # What a newer question of its kind ends.
 LONG = (*JOBS, "saddles", "certify")
 FAILED = "percuss could not compute this; the terminal of the server says more"
@@ -191,13 +194,14 @@ class Lane:
     async def _frame(self, handle: Handle) -> bytes | None:
         """Return the next frame of an answer, None after the last; tell the progress meanwhile."""
         work = asyncio.wrap_future(self.pool.submit(lambda turn: self._next(handle, turn)))
-        told = handle.share
+        told, when = handle.share, time.monotonic()
         while True:
             done, _ = await asyncio.wait([work], timeout=TELLING)
             if done:
                 return work.result()
-            if self.question is not None and handle.share > told and not handle.is_stopped:
-                told = handle.share
+            is_news = handle.share > told or time.monotonic() - when > QUIET
+            if self.question is not None and is_news and not handle.is_stopped:
+                told, when = handle.share, time.monotonic()
                 header = {"id": self.question.id, "kind": "progress", "share": told}
                 await self.send(frame(header))
 
