@@ -20,6 +20,9 @@ from tests.web.frames import read_frame
 from percuss.web.presets import presets
 from percuss.web.session import FAILED
 
+# Where the library warns that motions have no answer, the page's answer says so itself.
+pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
+
 # Nothing may be silent for so long [s]; what goes on after that is cancelled.
 SILENCE, ENOUGH = 10.0, 1.0
 OPTIONS: dict[str, dict[str, Any]] = {
