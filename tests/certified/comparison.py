@@ -67,7 +67,7 @@ def _touches(run: pc.Trajectory, exact: Run) -> bool:
 
 
 def _arrives_without_velocity(run: pc.Trajectory, proven: CertifiedRun) -> bool:
-    """Tell whether a proof ends where the float run comes to a stop with no speed to speak of.
+    """Return whether a proof ends where the float run comes to a stop with no speed to speak of.
 
     Half a natural period after a release, under odd harmonics of it, that is so exactly.
     """

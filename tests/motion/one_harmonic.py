@@ -60,7 +60,7 @@ def _is_narrow_only_there(s: Floats, x: Floats, _: Floats, height: float, width:
 
 
 def is_right(case: Pass, event: float | None) -> bool:
-    """Tell whether the first event is the entry of a dip, or none for a near miss."""
+    """Return whether the first event is the entry of a dip, or none for a near miss."""
     if event is None or case.height > 0:
         return event is None and case.height > 0
     return abs(event - (case.turn - case.half_width)) < 0.5 * case.half_width + 1e-7

@@ -112,7 +112,7 @@ def mutated(whole: dict[str, Any], chance: random.Random) -> str | bytes:
 
 
 def wordless(header: dict[str, Any]) -> bool:
-    """Tell whether a refusal lacks a sentence, or hides a fault of the program."""
+    """Return whether a refusal lacks a sentence, or hides a fault of the program."""
     reasons = [fault.get("reason", "") for fault in header["faults"]]
     return not reasons or any(not reason.strip() or reason == FAILED for reason in reasons)
 

@@ -121,7 +121,7 @@ class Ball:
             return text, upwards((self.arb - arb(text)).abs_upper())
 
     def contains(self, value: Phase) -> bool:
-        """Tell whether an exact number, as ``"1/3"`` or ``"20*pi"``, lies in the ball, for certain.
+        """Return whether an exact number, as ``"1/3"`` or ``"20*pi"``, lies in the ball, for certain.
 
         Then it can be the number that the ball stands for; that it is that one no ball can tell.
         """
@@ -129,7 +129,7 @@ class Ball:
             return bool(self.arb.contains(time_ball(value)))
 
     def may_contain(self, value: Phase) -> bool:
-        """Tell whether an exact number may lie in the ball: if not, it is not the number.
+        """Return whether an exact number may lie in the ball: if not, it is not the number.
 
         It differs from `contains` at the very ends of the ball only.
 
@@ -143,7 +143,7 @@ class Ball:
             return bool(self.arb.overlaps(time_ball(value)))
 
     def overlaps(self, other: Ball) -> bool:
-        """Tell whether two balls may be the same number: if not, they are two for certain."""
+        """Return whether two balls may be the same number: if not, they are two for certain."""
         return bool(self.arb.overlaps(other.arb))
 
     def __float__(self) -> float:

@@ -43,7 +43,7 @@ LAST_ORDER = 12
 
 
 def rests_for_ever(law: Law, region: int, x: Fraction) -> bool:
-    """Tell whether no force ever acts on a mass at rest at a place; not with a moved number."""
+    """Return whether no force ever acts on a mass at rest at a place; not with a moved number."""
     if law.system.moved is not None:
         return False
     amplitudes = (law.system.strength(tone) for tone in law.system.tones)
@@ -222,7 +222,7 @@ def chatter_end(
 
 
 def _has_room(law: Law, system: System, region: int, bound: int, sign: int, high: arb) -> bool:
-    """Tell whether the other end of the region is higher than all hops."""
+    """Return whether the other end of the region is higher than all hops."""
     here = system.regions[region]
     other = here.upper if sign > 0 else here.lower
     return other is None or bool(sign * (law.places[other] - law.places[bound]) > high)
@@ -311,7 +311,7 @@ def _zero(push: Push, bracket: Bracket, sign: int) -> arb:
 
 
 def _holds_for_ever(push: Push, sign: int) -> bool:
-    """Tell whether the constant part of the force outweighs all harmonics."""
+    """Return whether the constant part of the force outweighs all harmonics."""
     return bool(-sign * constant_of(push.rest) > sum(wave.size for wave in push.waves))
 
 

@@ -50,7 +50,7 @@ def odd_root(ratio: Fraction) -> int | None:
 
 
 def returns_reversed(system: System, region_number: int, bound: int) -> bool:
-    """Tell whether all flights of a region from a bound to it reverse their velocity, exactly."""
+    """Return whether all flights of a region from a bound to it reverse their velocity, exactly."""
     region = system.regions[region_number]
     k, a = system.stiffness(region), system.damping(region)
     if a != 0 or not k > 0:
@@ -91,7 +91,7 @@ def family_orbit(system: System, orbit: PeriodicOrbit) -> Proof:
 
 
 def _on_one_wall(system: System, chain: list[Link]) -> bool:
-    """Tell whether there is one elastic wall alone, from which flights may return reversed."""
+    """Return whether there is one elastic wall alone, from which flights may return reversed."""
     return (
         len(system.bounds) == 1
         and all(link.wall for link in chain)
@@ -154,7 +154,7 @@ def _parabolic(
 
 
 def _fits(system: System, chain: list[Link], orbit: PeriodicOrbit) -> bool:
-    """Tell whether the half periods add up to the forcing periods, exactly."""
+    """Return whether the half periods add up to the forcing periods, exactly."""
     stiffnesses = {system.stiffness(system.regions[link.after]) for link in chain}
     frequency = None if orbit.forcing is None else orbit.forcing.frequency
     if frequency is None or len(stiffnesses) != 1:
@@ -312,7 +312,7 @@ CONSTANT_BITS = 4 * BITS
 
 
 def keeps_subset(m: int, v0: Exact) -> Verdict:
-    """Tell whether the impacts of a start at t = 0 on the wall are those of Y_m, all of them.
+    """Return whether the impacts of a start at t = 0 on the wall are those of Y_m, all of them.
 
     The oscillator is ``impact_oscillator()``, the force that of `percuss.subset_forcing` with
     its constant taken exactly, which in the model is a double.

@@ -44,12 +44,12 @@ class FloatStretch(NamedTuple):
         return cls(mids, radii)
 
     def is_clear(self, rest: float, h: float, power: int) -> bool:
-        """Tell whether it is positive on [0, h] for certain."""
+        """Return whether it is positive on [0, h] for certain."""
         error = self._error(self.mids, self.radii, h) + UP * rest * h**power
         return bool(min(_bernstein(self.mids, h)) > error)
 
     def falls_through(self, rest: float, slope_rest: float, h: float, power: int) -> bool:
-        """Tell whether it falls all along, from above zero to below, for certain."""
+        """Return whether it falls all along, from above zero to below, for certain."""
         if not self.mids[0] > self.radii[0]:
             return False
         error = self._error(self.mids, self.radii, h) + UP * rest * h**power
@@ -101,12 +101,12 @@ class BallStretch(NamedTuple):
         return cls([constant_of(value) for value in coefficients])
 
     def is_clear(self, rest: float, h: float, power: int) -> bool:
-        """Tell whether it is positive on [0, h] for certain."""
+        """Return whether it is positive on [0, h] for certain."""
         most = UP * arb(rest) * arb(h) ** power
         return all(value > most for value in _bernstein(self.balls, arb(h)))
 
     def falls_through(self, rest: float, slope_rest: float, h: float, power: int) -> bool:
-        """Tell whether it falls all along, from above zero to below, for certain."""
+        """Return whether it falls all along, from above zero to below, for certain."""
         at = arb(h)
         most = UP * arb(rest) * at**power
         if not (self.balls[0] > 0 and _value(self.balls, at) < -most):
@@ -324,7 +324,7 @@ class Search:
                 raise _graze(level, left, 2.0 * over, taylor, rest)
 
     def _is_rounding(self, h: float, left: Time) -> bool:
-        """Tell whether a stretch is too short for the working precision."""
+        """Return whether a stretch is too short for the working precision."""
         return self.sharp and not arb(h) > COARSEST * left * arb(2) ** -ctx.prec
 
 

@@ -281,7 +281,7 @@ class Law:
         return math.ceil(math.log2(min(max(sizes), 1e300)))
 
     def _moved(self, name: str, region: Region) -> bool:
-        """Tell whether the replaced number is part of a region's stiffness or damping."""
+        """Return whether the replaced number is part of a region's stiffness or damping."""
         parts = {f"oscillator.{name}", *(f"oscillator.stops.{i}.{name}" for i in region.active)}
         return self._path in parts
 

@@ -349,7 +349,7 @@ class _Walk:
         return wall is not None and way == self._inward(region, bound)
 
     def _held(self, region: int, bound: int, way: int) -> bool:
-        """Tell whether a mass at rest is held by a wall; without any force it stays as well."""
+        """Return whether a mass at rest is held by a wall; without any force it stays as well."""
         wall = self.system.bounds[bound].wall
         return wall is not None and way in (0, self._inward(region, bound))
 

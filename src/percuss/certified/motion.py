@@ -31,7 +31,7 @@ TO_THE_END = (Ending.reached_t_end, Ending.at_rest)
 
 
 def is_proven(record: MarchRecord, time: Phase) -> bool:
-    """Tell whether a time lies within what is proven, for certain."""
+    """Return whether a time lies within what is proven, for certain."""
     if record.begin is not None and order_of(time, record.begin) < 0:
         return False
     if record.ending in TO_THE_END and record.end is not None:

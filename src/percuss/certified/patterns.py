@@ -29,7 +29,7 @@ def repeats_after(
     n_impacts: int,
     t0: Phase = 0,
 ) -> Verdict:
-    """Tell whether a motion from the wall is periodic with so many impacts, exactly.
+    """Return whether a motion from the wall is periodic with so many impacts, exactly.
 
     Where it is, all motions nearby are as well: the derivative over the period is the identity.
 

@@ -68,7 +68,7 @@ class Proof:
 
 
 def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str]:
-    """Tell whether each flight of an orbit meets its event first; None where that stays open.
+    """Return whether each flight of an orbit meets its event first; None where that stays open.
 
     One flight that does not is enough, whatever is open of the others.
     """
@@ -91,7 +91,7 @@ def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str
 def _meets_first(
     equations: Shooting, i: int, state: tuple[arb, arb], s: arb, following: Link
 ) -> bool:
-    """Tell whether the first event of a flight is the next one of the orbit."""
+    """Return whether the first event of a flight is the next one of the orbit."""
     system = equations.system
     start = equations.departure(i, state)
     into = 1 if system.regions[start.region].lower == start.bound else -1

@@ -135,7 +135,7 @@ def krawczyk(value: Value, derivative: Value, point: Vector) -> Solved:
 
 
 def unique_in(derivative: Value, value: Value, point: Vector, sizes: Vector) -> bool:
-    """Tell whether the box of these half-widths holds exactly one solution, for certain."""
+    """Return whether the box of these half-widths holds exactly one solution, for certain."""
     try:
         inverse = _inverse(derivative(point))
         shift = inverse * value(point)

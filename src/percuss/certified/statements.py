@@ -74,7 +74,7 @@ def keeps_eigenset(
     t0: Phase = 0,
     n_impacts: int | None = None,
 ) -> Verdict:
-    """Tell whether the impacts of a start on the wall are t0 + k pi/sqrt(K), exactly.
+    """Return whether the impacts of a start on the wall are t0 + k pi/sqrt(K), exactly.
 
     Parameters
     ----------
@@ -318,7 +318,7 @@ class _Eigenset:
         return EnclosedFlight(self.law, 0, turns, self.law.places[0], v, order)
 
     def _is_clear(self, k: int) -> bool:
-        """Tell whether a flight meets the wall first after half a natural period."""
+        """Return whether a flight meets the wall first after half a natural period."""
         speed = self._velocity(k)
         time = self._start_of(k)
         turns = self.law.turns_at(time)

@@ -88,7 +88,7 @@ def steady_proof(system: System, orbit: PeriodicOrbit) -> Proof:
 def steady_admissible(
     system: System, number: int, period: arb, place: Fraction | None = None
 ) -> tuple[bool | None, str]:
-    """Tell whether the steady motion stays inside its region for a period."""
+    """Return whether the steady motion stays inside its region for a period."""
     question = ""
     for coarse in sorted({coarse_bits(system), ctx.prec}):
         with precision(coarse):

@@ -257,7 +257,7 @@ def event_derivative(by: BallPropagator, before: Pair, after: Pair) -> Matrix:
 
 
 def _never_reaches(flight: EnclosedFlight, levels: list[Level], start: Departure) -> bool:
-    """Tell whether a motion that stays within bounds for ever stays away from all levels."""
+    """Return whether a motion that stays within bounds for ever stays away from all levels."""
     if start.bound is not None:
         return False
     reach = flight.reach()

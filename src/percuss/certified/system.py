@@ -110,7 +110,7 @@ class System:
         return self.numbers["forcing.constant"] + springs
 
     def is_equilibrium(self, region: Region, x: Fraction) -> bool:
-        """Tell whether constant force and springs of a region cancel at a place, exactly."""
+        """Return whether constant force and springs of a region cancel at a place, exactly."""
         return self.stiffness(region) * x == self.constant(region)
 
     def _sum(self, region: Region, name: str) -> Fraction:
@@ -198,7 +198,7 @@ def _regions(
 def _acts(
     stop: SoftStop, at: Fraction, bounds: tuple[Bound, ...], lower: int | None, upper: int | None
 ) -> bool:
-    """Tell whether a stop acts in the whole of a region; its edges cut the line."""
+    """Return whether a stop acts in the whole of a region; its edges cut the line."""
     if stop.side == "above":
         return lower is not None and bounds[lower].at >= at
     return upper is not None and bounds[upper].at <= at

@@ -12,9 +12,8 @@ from typing import Any, Self
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-# A run that is over sooner needs no bar [s]. A log gets a line so often [s], as that of ensembles.
-PATIENCE = 2.0
-RENEWED_IN_A_LOG = 10.0
+from percuss.progress import PATIENCE, RENEWED_IN_A_LOG
+
 STARTING = "starting (the first run compiles the engine)"
 RUNNING = "simulating"
 INTERRUPTED = "interrupted; writing what was done (Ctrl-C again drops it)"

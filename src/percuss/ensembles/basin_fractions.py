@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.ensembles.basins import COLUMN_UNITS, columns_of, no_starts, warn_without_starts
-from percuss.ensembles.classification import STAGE, Classification, Rules
+from percuss.ensembles.attractors import Attractor, StrobedSystem, label_starts
+from percuss.ensembles.basins import (
+    COLUMN_UNITS,
+    columns_of,
+    fractions_of,
+    no_starts,
+    warn_without_starts,
+)
+from percuss.ensembles.classification import STAGE, Arrays, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of, motion_of
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.execution import Report, execution_of, keep, run_job
+from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.sweep import identity_of
@@ -25,17 +32,11 @@ from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
+from percuss.progress import Report
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
-
-
-from dataclasses import replace
-
-from percuss.ensembles.attractors import Attractor, StrobedSystem, label_starts
-from percuss.ensembles.basins import fractions_of
-from percuss.ensembles.classification import Arrays
 
 __all__ = ["basin_fractions", "follow_attractors", "points_before", "with_joined_numbers"]
 

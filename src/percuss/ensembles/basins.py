@@ -15,7 +15,7 @@ from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, l
 from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
 from percuss.ensembles.datasets import attributes_of, motion_of, warn_of_failures
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.execution import Report, execution_of, keep, run_job
+from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
 from percuss.ensembles.sweep import identity_of
@@ -26,7 +26,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.stops import Wall
-from percuss.progress import Progress
+from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.

@@ -19,7 +19,7 @@ from percuss.ensembles.datasets import (
     warn_of_some,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.execution import Report, execution_of, keep, run_job
+from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
 from percuss.ensembles.measures import SAME, Window, period_of
@@ -41,6 +41,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.stops import Wall
+from percuss.progress import Report
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["ChunkProgress", "Report", "execution_of", "folder_of", "keep", "run_job"]
+__all__ = ["ChunkProgress", "execution_of", "folder_of", "keep", "run_job"]
 
 # What takes longer than this [s] is said once where no progress was asked for.
 LONG = 600.0

@@ -22,7 +22,7 @@ from percuss.ensembles.datasets import (
     warn_of_some,
 )
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.execution import Report, execution_of, run_job
+from percuss.ensembles.execution import execution_of, run_job
 from percuss.ensembles.fingerprint import fingerprint
 from percuss.ensembles.grid import Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension, too_large
@@ -35,6 +35,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.motion.simulate import simulate
+from percuss.progress import Report
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.

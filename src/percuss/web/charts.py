@@ -118,7 +118,7 @@ def _first_families(
 
 
 def _holds(branch: Branch, orbit: PeriodicOrbit, value: float) -> bool:
-    """Tell whether an orbit is one of a branch, as far as its counts and its amplitude tell."""
+    """Return whether an orbit is one of a branch, as far as its counts and its amplitude tell."""
     off = branch.values - value
     wanted = extremes_of(orbit).amplitude
     for k in np.flatnonzero(off[:-1] * off[1:] <= 0.0).tolist():

@@ -146,7 +146,7 @@ class Return:
 
 
 def _is_near(orbit: PeriodicOrbit, speed: float) -> bool:
-    """Tell whether an orbit is the one that a motion came close to: a search may have run away.
+    """Return whether an orbit is the one that a motion came close to: a search may have run away.
 
     Where a motion grows for ever it all but closes, and no orbit is near.
     """

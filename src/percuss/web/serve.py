@@ -86,7 +86,7 @@ def serve(
 
 
 def is_loopback(host: str) -> bool:
-    """Tell whether an address is reached from this machine alone.
+    """Return whether an address is reached from this machine alone.
 
     Examples
     --------

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +22,40 @@ if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
 
-__all__ = ["Branch", "branch_of"]
+__all__ = ["Branch", "OrbitRows", "branch_of", "counted_kinds"]
 
 Floats = NDArray[np.float64]
 
 
+class OrbitRows:
+    """What branches and curves share: rows of orbits, and the special points among them."""
+
+    __slots__ = ()
+
+    values: Floats
+    orbits: tuple[PeriodicOrbit, ...]
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.values)
+
+    def __iter__(self) -> Iterator[PeriodicOrbit]:
+        """Go through the orbits."""
+        return iter(self.orbits)
+
+    def __getitem__(self, row: int) -> PeriodicOrbit:
+        """Return the orbit of a row."""
+        return self.orbits[row]
+
+
+def counted_kinds(points: Iterable[Any]) -> str:
+    """Return how many special points there are of each kind, in words."""
+    counts = Counter(point.kind for point in points)
+    return ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "none"
+
+
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Branch:
+class Branch(OrbitRows):
     """Periodic orbits along one parameter, made by `continue_orbit`; one row an orbit.
 
     Attributes
@@ -76,24 +104,9 @@ class Branch:
         """Whether neighbours approach each orbit, (n,)."""
         return np.asarray(self.stability == "asymptotic")
 
-    def __len__(self) -> int:
-        """Return the number of rows."""
-        return len(self.values)
-
-    def __iter__(self) -> Iterator[PeriodicOrbit]:
-        """Go through the orbits."""
-        return iter(self.orbits)
-
-    def __getitem__(self, row: int) -> PeriodicOrbit:
-        """Return the orbit of a row."""
-        return self.orbits[row]
-
     def __repr__(self) -> str:
         """Tell the branch in a line."""
-        kinds: dict[str, int] = {}
-        for point in self.special_points:
-            kinds[point.kind] = kinds.get(point.kind, 0) + 1
-        special = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "none"
+        special = counted_kinds(self.special_points)
         low, high = self.values.min(), self.values.max()
         return (
             f"<Branch: {len(self)} orbits, {self.path} from {low:.6g} to {high:.6g}; "

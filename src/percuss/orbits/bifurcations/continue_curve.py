@@ -251,7 +251,7 @@ def _row(touch: GrazingContact) -> Integers:
 
 
 def _keep_symmetry(orbit: PeriodicOrbit, ranges: Ranges) -> bool:
-    """Tell whether an orbit is symmetric, and the system remains so when the parameters vary."""
+    """Return whether an orbit is symmetric, and the system remains so when the parameters vary."""
     if not orbit.symmetric:
         return False
     equations = OrbitEquations(orbit, ranges)

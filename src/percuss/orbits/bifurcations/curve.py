@@ -4,25 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from functools import partial
+from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.model.stops import SoftStop
+from percuss.numerics import norm
+from percuss.orbits.bifurcations.branch import OrbitRows, counted_kinds
+from percuss.orbits.bifurcations.curve_equations import CurveEquations
+from percuss.orbits.continuation.follow import Segment
+from percuss.orbits.continuation.locate import Zero, changes_sign, locate
+from percuss.orbits.continuation.problem import Point
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
-from functools import partial
-from typing import cast
-
-from percuss.model.stops import SoftStop
-from percuss.numerics import norm
-from percuss.orbits.bifurcations.curve_equations import CurveEquations
-from percuss.orbits.continuation.follow import Segment
-from percuss.orbits.continuation.locate import Zero, changes_sign, locate
-from percuss.orbits.continuation.problem import Point
 
 __all__ = ["Curve", "CurveDetector", "CurveKind", "CurvePoint", "CurvePointKind", "CurveRow"]
 
@@ -81,7 +80,7 @@ class CurvePoint:
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
-class Curve:
+class Curve(OrbitRows):
     """Special points along a curve in two parameters, made by `continue_curve`; one row a point.
 
     Attributes
@@ -120,24 +119,9 @@ class Curve:
     special_points: tuple[CurvePoint, ...]
     end_reason: str
 
-    def __len__(self) -> int:
-        """Return the number of rows."""
-        return len(self.values)
-
-    def __iter__(self) -> Iterator[PeriodicOrbit]:
-        """Go through the orbits."""
-        return iter(self.orbits)
-
-    def __getitem__(self, row: int) -> PeriodicOrbit:
-        """Return the orbit of a row."""
-        return self.orbits[row]
-
     def __repr__(self) -> str:
         """Tell the curve in a line."""
-        kinds: dict[str, int] = {}
-        for point in self.special_points:
-            kinds[point.kind] = kinds.get(point.kind, 0) + 1
-        special = ", ".join(f"{n} {kind}" for kind, n in kinds.items()) or "none"
+        special = counted_kinds(self.special_points)
         ends = [f"({row[0]:.6g}, {row[1]:.6g})" for row in self.values[[0, -1]]]
         return (
             f"<Curve of {self.kind}: {len(self)} orbits, ({', '.join(self.paths)}) from {ends[0]} "

@@ -293,7 +293,7 @@ class Family(OrbitEquations):
         return [i for i in self._hops if here[1 + i] >= -NO_TIME > found[1 + i]]
 
     def is_together(self, z: Floats, flights: list[int]) -> bool:
-        """Tell whether one of some flights lasts no time."""
+        """Return whether one of some flights lasts no time."""
         return bool(np.abs(z[[1 + i for i in flights]]).min() < NO_TIME)
 
     def slope(self, z: Floats, known: float | None = None) -> Floats:

@@ -105,7 +105,7 @@ def acceleration_at(table: Law, touch: GrazingContact, t: float | None = None) -
 
 
 def accumulates(orbit: PeriodicOrbit, row: int) -> bool:
-    """Tell whether impacts accumulate where one has no velocity, a row of the orbit's chain.
+    """Return whether impacts accumulate where one has no velocity, a row of the orbit's chain.
 
     The force pushes into the wall there, and the impact before or after it has no velocity either:
     between them the mass stays. A motion that comes from beyond the wall may have one alone.

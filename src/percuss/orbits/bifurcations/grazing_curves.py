@@ -282,7 +282,7 @@ def others_of(orbit: PeriodicOrbit, touch: GrazingContact) -> Itinerary:
 
 
 def is_on_wall(table: Law, touch: GrazingContact) -> bool:
-    """Tell whether a touch is that of a wall."""
+    """Return whether a touch is that of a wall."""
     kind = at.UPPER_KIND if touch.sign > 0.0 else at.LOWER_KIND
     return bool(table[touch.region, kind] == at.WALL)
 

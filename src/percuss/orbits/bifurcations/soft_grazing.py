@@ -93,7 +93,7 @@ def start_beyond(
 
 
 def is_soft(orbit: PeriodicOrbit, touch: GrazingContact) -> bool:
-    """Tell whether a touch is one of a soft stop's edge."""
+    """Return whether a touch is one of a soft stop's edge."""
     table = law(orbit.oscillator, orbit.forcing)
     upper = touch.sign > 0.0
     return bool(table[touch.region, at.UPPER_KIND if upper else at.LOWER_KIND] == EDGE)

@@ -293,7 +293,7 @@ def _meaning(a: Point[Family], name: str, orbit: PeriodicOrbit, *, turns: bool) 
 
 
 def _breaks(orbit: PeriodicOrbit) -> bool:
-    """Tell whether the multiplier 1 of a symmetric orbit is the square of -1, not of 1."""
+    """Return whether the multiplier 1 of a symmetric orbit is the square of -1, not of 1."""
     table = law(orbit.oscillator, orbit.forcing)
     over_half = half_multipliers(table, *orbit.record)
     return min(abs(each + 1.0) for each in over_half) < min(abs(each - 1.0) for each in over_half)

@@ -184,7 +184,7 @@ def orbit_past_graze(orbit: PeriodicOrbit, path: str) -> PeriodicOrbit:
 
 
 def _all_with_impacts(orbit: PeriodicOrbit, contacts: list[GrazingContact]) -> bool:
-    """Tell whether an orbit, or a shorter one that it goes round, has an impact at each touch."""
+    """Return whether an orbit, or a shorter one that it goes round, has an impact at each touch."""
     if all(touch.events for touch in contacts):
         return True
     if not any(touch.events for touch in contacts):

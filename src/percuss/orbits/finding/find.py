@@ -330,7 +330,7 @@ def _has_period(force: Forcing | None) -> bool:
 
 
 def _only_touches(orbit: PeriodicOrbit) -> bool:
-    """Tell whether one of several impacts has no velocity: the orbit without it is the same."""
+    """Return whether one of several impacts has no velocity: the orbit without it is the same."""
     if not 2 <= orbit.n_impacts < math.inf:
         return False
     return orbit.min_impact_speed <= NO_SPEED * float(np.abs(orbit.impacts.v_before).max())

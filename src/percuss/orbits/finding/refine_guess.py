@@ -46,11 +46,11 @@ class Known:
         )
 
     def leads_to_one(self, guess: Guess) -> bool:
-        """Tell whether a guess is as good as one of them."""
+        """Return whether a guess is as good as one of them."""
         return self._is_met(self.signature(guess), guess.trial, SETTLED)
 
     def holds(self, signature: Signature, trial: int = 0) -> bool:
-        """Tell whether an orbit is one of them; if not, it is from now on."""
+        """Return whether an orbit is one of them; if not, it is from now on."""
         if self._is_met(signature, trial, TOLERANCE):
             return True
         self.signatures.append(signature)
@@ -99,14 +99,14 @@ def refined(
 
 
 def _has_idle_impact(guess: Guess, solution: Solution) -> bool:
-    """Tell whether an impact has no speed: an orbit may have any number of those at a graze."""
+    """Return whether an impact has no speed: an orbit may have any number of those at a graze."""
     speeds = np.abs(solution.unknowns[1 + len(guess.chain) :])
     # A velocity that is zero by restitution 0 is exactly so.
     return bool(((speeds > 0.0) & (speeds < IDLE * speeds.max())).any())
 
 
 def _goes_back(guess: Guess, solution: Solution) -> bool:
-    """Tell whether a flight lasts less than no time: that is no motion, not even a formal one."""
+    """Return whether a flight lasts less than no time: that is no motion, not even a formal one."""
     durations = solution.unknowns[1 : 1 + len(guess.chain)]
     return bool(durations.min() < -SETTLED * durations.sum())
 

@@ -74,7 +74,7 @@ class SearchBudget:
         return int(self._progress.done)
 
     def goes_on(self) -> bool:
-        """Tell whether to look at more."""
+        """Return whether to look at more."""
         return not self.end_reason
 
     def followed(self, time: float) -> None:

@@ -229,7 +229,7 @@ def _fastest(tail: tuple[Table, columns.Integers]) -> float:
 
 
 def _is_on(it: Settled, record: tuple[Table, columns.Integers], period: float) -> bool:
-    """Tell whether the last event of a record is one of a known orbit, near enough."""
+    """Return whether the last event of a record is one of a known orbit, near enough."""
     orbit = it.orbit
     if orbit is None or orbit.n_impacts == 0 or math.isinf(orbit.n_impacts):
         return False

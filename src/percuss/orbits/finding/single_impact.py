@@ -87,7 +87,7 @@ class SingleImpact:
 
 
 def has_closed_form(osc: Oscillator, force: Forcing | None, stop: int) -> bool:
-    """Tell whether `single_impact` has a formula for impacts on a stop."""
+    """Return whether `single_impact` has a formula for impacts on a stop."""
     return force is not None and len(force.components()) == 1 and isinstance(osc.stops[stop], Wall)
 
 

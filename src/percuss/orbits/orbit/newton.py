@@ -151,7 +151,7 @@ class _System:
         return time or 1.0, float(np.abs(unknowns[1 + self.n :]).max()) or 1.0
 
     def stands_still(self, unknowns: Floats) -> bool:
-        """Tell whether a flight ends where it starts: zero duration solves its equation too.
+        """Return whether a flight ends where it starts: zero duration solves its equation too.
 
         A short hop comes back with the opposite velocity. Free motion whose events all have no
         velocity is rest, or a free oscillation that touches: no motion with impacts.
@@ -184,7 +184,7 @@ class _System:
         return float(np.abs(step).max()) < FAR
 
     def is_on_family(self, unknowns: Floats) -> bool:
-        """Tell whether solutions lie beside this one: at a fold the equations only begin to hold."""
+        """Return whether solutions lie beside this one: at a fold the equations only begin to hold."""
         self.at(unknowns)
         if _is_regular(self.matrix):
             return False
@@ -201,7 +201,7 @@ class _System:
 
 
 def _is_regular(matrix: Floats) -> bool:
-    """Tell whether no direction is weak, by norms that bound the singular values: faster."""
+    """Return whether no direction is weak, by norms that bound the singular values: faster."""
     try:
         sizes = norm(matrix) * norm(inverse(matrix))
     except ConvergenceError:

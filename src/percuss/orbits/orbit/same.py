@@ -47,7 +47,7 @@ class Signature:
     isolated: bool
 
     def matches(self, other: Signature, tolerance: float = TOLERANCE) -> bool:
-        """Tell whether both are the same motion, or members of one family.
+        """Return whether both are the same motion, or members of one family.
 
         They are compared impact by impact, whichever comes first in either; an orbit is another
         one a forcing period later.
@@ -64,7 +64,7 @@ class Signature:
         return any(self._is_near(other, k, tolerance) for k in turned)
 
     def _is_near(self, other: Signature, k: int, tolerance: float) -> bool:
-        """Tell whether the impacts are near to those of the other, counted from its k-th."""
+        """Return whether the impacts are near to those of the other, counted from its k-th."""
         scale = tolerance * max(map(abs, other.speeds))
         speeds = zip(self.speeds, other.speeds[k:] + other.speeds[:k], strict=True)
         if any(abs(one - it) > scale for one, it in speeds):
@@ -112,7 +112,7 @@ def signature_of(
 
 
 def are_same(one: PeriodicOrbit, other: PeriodicOrbit) -> bool:
-    """Tell whether two orbits of one system are the same motion, or members of one family.
+    """Return whether two orbits of one system are the same motion, or members of one family.
 
     Parameters
     ----------

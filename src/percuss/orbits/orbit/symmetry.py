@@ -28,7 +28,7 @@ MIRRORED = 1e-8
 
 
 def is_symmetric_system(osc: Oscillator, force: Forcing | None) -> bool:
-    """Tell whether the system is unchanged under (x, t) -> (-x, t + half a forcing period).
+    """Return whether the system is unchanged under (x, t) -> (-x, t + half a forcing period).
 
     The stops come in mirrored pairs, and the forcing has odd multiples of its frequency only, and
     no constant.
@@ -82,7 +82,7 @@ def _is_odd(omega: object, force: Forcing) -> bool:
 
 
 def is_mirrored_state(one: tuple[float, float], other: tuple[float, float], scale: Floats) -> bool:
-    """Tell whether two states (x, v) are each other's mirror image, to what orbits are found.
+    """Return whether two states (x, v) are each other's mirror image, to what orbits are found.
 
     With a symmetric system, and half an odd number of forcing periods between them, then the
     whole orbit repeats itself mirrored: its mirror image is the motion from the second state.

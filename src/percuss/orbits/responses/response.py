@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,6 @@ from percuss.progress import Report
 if TYPE_CHECKING:
     # A second of import.
     from xarray import Dataset
-from collections.abc import Iterable, Sequence
-from typing import Any
 
 __all__ = [
     "CLOSED",

@@ -136,7 +136,7 @@ class _Search:
         self.following, self.counts, self.seed, self.progress = following, counts, seed, progress
 
     def is_wanted(self, orbit: PeriodicOrbit | None) -> bool:
-        """Tell whether an orbit is of the kinds looked for."""
+        """Return whether an orbit is of the kinds looked for."""
         return (
             orbit is not None
             and orbit.n_impacts <= self.counts[0]
@@ -370,7 +370,7 @@ class Following:
         return True
 
     def _is_known(self, branch: Branch) -> bool:
-        """Tell whether a branch is one of those that there are: near a birth two halves mix up."""
+        """Return whether a branch is one of those that there are: near a birth two halves mix up."""
         physical = np.flatnonzero(branch.admissible)
         special = [point.row for point in branch.special_points]
         physical = physical[~np.isin(physical, special)]

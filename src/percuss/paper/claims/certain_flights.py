@@ -62,7 +62,7 @@ def all_flights_last_pi(n: int, v: str) -> bool:
 
 
 def _last_pi(system: object, low: Fraction, high: Fraction, v: str) -> bool:
-    """Tell whether all flights that begin between two multiples of pi are proven to last pi."""
+    """Return whether all flights that begin between two multiples of pi are proven to last pi."""
     from flint import arb
 
     from percuss.certified.balls import Undecided

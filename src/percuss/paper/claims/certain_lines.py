@@ -129,7 +129,7 @@ def jump_bound(v0: str) -> arb | None:
 
 
 def are_sorted(values: Sequence[arb]) -> bool | None:
-    """Tell whether values fall strictly, None where the balls leave that open."""
+    """Return whether values fall strictly, None where the balls leave that open."""
     falls = [bool(b < a) for a, b in itertools.pairwise(values)]
     rises = [bool(b >= a) for a, b in itertools.pairwise(values)]
     if all(falls):

@@ -51,7 +51,7 @@ def _kick(m: int) -> float:
 
 
 def _stays(m: int, v0: float) -> bool:
-    """Tell whether the impacts of two periods are those of Y_m."""
+    """Return whether the impacts of two periods are those of Y_m."""
     motion = SubsetMotion(m, 0)
     run = simulate(WALL, motion.forcing, v0=v0, t_end=(2 * (m + 1) + 0.5) * math.pi)
     return len(run.impacts) == 4 and furthest(run, motion.impact_times(4)) < 1e-8

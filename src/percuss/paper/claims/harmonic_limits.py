@@ -47,7 +47,7 @@ ABOVE = (1 + 1e-11, 1.1, 2.0, 10.0)
 
 
 def _leaves(n: int, v0: float) -> bool:
-    """Tell whether the impacts of two turns are not the eigenset."""
+    """Return whether the impacts of two turns are not the eigenset."""
     run = simulate(WALL, sine(n), v0=v0, t_end=4.5 * math.pi)
     eigenset = np.asarray(math.pi * np.arange(1, 5), dtype=np.float64)
     return len(run.impacts) != 4 or furthest(run, eigenset) > 1e-8

@@ -105,7 +105,7 @@ def _shifted() -> Finding:
 
 
 def _both_keep(force: Forcing, one: Exact, other: Exact) -> bool:
-    """Tell whether the motions from two velocities provably keep to the eigenset for ever."""
+    """Return whether the motions from two velocities provably keep to the eigenset for ever."""
     kept = [eigenset_kept("", force, v, lambda: False) for v in (one, other)]
     return all(check.is_certain and check.passed for check in kept)
 

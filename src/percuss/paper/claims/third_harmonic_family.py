@@ -107,7 +107,7 @@ def _other_times() -> Finding:
 
 
 def _is_six(v0: float) -> bool:
-    """Tell whether the motion from V0 has the pattern of six impacts in 4 pi."""
+    """Return whether the motion from V0 has the pattern of six impacts in 4 pi."""
     times = simulate(WALL, sine(3), v0=v0, t_end=8.5 * math.pi).impacts.t
     # Next to a critical velocity an extra impact comes where the motion grazes, never far from it.
     expected = impact_times(v0, 2)
