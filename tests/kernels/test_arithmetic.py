@@ -8,12 +8,10 @@ from collections.abc import Callable
 import mpmath
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.kernels import arithmetic
 from percuss.kernels.compile import uncompiled
-
-Floats = NDArray[np.float64]
 
 SIDES = [5e-324, 2.2250738585072014e-308, 1e-300, 1e-17, 0.5, 1.0, 2.0, 1e17, 1e300]
 ENDS = [709.782712893384, 709.7827128933841, -708.4, -745.1332191019411, -745.1332191019412]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import percuss as pc
 from percuss.kernels import backward as engine
@@ -13,8 +12,6 @@ from percuss.kernels.flight import Flight, move, set_phases
 from percuss.kernels.law import FIRST_HARMONIC, QUICKEST
 from percuss.model.law import law
 from percuss.orbits.surface.backward import BackwardMotions
-
-Floats = NDArray[np.float64]
 
 WALLS = (pc.Wall(-1, "below", 0.8), pc.Wall(1, "above", 0.7))
 SOFT = (pc.SoftStop(0.2, "above", 29.0, 0.7), pc.SoftStop(-0.3, "below", 5.0, 0.2))

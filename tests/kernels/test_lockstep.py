@@ -9,12 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.kernels import batch, lockstep, survey
 from percuss.kernels import record as columns
 from percuss.model.law import law
-
-Floats = NDArray[np.float64]
 
 # Each as (oscillator, forcing, x0 of the starts).
 CASES = {

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from tests.kernels.uncompiled import python_of
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.kernels.flight import Flight, constant_force, move, set_phases
 from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS, Table
 from percuss.kernels.record import Record
@@ -20,8 +20,6 @@ from percuss.kernels.tangent import (
     propagator,
 )
 from percuss.model.law import law
-
-Floats = NDArray[np.float64]
 
 SYSTEMS = {
     "one wall": (pc.impact_oscillator(0.8, damping=0.05), pc.cosine(2.1)),

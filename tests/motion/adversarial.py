@@ -21,9 +21,9 @@ from tests.oracle.event_driven import Soft, Wall, number
 from tests.oracle.from_model import problem_of
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.model import Side
 
-Floats = NDArray[np.float64]
 # A row of drawn numbers for each flight.
 Draws = dict[str, Any]
 

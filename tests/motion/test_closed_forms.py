@@ -9,13 +9,11 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.motion.eigenset_forms import contact_time
 from percuss.motion.harmonic_forms import harmonic_contact_time
-
-Floats = NDArray[np.float64]
 
 WALL = pc.impact_oscillator()
 SUBSETS = [2, 3, 4, 5, 6, 7, 12, 15]

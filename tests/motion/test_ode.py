@@ -6,12 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.model.exact import as_float
-
-Floats = NDArray[np.float64]
 
 MIXED = pc.Oscillator(
     1.0,

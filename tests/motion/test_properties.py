@@ -7,13 +7,11 @@ from itertools import pairwise
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.model.exact import as_float
 from percuss.model.stops import Side
-
-Floats = NDArray[np.float64]
 
 STIFFNESSES = st.sampled_from([-0.5, 0.0, 1e-6, 1.0, 4.0, 30.0])
 DAMPINGS = st.sampled_from([0.0, 1e-3, 0.1, 1.0, 3.0])

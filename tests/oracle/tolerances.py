@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from tests.oracle.taylor_series import Event
 
-Floats = NDArray[np.float64]
+from percuss.arrays import Floats
 
 EPS = 2.0**-52
 # Four times what the documents allow: here the sizes of the terms are only guessed at.

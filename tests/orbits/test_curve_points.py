@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.orbits import Branch, SpecialPoint
 
-Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 OMEGA, AMPLITUDE = "forcing.omega", "forcing.amplitude"

@@ -6,17 +6,15 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from tests.orbits.test_reference_orbits import ROWS, agree
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.kernels.flight import free_response
 from percuss.model.law import law
 from percuss.orbits import Branch, Curve, SpecialPoint, single_impact
 from percuss.orbits.bifurcations.curve_equations import return_equations
 from percuss.orbits.bifurcations.family import OrbitEquations
-
-Floats = NDArray[np.float64]
 
 OMEGA, AMPLITUDE = "forcing.omega", "forcing.amplitude"
 GAP, RESTITUTION = "oscillator.stops.0.at", "oscillator.stops.0.restitution"

@@ -8,12 +8,10 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.orbits.surface.manifolds import LONGEST, local_manifold
-
-Floats = NDArray[np.float64]
 
 PENDULUM = pc.Oscillator(stiffness=-1.0, damping=0.1)
 # Slopes of the manifolds of free motion at k = -1, a = 0.1.

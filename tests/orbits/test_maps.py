@@ -4,11 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import percuss as pc
-
-Floats = NDArray[np.float64]
+from percuss.arrays import Floats
 
 WALLS = (pc.Wall(0.4, "above", 0.7), pc.Wall(-0.5, "below", 0.9))
 SOFT = (pc.SoftStop(0.2, "above", 29.0, 0.7), pc.SoftStop(-0.3, "below", 5.0, 0.2))

@@ -6,11 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import percuss as pc
-
-Floats = NDArray[np.float64]
+from percuss.arrays import Floats
 
 WALL = pc.impact_oscillator(0.8)
 WALLS = pc.Oscillator(1.0, 0.02, (pc.Wall(0.4, "above", 0.7), pc.Wall(-0.5, "below", 0.9)))

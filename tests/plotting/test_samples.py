@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import samples
 from percuss.plotting.samples import Curve, reduce_to_columns, reduce_to_pixels, sample_curve
@@ -81,7 +82,7 @@ walks = st.integers(0, 2**32 - 1).map(
 
 @given(values=walks, breaks=st.sets(st.integers(0, 4998), max_size=20))
 def test_reduced_columns_keep_the_extremes_of_every_column(
-    values: samples.Floats, breaks: set[int]
+    values: Floats, breaks: set[int]
 ) -> None:
     t = np.linspace(3.0, 4.0, values.size)
     jumps = np.isin(np.arange(values.size), list(breaks))
@@ -113,7 +114,7 @@ def test_short_curves_are_drawn_as_they_are(elastic: Trajectory) -> None:
 
 
 @given(values=walks)
-def test_a_reduced_portrait_leaves_out_only_what_lies_on_the_rest(values: samples.Floats) -> None:
+def test_a_reduced_portrait_leaves_out_only_what_lies_on_the_rest(values: Floats) -> None:
     x, v = values, np.roll(values, 7)
     jumps = np.arange(values.size) % 1000 == 999
     jumps[-1] = False
@@ -124,7 +125,7 @@ def test_a_reduced_portrait_leaves_out_only_what_lies_on_the_rest(values: sample
         x_left, v_left = reduce_to_pixels(curve)
         pixels = samples._pixels
 
-        def chords(a: samples.Floats, b: samples.Floats) -> set[tuple[int, ...]]:
+        def chords(a: Floats, b: Floats) -> set[tuple[int, ...]]:
             joined = np.isfinite(a[:-1]) & np.isfinite(a[1:])
             every = [a[:-1][joined], b[:-1][joined], a[1:][joined], b[1:][joined]]
             return set(

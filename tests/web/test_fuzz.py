@@ -25,6 +25,8 @@ pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 # Nothing may be silent for so long [s]; what goes on after that is cancelled.
 SILENCE, ENOUGH = 10.0, 1.0
+# Characters that one message may have, at the most.
+LONGEST = 2**20
 OPTIONS: dict[str, dict[str, Any]] = {
     "explore": {"points": 200, "window": [1.0, 2.0]},
     "thumb": {"points": 100},
@@ -135,11 +137,18 @@ async def messages(address: str, seed: int, seconds: float, count: int) -> list[
         if n % 20 == 0:
             socket = await websockets.connect(url, max_size=None, compression=None)
         message = mutated(question(chance), chance)
+        # What is too long for a message is refused by closing the socket (code 1009).
+        too_long = len(message) > LONGEST
         await socket.send(message)
         began = time.monotonic()
         while not is_cancel(message):
             try:
                 data = await asyncio.wait_for(socket.recv(), SILENCE)
+            except websockets.ConnectionClosedError as error:
+                if not (too_long and error.rcvd is not None and error.rcvd.code == 1009):
+                    wrong.append(f"seed {seed}, mutant {n}: {error}: {message!r:.2000}")
+                socket = await websockets.connect(url, max_size=None, compression=None)
+                break
             except TimeoutError:
                 wrong.append(f"seed {seed}, mutant {n}: silent: {message!r:.2000}")
                 await socket.close()

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, overload
 
 import numpy as np
 from flint import acb, arb
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.certified import pickling as _pickling  # noqa: F401
 from percuss.certified.numbers import precision, time_ball
 from percuss.model.exact import Phase
@@ -183,19 +183,19 @@ class Balls:
         """Make a column."""
         return cls(tuple(balls), shape)
 
-    def mid(self) -> NDArray[np.float64]:
+    def mid(self) -> Floats:
         """Return the midpoints as the nearest floats."""
         return self._array(float(ball.mid()) for ball in self.arbs)
 
-    def radius(self) -> NDArray[np.float64]:
+    def radius(self) -> Floats:
         """Return how far each number can be from its `mid`, that one's rounding included."""
         return self._array(Ball(ball).radius() for ball in self.arbs)
 
-    def digits(self) -> NDArray[np.float64]:
+    def digits(self) -> Floats:
         """Return how many decimal digits each ball has."""
         return self._array(_digits(ball) for ball in self.arbs)
 
-    def _array(self, values: Iterable[float]) -> NDArray[np.float64]:
+    def _array(self, values: Iterable[float]) -> Floats:
         found = np.array(list(values), dtype=np.float64)
         return found if self.shape is None else found.reshape(self.shape)
 

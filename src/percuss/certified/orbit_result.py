@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from flint import acb, arb
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from percuss.arrays import Integers
 from percuss.certified.balls import Ball, Balls, ComplexBall
 from percuss.certified.cloud import Cloud, Pair
 from percuss.certified.law import law_of, range_of
@@ -299,7 +300,7 @@ def unproven(
     nothing = Ball(arb.nan())
     none = ComplexBall(acb(arb.nan()))
     empty = Balls(())
-    no_stops: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+    no_stops: Integers = np.empty(0, dtype=np.int64)
     return CertifiedOrbit(
         oscillator=system.oscillator,
         forcing=system.forcing,

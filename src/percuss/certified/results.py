@@ -85,9 +85,6 @@ def in_words(doubles: tuple[str, ...]) -> str:
     return f"; taken as doubles: {', '.join(doubles)}" if doubles else ""
 
 
-Numbers = NDArray[np.int64]
-
-
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class CertifiedRun:
     """A motion that is proven; made by `certify`. Called with times, it gives the motion there.
@@ -137,7 +134,7 @@ class CertifiedRun:
 
     @property
     def doubles(self) -> tuple[str, ...]:
-        """Numbers given as floats that are not the decimals they print as."""
+        """Integers given as floats that are not the decimals they print as."""
         return doubles_of(self.oscillator, self.forcing, self.start)
 
     @property

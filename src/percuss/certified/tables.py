@@ -11,6 +11,7 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
+from percuss.arrays import Integers
 from percuss.certified.balls import Balls
 from percuss.certified.march import MarchRecord
 from percuss.certified.numbers import ball
@@ -32,8 +33,6 @@ __all__ = [
     "grazes_of",
     "impacts_of",
 ]
-
-Numbers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -57,7 +56,7 @@ class CertifiedImpacts:
     t: Balls
     v_before: Balls
     v_after: Balls
-    stop: Numbers
+    stop: Integers
     cycle: Balls
     intervals: Balls
 
@@ -106,7 +105,7 @@ class CertifiedCrossings:
 
     t: Balls
     v: Balls
-    stop: Numbers
+    stop: Integers
     direction: NDArray[np.str_]
 
     def to_dataset(self) -> Dataset:
@@ -140,8 +139,8 @@ class CertifiedContacts:
 
     start: Balls
     release: Balls
-    stop: Numbers
-    n_impacts: Numbers
+    stop: Integers
+    n_impacts: Integers
 
     def to_dataset(self) -> Dataset:
         """Return the columns over `contact`, with a ``_radius`` beside each column of balls."""
@@ -171,7 +170,7 @@ class CertifiedGrazes:
     """
 
     t: Balls
-    stop: Numbers
+    stop: Integers
     clearance: Balls
 
     def to_dataset(self) -> Dataset:
@@ -237,7 +236,7 @@ def grazes_of(record: MarchRecord) -> CertifiedGrazes:
     )
 
 
-def _numbers(values: Iterable[int]) -> Numbers:
+def _numbers(values: Iterable[int]) -> Integers:
     return np.array(list(values), dtype=np.int64)
 
 

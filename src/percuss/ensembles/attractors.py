@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.ensembles.batch import BatchResult, Plan, exponents_of, follow_batch, tangent_plan
 from percuss.ensembles.classification import (
     CERTAIN,
@@ -40,8 +40,6 @@ from percuss.orbits.orbit.sticking import sticking_orbits
 
 __all__ = ["Attractor", "Chaos", "StrobedSystem", "impacts_at", "label_starts", "same_chaos"]
 
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 # Forcing periods after which an orbit has come to its limit, and how often it is given as many
 # again: a weakly damped motion turns about its limit for long.
@@ -94,7 +92,7 @@ class Attractor:
 
 
 GoOn: TypeAlias = Callable[[], bool]
-Members: TypeAlias = Iterator[tuple[Numbers, Attractor]]
+Members: TypeAlias = Iterator[tuple[Integers, Attractor]]
 
 
 def _always() -> bool:
@@ -103,10 +101,10 @@ def _always() -> bool:
 
 def label_starts(
     system: StrobedSystem, arrays: Arrays, go_on: GoOn = _always
-) -> tuple[Numbers, list[Attractor]]:
+) -> tuple[Integers, list[Attractor]]:
     """Return the number of each start's attractor, and the attractors.
 
-    Numbers are given in the order of the starts, so they depend on nothing else. A start that was
+    Integers are given in the order of the starts, so they depend on nothing else. A start that was
     not decided has -1, one that is none -2.
 
     Parameters
@@ -142,7 +140,7 @@ def label_starts(
     return labels, [found[i][1] for i in order]
 
 
-def _periodic(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn) -> Members:
+def _periodic(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:
     """Match motions with one another by the strobes over one period of the orbit, followed to its limit."""
     left, failures, found = rows, 0, 0
     while len(left) and failures < MOST_FAILURES and found < MOST_ORBITS and go_on():
@@ -158,7 +156,7 @@ def _periodic(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn)
         left, found = left[~same], found + 1
 
 
-def _are_near(strobes: Floats, rows: Numbers, orbit: Floats) -> NDArray[np.bool_]:
+def _are_near(strobes: Floats, rows: Integers, orbit: Floats) -> Flags:
     size = float(np.abs(orbit).max(initial=0.0)) or 1.0
     near = np.zeros(len(rows), dtype=np.bool_)
     for first in range(0, len(rows), AT_ONCE):
@@ -202,7 +200,7 @@ def _settled_strobes(system: StrobedSystem, strobe: Floats, longest: int) -> tup
     return points[0, :n_periods], float(n_impacts)
 
 
-def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn) -> Members:
+def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:
     """Match motions by their strobes and their largest exponents."""
     left, failures = rows, 0
     while len(left) and failures < MOST_TRANSIENTS and go_on():
@@ -220,14 +218,14 @@ def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn) 
         left = left[~same]
 
 
-def _resting(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn) -> Members:  # noqa: ARG001
+def _resting(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:  # noqa: ARG001
     places = np.asarray(arrays["strobe"])[rows, 0]
     for place in np.unique(places):
         at = np.array([[place, 0.0]], dtype=np.float64)
         yield rows[places == place], Attractor("rest", strobes=at, exponent=-math.inf)
 
 
-def _unbounded(system: StrobedSystem, arrays: Arrays, rows: Numbers, go_on: GoOn) -> Members:  # noqa: ARG001
+def _unbounded(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:  # noqa: ARG001
     yield rows, Attractor("unbounded")
 
 
@@ -401,9 +399,7 @@ class Chaos:
         return cls(strobes, float(largest[0]), float(error[0]), persists)
 
 
-def same_chaos(
-    system: StrobedSystem, chaos: Chaos, arrays: Arrays, rows: Numbers
-) -> NDArray[np.bool_]:
+def same_chaos(system: StrobedSystem, chaos: Chaos, arrays: Arrays, rows: Integers) -> Flags:
     """Return which chaotic motions are on an attractor.
 
     Parameters
@@ -438,7 +434,7 @@ def same_chaos(
     return same
 
 
-def _agree(chaos: Chaos, exponents: Floats, errors: Floats) -> NDArray[np.bool_]:
+def _agree(chaos: Chaos, exponents: Floats, errors: Floats) -> Flags:
     difference = np.abs(exponents - chaos.exponent)
     return np.asarray(difference <= DIFFERENT * hypot(errors, chaos.error))
 
@@ -459,7 +455,7 @@ class _Cells:
                 full[i + di, j + dj] = True
         self._full = full
 
-    def _cell(self, places: Floats) -> tuple[Numbers, Numbers]:
+    def _cell(self, places: Floats) -> tuple[Integers, Integers]:
         cells = np.floor((places - self._low) / self._size)
         number = np.clip(np.nan_to_num(cells, nan=-2.0), -2, CELLS + 2).astype(np.int64) + 2
         return number[..., 0], number[..., 1]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.ensembles.attractors import Attractor, StrobedSystem, label_starts
 from percuss.ensembles.basins import (
     COLUMN_UNITS,
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
 
 __all__ = ["basin_fractions", "follow_attractors", "points_before", "with_joined_numbers"]
 
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 # Values that a range (low, high) of the parameter stands for, and of each where there are two.
 VALUES, OF_TWO = 51, 21
@@ -408,7 +407,7 @@ def _classes(system: StrobedSystem, rules: Rules, places: Sequence[Floats]) -> A
 def _matched(
     known: Sequence[tuple[int, Attractor]],
     attractors: Sequence[Attractor],
-    labels: Numbers,
+    labels: Integers,
     owners: Sequence[int],
 ) -> tuple[dict[int, int], list[tuple[int, int]]]:
     """Return the numbers of those attractors that points of a known one have gone to.

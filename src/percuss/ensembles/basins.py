@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, label_starts
 from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
 from percuss.ensembles.datasets import attributes_of, motion_of, warn_of_failures
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
 __all__ = ["basins", "columns_of", "fractions_of", "no_starts", "warn_without_starts"]
 
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 # Values that a range (low, high) of the starts stands for.
 VALUES = 201
@@ -227,7 +225,7 @@ class AtWall:
         return replace(group, starts=starts)
 
 
-def fractions_of(labels: Numbers, n_attractors: int) -> tuple[Floats, Floats, float, int]:
+def fractions_of(labels: Integers, n_attractors: int) -> tuple[Floats, Floats, float, int]:
     """Return fractions and their errors, the undecided part, and the number of starts."""
     n = int((labels != NO_START).sum())
     part = np.array([(labels == i).sum() for i in range(n_attractors)]) / max(n, 1)
@@ -265,7 +263,7 @@ def _dataset(
     starts: Grid | AtWall,
     system: StrobedSystem,
     answer: Answer,
-    labels: Numbers,
+    labels: Integers,
     found: Sequence[Attractor],
 ) -> Dataset:
     import xarray

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.ensembles.threads import check_wanted, stop_flag
 from percuss.kernels import batch, lockstep, survey
 from percuss.kernels import record as columns
@@ -27,8 +27,6 @@ __all__ = [
     "tangent_plan",
 ]
 
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 # Searches of a motion before it is looked at one by one, and how often it is then.
 PATIENCE = 20_000
@@ -92,15 +90,15 @@ class BatchResult:
         (n, m) array, the greatest impact speed in each stretch of the plan; 0 without any.
     """
 
-    status: Numbers
+    status: Integers
     state: Floats
-    n_impacts: Numbers
+    n_impacts: Integers
     tallies: Floats
     points: Floats
     peaks: Floats = field(default_factory=lambda: np.empty((0, 0)))
 
 
-def follow_batch(laws: Floats, which: Numbers, starts: Floats, plan: Plan) -> BatchResult:
+def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> BatchResult:
     """Follow each motion to the end of its plan.
 
     The bits of a motion do not depend on which others are followed with it.
@@ -179,7 +177,7 @@ def _workspace(laws: Floats) -> batch.Workspace:
     )
 
 
-def _look_far(law: Floats, state: Floats, counters: Numbers, until: float) -> None:
+def _look_far(law: Floats, state: Floats, counters: Integers, until: float) -> None:
     """Move on the search of a flight that small steps do not get through, as `simulate` does."""
     searched = float(min(state[columns.FREE_BELOW], state[columns.FREE_ABOVE]))
     if counters[columns.TOUCHED] != 0 or searched == 0.0:

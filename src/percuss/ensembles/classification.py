@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.ensembles.batch import (
     MOST_IMPACTS,
     BatchResult,
@@ -42,8 +43,6 @@ __all__ = [
     "Starts",
 ]
 
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 Arrays = Mapping[str, NDArray[np.generic]]
 
 # The kinds of what a start goes to, as they are stored; -1 is undecided.
@@ -156,7 +155,7 @@ class Rules:
         return classes, n_impacts
 
     def _look_for_long_periods(
-        self, classes: Arrays, group: Group, rows: Numbers, begun: Floats
+        self, classes: Arrays, group: Group, rows: Integers, begun: Floats
     ) -> int:
         """Look at motions for longer, and count the impacts it took."""
         if len(rows) == 0:
@@ -169,8 +168,8 @@ class Rules:
         return int(result.n_impacts.sum())
 
     def _decide(
-        self, classes: Arrays, rows: Numbers, result: BatchResult, period: Floats
-    ) -> NDArray[np.bool_]:
+        self, classes: Arrays, rows: Integers, result: BatchResult, period: Floats
+    ) -> Flags:
         """Write down what is decided; return which motions that are."""
         looked_at = result.points.shape[1] - 1
         strobes = result.points[:, :, :2]
@@ -195,7 +194,7 @@ class Rules:
         return np.asarray(rest | unbounded | periodic)
 
 
-def _exponents(classes: Arrays, group: Group, left: Numbers, begun: Floats) -> int:
+def _exponents(classes: Arrays, group: Group, left: Integers, begun: Floats) -> int:
     """Call what is left chaotic where its largest exponent is, and count the impacts it took."""
     which = group.which[left]
     period = group.laws[which, 0, PERIOD]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.ensembles.batch import MOST_IMPACTS, Plan, follow_batch, reason_of
 from percuss.ensembles.datasets import (
     attributes_of,
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
 
 __all__ = ["bifurcation_diagram", "failed_values", "impact_periods"]
 
-Floats = NDArray[np.float64]
 Section = Literal["stroboscopic", "impacts"]
 Direction = Literal["forward", "backward"]
 # Values that a range (low, high) of the parameter stands for.
@@ -478,9 +478,7 @@ def _identity(job: FreshBranches | FollowedBranches) -> dict[str, object]:
     }
 
 
-def _fill(
-    block: Block, group: Group, rows: NDArray[np.int64], section: str, window: Window
-) -> Floats:
+def _fill(block: Block, group: Group, rows: Integers, section: str, window: Window) -> Floats:
     """Follow motions, put what is kept of them into rows of a block, and return where they end."""
     plan = _plan(group, section, window)
     result = follow_batch(group.laws, group.which, group.starts, plan)
@@ -498,14 +496,14 @@ def _fill(
     return np.asarray(result.tallies[:, [survey.END_X, survey.END_V]])
 
 
-def _period(tallies: Floats, points: Floats, section: str) -> NDArray[np.int64]:
+def _period(tallies: Floats, points: Floats, section: str) -> Integers:
     longest = points.shape[1] // 2
     if section == "stroboscopic":
         return period_of(points[:, :, :2], max(1, min(longest, points.shape[1] - 1)))
     return impact_periods(points, tallies[:, survey.IMPACTS], points.shape[1] - 1)
 
 
-def impact_periods(points: Floats, impacts: Floats, periods: int) -> NDArray[np.int64]:
+def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:
     """Return the forcing periods after which motions repeat themselves, from their impacts.
 
     Parameters

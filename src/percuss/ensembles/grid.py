@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.ensembles.job import Dimension
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
@@ -25,8 +25,6 @@ __all__ = [
     "POINTS", "Axis", "Grid", "Group", "make_grid", "units_of", "values_of", "walls_of", "whole",
 ]  # fmt: skip
 
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 _OF_START = ("x0", "v0", "t0")
 _OWNERS = ("oscillator", "forcing", "start")
@@ -90,9 +88,9 @@ class Group:
     """
 
     laws: Floats
-    which: Numbers
+    which: Integers
     starts: Floats
-    rows: Numbers
+    rows: Integers
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +164,7 @@ class Grid:
                 key = key * len(axis.given) + k
         order = np.argsort(key, kind="stable")
         cuts = np.flatnonzero(np.diff(key[order])) + 1
-        groups: dict[tuple[int, ...], list[tuple[Floats, Numbers]]] = {}
+        groups: dict[tuple[int, ...], list[tuple[Floats, Integers]]] = {}
         faults: dict[int, str] = {}
         maker = Maker(self)
         for rows in np.split(order, cuts):
@@ -211,7 +209,9 @@ class Maker:
         return self._made[key]
 
 
-def _group_of(group: list[tuple[Floats, Numbers]], starts: Floats, faults: dict[int, str]) -> Group:
+def _group_of(
+    group: list[tuple[Floats, Integers]], starts: Floats, faults: dict[int, str]
+) -> Group:
     """Return the motions under laws of one shape, and add the faults of starts inside a wall."""
     rows = np.concatenate([rows for _, rows in group])
     which = np.repeat(np.arange(len(group)), [len(rows) for _, rows in group])

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.ensembles.batch import (
     BLOCKS,
     MOST_IMPACTS,
@@ -34,7 +34,6 @@ from percuss.numerics import cos, dot, exp, expm1, log, sin
 
 __all__ = ["LyapunovExponents", "lyapunov_exponents"]
 
-Floats = NDArray[np.float64]
 
 # The longest orbit that is looked for, in forcing periods.
 LONGEST = 16

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.ensembles.batch import (
     BatchResult,
     Plan,
@@ -25,7 +25,6 @@ from percuss.numerics import geometric
 
 __all__ = ["MEASURES", "Measure", "Window", "measure_group", "period_of"]
 
-Floats = NDArray[np.float64]
 
 # Strobes that differ by less than this part of the motion's size are the same.
 SAME = 1e-6
@@ -86,7 +85,7 @@ class Measure:
     without: str = ""
 
 
-def period_of(points: Floats, longest: int) -> NDArray[np.int64]:
+def period_of(points: Floats, longest: int) -> Integers:
     """Return after how many forcing periods each motion repeats itself, 0 where it does not.
 
     Parameters

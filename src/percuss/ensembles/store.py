@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Integers
 from percuss.ensembles.datasets import write_whole
 from percuss.ensembles.fingerprint import code_hash
 from percuss.ensembles.job import Answer, Block, Column, Job, chunks_of, too_large
@@ -137,7 +138,7 @@ class Chunks:
         mark = np.array([1 + block.n_impacts, time.time_ns() // 1000], dtype=np.int64)
         write_chunk(self.file("done", number), mark)
 
-    def marks(self) -> NDArray[np.int64]:
+    def marks(self) -> Integers:
         """Return the marks of all chunks, (n, 2) array; 0 where there is none or it is damaged."""
         marks = np.zeros((self.count, MARK), dtype=np.int64)
         folder = self.path / "done" / "c"

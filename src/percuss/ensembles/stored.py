@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.ensembles.basins import no_starts
 from percuss.ensembles.datasets import attributes_of, coordinates_of, dataset_of
 from percuss.ensembles.diagram import failed_values
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 __all__ = ["load_store", "rates_of", "status_of_store", "stores_in"]
 
-Floats = NDArray[np.float64]
 
 # A time between two chunks that is longer than a minute and than so many usual ones is a pause.
 PAUSE, USUAL = 60.0, 20.0
@@ -238,7 +237,7 @@ def _status_of_part(path: Path) -> dict[str, Any]:
 
 
 def rates_of(
-    times: Floats, points: NDArray[np.int64], impacts: NDArray[np.int64]
+    times: Floats, points: Integers, impacts: Integers
 ) -> tuple[float | None, float | None]:
     """Return points and impacts a second, from when the last chunks were finished."""
     order = np.argsort(times)[-RECENT:]

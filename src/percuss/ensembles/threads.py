@@ -15,8 +15,8 @@ from concurrent import futures
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Integers
 from percuss.errors import PercussError
 
 __all__ = ["Threads", "UnwantedError", "check_wanted", "stop_flag"]
@@ -29,9 +29,9 @@ class UnwantedError(PercussError):
     """Work was given up because its result is not wanted any more."""
 
 
-def stop_flag() -> NDArray[np.int64]:
+def stop_flag() -> Integers:
     """Return the flag of this thread, (1,) array: 0 as long as its work is wanted."""
-    found: NDArray[np.int64] = getattr(_own, "flag", _NEVER)
+    found: Integers = getattr(_own, "flag", _NEVER)
     return found
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Complexes
 from percuss.errors import ParameterError
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
 
@@ -82,7 +83,7 @@ def branch_columns(branch: Branch) -> Columns:
     }
 
 
-def _of_multipliers(multipliers: NDArray[np.complex128]) -> dict[str, NDArray[Any]]:
+def _of_multipliers(multipliers: Complexes) -> dict[str, NDArray[Any]]:
     return {
         f"multiplier_{i}_{part}": np.asarray(getattr(multipliers[:, i], part))
         for i in range(2)

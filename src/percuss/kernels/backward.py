@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from percuss.arrays import Integers
 from percuss.kernels.arithmetic import ULP, Pair, exponential, later
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import Flight, acceleration_and_jerk, constant_force, move, set_phases
@@ -34,7 +35,6 @@ from percuss.kernels.law import (
     Law,
     Table,
 )
-from percuss.kernels.record import Integers
 
 # Columns of the state: instant, displacement from PLACE, velocity, PLACE, the events met, and
 # the size of the flight so far.

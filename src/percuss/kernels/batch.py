@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from percuss.arrays import Integers
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import Flight, constant_force, set_phases
 from percuss.kernels.law import (
@@ -76,7 +77,6 @@ from percuss.kernels.record import (
     TOUCHED,
     V_AFTER,
     V_BEFORE,
-    Integers,
     Run,
     T,
     V,

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
+from percuss.arrays import Integers
 from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, exponential
 from percuss.kernels.compile import kernel
 from percuss.kernels.contact import FORCE_ROUNDING
@@ -59,7 +60,6 @@ from percuss.kernels.record import (
     START,
     V_AFTER,
     V_BEFORE,
-    Integers,
     Record,
 )
 from percuss.kernels.tangent import delayed_start, propagator

@@ -18,11 +18,10 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
+from percuss.arrays import Floats
 
-Table: TypeAlias = NDArray[np.float64]
-Law: TypeAlias = NDArray[np.float64]
+Table: TypeAlias = Floats
+Law: TypeAlias = Floats
 
 # Columns of row 0. The period's entries are 0 without one.
 N_HARMONICS, N_REGIONS = 0, 1

@@ -7,14 +7,12 @@ below.
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Integers
 from percuss.kernels.law import N_HARMONICS, Law, Table
-
-Integers: TypeAlias = NDArray[np.int64]
 
 # What an event is: column KIND of the marks.
 # (As int64 and not int, for which numba would compile a function anew for each value.)

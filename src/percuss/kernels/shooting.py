@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from percuss.arrays import Integers
 from percuss.kernels.arithmetic import later
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import (
@@ -37,7 +38,6 @@ from percuss.kernels.law import (
     Table,
 )
 from percuss.kernels.linear import eliminate
-from percuss.kernels.record import Integers
 from percuss.kernels.tangent import delayed_start, propagator
 
 # Columns of a chain: number of the bound, row of the region before the event and after it.

@@ -14,13 +14,13 @@ from fractions import Fraction
 from numbers import Rational
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.kernels.arithmetic import LARGEST_ANGLE
 from percuss.numerics import cos, sin
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
 __all__ = [
     "Exact",
@@ -278,7 +278,7 @@ def real(name: str, value: Phase) -> float:
         raise ParameterError(name, value, error.reason) from None
 
 
-def reals(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def reals(name: str, values: ArrayLike) -> Floats:
     """Return numbers of any shape as doubles; exact ones and texts are rounded one by one.
 
     Raises

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.kernels.law import (
     DAMPING,
@@ -25,7 +25,7 @@ from percuss.model.oscillator import Oscillator
 __all__ = ["eigenset", "resonant_frequency"]
 
 
-def eigenset(osc: Oscillator, count: int, t0: Exact = 0.0) -> NDArray[np.float64]:
+def eigenset(osc: Oscillator, count: int, t0: Exact = 0.0) -> Floats:
     """Return the first impact times of the free oscillator that leaves its stop at t0.
 
     They do not depend on the velocity. For a wall they are t0 + pi m / W with

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_float, cos_sin, pi_times, whole
 from percuss.model.forcing import Forcing, cosine
@@ -28,7 +29,6 @@ __all__ = [
     "subset_forcing",
 ]
 
-Floats = NDArray[np.float64]
 
 # A velocity given as a rounded decimal or a computed root may exceed the bound by its rounding.
 ROUNDING = 1e-12

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Floats
 from percuss.kernels.law import N_HARMONICS
 from percuss.kernels.sample import drive
 from percuss.model.exact import as_float
@@ -15,8 +15,6 @@ from percuss.model.stops import SoftStop, Stop
 from percuss.motion.tables import Contacts
 
 __all__ = ["energy_at", "forces_at"]
-
-Floats = NDArray[np.float64]
 
 
 def forces_at(
@@ -61,7 +59,7 @@ def energy_at(oscillator: Oscillator, x: Floats, v: Floats) -> Floats:
     return np.asarray(energy)
 
 
-def _is_beyond(stop: Stop, depth: Floats) -> NDArray[np.bool_]:
+def _is_beyond(stop: Stop, depth: Floats) -> Flags:
     return depth > 0.0 if stop.side == "above" else depth < 0.0
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.error_bounds import GENERATORS, contact_errors
 from percuss.kernels.law import N_HARMONICS, Table
@@ -32,18 +32,18 @@ class ContactErrors:
         forcing: Forcing | None,
         start: Start,
         events: Table,
-        marks: columns.Integers,
+        marks: Integers,
     ) -> None:
         self._motion = oscillator, forcing, start, events, marks
-        self._bounds: NDArray[np.float64] | None = None
+        self._bounds: Floats | None = None
 
-    def __call__(self) -> NDArray[np.float64]:
+    def __call__(self) -> Floats:
         """Return the (n_contacts,) bounds [time]."""
         if self._bounds is None:
             self._bounds = self._computed()
         return self._bounds
 
-    def _computed(self) -> NDArray[np.float64]:
+    def _computed(self) -> Floats:
         oscillator, forcing, start, events, marks = self._motion
         law = law_of(oscillator, forcing)
         n = int(law[0, N_HARMONICS])

@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Complexes, Flags, Floats
 from percuss.kernels.law import (
     COSINE,
     DAMPING,
@@ -36,8 +36,6 @@ from percuss.numerics import cos, dot, gauss_legendre, modulus, phasor, sin, tim
 
 __all__ = ["fourier_integral"]
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 # A factor below this part of its own terms is not divided by.
 NEAR_PART = 0.05
@@ -94,7 +92,7 @@ def fourier_integral(run: Trajectory, omega: Floats, low: float, high: float) ->
     return total
 
 
-def _scale(law: Law, row: int, pieces: Pieces, chosen: NDArray[np.bool_]) -> float:
+def _scale(law: Law, row: int, pieces: Pieces, chosen: Flags) -> float:
     """Return the size of K - w^2 + 2 i a w below which the ends of a flight determine little."""
     shortest = float(np.median(pieces.end[chosen] - pieces.start[chosen]))
     return float(
@@ -117,7 +115,7 @@ def _held(pieces: Pieces, omega: Floats) -> Complexes:
 def _driving(
     law: Law,
     pieces: Pieces,
-    chosen: NDArray[np.bool_],
+    chosen: Flags,
     omega: Floats,
     low: float,
     constant: float,
@@ -137,7 +135,7 @@ def _driving(
 
 
 def _stretches(
-    pieces: Pieces, chosen: NDArray[np.bool_]
+    pieces: Pieces, chosen: Flags
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
     """Return the ends of what is left when flights that follow one another are joined."""
     edges = np.diff(np.concatenate([[0], chosen.astype(np.int8), [0]]))
@@ -176,7 +174,7 @@ def _exponentials(
     return total
 
 
-def _ends(pieces: Pieces, chosen: NDArray[np.bool_], omega: Floats, damping: float) -> Complexes:
+def _ends(pieces: Pieces, chosen: Flags, omega: Floats, damping: float) -> Complexes:
     """Return what integration by parts leaves at the ends of the flights.
 
     Between two flights of the same region only the velocity may jump.
@@ -205,7 +203,7 @@ def _panels(
     law: Law,
     row: int,
     pieces: Pieces,
-    chosen: NDArray[np.bool_],
+    chosen: Flags,
     omega: Floats,
     low: float,
 ) -> Complexes:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import real
 from percuss.motion.trajectory import Trajectory
@@ -18,7 +18,6 @@ __all__ = ["Growth", "fit_power_law", "growth", "peaks"]
 
 Kind: TypeAlias = Literal["grows", "decays", "bounded", "too_few"]
 Quantity: TypeAlias = Literal["velocity", "displacement"]
-Floats = NDArray[np.float64]
 
 # Stretches of time, equal in its logarithm, whose mean peak is one point of the fit; and the
 # fewest such points, and peaks in all, from which an exponent is fitted.

@@ -10,8 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
@@ -28,8 +29,6 @@ __all__ = [
     "half_harmonic_invariant",
     "half_harmonic_two_impacts",
 ]
-
-Floats = NDArray[np.float64]
 
 
 def half_harmonic_flight(

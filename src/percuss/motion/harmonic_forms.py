@@ -10,8 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_float, whole
 from percuss.model.forcing import Forcing, sine
@@ -20,7 +21,6 @@ from percuss.numerics import cos, sin, tan
 
 __all__ = ["HarmonicMotion", "harmonic_contact_time", "harmonic_critical_velocity"]
 
-Floats = NDArray[np.float64]
 
 # A velocity given as a rounded decimal or a computed root may miss the bound by its rounding.
 ROUNDING = 1e-12
@@ -156,7 +156,7 @@ class HarmonicMotion:
     def _share(self) -> float:
         return self.n / (self.n**2 - 1)
 
-    def _height(self, index: NDArray[np.int64]) -> Floats:
+    def _height(self, index: Integers) -> Floats:
         """Return (-1)^k A_k, the amplitude with t counted from the impact."""
         sign = np.where((self.n * index) % 2, -1.0, 1.0)
         return np.asarray(self.velocity(index) + sign * self._share, dtype=np.float64)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
@@ -29,8 +30,6 @@ Kind: TypeAlias = Literal[
     "no_period_found",
     "too_few",
 ]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

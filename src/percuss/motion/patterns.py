@@ -25,13 +25,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.numerics import log
 
 __all__ = ["FEWEST", "REPETITIONS", "ROUNDINGS", "TOLERANCE", "Pattern", "find_pattern"]
 
-Floats = NDArray[np.float64]
 
 # A pattern is believed when it is seen three times, and in so many times at least.
 REPETITIONS = 3

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.flight import constant_force
 from percuss.kernels.law import (
@@ -22,9 +22,6 @@ from percuss.model.law import law as law_of
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["Pieces", "constant_forces", "pieces_of"]
-
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +48,8 @@ class Pieces:
     v0: Floats
     x1: Floats
     v1: Floats
-    region: Numbers
-    in_contact: NDArray[np.bool_]
+    region: Integers
+    in_contact: Flags
 
 
 def pieces_of(run: Trajectory, low: float, high: float) -> Pieces:
@@ -98,7 +95,7 @@ def _difference(instants: Floats, origin: float) -> tuple[Floats, Floats]:
     return difference, (instants - (difference + back)) + (back - origin)
 
 
-def _places(run: Trajectory, law: Law, marks: columns.Integers) -> Floats:
+def _places(run: Trajectory, law: Law, marks: Integers) -> Floats:
     """Return where each event happens."""
     rows = marks[:, columns.NEXT_REGION].astype(np.int64)
     is_lower = marks[:, columns.BOUND] == law[rows, NUMBER].astype(np.int64)

@@ -7,11 +7,10 @@ rates. A mass without spring that drifts away is recognised.
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import Flight, Start, move, set_phases
 from percuss.kernels.law import (
@@ -34,7 +33,6 @@ from percuss.numerics import exp, hypot
 
 __all__ = ["free_until"]
 
-Floats: TypeAlias = NDArray[np.float64]
 
 # What is compared here is rounded like any flight; a clearance has to be larger than this part
 # of the sizes involved.

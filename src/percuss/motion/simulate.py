@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from percuss.arrays import Integers
 from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
@@ -297,7 +298,7 @@ class _March:
             grazes = np.concatenate([grazes, np.empty_like(grazes)])
         self.arrays = self.arrays._replace(events=events, marks=marks, grazes=grazes)
 
-    def record(self) -> tuple[Law, tuple[float, float], Table, columns.Integers, Table]:
+    def record(self) -> tuple[Law, tuple[float, float], Table, Integers, Table]:
         """Return what happened, without the unused room."""
         n = int(self.counters[columns.N_EVENTS])
         events, marks = self.arrays.events[:n], self.arrays.marks[:n]

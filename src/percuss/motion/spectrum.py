@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.motion.fourier_integral import fourier_integral
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["fast_amplitudes", "line_spectrum", "spectrum"]
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 Quantity = Literal["displacement", "velocity"]
 Window = Literal["hann", "none"]
 Method = Literal["exact", "fft"]

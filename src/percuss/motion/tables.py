@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.motion.html_table import html_table
 
 if TYPE_CHECKING:
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Contacts", "Crossings", "Grazes", "Impacts"]
 
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 # The columns of each table as a dataset, and what they are.
 COLUMNS: dict[str, dict[str, str]] = {
@@ -74,7 +73,7 @@ class Impacts:
     t: Floats
     v_before: Floats
     v_after: Floats
-    stop: Numbers
+    stop: Integers
     cycle: Floats
     intervals: Floats
 
@@ -125,7 +124,7 @@ class Crossings:
 
     t: Floats
     v: Floats
-    stop: Numbers
+    stop: Integers
     direction: NDArray[np.str_]
 
     def to_dataset(self) -> Dataset:
@@ -163,8 +162,8 @@ class Contacts:
 
     start: Floats
     release: Floats
-    stop: Numbers
-    n_impacts: Numbers
+    stop: Integers
+    n_impacts: Integers
     _errors: Callable[[], Floats] = field(repr=False)
 
     @property
@@ -214,7 +213,7 @@ class Grazes:
     """
 
     t: Floats
-    stop: Numbers
+    stop: Integers
     clearance: Floats
     error_bound: Floats
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
@@ -81,14 +82,14 @@ class Trajectory:
     start: Start = field(repr=False)
     end: Phase = field(repr=False)
     _events: Table = field(repr=False)
-    _marks: columns.Integers = field(repr=False)
+    _marks: Integers = field(repr=False)
 
     @classmethod
     def of_record(
         cls,
         oscillator: Oscillator,
         forcing: Forcing | None,
-        record: tuple[Law, tuple[float, float], Table, columns.Integers, Table],
+        record: tuple[Law, tuple[float, float], Table, Integers, Table],
         t_end: Phase,
         outcome: Outcome,
         start: Start | None = None,
@@ -131,9 +132,7 @@ class Trajectory:
         span = f"t = {self.t0:.6g} ... {self.t_end:.6g}"
         return f"<Trajectory: {span}, {', '.join(parts)}; {self.outcome.value}>"
 
-    def __call__(
-        self, t: ArrayLike, limit: Limit = "after"
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
         """Return (x, v) at times t, from the closed form.
 
         Parameters
@@ -180,7 +179,7 @@ class Trajectory:
         )
         return motion[0].reshape(instants.shape), motion[1].reshape(instants.shape)
 
-    def _within(self, instants: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _within(self, instants: Floats) -> Floats:
         """Return the times moved into the run where only their rounding lies outside."""
         slack = ROUNDED * np.spacing(max(abs(self.t0), abs(self.t_end)))
         outside = ~((instants >= self.t0 - slack) & (instants <= self.t_end + slack))
@@ -282,7 +281,7 @@ class Trajectory:
         stops = np.arange(len(self.oscillator.stops))
         return _dataset(data, {"t": times, "stop": stops}, str(self.outcome.value))
 
-    def energy(self, t: ArrayLike) -> NDArray[np.float64]:
+    def energy(self, t: ArrayLike) -> Floats:
         """Return the mechanical energy per unit mass at times t.
 
         Parameters
@@ -317,13 +316,13 @@ def _dataset(data: Mapping[str, object], coords: Mapping[str, object], outcome: 
     return xarray.Dataset(data, coords=coords, attrs={"outcome": outcome})
 
 
-def _stop_of_bound(oscillator: Oscillator) -> NDArray[np.int64]:
+def _stop_of_bound(oscillator: Oscillator) -> Integers:
     """Return the wall's index for each bound, -1 where there is none."""
     walls = lines(oscillator).wall
     return np.array([-1 if wall is None else wall for wall in walls], dtype=np.int64)
 
 
-def _impacts(oscillator: Oscillator, law: Law, events: Table, marks: columns.Integers) -> Impacts:
+def _impacts(oscillator: Oscillator, law: Law, events: Table, marks: Integers) -> Impacts:
     impacts = marks[:, columns.KIND] == columns.IMPACT
     # Mostly all events but the start are impacts: no need then to pick them out.
     which = slice(1, None) if impacts[1:].all() else np.flatnonzero(impacts)
@@ -347,7 +346,7 @@ def _impacts(oscillator: Oscillator, law: Law, events: Table, marks: columns.Int
     )
 
 
-def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers) -> Crossings:
+def _crossings(oscillator: Oscillator, events: Table, marks: Integers) -> Crossings:
     which = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING)
     if len(which) == 0:
         return NO_CROSSINGS
@@ -363,7 +362,7 @@ def _crossings(oscillator: Oscillator, events: Table, marks: columns.Integers) -
 
 
 def _contacts(
-    oscillator: Oscillator, events: Table, marks: columns.Integers, errors: ContactErrors
+    oscillator: Oscillator, events: Table, marks: Integers, errors: ContactErrors
 ) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)

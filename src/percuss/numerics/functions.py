@@ -10,8 +10,8 @@ from collections.abc import Callable
 from typing import Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Complexes, Floats
 from percuss.kernels import arithmetic
 from percuss.kernels.compile import uncompiled
 
@@ -31,8 +31,6 @@ __all__ = [
     "times",
 ]
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 # Up to so many numbers plain Python is faster than the first call of a kernel in a process.
 FEW = 16
@@ -192,7 +190,7 @@ def hypot(x: Any, y: Any) -> Any:
     return _evaluated(arithmetic.HYPOTENUSE, x, y)
 
 
-def phasor(angle: Floats | float) -> NDArray[np.complex128]:
+def phasor(angle: Floats | float) -> Complexes:
     """Return exp(i angle), an array of the shape of the angles.
 
     Examples

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ConvergenceError
 from percuss.kernels import linear as kernels
 
@@ -27,7 +27,6 @@ __all__ = [
     "solve_linear",
 ]
 
-Floats = NDArray[np.float64]
 
 # Squares of sizes with exponents in between neither overflow nor vanish.
 MOST_DOUBLINGS = 400

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError
 from percuss.numerics.functions import cos, phasor
 
 __all__ = ["gauss_legendre", "polynomial_roots"]
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 # Simple zeros take some ten steps, double ones gain a bit a step down to half the digits.
 MOST_STEPS = 500

@@ -8,13 +8,13 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.plotting.cells import draw_cells, edges_of, path_label
 from percuss.plotting.chart_plot import HATCH, MISSING
@@ -31,8 +31,6 @@ from percuss.plotting.style import (
     picture,
     units_of,
 )
-
-Floats = npt.NDArray[np.float64]
 
 # Of the attractors with the largest basins, in order; the others share one.
 CLASS_COLOURS = (SKY_BLUE, ORANGE, GREEN, PURPLE, BLUE, VERMILION, "#F0E442")

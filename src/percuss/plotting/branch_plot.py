@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.law import law
 from percuss.orbits.bifurcations.branch import Branch
@@ -29,7 +29,6 @@ from percuss.plotting.style import (
     units_of,
 )
 
-Floats = npt.NDArray[np.float64]
 BranchQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
 
 # Of several branches, in turn.
@@ -137,7 +136,7 @@ def _branches(given: Branch | Sequence[Branch]) -> list[Branch]:
     return found
 
 
-def _breaks(branch: Branch, name: BranchQuantity) -> npt.NDArray[np.bool_]:
+def _breaks(branch: Branch, name: BranchQuantity) -> Flags:
     """Return between which neighbouring rows a quantity is discontinuous."""
     if name == "multiplier":
         return np.zeros(len(branch) - 1, dtype=np.bool_)
@@ -150,7 +149,7 @@ def _breaks(branch: Branch, name: BranchQuantity) -> npt.NDArray[np.bool_]:
     return np.asarray(breaks)
 
 
-def _leaps(branch: Branch) -> npt.NDArray[np.bool_]:
+def _leaps(branch: Branch) -> Flags:
     """Return between which rows the distance to grazing changes much faster than around them."""
     margin = np.where(np.isfinite(branch.grazing_margin), branch.grazing_margin, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -167,9 +166,7 @@ def _turns(orbit: PeriodicOrbit) -> int:
     return len(turns_of(table, *orbit.record, orbit.x0, end).t)
 
 
-def _draw(
-    ax: Axes, branch: Branch, values: Floats, colour: str, breaks: npt.NDArray[np.bool_]
-) -> None:
+def _draw(ax: Axes, branch: Branch, values: Floats, colour: str, breaks: Flags) -> None:
     kinds = _kinds(branch)
     kinds[breaks] = GAP
     known = set(ax.get_legend_handles_labels()[1])
@@ -224,7 +221,7 @@ def _label(name: BranchQuantity, units: Units, branches: list[Branch]) -> str:
     return "modulus of the larger multiplier"
 
 
-def _kinds(branch: Branch) -> npt.NDArray[np.int64]:
+def _kinds(branch: Branch) -> Integers:
     """Return how the stretch from each row to the next is drawn.
 
     A special point stands between two kinds: there the neighbouring row decides.
@@ -240,7 +237,7 @@ def _kinds(branch: Branch) -> npt.NDArray[np.int64]:
     return np.where(found[1], STABLE, FORMAL_STABLE) + np.where(found[0], 0, 1)
 
 
-def _stretches(kinds: npt.NDArray[np.int64]) -> list[tuple[int, int]]:
+def _stretches(kinds: Integers) -> list[tuple[int, int]]:
     """Return first and last index of each run of equal numbers."""
     if kinds.size == 0:
         return []

@@ -9,11 +9,11 @@ import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
 
+from percuss.arrays import Floats
 from percuss.plotting.style import Units
 
 __all__ = ["EVEN", "draw_cells", "edges_of", "label_of", "path_label"]
 
-Floats = npt.NDArray[np.float64]
 
 # Values that are equally spaced to this part of a step are drawn as an image.
 EVEN = 1e-6

@@ -7,13 +7,13 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize, TwoSlopeNorm
 from matplotlib.patches import Patch
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.plotting.cells import draw_cells, path_label
 from percuss.plotting.style import (
@@ -26,7 +26,6 @@ from percuss.plotting.style import (
 
 __all__ = ["plot_chart", "plot_sweep"]
 
-Floats = npt.NDArray[np.float64]
 
 # No period found, and periods 1, 2, ... , the last colour for all longer ones: neighbours differ in
 # lightness, too.

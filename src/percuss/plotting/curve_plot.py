@@ -7,10 +7,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.orbits.bifurcations.curve import Curve, CurveKind
 from percuss.plotting.style import (
@@ -24,7 +24,6 @@ from percuss.plotting.style import (
 
 __all__ = ["plot_curves"]
 
-Floats = npt.NDArray[np.float64]
 
 LOOKS: dict[CurveKind, dict[str, Any]] = {
     "fold": {"color": BLUE, "label": "fold"},

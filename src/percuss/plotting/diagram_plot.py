@@ -12,6 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_rgb
 from matplotlib.patches import Patch
 
+from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.plotting.cells import EVEN, draw_cells, label_of, path_label
 from percuss.plotting.style import (
@@ -26,7 +27,6 @@ from percuss.plotting.style import (
 
 __all__ = ["plot_diagram"]
 
-Floats = npt.NDArray[np.float64]
 
 # Cells upwards: about one for every pixel of an axes 4 inches high at 120 dots per inch.
 ROWS = 480
@@ -149,7 +149,7 @@ def _columns(x: Floats) -> Floats:
     return np.linspace(inside[0], inside[-1], COLUMNS)
 
 
-def _counts(x: Floats, values: Floats, low: float, high: float) -> npt.NDArray[np.int64]:
+def _counts(x: Floats, values: Floats, low: float, high: float) -> Integers:
     """Return how many points lie in each cell, (rows, columns)."""
     columns = _columns(x)
     column = np.abs(columns - x[:, np.newaxis]).argmin(axis=1)
@@ -160,9 +160,9 @@ def _counts(x: Floats, values: Floats, low: float, high: float) -> npt.NDArray[n
     return counts.reshape(ROWS, len(columns)).astype(np.int64)
 
 
-def _layers(counts: dict[str, npt.NDArray[np.int64]]) -> dict[str, npt.NDArray[np.int64]]:
+def _layers(counts: dict[str, Integers]) -> dict[str, Integers]:
     """Return the counts of the cells of each colour; a cell has one."""
-    layers: dict[str, npt.NDArray[np.int64]] = {}
+    layers: dict[str, Integers] = {}
     near = {key: _near(count > 0, ABOVE, BESIDE) for key, count in counts.items()}
     if "forward" in counts and "backward" in counts:
         both = near["forward"] & near["backward"]
@@ -195,13 +195,13 @@ def _near(full: npt.NDArray[Any], above: int, beside: int) -> npt.NDArray[Any]:
     return found
 
 
-def _thickened(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _thickened(counts: Integers) -> Integers:
     """Return counts in which lines of a few points at each value can be seen."""
     lines = np.where(counts >= LINE * counts.sum(axis=0), counts, 0)
     return np.asarray(np.maximum(counts, _near(lines, THICKER, 0)))
 
 
-def _coloured(layers: dict[str, npt.NDArray[np.int64]], norm: LogNorm) -> Floats:
+def _coloured(layers: dict[str, Integers], norm: LogNorm) -> Floats:
     shape = next(iter(layers.values())).shape
     picture = np.zeros((*shape, 4))
     for key, count in layers.items():

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.plotting.branch_plot import plot_branch
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     # Needs python-flint; a picture of what was proven is asked for where that is there.
     from percuss.certified import Balls, CertifiedOrbit, CertifiedPoint, CertifiedRun, ComplexBall
 
-Floats = npt.NDArray[np.float64]
 
 # Points of the curve, some 30 microseconds each, and how many of them between two events.
 MOST_POINTS, MOST_BETWEEN = 6000, 48

@@ -5,19 +5,17 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.artist import allow_rasterization
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.collections import LineCollection
 
+from percuss.arrays import Floats, Integers
 from percuss.model.exact import as_float
 from percuss.model.stops import Stop, Wall
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting.samples import distinct_spans, within
 from percuss.plotting.style import BLUE, GREY, ORANGE, PURPLE, VERMILION
-
-Floats = npt.NDArray[np.float64]
 
 # Share of the drawn range that lies beyond the motion on either side.
 MARGIN = 0.06
@@ -82,7 +80,7 @@ def _draw_stop(ax: Axes, stop: Stop, far: float, depth: float, axis: Literal["x"
         line(at, color=ORANGE, linewidth=0.9, zorder=1.5)
 
 
-def stop_places(run: Trajectory, stops: npt.NDArray[np.int64]) -> Floats:
+def stop_places(run: Trajectory, stops: Integers) -> Floats:
     """Return the displacement at each of the stops of an event table."""
     at = np.array([as_float(stop.at) for stop in run.oscillator.stops], dtype=np.float64)
     return at[stops] if at.size else np.zeros(stops.shape)

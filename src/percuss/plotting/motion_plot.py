@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.trajectory import Trajectory
@@ -62,7 +62,6 @@ START_STYLE: dict[str, Any] = {
     "label": "start",
     "zorder": 3.0,
 }
-Floats = npt.NDArray[np.float64]
 
 # One for each stop, in their order, so that they are distinct; entries have open ones.
 IMPACT_MARKERS = ("o", "^", "s", "v", "P", "X")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle
 
+from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.orbits.bifurcations.branch import Branch
@@ -24,8 +24,6 @@ from percuss.plotting.style import (
     picture,
     units_of,
 )
-
-Floats = npt.NDArray[np.float64]
 
 # Far beyond the circle a multiplier would shrink it: it is shown at the edge instead.
 MOST = 3.0
@@ -103,7 +101,7 @@ def _broken_at_jumps(curve: Curve) -> tuple[Floats, Floats, Floats]:
     return t, x, v
 
 
-def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> npt.NDArray[np.bool_]:
+def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> Flags:
     """Return which samples of a formal orbit lie beyond a stop that it passes through."""
     found = np.zeros(len(x), dtype=np.bool_)
     if orbit.admissible:
@@ -164,7 +162,7 @@ def plot_multipliers(what: PeriodicOrbit | Branch, ax: Axes | None = None) -> Ax
     return ax
 
 
-def _draw_orbit(ax: Axes, values: npt.NDArray[np.complex128], edge: float) -> None:
+def _draw_orbit(ax: Axes, values: Complexes, edge: float) -> None:
     inside = np.abs(values) <= 1.0
     for chosen, colour, label in (
         (inside, BLUE, "in or on the circle"),
@@ -211,7 +209,7 @@ def _explain(ax: Axes) -> None:
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
 
 
-def _followed(values: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex128]:
+def _followed(values: Complexes) -> Complexes:
     """Return pairs in such an order that each column goes on where it was."""
     found = values.copy()
     for row in range(1, len(found)):
@@ -222,9 +220,7 @@ def _followed(values: npt.NDArray[np.complex128]) -> npt.NDArray[np.complex128]:
     return found
 
 
-def _placed(
-    values: npt.NDArray[np.complex128], edge: float
-) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
+def _placed(values: Complexes, edge: float) -> tuple[Floats, Floats, Flags]:
     """Return where values are drawn, and which of them lie beyond the picture."""
     inner = 0.97 * edge
     beyond = np.maximum(np.abs(values.real), np.abs(values.imag)) > edge
@@ -236,9 +232,7 @@ def _placed(
     )
 
 
-def _point_out(
-    ax: Axes, values: npt.NDArray[np.complex128], x: Floats, y: Floats, colour: str
-) -> None:
+def _point_out(ax: Axes, values: Complexes, x: Floats, y: Floats, colour: str) -> None:
     """Mark values beyond the picture with a triangle that points to them, and with the value."""
     for value, place, height in zip(values, x, y, strict=True):
         marker = ">" if value.real > 0.0 else "<"

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.responses.response import CLOSED, Response, kinds_of
@@ -29,8 +29,6 @@ from percuss.plotting.style import (
     units_of,
 )
 
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 ResponseQuantity: TypeAlias = Literal["amplitude", "largest_displacement", "impact_velocity"]
 
 WORDS = {
@@ -63,7 +61,7 @@ OTHER: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 3.5, 
 HEADROOM = 1.08
 # Ratio of the ends of a wide range.
 WIDE = 4.0
-Label = tuple[str, str, Floats, npt.NDArray[np.bool_]]
+Label = tuple[str, str, Floats, Flags]
 
 SIZE = 8.5
 # Width of a letter and height of a line, as parts of the size of the font.
@@ -418,7 +416,7 @@ def _best(
     ax: Axes,
     text: str,
     points: Floats,
-    better: npt.NDArray[np.bool_],
+    better: Flags,
     everything: Floats,
     frame: Floats,
     taken: list[Floats],

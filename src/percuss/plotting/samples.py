@@ -6,15 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.stops import SoftStop
 from percuss.motion.trajectory import Trajectory
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # A chord of 1/64 of a cycle stays within 0.12 % of the amplitude of its arc.
 POINTS_PER_CYCLE = 64
@@ -49,7 +46,7 @@ class Curve:
     t: Floats
     x: Floats
     v: Floats
-    jumps: npt.NDArray[np.bool_]
+    jumps: Flags
 
 
 def window_of(run: Trajectory, window: tuple[float, float] | None) -> tuple[float, float]:
@@ -85,7 +82,7 @@ def window_of(run: Trajectory, window: tuple[float, float] | None) -> tuple[floa
     return max(first, run.t0), min(last, run.t_end)
 
 
-def within(t: Floats, low: float, high: float) -> npt.NDArray[np.bool_]:
+def within(t: Floats, low: float, high: float) -> Flags:
     """Return which of the times lie in [low, high]."""
     return np.asarray((t >= low) & (t <= high), dtype=np.bool_)
 
@@ -132,7 +129,7 @@ def _cuts(run: Trajectory, low: float, high: float) -> Floats:
     return np.unique(np.concatenate([[low], times[within(times, low, high)], [high]]))
 
 
-def _counts(run: Trajectory, cuts: Floats) -> Ints:
+def _counts(run: Trajectory, cuts: Floats) -> Integers:
     """Return how many points each piece between two cuts gets."""
     durations = np.diff(cuts)
     cycles = durations * _frequencies(run, cuts) / (2.0 * math.pi)
@@ -156,7 +153,7 @@ def _frequencies(run: Trajectory, cuts: Floats) -> Floats:
     return np.asarray(np.maximum(np.sqrt(np.abs(stiffness)), fastest))
 
 
-def _spread(cuts: Floats, counts: Ints) -> tuple[Floats, Ints]:
+def _spread(cuts: Floats, counts: Integers) -> tuple[Floats, Integers]:
     """Return equally spaced times in each piece, its ends included, and where each ends."""
     if counts.size == 0:
         return cuts.copy(), np.zeros(1, dtype=np.int64)
@@ -168,7 +165,7 @@ def _spread(cuts: Floats, counts: Ints) -> tuple[Floats, Ints]:
     return t, ends
 
 
-def separated(values: Floats, jumps: npt.NDArray[np.bool_]) -> Floats:
+def separated(values: Floats, jumps: Flags) -> Floats:
     """Return values with a NaN at each jump, so that no line is drawn across it."""
     return np.insert(values, np.flatnonzero(jumps) + 1, np.nan)
 
@@ -176,11 +173,11 @@ def separated(values: Floats, jumps: npt.NDArray[np.bool_]) -> Floats:
 def reduce_to_columns(
     t: Floats,
     values: Floats,
-    jumps: npt.NDArray[np.bool_],
+    jumps: Flags,
     *,
     columns: int | None = None,
     most: int | None = None,
-) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
+) -> tuple[Floats, Floats, Flags]:
     """Return the least and the greatest point of every pixel column, for a curve over time.
 
     Parameters
@@ -219,7 +216,7 @@ def reduce_to_columns(
     return t[kept], values[kept], left
 
 
-def _firsts(values: Floats, cell: Ints, wanted: Floats) -> Ints:
+def _firsts(values: Floats, cell: Integers, wanted: Floats) -> Integers:
     """Return the index of the first value in each cell that is the one wanted there."""
     found = np.flatnonzero(values == wanted[cell])
     return found[np.diff(cell[found], prepend=-1) > 0]
@@ -253,7 +250,7 @@ def reduce_to_pixels(curve: Curve) -> tuple[Floats, Floats]:
     return separated(curve.x[kept], apart), separated(curve.v[kept], apart)
 
 
-def distinct_jumps(places: Floats, before: Floats, after: Floats) -> Ints:
+def distinct_jumps(places: Floats, before: Floats, after: Floats) -> Integers:
     """Return which of the jumps at impacts to draw in a phase portrait.
 
     Parameters
@@ -275,7 +272,7 @@ def distinct_jumps(places: Floats, before: Floats, after: Floats) -> Ints:
     return np.sort(np.unique(codes, return_index=True)[1])
 
 
-def topmost(x: Floats, y: Floats) -> Ints:
+def topmost(x: Floats, y: Floats) -> Integers:
     """Return which of the dots at (x, y) are seen, if each is drawn over those before it.
 
     Parameters
@@ -295,7 +292,7 @@ def topmost(x: Floats, y: Floats) -> Ints:
     return np.sort(x.size - 1 - np.unique(cells[::-1], return_index=True)[1])
 
 
-def distinct_spans(first: Floats, last: Floats, places: Floats, width: float) -> Ints:
+def distinct_spans(first: Floats, last: Floats, places: Floats, width: float) -> Integers:
     """Return which of the spans of time to draw in a picture so wide.
 
     Parameters
@@ -322,7 +319,7 @@ def distinct_spans(first: Floats, last: Floats, places: Floats, width: float) ->
     return np.flatnonzero(shown)
 
 
-def _pixels(values: Floats, columns: int | None = None) -> Ints:
+def _pixels(values: Floats, columns: int | None = None) -> Integers:
     """Return the pixel, from 0 to columns - 1, of each value."""
     columns = COLUMNS if columns is None else columns
     low, high = values.min(), values.max()

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.stops import Wall
@@ -24,8 +24,6 @@ from percuss.plotting.style import (
     picture,
     units_of,
 )
-
-Floats = npt.NDArray[np.float64]
 
 # Colours of the iterates of a singularity set, and lines of the stops that are touched.
 ITERATES = (BLACK, BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, VERMILION)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.spectrum import spectrum
@@ -24,7 +24,6 @@ from percuss.plotting.style import (
 if TYPE_CHECKING:
     from xarray import Dataset
 
-Floats = npt.NDArray[np.float64]
 
 # Lines further below the highest than the first are rounding, and not drawn; a curve, which has
 # zeros between its side lobes, is cut at the second.

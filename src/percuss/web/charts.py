@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.execution import Execution
 from percuss.model.paths import replace_parameter
@@ -23,7 +23,6 @@ from percuss.web.question import Question, path_of, range_of, study_of
 
 __all__ = ["answer_response"]
 
-Floats = NDArray[np.float64]
 
 # The first families: at which parts of the range they are looked for, how far and how long each
 # is followed [orbits each way, s], and their part of the work.

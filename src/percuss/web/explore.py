@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.model.exact import as_float
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
@@ -28,7 +29,6 @@ from percuss.web.question import BadQuestion, Question, motion_of, study_of
 
 __all__ = ["answer_explore", "followed", "moving"]
 
-Floats = NDArray[np.float64]
 
 # A slider is not kept waiting for longer [s]; what is done by then is shown, and so many impacts.
 PATIENCE = 1.0

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.model.stops import SoftStop, Wall
 from percuss.motion.outcome import Outcome
@@ -204,7 +204,7 @@ def _returns(run: Trajectory, period: float) -> Iterator[Return]:
         yield Return(n_impacts, n_periods, guess, float(abs(v[k])))
 
 
-def _entries(run: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _entries(run: Trajectory) -> tuple[Floats, Floats]:
     """Return times and velocities after impacts and at entries into soft stops, in order."""
     entered = run.crossings.direction == "in"
     t = np.concatenate([run.impacts.t, run.crossings.t[entered]])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.execution import Execution
 from percuss.studies.axes import axis_values
 from percuss.studies.kinds.diagram import Diagram
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["JOBS", "answer_job"]
 
-Floats = NDArray[np.float64]
 
 # Each level has so many times the values of the one before.
 FINER = 4

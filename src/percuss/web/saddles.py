@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.model.exact import as_float
 from percuss.orbits import Manifolds, PeriodicOrbit, find_orbits, manifolds
@@ -16,7 +16,6 @@ from percuss.web.question import BadQuestion, Question, motion_of, study_of
 
 __all__ = ["MOST_ROUNDS", "answer_saddles"]
 
-Floats = NDArray[np.float64]
 
 # Impacts and forcing periods of a round of the saddles: those that `percuss run` draws, too.
 MOST_ROUNDS = 2

@@ -13,8 +13,8 @@ from functools import partial
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.numerics import dot, norm
 from percuss.orbits.bifurcations.family import Family
@@ -27,7 +27,6 @@ from percuss.orbits.orbit.symmetry import is_symmetric_system
 
 __all__ = ["Origin", "located_origin", "origin_of", "origin_passed"]
 
-Floats = NDArray[np.float64]
 Origin: TypeAlias = Literal["doubled", "mirrored"]
 
 # Halves of an orbit where its family starts: they part with a square root.

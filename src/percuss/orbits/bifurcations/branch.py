@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Complexes, Flags, Floats
 from percuss.motion.html_table import html_table
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.special_points import SpecialPoint
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = ["Branch", "OrbitRows", "branch_of", "counted_kinds"]
-
-Floats = NDArray[np.float64]
 
 
 class OrbitRows:
@@ -91,16 +90,16 @@ class Branch(OrbitRows):
     values: Floats
     arclength: Floats
     impact_velocity: Floats
-    multipliers: NDArray[np.complex128]
+    multipliers: Complexes
     stability: NDArray[np.str_]
-    admissible: NDArray[np.bool_]
+    admissible: Flags
     grazing_margin: Floats
     orbits: tuple[PeriodicOrbit, ...] = field(repr=False)
     special_points: tuple[SpecialPoint, ...]
     end_reason: str
 
     @property
-    def is_stable(self) -> NDArray[np.bool_]:
+    def is_stable(self) -> Flags:
         """Whether neighbours approach each orbit, (n,)."""
         return np.asarray(self.stability == "asymptotic")
 

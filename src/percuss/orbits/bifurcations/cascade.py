@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import Phase
 from percuss.numerics import solve_linear
@@ -22,7 +22,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 
 __all__ = ["Cascade", "follow_cascade"]
 
-Floats = NDArray[np.float64]
 
 STEPS = StepLimits(max_points=1000, largest=0.02)
 # How far beyond a doubling the next is looked for, in distances of the last two: they shrink by

@@ -8,11 +8,10 @@ from collections.abc import Mapping
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels.law import PERIOD
-from percuss.kernels.record import Integers
 from percuss.model.exact import Phase
 from percuss.model.law import law
 from percuss.model.paths import long_form
@@ -164,8 +163,6 @@ def _curve(
         end_reason=end_reason,
     )
 
-
-Floats = NDArray[np.float64]
 
 KINDS = ("fold", "period_doubling", "symmetry_breaking", "grazing")
 # Of the halves of a doubled orbit where it comes from: they part with a square root.

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.model.exact import Phase
 from percuss.orbits.bifurcations.branch import Branch, branch_of
 from percuss.orbits.bifurcations.detector import BranchDetector
@@ -18,8 +18,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.progress import Progress, Report
 
 __all__ = ["continue_orbit"]
-
-Floats = NDArray[np.float64]
 
 
 def continue_orbit(

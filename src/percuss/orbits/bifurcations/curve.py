@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Complexes, Flags, Floats
 from percuss.model.stops import SoftStop
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.branch import OrbitRows, counted_kinds
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Curve", "CurveDetector", "CurveKind", "CurvePoint", "CurvePointKind", "CurveRow"]
 
-Floats = NDArray[np.float64]
 CurveKind: TypeAlias = Literal["fold", "period_doubling", "symmetry_breaking", "grazing"]
 CurvePointKind: TypeAlias = Literal[
     "cusp",
@@ -112,9 +112,9 @@ class Curve(OrbitRows):
     paths: tuple[str, str]
     values: Floats
     arclength: Floats
-    multipliers: NDArray[np.complex128]
+    multipliers: Complexes
     stability: NDArray[np.str_]
-    admissible: NDArray[np.bool_]
+    admissible: Flags
     orbits: tuple[PeriodicOrbit, ...] = field(repr=False)
     special_points: tuple[CurvePoint, ...]
     end_reason: str

@@ -15,11 +15,10 @@ from functools import lru_cache
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels.law import Law
-from percuss.kernels.record import Integers
 from percuss.numerics import directions, dot, matmul, norm
 from percuss.orbits.bifurcations.family import OrbitEquations, Ranges
 from percuss.orbits.continuation.correct import Broyden, corrected, solved, tangent_of
@@ -34,7 +33,6 @@ __all__ = [
     "unknowns_from_events",
 ]
 
-Floats = NDArray[np.float64]
 Values = tuple[float, float]
 
 # Scaled residuals of a point that need not become smaller.

@@ -9,12 +9,11 @@ from collections.abc import Callable, Mapping
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law
-from percuss.kernels.record import Integers
 from percuss.kernels.shooting import AT, ShootingProblem, place, shoot
 from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
@@ -41,7 +40,6 @@ __all__ = [
     "stop_that_is_moved",
 ]
 
-Floats = NDArray[np.float64]
 Ranges = Mapping[str, tuple[float, float]]
 
 # Where the largest velocity of an orbit is looked for.

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
@@ -38,7 +38,6 @@ from percuss.orbits.orbit.stability import multipliers_of
 
 __all__ = ["GrazeAnalysis", "Scenario", "analysed_graze", "consequence"]
 
-Floats = NDArray[np.float64]
 
 # Accelerations below this part of those of the orbit decide nothing.
 FLAT = 1e-4
@@ -95,7 +94,7 @@ class GrazeAnalysis:
     order: float
     coefficient: Floats = field(compare=False)
     monodromy: Floats = field(compare=False, repr=False)
-    multipliers: NDArray[np.complex128] = field(compare=False)
+    multipliers: Complexes = field(compare=False)
     transfer: float
     depth_rate: float
     impact_rate: float
@@ -282,7 +281,7 @@ OVERLAP, CHAOS = 0.25, 2.0 / 3.0
 FORGOTTEN = 1e-6
 
 
-def consequence(monodromy: NDArray[np.float64], *, is_wall: bool) -> tuple[Scenario, str]:
+def consequence(monodromy: Floats, *, is_wall: bool) -> tuple[Scenario, str]:
     """Return what follows a graze, from the derivative of (x, v) around it without the touch.
 
     Parameters

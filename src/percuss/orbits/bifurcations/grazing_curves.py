@@ -11,8 +11,8 @@ import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import (
@@ -44,7 +44,6 @@ __all__ = [
     "touched",
 ]
 
-Floats = NDArray[np.float64]
 
 # Distances to a stop below this part of the scale are none.
 NO_ROOM = 1e-10

@@ -16,8 +16,8 @@ import math
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.kernels import law as at
 from percuss.kernels.law import EDGE, N_HARMONICS
@@ -38,7 +38,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["is_soft", "orbit_beyond", "start_beyond", "until_soft_graze"]
 
-Floats = NDArray[np.float64]
 
 # Scaled steps off the graze that tell on which side a stop is not met, and the least one.
 ASIDE, NEAREST, NEARER = 1e-4, 1e-8, 0.1

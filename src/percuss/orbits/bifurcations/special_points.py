@@ -10,8 +10,8 @@ from functools import partial
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.model.exact import as_float
 from percuss.model.law import law
@@ -28,7 +28,6 @@ from percuss.orbits.orbit.symmetry import half_multipliers
 
 __all__ = ["Kind", "SpecialPoint", "coincidence_point", "special_points_between"]
 
-Floats = NDArray[np.float64]
 Kind: TypeAlias = Literal[
     "fold",
     "period_doubling",

@@ -15,8 +15,8 @@ from collections.abc import Callable
 from typing import Literal, Self, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.law import law
 from percuss.model.paths import replace_parameters
@@ -32,7 +32,6 @@ from percuss.progress import Progress
 
 __all__ = ["sticking_branch"]
 
-Floats = NDArray[np.float64]
 
 # A bracket of the parameter, as a part of its range, that is as good as a point.
 CLOSE = 1e-14

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter
@@ -27,7 +27,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["orbit_past_graze", "switch_branch"]
 
-Floats = NDArray[np.float64]
 
 # Kinds of points at which another family starts, and what to say of the others.
 SWITCHED = ("period_doubling", "symmetry_breaking", "branch_point", "grazing")

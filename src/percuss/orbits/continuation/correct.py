@@ -6,14 +6,13 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ConvergenceError
 from percuss.numerics import dot, least_squares, norm, solve_linear
 
 __all__ = ["WEAK", "Broyden", "corrected", "solved", "tangent_of"]
 
-Floats = NDArray[np.float64]
 # Residuals, (K,), and their derivatives, (K, K + 1), at a point.
 Equations: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
 

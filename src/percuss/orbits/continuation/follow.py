@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError, PercussError
 from percuss.model.exact import real, whole
 from percuss.numerics import dot, norm
@@ -20,7 +20,6 @@ from percuss.progress import Progress
 
 __all__ = ["STOPPED", "Detector", "Segment", "StepLimits", "follow", "follow_both_ways"]
 
-Floats = NDArray[np.float64]
 S = TypeVar("S")
 
 # Cosines of the angle between tangents: below the first a step is made again, half as long;

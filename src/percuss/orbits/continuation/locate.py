@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, PercussError
 from percuss.numerics import norm
 from percuss.orbits.continuation.problem import P, Point
@@ -17,7 +17,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Zero", "bracketed", "changes_sign", "locate"]
 
-Floats = NDArray[np.float64]
 
 # A bracket in scaled arclength that is as good as a point: the points themselves are known to
 # some 1e-13.

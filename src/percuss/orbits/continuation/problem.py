@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Point", "Problem", "along_parameter"]
-
-Floats = NDArray[np.float64]
 
 
 class Problem(Protocol):

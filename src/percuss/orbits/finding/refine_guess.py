@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ConvergenceError
 from percuss.kernels.law import PERIOD
 from percuss.model.forcing import Forcing
@@ -111,7 +111,7 @@ def _goes_back(guess: Guess, solution: Solution) -> bool:
     return bool(durations.min() < -SETTLED * durations.sum())
 
 
-def once(guess: Guess, unknowns: NDArray[np.float64], times: int) -> Guess:
+def once(guess: Guess, unknowns: Floats, times: int) -> Guess:
     """Return a guess that goes round several times as one that goes round once."""
     n = len(guess.chain)
     m = n // times

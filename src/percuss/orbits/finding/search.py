@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
 from percuss.kernels.law import PERIOD, Law, Table
-from percuss.kernels.record import Integers
 from percuss.kernels.shooting import AFTER, AT, BEFORE
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
@@ -48,7 +47,6 @@ __all__ = [
     "starts_of",
 ]
 
-Floats = NDArray[np.float64]
 
 # Motions that are followed from each stop, and how many impacts of each.
 STARTS = 200

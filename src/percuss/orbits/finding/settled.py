@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from percuss.arrays import Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
 from percuss.kernels.law import PERIOD, Law, Table
@@ -192,7 +193,7 @@ class _Search:
         counts = orbit.n_impacts, orbit.n_periods
         self.found.append(Settled(*counts, orbit, state, speed, extremes_of(orbit)))
 
-    def _orbit_of(self, tail: tuple[Table, columns.Integers], longer: int) -> PeriodicOrbit | None:
+    def _orbit_of(self, tail: tuple[Table, Integers], longer: int) -> PeriodicOrbit | None:
         """Return the attracting orbit that the end of a motion is on, None if none is found."""
         events, marks = tail
         kinds = marks[1:, columns.KIND]
@@ -212,23 +213,21 @@ class _Search:
         return None
 
 
-def _tail(
-    record: tuple[Table, columns.Integers], end: float, period: float
-) -> tuple[Table, columns.Integers]:
+def _tail(record: tuple[Table, Integers], end: float, period: float) -> tuple[Table, Integers]:
     """Return the last part of a record; its first row stands for a start."""
     events, marks = record
     first = int(np.searchsorted(events[:, columns.EVENT_T], end - LOOKED_AT * period))
     return events[max(first - 1, 0) :].copy(), marks[max(first - 1, 0) :].copy()
 
 
-def _fastest(tail: tuple[Table, columns.Integers]) -> float:
+def _fastest(tail: tuple[Table, Integers]) -> float:
     events, marks = tail
     met = np.isin(marks[1:, columns.KIND], [columns.IMPACT, columns.CROSSING])
     speeds = np.abs(events[1:, columns.V_BEFORE])[met]
     return float(speeds.max()) if len(speeds) else math.nan
 
 
-def _is_on(it: Settled, record: tuple[Table, columns.Integers], period: float) -> bool:
+def _is_on(it: Settled, record: tuple[Table, Integers], period: float) -> bool:
     """Return whether the last event of a record is one of a known orbit, near enough."""
     orbit = it.orbit
     if orbit is None or orbit.n_impacts == 0 or math.isinf(orbit.n_impacts):

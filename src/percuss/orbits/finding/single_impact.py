@@ -18,8 +18,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels.flight import constant_force, free_response, harmonic_response
@@ -45,7 +45,6 @@ __all__ = [
     "single_impact_orbits",
 ]
 
-Floats = NDArray[np.float64]
 
 # Below this part of the larger one, a singular value of the two equations is rounding.
 SINGULAR = 1e-12

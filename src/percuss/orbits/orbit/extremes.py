@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from percuss.arrays import Integers
 from percuss.kernels import record as columns
 from percuss.kernels.flight import Flight, constant_force, set_phases
 from percuss.kernels.law import N_HARMONICS, Law, Table
@@ -80,7 +81,7 @@ def extremes_of(orbit: PeriodicOrbit) -> Extremes:
 
 
 def extremes_of_record(
-    table: Law, events: Table, marks: columns.Integers, x0: float, t_end: float
+    table: Law, events: Table, marks: Integers, x0: float, t_end: float
 ) -> Extremes:
     """Return the extremes of a motion between the first and the last row of its record.
 

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
 from percuss.kernels.law import Law
-from percuss.kernels.record import Integers
 from percuss.kernels.shooting import CHAIN_COLUMNS
 from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
@@ -28,8 +27,6 @@ __all__ = [
     "events_of_stops",
     "row_of_region",
 ]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import Flight, constant_force, move, set_phases
 from percuss.kernels.law import DAMPING, N_HARMONICS, PERIOD, Law, Table
-from percuss.kernels.record import Integers
 from percuss.kernels.sample import cycles
 from percuss.kernels.shooting import AFTER, AT, BEFORE, factor, place
 from percuss.kernels.tangent import neighbours
@@ -27,8 +26,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
 
 __all__ = ["impacts_of_record", "orbit_of_solution"]
-
-Floats = NDArray[np.float64]
 
 
 def orbit_of_solution(

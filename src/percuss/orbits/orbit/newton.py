@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels.law import N_HARMONICS, Law
-from percuss.kernels.record import Integers
 from percuss.kernels.shooting import (
     AT,
     BEFORE,
@@ -26,7 +25,6 @@ from percuss.numerics import directions, inverse, is_finite, least_squares, norm
 
 __all__ = ["Solution", "solve"]
 
-Floats = NDArray[np.float64]
 
 MOST_STEPS = 40
 # Residuals of a solution, as a part of the scales: far above rounding, far below any other.

@@ -6,20 +6,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import Flight, constant_force, set_phases
 from percuss.kernels.law import N_HARMONICS, Law, Table
-from percuss.kernels.record import Integers
 from percuss.kernels.shooting import place, turning_points
 from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 
 __all__ = ["Passages", "Turns", "passages_of", "turns_of"]
 
-Floats = NDArray[np.float64]
 
 # Turning points of a flight for which there is room at first.
 ROOM = 64
@@ -41,7 +39,7 @@ class Passages:
     """
 
     t: Floats
-    stop: NDArray[np.int64]
+    stop: Integers
     depth: Floats
 
     def __len__(self) -> int:
@@ -74,8 +72,8 @@ class Turns:
 
     t: Floats
     clearance: Floats
-    bound: NDArray[np.int64]
-    flight: NDArray[np.int64]
+    bound: Integers
+    flight: Integers
     doubt: Floats
 
 
@@ -140,7 +138,7 @@ def passages_of(osc: Oscillator, turns: Turns) -> Passages:
     return Passages(turns.t[beyond], stop, -turns.clearance[beyond])
 
 
-def margin_of(turns: Turns, counted: NDArray[np.bool_] | None = None) -> float:
+def margin_of(turns: Turns, counted: Flags | None = None) -> float:
     """Return the least clearance, 0 where rounding cannot tell its sign; inf without a turn."""
     clearance = np.where(np.abs(turns.clearance) <= turns.doubt, 0.0, turns.clearance)
     if counted is not None:

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Complexes, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.law import Table
-from percuss.kernels.record import Integers
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
@@ -32,8 +31,6 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = ["PeriodicOrbit"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -88,7 +85,7 @@ class PeriodicOrbit:
     n_periods: int
     period: float
     monodromy: Floats
-    multipliers: NDArray[np.complex128]
+    multipliers: Complexes
     stability: Stability
     admissible: bool
     grazing_margin: float

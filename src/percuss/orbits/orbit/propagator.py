@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from percuss.arrays import Integers
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
 from percuss.kernels.law import Law, Table
@@ -42,7 +43,7 @@ class Propagator:
     forcing: Forcing | None
     law: Law = field(init=False)
     _run: columns.Run = field(init=False)
-    _record: tuple[Table, columns.Integers] = field(init=False)
+    _record: tuple[Table, Integers] = field(init=False)
 
     def __post_init__(self) -> None:
         self.law = law(self.oscillator, self.forcing)
@@ -51,7 +52,7 @@ class Propagator:
 
     def follow(
         self, x: float, v: float, t0: float, *, t_end: float = math.inf, n_impacts: int = 0
-    ) -> tuple[Table, columns.Integers]:
+    ) -> tuple[Table, Integers]:
         """Follow a motion to t_end or to its n-th impact, and return its events and marks.
 
         Entries into soft stops count as impacts, as they do in `simulate`.
@@ -69,7 +70,7 @@ class Propagator:
 
     def _simulated(
         self, x: float, v: float, t0: float, t_end: float, n_impacts: int
-    ) -> tuple[Table, columns.Integers]:
+    ) -> tuple[Table, Integers]:
         end = None if t_end == math.inf else t_end
         run = simulate(
             self.oscillator, self.forcing, x, v, t0, t_end=end, max_impacts=n_impacts or None

@@ -6,17 +6,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.kernels.law import PERIOD, Law
-from percuss.kernels.record import Integers
 from percuss.model.oscillator import Oscillator
 from percuss.orbits.orbit.itinerary import entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Signature", "are_same", "repetitions", "signature_of", "signature_of_orbit"]
 
-Floats = NDArray[np.float64]
 
 # Newton's method finds an orbit to some 1e-12; two that lie nearer than this are one.
 TOLERANCE = 1e-6

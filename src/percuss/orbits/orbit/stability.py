@@ -7,7 +7,8 @@ import math
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+
+from percuss.arrays import Complexes, Floats
 
 __all__ = ["Stability", "multipliers_of", "stability_of"]
 
@@ -18,7 +19,7 @@ Stability: TypeAlias = Literal["asymptotic", "elliptic", "parabolic", "unstable"
 ON_EDGE = 1e-9
 
 
-def multipliers_of(monodromy: NDArray[np.float64], determinant: float) -> NDArray[np.complex128]:
+def multipliers_of(monodromy: Floats, determinant: float) -> Complexes:
     """Return the eigenvalues of a 2x2 matrix whose determinant is known exactly, larger first.
 
     The smaller one is the determinant over the larger: it keeps its digits however far the two
@@ -51,9 +52,7 @@ def multipliers_of(monodromy: NDArray[np.float64], determinant: float) -> NDArra
     return np.array([first, second])
 
 
-def stability_of(
-    monodromy: NDArray[np.float64], determinant: float, *, conservative: bool
-) -> Stability:
+def stability_of(monodromy: Floats, determinant: float, *, conservative: bool) -> Stability:
     """Return the stability that a monodromy matrix means to first order.
 
     With D its determinant, at most 1, both multipliers lie inside the unit circle if

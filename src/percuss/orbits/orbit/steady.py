@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from percuss.arrays import Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
@@ -106,7 +107,7 @@ def _orbit(
     region: int,
     start: tuple[float, float, float],
     events: Table,
-    marks: columns.Integers,
+    marks: Integers,
 ) -> PeriodicOrbit:
     x0, v0, period = start
     table = law(osc, force)

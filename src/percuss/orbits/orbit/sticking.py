@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.law import PERIOD, Law, Table
-from percuss.kernels.record import Integers
 from percuss.kernels.sample import cycles
 from percuss.kernels.shooting import place
 from percuss.model.exact import as_float
@@ -261,7 +260,7 @@ def _after_releases(turns: Turns, events: Table, marks: Integers, period: float)
     )  # fmt: skip
 
 
-def _not_in_hops(turns: Turns, marks: Integers) -> NDArray[np.bool_]:
+def _not_in_hops(turns: Turns, marks: Integers) -> Flags:
     """Tell which turning points are not the one of a flight from a wall back to it."""
     bounds = marks[:, columns.BOUND].copy()
     bounds[0] = bounds[-1]

@@ -6,11 +6,10 @@ import cmath
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.law import N_HARMONICS, Law, Table
-from percuss.kernels.record import Integers
 from percuss.kernels.tangent import neighbours
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import Forcing
@@ -19,7 +18,6 @@ from percuss.model.stops import SoftStop, Stop
 
 __all__ = ["half_multipliers", "is_mirrored_state", "is_symmetric_system"]
 
-Floats = NDArray[np.float64]
 
 # How far a frequency may be from a whole multiple of the forcing's, as for a given period.
 WHOLE = 1e-9

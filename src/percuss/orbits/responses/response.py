@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, whole
 from percuss.model.forcing import Forcing
@@ -41,7 +42,6 @@ __all__ = [
     "special_rows_of",
 ]
 
-Floats = NDArray[np.float64]
 Interval = tuple[float, float]
 
 # How a branch ends that comes back to where it started.
@@ -130,7 +130,7 @@ class Response:
     @property
     def families(self) -> tuple[FamilyRange, ...]:
         """The kinds of orbits, with where they are and where they are stable."""
-        kinds: dict[tuple[int, int], list[tuple[int, NDArray[np.bool_]]]] = {}
+        kinds: dict[tuple[int, int], list[tuple[int, Flags]]] = {}
         for number, branch in enumerate(self.branches):
             each = kinds_of(branch)
             for kind in np.unique(each, axis=0).tolist():
@@ -310,7 +310,7 @@ def _largest_velocity(branch: Branch) -> Floats:
     return np.asarray(np.where(np.isfinite(speeds), speeds, np.nan))
 
 
-def _runs(branch: Branch, flags: NDArray[np.bool_]) -> list[Interval]:
+def _runs(branch: Branch, flags: Flags) -> list[Interval]:
     """Return the intervals that stretches of flagged neighbours cover, special points at the ends.
 
     A special point is on the edge: rounding decides how its own row is flagged.
@@ -337,7 +337,7 @@ def _union(intervals: list[Interval]) -> tuple[Interval, ...]:
     return tuple(found)
 
 
-def kinds_of(branch: Branch) -> NDArray[np.int64]:
+def kinds_of(branch: Branch) -> Integers:
     """Return (forcing periods, impacts) of each row: at soft stops impacts come and go."""
     return np.array([(orbit.n_periods, orbit.n_impacts) for orbit in branch], dtype=np.int64)
 

@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels.flight import free_response
@@ -58,7 +59,6 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 
 __all__ = ["VelocityGap", "velocity_gap_curve"]
 
-Floats = NDArray[np.float64]
 
 # Below this part of its larger one, a singular value of a matrix is rounding.
 SINGULAR = 1e-12
@@ -110,10 +110,10 @@ class VelocityGap:
     velocity: Floats
     cycle: Floats
     stability: NDArray[np.str_]
-    admissible: NDArray[np.bool_]
+    admissible: Flags
 
     @property
-    def is_stable(self) -> NDArray[np.bool_]:
+    def is_stable(self) -> Flags:
         """Whether neighbours approach each orbit, (n,)."""
         return np.asarray(self.stability == "asymptotic")
 

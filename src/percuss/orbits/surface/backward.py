@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats, Integers
 from percuss.kernels import backward as engine
 from percuss.kernels import law as at
 from percuss.kernels.law import Law
-from percuss.kernels.record import Integers
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
@@ -18,7 +17,6 @@ from percuss.orbits.orbit.itinerary import row_of_region
 
 __all__ = ["BackwardMotions", "Pasts"]
 
-Floats = NDArray[np.float64]
 
 # The number of no bound.
 NOWHERE = -1

@@ -8,8 +8,8 @@ from itertools import product
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import real
 from percuss.numerics import atan2, hypot, inverse, matmul, power, solve_linear
@@ -44,7 +44,6 @@ __all__ = [
     "manifolds",
 ]
 
-Floats = NDArray[np.float64]
 GrowthEnd: TypeAlias = Literal["length", "max_points", "no_image", "collapse", "interrupted"]
 
 # Points of the piece next to the saddle, before it is refined.
@@ -79,9 +78,9 @@ class Grown:
     """
 
     points: Floats
-    piece: NDArray[np.int64]
+    piece: Integers
     arclength: Floats
-    image: NDArray[np.int64]
+    image: Integers
     end: GrowthEnd
 
 
@@ -153,11 +152,11 @@ class Grower:
         """Return the (n - 1, 2) differences of neighbours, in units of the scale."""
         return np.asarray(self.apart(points[:-1], points[1:]) / self.scale)
 
-    def _wide(self, points: Floats) -> NDArray[np.bool_]:
+    def _wide(self, points: Floats) -> Flags:
         """Tell between which neighbours another point is wanted."""
         steps, sizes = self.steps(points), self.sizes(points)
         known = np.isfinite(points[:, 0])
-        wide: NDArray[np.bool_] = np.logical_or(sizes > self.spacing, known[1:] != known[:-1])
+        wide: Flags = np.logical_or(sizes > self.spacing, known[1:] != known[:-1])
         cross = steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]
         along = (steps[:-1] * steps[1:]).sum(axis=1)
         sharp = np.abs(atan2(cross, along)) > TURN
@@ -230,7 +229,7 @@ def grow(grower: Grower, length: float, max_points: int, go_on: Callable[[float]
 
 
 def _joined(
-    grower: Grower, points: Floats, image: NDArray[np.int64], length: float, end: GrowthEnd
+    grower: Grower, points: Floats, image: Integers, length: float, end: GrowthEnd
 ) -> Grown:
     """Return the branch, cut into its continuous pieces and at its length."""
     sizes = grower.sizes(points)
@@ -393,7 +392,7 @@ class ManifoldBranch:
     saddle: int
     side: int
     points: Floats
-    piece: NDArray[np.int64]
+    piece: Integers
     arclength: Floats
     end_reason: GrowthEnd
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import turns
@@ -28,7 +29,6 @@ from percuss.orbits.orbit.propagator import Propagator
 
 __all__ = ["ImpactMap", "StroboscopicMap", "impact_map", "stroboscopic_map"]
 
-Floats = NDArray[np.float64]
 # What is computed for an impact at a time with a velocity.
 OfImpact: TypeAlias = Callable[[Propagator, float, float], ArrayLike]
 
@@ -121,9 +121,7 @@ class ImpactMap:
         found = [what(runs, c * period, v) for c, v in zip(cycles.flat, speeds.flat, strict=True)]
         return np.array(found, dtype=np.float64).reshape(*cycles.shape, -1)
 
-    def _follow(
-        self, runs: Propagator, t: float, v: float
-    ) -> tuple[Table, columns.Integers] | None:
+    def _follow(self, runs: Propagator, t: float, v: float) -> tuple[Table, Integers] | None:
         """Return the record up to the next impact, None if there is none."""
         at = as_float(self.oscillator.stops[self.stop].at)
         wanted = _bound(self.oscillator, self.stop)
@@ -141,7 +139,7 @@ class ImpactMap:
             n *= 4
         return None
 
-    def _enters(self, events: Table, kinds: columns.Integers) -> NDArray[np.bool_]:
+    def _enters(self, events: Table, kinds: Integers) -> Flags:
         """Tell which events at the stop's bound are impacts on it."""
         sign = 1.0 if self.oscillator.stops[self.stop].side == "above" else -1.0
         into = sign * events[:, columns.V_BEFORE] > 0.0

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.kernels import backward as engine
 from percuss.kernels import law as at
@@ -33,7 +33,6 @@ __all__ = [
     "points_at_strobes",
 ]
 
-Floats = NDArray[np.float64]
 
 # Multipliers this near to the unit circle, as a part of 1, leave no saddle.
 HYPERBOLIC = 1e-6

@@ -9,8 +9,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import backward as engine
 from percuss.kernels import law as at
@@ -42,8 +42,6 @@ __all__ = [
     "touch_intervals",
 ]
 
-Floats = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 CurveEnd: TypeAlias = Literal[
     "tangency",
     "zero_velocity",
@@ -86,7 +84,7 @@ class Stretch:
     t: Floats
     v: Floats
     touch: Floats
-    n_between: Numbers
+    n_between: Integers
     begins: CurveEnd
     ends: CurveEnd
 
@@ -213,7 +211,7 @@ def _scale(rows: Floats, k: int) -> float:
     return float(known.max()) if known.size and known.max() > 0.0 else 1.0
 
 
-def _apart(rows: Floats, k: int, scale: float, period: float, spacing: float) -> NDArray[np.bool_]:
+def _apart(rows: Floats, k: int, scale: float, period: float, spacing: float) -> Flags:
     """Tell which neighbours lie apart, or are of different kinds."""
     t, v, _ = _columns(rows, k)
     known = np.isfinite(v)
@@ -222,7 +220,7 @@ def _apart(rows: Floats, k: int, scale: float, period: float, spacing: float) ->
 
 
 def _split(
-    rows: Floats, k: int, cut: NDArray[np.bool_], scale: float, finest: float, *, whole: bool
+    rows: Floats, k: int, cut: Flags, scale: float, finest: float, *, whole: bool
 ) -> list[Stretch]:
     """Return the curves between the cuts."""
     t, v, events = _columns(rows, k)
@@ -389,7 +387,7 @@ class SingularityCurve:
     v_after: Floats
     touch_cycle: Floats
     duration: Floats
-    n_between: NDArray[np.int64]
+    n_between: Integers
     begins: CurveEnd
     ends: CurveEnd
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
@@ -35,7 +35,6 @@ __all__ = [
     "time_errors",
 ]
 
-Floats = NDArray[np.float64]
 
 OMEGA, SPEED, T_END = 1.7, 0.8, 25.0
 STIFFNESSES = tuple(10.0**power for power in range(2, 15, 2))

@@ -8,8 +8,8 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.errors import MissingExtraError
 from percuss.model.exact import Exact, Phase
 from percuss.model.forcing import Forcing
@@ -33,7 +33,6 @@ __all__ = [
     "subset_kept",
 ]
 
-Floats = NDArray[np.float64]
 
 # Of a constant that no fraction is: far more digits than are asked of any result.
 CONSTANT_BITS = 512

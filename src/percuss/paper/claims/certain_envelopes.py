@@ -7,7 +7,6 @@ from functools import cache
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Column", "factor_of_root", "proven_peaks", "proven_speeds"]
 
-Floats = NDArray[np.float64]
 # Times and values.
 Column: TypeAlias = "tuple[list[arb], list[arb]]"
 # Steps that a flight is looked at with, and how often, each time more closely.

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from percuss.arrays import Floats
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.certain import certain_run
@@ -18,7 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["exponent_of_drift", "mean_gain", "two_proven_impacts"]
 
-Floats = NDArray[np.float64]
 # Instant, and velocity after it; None where it is not proven.
 State = tuple["arb", "arb"]
 

@@ -8,8 +8,8 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import sine
 from percuss.paper.claims.certain import has_balls
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["are_sorted", "jump_bound", "power_law", "proven_lines"]
 
-Floats = NDArray[np.float64]
 # The motions have the period 4 pi: four half periods pi, each with an impact or more.
 HALF_PERIODS = 4
 BITS = 160

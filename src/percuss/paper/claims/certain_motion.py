@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from percuss.arrays import Floats
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.evidence import near
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Part", "furthest_apart", "sum_is_zero"]
 
-Floats = NDArray[np.float64]
 # A factor, a run, and a number of its force that is a ball.
 Part = tuple[float, Trajectory, "Mapping[str, Ball] | None"]
 

@@ -7,9 +7,9 @@ from fractions import Fraction
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.exact import pi_times
 from percuss.model.forcing import Forcing, sine
 from percuss.model.harmonics import Harmonic
@@ -20,7 +20,6 @@ from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS"]
 
-Floats = NDArray[np.float64]
 
 THEORY = "paper-harmonics.md"
 # Gaps of periodic subsets of the eigenset in units of pi, at least one above 1.

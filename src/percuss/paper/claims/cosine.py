@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.exact import Exact
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import impact_oscillator
@@ -17,7 +18,6 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import impacts_at
 from percuss.paper.claims.cosine_growth import GROWTH_STATEMENTS, T_FIGURE
-from percuss.paper.claims.half_harmonic_growth import Floats
 from percuss.paper.models.motions import simulate_all
 from percuss.paper.statement import Check, Finding, Statement
 

@@ -8,6 +8,7 @@ from functools import cache, partial
 
 import numpy as np
 
+from percuss.arrays import Floats
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.growth import fit_power_law
@@ -20,12 +21,7 @@ from percuss.paper.claims.certain_envelopes import (
     proven_peaks,
     proven_speeds,
 )
-from percuss.paper.claims.half_harmonic_growth import (
-    PRINTED_ERROR,
-    Floats,
-    envelope_factor,
-    upper_peaks,
-)
+from percuss.paper.claims.half_harmonic_growth import PRINTED_ERROR, envelope_factor, upper_peaks
 from percuss.paper.models.motions import STIFFNESS_BELOW, impact_speeds, oscillators, simulate_all
 from percuss.paper.models.runge_kutta import runge_kutta
 from percuss.paper.statement import Check, Finding, Statement

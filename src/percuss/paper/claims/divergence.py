@@ -6,9 +6,9 @@ import math
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.forcing import Forcing, sine
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
@@ -17,7 +17,6 @@ from percuss.paper.statement import Finding, Statement
 
 __all__ = ["AFTER", "CHAOTIC", "REGULAR", "STATEMENTS", "STEP", "growth_rate", "separation"]
 
-Floats = NDArray[np.float64]
 
 # After each multiple of pi, away from the impacts of the motions looked at.
 AFTER = 0.37

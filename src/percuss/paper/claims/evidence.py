@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.statement import Check, Finding
@@ -28,7 +28,6 @@ __all__ = [
     "printed_table",
 ]
 
-Floats = NDArray[np.float64]
 
 WALL = impact_oscillator()
 # Of a hundred impacts of a motion without chaos, and of closed forms evaluated in doubles.

@@ -9,7 +9,6 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
 from percuss.model.exact import pi_times
@@ -24,7 +23,6 @@ from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["STATEMENTS"]
 
-Floats = NDArray[np.float64]
 
 THEORY = "paper-family.md"
 NUMBERS = tuple(range(2, 10))

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
 from percuss.model.forcing import sine
@@ -27,7 +26,6 @@ from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["STATEMENTS"]
 
-Floats = NDArray[np.float64]
 
 THEORY = "half-harmonic.md"
 # Phases and velocities of impacts: none is special, and the flights from them are short and long.

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.growth import fit_power_law, peaks
@@ -28,7 +28,6 @@ from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["GROWTH_STATEMENTS"]
 
-Floats = NDArray[np.float64]
 
 THEORY = "half-harmonic.md"
 T_FIGURE = 400.0

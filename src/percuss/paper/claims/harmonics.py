@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable
 from functools import cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.forcing import sine
 from percuss.motion.harmonic_forms import HarmonicMotion, harmonic_critical_velocity
 from percuss.motion.simulate import simulate
@@ -21,7 +21,6 @@ from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["STATEMENTS"]
 
-Floats = NDArray[np.float64]
 
 THEORY = "paper-harmonics.md"
 EVEN = (2, 4, 6, 8, 20)

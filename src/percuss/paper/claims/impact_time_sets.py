@@ -7,7 +7,6 @@ from fractions import Fraction
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
 from percuss.model.forcing import Forcing, cosine, sine
@@ -29,7 +28,6 @@ from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["STATEMENTS"]
 
-Floats = NDArray[np.float64]
 
 # Forces sin(w t), and starts, among which resonances on periodic impact times are looked for.
 FREQUENCIES = sorted({Fraction(p, q) for q in (1, 2, 3) for p in range(1, 6 * q + 3)})

@@ -7,7 +7,6 @@ from fractions import Fraction
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
 from percuss.model.exact import Exact
@@ -24,7 +23,6 @@ from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["STATEMENTS"]
 
-Floats = NDArray[np.float64]
 
 THEORY = "paper-family.md"
 

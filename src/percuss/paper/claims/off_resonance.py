@@ -7,9 +7,9 @@ from fractions import Fraction
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.exact import pi_times
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
@@ -20,7 +20,6 @@ from percuss.paper.models.motions import impact_speeds
 
 __all__ = ["damped_deviation", "kinds_from_rest", "periodic_speed", "periodic_start"]
 
-Floats = NDArray[np.float64]
 
 BELOW, DETUNING = 20, 1.01
 

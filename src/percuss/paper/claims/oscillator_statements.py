@@ -8,9 +8,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 __all__ = ["STATEMENTS"]
 
-Floats = NDArray[np.float64]
 
 THEORY = "paper-oscillator.md"
 

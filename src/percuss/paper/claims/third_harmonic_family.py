@@ -11,9 +11,9 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.forcing import sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator
 from percuss.model.start import Start
@@ -35,7 +35,6 @@ from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["STATEMENTS", "STIFFNESSES", "T_END", "V0", "bilinear_run", "long_run", "stepped"]
 
-Floats = NDArray[np.float64]
 
 V0 = "0.45"
 T_END = 30.0 * math.pi

@@ -7,9 +7,9 @@ import math
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import line_spectrum, spectrum
@@ -22,7 +22,6 @@ from percuss.paper.statement import Check, Finding, Statement
 
 __all__ = ["STATEMENTS", "lines", "share_between_lines"]
 
-Floats = NDArray[np.float64]
 
 ABOVE, BELOW = "0.51", "0.45"
 PERIOD = 4.0 * math.pi

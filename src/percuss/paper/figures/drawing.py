@@ -7,7 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from percuss.arrays import Flags
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -103,7 +105,7 @@ def draw_curve(
     from percuss.plotting.samples import reduce_to_columns, separated
 
     times = np.asarray(t, dtype=np.float64)
-    broken: NDArray[np.bool_] = np.zeros(times.size, dtype=np.bool_)
+    broken: Flags = np.zeros(times.size, dtype=np.bool_)
     if jumps is not None:
         broken = np.asarray(jumps, dtype=np.bool_)
     times, kept, broken = reduce_to_columns(times, np.asarray(values, dtype=np.float64), broken)

@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.eigenset_forms import (
     SubsetMotion,
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURES"]
 
-Floats = NDArray[np.float64]
 
 VELOCITIES = {"rest": 0.0, "middle": 0.5, "fast": 2.0 / math.sqrt(3.0)}
 VELOCITY_LABELS = {"rest": "$V_0=0$", "middle": "$V_0=0.5$", "fast": r"$V_0=2/\sqrt{3}$"}

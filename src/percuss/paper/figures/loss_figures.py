@@ -7,8 +7,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import label, panels, styled
 from percuss.paper.models.resonance_losses import (
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURES"]
 
-Floats = NDArray[np.float64]
 
 LOSSES = ((0.98, 0.0), (0.9, 0.0), (0.8, 0.02), (0.6, 0.05))
 EVEN = (2, 4, 6)

@@ -7,8 +7,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.paper.claims.resonances import GOLDEN, OF_ORDER
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import COLOURS, label, panels, styled
@@ -194,9 +194,7 @@ def _starts(omega: Fraction, largest: float) -> list[tuple[float, float]]:
     return [(0.0, speed) for speed in (3.0, 6.0, 10.0, 14.0, 18.0)]
 
 
-def _plane(
-    omega: Fraction, phase: float, speed: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _plane(omega: Fraction, phase: float, speed: float) -> tuple[Floats, Floats]:
     """Return V (cos psi, sin psi) with psi in the middle of the flights."""
     hits = run_of(omega, phase, speed, 3000).impacts
     psi = 2.0 * math.pi * hits.cycle + phase + 0.5 * math.pi * float(omega)

@@ -12,13 +12,12 @@ from fractions import Fraction
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 
 __all__ = ["Averaged", "averaged", "fast_flight", "kick", "mean_delays", "order", "strength"]
 
-Floats = NDArray[np.float64]
 
 # What is neglected falls as speed^-2, and the two speeds remove that too; rounding grows as
 # speed^order.

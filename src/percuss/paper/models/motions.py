@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.io.study_text import motion_text
 from percuss.model.exact import Exact, as_float
 from percuss.model.forcing import Forcing
@@ -94,7 +95,7 @@ def simulate_all(force: Forcing, v0: Exact, t_end: Exact) -> dict[str, Trajector
     }
 
 
-def impact_speeds(run: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def impact_speeds(run: Trajectory) -> tuple[Floats, Floats]:
     """Return when a motion hits its stop, and how fast it leaves it.
 
     Parameters

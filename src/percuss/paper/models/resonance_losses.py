@@ -12,9 +12,10 @@ from fractions import Fraction
 from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.ensembles.sweep import sweep
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.forcing import cosine
@@ -41,8 +42,6 @@ __all__ = [
     "stiff",
     "stiff_resonance",
 ]
-
-Floats = NDArray[np.float64]
 
 
 @cache

@@ -8,9 +8,9 @@ from fractions import Fraction
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats, Integers
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.simulate import simulate
@@ -26,8 +26,6 @@ __all__ = [
     "growing_run",
     "run_of",
 ]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class Ensemble:
         (motions, n) array, the median speed of the last half of the impacts so far.
     """
 
-    counts: NDArray[np.int64]
+    counts: Integers
     largest: Floats
     typical: Floats
 

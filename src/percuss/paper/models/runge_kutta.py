@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import kernel
 from percuss.model.exact import as_float
@@ -21,7 +21,6 @@ from percuss.model.law import turns_per_time
 
 __all__ = ["POINTS", "Spring", "SteppedMotion", "harmonics_of", "integrate", "runge_kutta"]
 
-Floats = NDArray[np.float64]
 
 # Of the paper, over the whole interval.
 POINTS = 2**20

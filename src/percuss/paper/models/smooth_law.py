@@ -6,8 +6,9 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.forcing import Forcing
 from percuss.numerics import hypot
@@ -16,7 +17,6 @@ from percuss.paper.models.runge_kutta import Spring, harmonics_of, integrate
 __all__ = ["Rounding", "growth_rate", "rounded_magnitude", "smooth_motion"]
 
 Rounding = Literal["parabola", "hyperbola"]
-Floats = NDArray[np.float64]
 
 _ROUNDINGS = ("parabola", "hyperbola")
 

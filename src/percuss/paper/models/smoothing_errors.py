@@ -6,9 +6,9 @@ import math
 from functools import cache, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.ensembles.lyapunov import lyapunov_exponents
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
@@ -33,7 +33,6 @@ __all__ = [
     "wall_delay",
 ]
 
-Floats = NDArray[np.float64]
 
 # k- of fig 2.
 BELOW = 20.0
