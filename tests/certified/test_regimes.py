@@ -12,7 +12,7 @@ import percuss as pc
 from percuss.certified import CertifiedRun, Ending
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.landing import fourth_around
-from percuss.certified.law import Law, law_of
+from percuss.certified.law import BallLaw, law_of
 from percuss.certified.numbers import ball
 from percuss.certified.system import system_of
 
@@ -127,8 +127,8 @@ def test_damping_hardly_off_critical_is_critical_but_for_that(sign: int, apart: 
 def test_the_norm_may_grow_where_the_stiffness_is_a_wide_ball() -> None:
     # (pace^2 x^2 + v^2)^(1/2) grows by (pace - K/pace)/2 for each K in the ball.
     system = system_of(pc.Oscillator(), pc.cosine(2))
-    wide = Law(system, "oscillator.stiffness", arb(1, 0.125)).regions[0]
-    exact = Law(system).regions[0]
+    wide = BallLaw(system, "oscillator.stiffness", arb(1, 0.125)).regions[0]
+    exact = BallLaw(system).regions[0]
 
     assert wide.growth > 0.5 * (wide.pace - 0.875 / wide.pace)
     assert exact.growth == 0.0

@@ -10,7 +10,7 @@ from percuss.certified.balls import Undecided
 from percuss.certified.orbits import shooting_of
 from percuss.certified.shooting import Image, Residual
 from percuss.certified.system import system_of
-from percuss.certified.touch import Turn, _same
+from percuss.certified.touch import TurningPoint, _same
 
 IMPACTING = pc.impact_oscillator("0.7", wall="1.5", side="above", damping="0.05")
 
@@ -184,8 +184,11 @@ def test_the_word_of_a_float_run_is_not_taken_for_a_proof_that_an_orbit_is_a_mot
 
 
 def test_turning_points_at_the_ends_of_a_branch_that_may_be_two_are_left_open() -> None:
-    turn = Turn(arb(1), arb(1, 0.125), arb(0, 1))
-    near, far = Turn(arb(1.0625), arb(1, 1), arb(1)), Turn(arb(2), arb(2, 1), arb(-1))
+    turn = TurningPoint(arb(1), arb(1, 0.125), arb(0, 1))
+    near, far = (
+        TurningPoint(arb(1.0625), arb(1, 1), arb(1)),
+        TurningPoint(arb(2), arb(2, 1), arb(-1)),
+    )
 
     assert _same(turn, [near, near]) == (near.clearance, near.clearance)
     with pytest.raises(Undecided, match="may be two"):

@@ -9,7 +9,7 @@ from percuss.certified.contact import Hops
 from percuss.certified.march import Ending, MarchRecord, Piece
 from percuss.certified.motion import state_at
 from percuss.certified.step import Departure
-from percuss.certified.system import System, system_of
+from percuss.certified.system import BallSystem, system_of
 from percuss.errors import ParameterError
 
 
@@ -20,7 +20,7 @@ def _record(*pieces: Piece, until: float = 3.0) -> MarchRecord:
     return record
 
 
-def _free() -> System:
+def _free() -> BallSystem:
     return system_of(pc.Oscillator(), None)
 
 

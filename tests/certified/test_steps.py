@@ -12,7 +12,7 @@ from percuss.certified.first_root import BallStretch, FloatStretch, Level, Searc
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.law import law_of
 from percuss.certified.step import Arrival, Departure, first_arrival
-from percuss.certified.system import System, system_of
+from percuss.certified.system import BallSystem, system_of
 
 FORCE = pc.Forcing((pc.Harmonic("1.3", "1.7", "0.4"), pc.Harmonic("0.6", "2.9", 1)), "-0.2")
 # Name, oscillator and the bound from which the flight starts, away from it upwards.
@@ -29,7 +29,7 @@ LAWS = {
 }
 
 
-def arrival(system: System, t: arb, v: arb) -> Arrival:
+def arrival(system: BallSystem, t: arb, v: arb) -> Arrival:
     at = system.bounds[0].at
     above = next(i for i, region in enumerate(system.regions) if region.lower == 0)
     start = Departure(above, at, Cloud.of(t, v), 0)

@@ -10,7 +10,7 @@ import percuss as pc
 from percuss.arrays import Floats
 from percuss.kernels.flight import Flight, constant_force, move, set_phases
 from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS, Table
-from percuss.kernels.record import Record
+from percuss.kernels.record import MotionRecord
 from percuss.kernels.shooting import ShootingProblem, shoot, turning_points
 from percuss.kernels.tangent import (
     crossing_saltation,
@@ -68,7 +68,7 @@ def derivative(run: pc.Trajectory, t: float, after: bool = True) -> Floats:
     out = np.empty((1, 4))
     table = law(run.oscillator, run.forcing)
     scratch = np.empty((int(table[0, N_HARMONICS]), 2))
-    record = Record(table, run.x0, run._events, run._marks)
+    record = MotionRecord(table, run.x0, run._events, run._marks)
     neighbours(record, np.array([t]), after, scratch, out)
     return out.reshape(2, 2)
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 import percuss as pc
 from percuss.orbits import Branch
-from percuss.orbits.bifurcations.special_points import Kind
+from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.plotting import Units, offscreen_figure, plot_branch
 from percuss.plotting.branch_plot import MARKERS
 from percuss.plotting.style import BLUE, VERMILION
@@ -86,7 +86,7 @@ def test_a_quantity_that_is_none_is_named(branch: Branch) -> None:
 
 
 def test_each_kind_of_special_point_has_a_marker() -> None:
-    assert set(get_args(Kind)) == set(MARKERS)
+    assert set(get_args(SpecialPointKind)) == set(MARKERS)
 
 
 def test_where_fewer_stops_are_met_the_least_velocity_is_of_those() -> None:

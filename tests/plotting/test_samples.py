@@ -13,7 +13,12 @@ import percuss as pc
 from percuss.arrays import Floats
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import samples
-from percuss.plotting.samples import Curve, reduce_to_columns, reduce_to_pixels, sample_curve
+from percuss.plotting.samples import (
+    SampledMotion,
+    reduce_to_columns,
+    reduce_to_pixels,
+    sample_curve,
+)
 
 
 def test_a_chord_stays_close_to_the_curve(between_stops: Trajectory) -> None:
@@ -118,7 +123,7 @@ def test_a_reduced_portrait_leaves_out_only_what_lies_on_the_rest(values: Floats
     x, v = values, np.roll(values, 7)
     jumps = np.arange(values.size) % 1000 == 999
     jumps[-1] = False
-    curve = Curve(np.arange(values.size, dtype=np.float64), x, v, jumps)
+    curve = SampledMotion(np.arange(values.size, dtype=np.float64), x, v, jumps)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(samples, "DRAWN_POINTS", 100)
         patch.setattr(samples, "COLUMNS", 20)

@@ -23,7 +23,7 @@ from percuss.web.facts import answer_facts
 from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job, levels_of
 from percuss.web.presets import FIGURES, presets
-from percuss.web.question import BadQuestion, Question, motion_of, study_of
+from percuss.web.question import BadQuestion, PageQuestion, motion_of, study_of
 
 
 def distance_to_line(points: NDArray[Any], line: NDArray[Any]) -> NDArray[Any]:
@@ -66,8 +66,8 @@ def test_the_nearest_orbit_is_drawn_through_its_impacts_and_never_through_free_s
     assert (np.abs(steps[long].real) < 1e-4 * scale).all()
 
 
-def asked(kind: str, study: dict[str, Any], **options: Any) -> Question:
-    return Question(5, kind, study, options)
+def asked(kind: str, study: dict[str, Any], **options: Any) -> PageQuestion:
+    return PageQuestion(5, kind, study, options)
 
 
 def test_curve_is_the_motion(study: dict[str, Any]) -> None:
@@ -349,7 +349,7 @@ def test_the_study_of_a_view_and_its_python_ask_the_same(
         },
         "basins": {"x_low": -1, "x_high": 0, "v_low": -1, "v_high": 1, "starts": 16},
     }  # fmt: skip
-    asked_for = asked_study(Question(1, kind, study, every[kind]))
+    asked_for = asked_study(PageQuestion(1, kind, study, every[kind]))
     # The file is a study, and holds the same.
     again = parse_study(asked_for.text())
     assert again.question == asked_for.question

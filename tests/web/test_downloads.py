@@ -25,7 +25,7 @@ from percuss.web.downloads import file_of
 from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job
 from percuss.web.kept import KEPT, Kept, size_of
-from percuss.web.question import BadQuestion, Question
+from percuss.web.question import BadQuestion, PageQuestion
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "diagram": {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 70, "points": 4},
@@ -37,8 +37,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
 BEGINS = {"png": b"\x89PNG", "svg": b"<?xml", "nc": b"\x89HDF", "csv": b""}
 
 
-def asked(kind: str, study: dict[str, Any], **more: Any) -> Question:
-    return Question(1, kind, study, {**OPTIONS[kind], **more})
+def asked(kind: str, study: dict[str, Any], **more: Any) -> PageQuestion:
+    return PageQuestion(1, kind, study, {**OPTIONS[kind], **more})
 
 
 def rows_of(data: bytes) -> list[list[str]]:
@@ -145,12 +145,12 @@ def test_the_python_of_basins_draws_the_manifolds_too(
 
 def test_a_table_that_there_is_not_is_named(study: dict[str, Any]) -> None:
     with pytest.raises(BadQuestion, match="no table 'crossings', only impacts"):
-        file_of(Question(1, "motion", study, {"table": "crossings"}), "csv")
+        file_of(PageQuestion(1, "motion", study, {"table": "crossings"}), "csv")
 
 
 def test_a_motion_that_is_certified_has_a_table_of_balls(study: dict[str, Any]) -> None:
     study["run"] = {"periods": 8}
-    question = Question(1, "motion", study, {"digits": 20, "table": "certified"})
+    question = PageQuestion(1, "motion", study, {"digits": 20, "table": "certified"})
     rows = rows_of(file_of(question, "csv").data)
     text = file_of(question, "toml").data.decode()
 

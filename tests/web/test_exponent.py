@@ -18,15 +18,15 @@ from percuss.web.explore import answer_explore
 from percuss.web.exponent import exponent_of
 from percuss.web.facts import answer_facts
 from percuss.web.presets import presets
-from percuss.web.question import Question, study_of
+from percuss.web.question import PageQuestion, study_of
 
 
 def told(study: dict[str, Any]) -> dict[str, Any]:
-    return read_frame(answer_facts(Question(1, "facts", study, {})))[0]
+    return read_frame(answer_facts(PageQuestion(1, "facts", study, {})))[0]
 
 
 def kind_of(study: dict[str, Any]) -> str:
-    header = read_frame(answer_explore(Question(1, "explore", study, {})))[0]
+    header = read_frame(answer_explore(PageQuestion(1, "explore", study, {})))[0]
     return str(header["impact_times"]["kind"])
 
 
@@ -136,7 +136,7 @@ def test_a_clearance_below_the_error_of_its_orbit_is_a_graze(
 def test_no_orbit_of_a_motion_that_cannot_be_followed(study: dict[str, Any]) -> None:
     study["start"]["x0"] = 5
     with pytest.raises(PercussError):
-        answer_facts(Question(1, "facts", study, {}))
+        answer_facts(PageQuestion(1, "facts", study, {}))
 
 
 def test_an_orbit_that_is_known_before_its_curve_is_drawn(browser: Browser, address: str) -> None:

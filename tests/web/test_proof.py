@@ -13,11 +13,11 @@ import percuss as pc
 from percuss.web import proof
 from percuss.web.handle import Handle
 from percuss.web.proof import answer_certify
-from percuss.web.question import BadQuestion, Question
+from percuss.web.question import BadQuestion, PageQuestion
 
 
 def certified(study: dict[str, Any], digits: Any = 12) -> dict[str, Any]:
-    frames = list(answer_certify(Question(4, "certify", study, {"digits": digits}), Handle()))
+    frames = list(answer_certify(PageQuestion(4, "certify", study, {"digits": digits}), Handle()))
     assert len(frames) == 1
     return read_frame(frames[0])[0]
 
@@ -98,5 +98,5 @@ def test_digits_are_a_number_in_bounds(study: dict[str, Any], digits: Any) -> No
 
 
 def test_a_proof_that_nobody_wants_is_not_told(study: dict[str, Any]) -> None:
-    question = Question(4, "certify", study, {"digits": 12})
+    question = PageQuestion(4, "certify", study, {"digits": 12})
     assert list(answer_certify(question, Handle(is_stopped=True))) == []

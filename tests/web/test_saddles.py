@@ -12,7 +12,7 @@ import percuss as pc
 from percuss.web import saddles
 from percuss.web.handle import Handle
 from percuss.web.presets import presets
-from percuss.web.question import BadQuestion, Question
+from percuss.web.question import BadQuestion, PageQuestion
 from percuss.web.saddles import answer_saddles
 
 OSC = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
@@ -20,7 +20,7 @@ FORCE = pc.cosine("2.8")
 
 
 def found_of(study: dict[str, Any], handle: Handle | None = None) -> list[tuple[Any, Any]]:
-    question = Question(3, "saddles", study, {})
+    question = PageQuestion(3, "saddles", study, {})
     return [read_frame(data) for data in answer_saddles(question, handle or Handle())]
 
 

@@ -17,7 +17,7 @@ from tests.web.frames import read_frame
 from percuss.web import session as sessions
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
-from percuss.web.question import Question
+from percuss.web.question import PageQuestion
 from percuss.web.session import Pools, Session
 
 POOLS = Pools.made()
@@ -53,7 +53,7 @@ def test_of_many_moves_of_a_slider_the_last_is_answered_when_the_turn_comes(
 ) -> None:
     begun, gate = threading.Event(), threading.Event()
 
-    def slow(question: Question, _handle: Handle) -> bytes:
+    def slow(question: PageQuestion, _handle: Handle) -> bytes:
         begun.set()
         gate.wait(10.0)
         return frame({"id": question.id, "kind": "explore"})
@@ -154,7 +154,7 @@ def test_faults_come_back_with_their_paths(study: dict[str, Any]) -> None:
 def test_what_should_not_happen_is_told_without_its_details(
     monkeypatch: pytest.MonkeyPatch, study: dict[str, Any]
 ) -> None:
-    def broken(_question: Question, _handle: Handle) -> bytes:
+    def broken(_question: PageQuestion, _handle: Handle) -> bytes:
         raise ZeroDivisionError("a secret path")
 
     monkeypatch.setattr(sessions, "answer_explore", broken)

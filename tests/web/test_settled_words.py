@@ -28,7 +28,7 @@ from percuss.web.facts import answer_facts
 from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job
 from percuss.web.presets import presets
-from percuss.web.question import BadQuestion, Question
+from percuss.web.question import BadQuestion, PageQuestion
 
 
 def preset(name: str, periods: int) -> dict[str, Any]:
@@ -37,7 +37,7 @@ def preset(name: str, periods: int) -> dict[str, Any]:
 
 
 def test_the_smallest_pattern_of_a_motion_that_still_settles_is_told() -> None:
-    question = Question(1, "explore", preset("gear_rattle", 150), {})
+    question = PageQuestion(1, "explore", preset("gear_rattle", 150), {})
     told = read_frame(answer_explore(question))[0]["impact_times"]
     orbit = read_frame(answer_facts(question))[0]["orbit"]
 
@@ -47,7 +47,9 @@ def test_the_smallest_pattern_of_a_motion_that_still_settles_is_told() -> None:
 
 def test_neighbours_of_a_settling_motion_meet() -> None:
     exponents = {
-        name: read_frame(answer_facts(Question(1, "facts", preset(name, 60), {})))[0]["exponent"]
+        name: read_frame(answer_facts(PageQuestion(1, "facts", preset(name, 60), {})))[0][
+            "exponent"
+        ]
         for name in ("two_attractors", "chaos")
     }
     assert exponents["two_attractors"]["is_settling"]
@@ -109,7 +111,7 @@ NARROW = {"path": "start.v0", "low": 0.49999959, "high": 0.50000043, "values": 6
 
 
 def test_values_of_a_narrow_range_stay_apart(study: dict[str, Any]) -> None:
-    frames = answer_job(Question(1, "diagram", study, NARROW), Handle())
+    frames = answer_job(PageQuestion(1, "diagram", study, NARROW), Handle())
     values = np.concatenate([read_frame(data)[1]["value"] for data in frames])
 
     wanted = np.linspace(NARROW["low"], NARROW["high"], 64)  # type: ignore[call-overload]
@@ -161,7 +163,7 @@ def test_without_harmonics_a_plain_sentence(study: dict[str, Any], kind: str) ->
     study["forcing"] = {"harmonics": []}
     study["run"] = {"t_end": 100}
     with pytest.raises(BadQuestion, match="a periodic force: add a harmonic in Explore"):
-        asked_study(Question(1, kind, study, {**NARROW}))
+        asked_study(PageQuestion(1, kind, study, {**NARROW}))
 
 
 def test_an_orbit_that_is_unstable_is_called_so(page: Page) -> None:

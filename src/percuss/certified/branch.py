@@ -12,7 +12,7 @@ from percuss.certified.balls import Undecided
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import ball
 from percuss.certified.shooting import Link, Residual, Shooting, States, krawczyk, pairs
-from percuss.certified.system import System, system_of
+from percuss.certified.system import BallSystem, system_of
 from percuss.model.paths import replace_parameter
 
 __all__ = [
@@ -38,13 +38,13 @@ def exact_value(value: arb) -> Fraction:
     return number * Fraction(2) ** int(exponent)
 
 
-def system_at(system: System, path: str, value: Fraction) -> System:
+def system_at(system: BallSystem, path: str, value: Fraction) -> BallSystem:
     """Return the exact system at a value of a parameter."""
     osc, force, _ = replace_parameter(system.oscillator, system.forcing, None, path, value)
     return system_of(osc, force)
 
 
-def system_over(system: System, path: str, low: Fraction, high: Fraction) -> System:
+def system_over(system: BallSystem, path: str, low: Fraction, high: Fraction) -> BallSystem:
     """Return the systems at all values of a parameter between two.
 
     Raises
@@ -62,27 +62,27 @@ def system_over(system: System, path: str, low: Fraction, high: Fraction) -> Sys
     return dataclasses.replace(middle, moved=(path, low, high))
 
 
-def _layout(system: System) -> tuple[object, ...]:
+def _layout(system: BallSystem) -> tuple[object, ...]:
     """Return the parts of a system, without their numbers."""
     tones = [(tone.omega, tone.amplitude, tone.times) for tone in system.tones]
     bounds = [(bound.path, bound.wall, bound.edges) for bound in system.bounds]
     return tones, bounds, system.regions
 
 
-def equations_at(system: System, chain: list[Link], n_periods: int) -> Shooting:
+def equations_at(system: BallSystem, chain: list[Link], n_periods: int) -> Shooting:
     """Return the equations of an orbit in a system."""
     return Shooting(system, chain, law_of(system).period(n_periods))
 
 
 def equations_over(
-    system: System, chain: list[Link], n_periods: int, path: str, low: Fraction, high: Fraction
+    system: BallSystem, chain: list[Link], n_periods: int, path: str, low: Fraction, high: Fraction
 ) -> Shooting:
     """Return the equations of the orbits at all values of a parameter between two."""
     return equations_at(system_over(system, path, low, high), chain, n_periods)
 
 
 def solution_at(
-    system: System, chain: list[Link], n_periods: int, path: str, value: Fraction, guess: States
+    system: BallSystem, chain: list[Link], n_periods: int, path: str, value: Fraction, guess: States
 ) -> tuple[Shooting, States]:
     """Return equations and solution at a value of the parameter, near a guess."""
     equations = equations_at(system_at(system, path, value), chain, n_periods)

@@ -11,7 +11,7 @@ from typing import cast, overload
 from flint import arb
 
 from percuss.certified.law import Over, lost_bits, system_for, too_wide
-from percuss.certified.march import MOST_EVENTS, Ending, Limits, MarchRecord, march, start_used
+from percuss.certified.march import MOST_EVENTS, Ending, MarchLimits, MarchRecord, march, start_used
 from percuss.certified.numbers import precision
 from percuss.certified.orbit_result import CertifiedOrbit
 from percuss.certified.orbits import certify_orbit
@@ -61,7 +61,7 @@ def certify_run(
     for attempt in count():
         reported = _progress(progress, begin, t_end, number)
         with precision(work):
-            record = march(system, begin, Limits(t_end, number, finest), reported)
+            record = march(system, begin, MarchLimits(t_end, number, finest), reported)
             spent, missing = _bits(record, digits)
         reported.close()
         enough = missing <= 0 and record.ending not in OPEN

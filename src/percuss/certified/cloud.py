@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 from flint import arb
 
-__all__ = ["Cloud", "Matrix", "Pair"]
+__all__ = ["BallMatrix", "BallPair", "Cloud"]
 
-Pair = tuple[arb, arb]
-Matrix = tuple[Pair, Pair]
+BallPair = tuple[arb, arb]
+BallMatrix = tuple[BallPair, BallPair]
 
 
-def times(a: Matrix, b: Matrix) -> Matrix:
+def times(a: BallMatrix, b: BallMatrix) -> BallMatrix:
     """Return the product of two matrices."""
     (a11, a12), (a21, a22) = a
     (b11, b12), (b21, b22) = b
@@ -28,7 +28,7 @@ def times(a: Matrix, b: Matrix) -> Matrix:
     )
 
 
-def applied(a: Matrix, r: Pair) -> Pair:
+def applied(a: BallMatrix, r: BallPair) -> BallPair:
     """Return a matrix times a vector."""
     return a[0][0] * r[0] + a[0][1] * r[1], a[1][0] * r[0] + a[1][1] * r[1]
 
@@ -47,9 +47,9 @@ class Cloud:
         Intervals along them.
     """
 
-    middle: Pair
-    axes: Matrix
-    spread: Pair
+    middle: BallPair
+    axes: BallMatrix
+    spread: BallPair
 
     @classmethod
     def of(cls, t: arb, v: arb) -> Cloud:
@@ -58,12 +58,12 @@ class Cloud:
         one, zero = arb(1), arb(0)
         return cls(middle, ((one, zero), (zero, one)), (t - middle[0], v - middle[1]))
 
-    def box(self) -> Pair:
+    def box(self) -> BallPair:
         """Return balls that hold t and v."""
         dt, dv = applied(self.axes, self.spread)
         return self.middle[0] + dt, self.middle[1] + dv
 
-    def image(self, point: Pair, derivative: Matrix) -> Cloud:
+    def image(self, point: BallPair, derivative: BallMatrix) -> Cloud:
         """Return the image under a map, of its value at the middle and its derivative on the set."""
         moved = times(derivative, self.axes)
         middle = point[0].mid(), point[1].mid()
@@ -71,12 +71,12 @@ class Cloud:
         c, s = _direction(moved, self.spread)
         # The inverse of ((c, -s), (s, c)), whose entries are exact, is its transpose over this.
         size = c * c + s * s
-        back: Matrix = ((c / size, s / size), (-s / size, c / size))
+        back: BallMatrix = ((c / size, s / size), (-s / size, c / size))
         along, more = applied(times(back, moved), self.spread), applied(back, rest)
         return Cloud(middle, ((c, -s), (s, c)), (along[0] + more[0], along[1] + more[1]))
 
 
-def _direction(columns: Matrix, spread: Pair) -> Pair:
+def _direction(columns: BallMatrix, spread: BallPair) -> BallPair:
     """Return the direction of the longer side of the image, nearly a unit vector."""
     first, second = ((float(columns[0][k]), float(columns[1][k])) for k in (0, 1))
     by = spread[0].abs_upper() * math.hypot(*first), spread[1].abs_upper() * math.hypot(*second)

@@ -12,7 +12,7 @@ from flint import arb, ctx
 from percuss.certified.balls import Undecided
 from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import Push
-from percuss.certified.law import Law, coarse_bits, constant_of, law_of
+from percuss.certified.law import BallLaw, coarse_bits, constant_of, law_of
 from percuss.certified.numbers import (
     ball,
     between,
@@ -23,7 +23,7 @@ from percuss.certified.numbers import (
     upper,
 )
 from percuss.certified.step import search_along
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.model.exact import Phase, angle
 
 __all__ = [
@@ -42,7 +42,7 @@ __all__ = [
 LAST_ORDER = 12
 
 
-def rests_for_ever(law: Law, region: int, x: Fraction) -> bool:
+def rests_for_ever(law: BallLaw, region: int, x: Fraction) -> bool:
     """Return whether no force ever acts on a mass at rest at a place; not with a moved number."""
     if law.system.moved is not None:
         return False
@@ -51,7 +51,7 @@ def rests_for_ever(law: Law, region: int, x: Fraction) -> bool:
 
 
 def first_push_at(
-    law: Law, region: int, x: Fraction, t: arb, time: Phase | None = None
+    law: BallLaw, region: int, x: Fraction, t: arb, time: Phase | None = None
 ) -> tuple[int, int]:
     """Return the order and the sign of the first derivative of x that moves a mass at rest.
 
@@ -82,7 +82,7 @@ def first_push_at(
 
 
 def first_push(
-    law: Law,
+    law: BallLaw,
     region: int,
     x: arb,
     turns: list[tuple[arb, arb]],
@@ -114,13 +114,13 @@ def first_push(
     raise Undecided("force", f"{LAST_ORDER} derivatives of the force are zero where it rests")
 
 
-def _still(law: Law, region: int, x: Fraction) -> Fraction:
+def _still(law: BallLaw, region: int, x: Fraction) -> Fraction:
     """Return the force without harmonics on a mass at rest."""
     here = law.system.regions[region]
     return law.system.constant(here) - law.system.stiffness(here) * x
 
 
-def _derivative(law: Law, region: int, x: Fraction, time: Phase, order: int) -> Fraction | None:
+def _derivative(law: BallLaw, region: int, x: Fraction, time: Phase, order: int) -> Fraction | None:
     """Return a derivative of the force at an exact time, None where it is not surely rational."""
     if law.system.moved is not None:
         return None
@@ -165,7 +165,7 @@ class Released(NamedTuple):
 
 
 def chatter_end(
-    system: System,
+    system: BallSystem,
     region: int,
     bound: int,
     sign: int,
@@ -221,14 +221,16 @@ def chatter_end(
     return Hops(found, x + sign * between(arb(0), high), span(fast))
 
 
-def _has_room(law: Law, system: System, region: int, bound: int, sign: int, high: arb) -> bool:
+def _has_room(
+    law: BallLaw, system: BallSystem, region: int, bound: int, sign: int, high: arb
+) -> bool:
     """Return whether the other end of the region is higher than all hops."""
     here = system.regions[region]
     other = here.upper if sign > 0 else here.lower
     return other is None or bool(sign * (law.places[other] - law.places[bound]) > high)
 
 
-def release(system: System, hold: Hold, end: arb) -> Released:
+def release(system: BallSystem, hold: Hold, end: arb) -> Released:
     """Return when a contact ends: the first time that the force towards the wall changes sign.
 
     Raises
@@ -252,13 +254,13 @@ def release(system: System, hold: Hold, end: arb) -> Released:
     raise Undecided("graze", reason, touch)
 
 
-def _push_of(system: System, hold: Hold, since: arb) -> Push:
+def _push_of(system: BallSystem, hold: Hold, since: arb) -> Push:
     law = law_of(system)
     turns = law.turns(since) if hold.time is None else law.turns_at(hold.time)
     return Push(law, hold.region, turns, law.places[hold.bound], hold.order)
 
 
-def _release(system: System, hold: Hold, end: arb, coarse: int) -> Released:
+def _release(system: BallSystem, hold: Hold, end: arb, coarse: int) -> Released:
     sign = 1 if system.regions[hold.region].lower == hold.bound else -1
     with precision(coarse):
         since = hold.since
@@ -319,7 +321,7 @@ def _pace(push: Push) -> float:
     return max((wave.pace for wave in push.waves), default=1.0)
 
 
-def _period(system: System) -> float:
+def _period(system: BallSystem) -> float:
     """Return more than the period of the forcing, infinity where it has none."""
     force = system.forcing
     if force is None or not force.harmonics or force.frequency is None:

@@ -25,7 +25,7 @@ from percuss.certified.step import (
     search_along,
     width_of,
 )
-from percuss.certified.system import System, system_of
+from percuss.certified.system import BallSystem, system_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, as_fraction
 from percuss.model.oscillator import impact_oscillator
@@ -49,7 +49,7 @@ def odd_root(ratio: Fraction) -> int | None:
     return root if root * root == ratio.numerator and root % 2 else None
 
 
-def returns_reversed(system: System, region_number: int, bound: int) -> bool:
+def returns_reversed(system: BallSystem, region_number: int, bound: int) -> bool:
     """Return whether all flights of a region from a bound to it reverse their velocity, exactly."""
     region = system.regions[region_number]
     k, a = system.stiffness(region), system.damping(region)
@@ -61,7 +61,7 @@ def returns_reversed(system: System, region_number: int, bound: int) -> bool:
     return all(root is not None and root >= 3 for root in roots)
 
 
-def family_orbit(system: System, orbit: PeriodicOrbit) -> Proof:
+def family_orbit(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
     """Return the proof that an orbit, started exactly at its floats, is one of a family.
 
     Raises
@@ -90,7 +90,7 @@ def family_orbit(system: System, orbit: PeriodicOrbit) -> Proof:
     return _parabolic(chain, states, before, equations.period, admissible, reason)
 
 
-def _on_one_wall(system: System, chain: list[Link]) -> bool:
+def _on_one_wall(system: BallSystem, chain: list[Link]) -> bool:
     """Return whether there is one elastic wall alone, from which flights may return reversed."""
     return (
         len(system.bounds) == 1
@@ -100,7 +100,7 @@ def _on_one_wall(system: System, chain: list[Link]) -> bool:
     )
 
 
-def _round_orbit(system: System, orbit: PeriodicOrbit, chain: list[Link]) -> Proof:
+def _round_orbit(system: BallSystem, orbit: PeriodicOrbit, chain: list[Link]) -> Proof:
     """Return the proof for an orbit with flights of less than half a natural period."""
     n = len(chain)
     t, v = (
@@ -153,7 +153,7 @@ def _parabolic(
     )
 
 
-def _fits(system: System, chain: list[Link], orbit: PeriodicOrbit) -> bool:
+def _fits(system: BallSystem, chain: list[Link], orbit: PeriodicOrbit) -> bool:
     """Return whether the half periods add up to the forcing periods, exactly."""
     stiffnesses = {system.stiffness(system.regions[link.after]) for link in chain}
     frequency = None if orbit.forcing is None else orbit.forcing.frequency
@@ -164,7 +164,7 @@ def _fits(system: System, chain: list[Link], orbit: PeriodicOrbit) -> bool:
 
 
 def _laid_out(
-    system: System, chain: list[Link], orbit: PeriodicOrbit
+    system: BallSystem, chain: list[Link], orbit: PeriodicOrbit
 ) -> tuple[Shooting, States, list[arb]]:
     """Return the events of the orbit that starts exactly at the floats of another."""
     n = len(chain)
@@ -190,7 +190,7 @@ Word = tuple[int, ...]
 
 
 def first_impact(
-    system: System, start: Departure, longest: float
+    system: BallSystem, start: Departure, longest: float
 ) -> tuple[Bracket, EnclosedFlight, int]:
     """Return where a flight first meets a stop, for all of its starts.
 
@@ -239,7 +239,7 @@ class Rounds:
         Of each curve the zeros that are known, by name, and when each was first found.
     """
 
-    system: System
+    system: BallSystem
     t: arb
     v: arb
     half: arb = field(init=False)
@@ -355,7 +355,7 @@ def keeps_subset(m: int, v0: Exact) -> Verdict:
         return Verdict(None, math.inf, question.reason)
 
 
-def _verdict(system: System, m: int, v0: arb) -> Verdict:
+def _verdict(system: BallSystem, m: int, v0: arb) -> Verdict:
     pi = arb.pi()
     kick = 2 * (pi / (m + 1)).sin() / (m + 1)
     following = 2 * kick - v0 if m % 2 == 0 else v0

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeAlias
 from flint import arb, ctx
 
 from percuss.certified.balls import Touch, Undecided
-from percuss.certified.flight import Curve
+from percuss.certified.flight import SmoothFunction
 from percuss.certified.law import Number, constant_of
 from percuss.certified.numbers import upper
 
@@ -228,7 +228,7 @@ class Search:
 
     def __init__(
         self,
-        curve: Curve,
+        curve: SmoothFunction,
         levels: list[Level],
         started: Level | None,
         order: int,

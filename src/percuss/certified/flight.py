@@ -12,10 +12,10 @@ from typing import NamedTuple, Protocol
 
 from flint import arb
 
-from percuss.certified.law import Law, LinearRegion, Number, constant_of
+from percuss.certified.law import BallLaw, LinearRegion, Number, constant_of
 from percuss.certified.numbers import power, upper
 
-__all__ = ["BallPropagator", "Curve", "EnclosedFlight", "Push", "Wave", "propagator"]
+__all__ = ["BallPropagator", "EnclosedFlight", "Push", "SmoothFunction", "Wave", "propagator"]
 
 # More than the rounding of the few dozen float operations of a bound.
 SLACK = 1.0 + 1e-12
@@ -44,7 +44,7 @@ class BallPropagator(NamedTuple):
     a22: Number
 
 
-class Curve(Protocol):
+class SmoothFunction(Protocol):
     """What the search for the first root needs of a curve."""
 
     longest: float
@@ -136,7 +136,7 @@ class EnclosedFlight:
 
     def __init__(
         self,
-        law: Law,
+        law: BallLaw,
         region: int,
         turns: Sequence[tuple[arb, arb]],
         x0: Number,
@@ -304,7 +304,7 @@ class Push:
     longest = LONGEST
 
     def __init__(
-        self, law: Law, region: int, turns: Sequence[tuple[arb, arb]], x: Number, order: int
+        self, law: BallLaw, region: int, turns: Sequence[tuple[arb, arb]], x: Number, order: int
     ) -> None:
         here = law.regions[region]
         self.rest = here.constant - here.stiffness * x

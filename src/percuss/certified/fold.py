@@ -22,7 +22,7 @@ from percuss.certified.branch import (
     system_over,
 )
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.law import Law, constant_of, law_of
+from percuss.certified.law import BallLaw, constant_of, law_of
 from percuss.certified.orbits import monodromy_over, shooting_of
 from percuss.certified.properties import admissible_of
 from percuss.certified.shooting import (
@@ -36,7 +36,7 @@ from percuss.certified.shooting import (
     matrix_of,
     pairs,
 )
-from percuss.certified.system import System, system_of
+from percuss.certified.system import BallSystem, system_of
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 
 __all__ = ["fold_of"]
@@ -46,10 +46,10 @@ COARSE = 128
 
 
 @dataclass(frozen=True)
-class Curve:
+class OrbitsAlong:
     """The orbits along one of their coordinates, number ``along``; the parameter takes its place."""
 
-    system: System
+    system: BallSystem
     chain: list[Link]
     n_periods: int
     path: str
@@ -98,7 +98,7 @@ class Curve:
         ctx.cap = 2
         try:
             series = arb_series([value, arb(1)])
-            law = Law(equations.system, self.path, series)  # type: ignore[arg-type]
+            law = BallLaw(equations.system, self.path, series)  # type: ignore[arg-type]
             n = len(states)
             column = [arb(0)] * (2 * n)
             for i in range(n):
@@ -112,7 +112,7 @@ class Curve:
         return column
 
     def _flight_by_parameter(
-        self, equations: Shooting, law: Law, states: list[tuple[arb, arb]], i: int
+        self, equations: Shooting, law: BallLaw, states: list[tuple[arb, arb]], i: int
     ) -> tuple[arb, arb]:
         n = len(states)
         following = (i + 1) % n
@@ -148,7 +148,7 @@ class Curve:
 class CurveResidual(Residual):
     """The equations at a value of the coordinate; the parameter is the unknown in its place."""
 
-    def __init__(self, curve: Curve, eta: arb) -> None:
+    def __init__(self, curve: OrbitsAlong, eta: arb) -> None:
         super().__init__(self._images)
         self.curve, self.eta = curve, eta
 
@@ -174,7 +174,7 @@ def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | No
     equations, guess = shooting_of(system, point.orbit)
     z = [value for state in guess for value in state]
     along = _null_coordinate(equations, guess)
-    curve = Curve(system, equations.chain, point.orbit.n_periods, path, along)
+    curve = OrbitsAlong(system, equations.chain, point.orbit.n_periods, path, along)
     w = list(z)
     w[along] = arb(point.value)
 
@@ -205,13 +205,13 @@ def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | No
     return value, admissible_of(curve.equations(value), pairs(states))[0]
 
 
-def _solved(curve: Curve, middle: list[arb], eta: arb) -> Solved:
+def _solved(curve: OrbitsAlong, middle: list[arb], eta: arb) -> Solved:
     """Return the boxes of the orbits for a ball of the coordinate."""
     residual = curve.residual(eta)
     return krawczyk(residual.value, residual.derivative, middle)
 
 
-def _turning(curve: Curve, w: list[arb], eta: arb) -> arb:
+def _turning(curve: OrbitsAlong, w: list[arb], eta: arb) -> arb:
     """Return 1 - trace + determinant."""
     z, value = curve.split(w, eta)
     equations = curve.equations(value)

@@ -13,14 +13,14 @@ from flint import arb, ctx
 
 from percuss.certified.balls import Ball, Undecided
 from percuss.certified.numbers import ball, cos_sin, upper
-from percuss.certified.system import Region, System, Tone
+from percuss.certified.system import BallSystem, Region, Tone
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, angle, as_fraction
 from percuss.model.paths import long_form
 
 __all__ = [
+    "BallLaw",
     "Gain",
-    "Law",
     "LinearRegion",
     "Number",
     "Over",
@@ -38,7 +38,7 @@ __all__ = [
 Over: TypeAlias = Mapping[str, Ball | tuple[Exact, Exact]]
 
 
-def system_for(system: System, over: Over | None) -> System:
+def system_for(system: BallSystem, over: Over | None) -> BallSystem:
     """Return the system with one number of its force replaced by all of a range.
 
     Raises
@@ -60,7 +60,7 @@ def system_for(system: System, over: Over | None) -> System:
     return dataclasses.replace(system, moved=(path, low, high))
 
 
-def range_of(system: System) -> tuple[str, Ball] | None:
+def range_of(system: BallSystem) -> tuple[str, Ball] | None:
     """Return the number that a proof holds for all values of, and these; None for none."""
     if system.moved is None:
         return None
@@ -68,7 +68,7 @@ def range_of(system: System) -> tuple[str, Ball] | None:
     return path, Ball(ball(low).union(ball(high)))
 
 
-def too_wide(system: System) -> str:
+def too_wide(system: BallSystem) -> str:
     """Return the end of a reason why more bits do not help; empty without a range."""
     if system.moved is None:
         return ""
@@ -151,7 +151,7 @@ class LinearRegion:
         return self.lost > NEAR
 
 
-class Law:
+class BallLaw:
     """All numbers of a system at the working precision, one of them replaced where asked for.
 
     Parameters
@@ -162,7 +162,7 @@ class Law:
         A number that is not the system's but this ball, or series.
     """
 
-    def __init__(self, system: System, path: str | None = None, value: Number | None = None):
+    def __init__(self, system: BallSystem, path: str | None = None, value: Number | None = None):
         self.system = system
         self._path, self._value = path, value
         self.tones = [self._tone(tone) for tone in system.tones]
@@ -327,17 +327,17 @@ def constant_of(value: Any) -> arb:
     return value if isinstance(value, arb) else cast("arb", value[0])
 
 
-def _moved(system: System) -> tuple[str | None, Number | None]:
+def _moved(system: BallSystem) -> tuple[str | None, Number | None]:
     if system.moved is None:
         return None, None
     path, low, high = system.moved
     return path, ball(low).union(ball(high))
 
 
-_LAWS: dict[tuple[int, int], tuple[System, Law]] = {}
+_LAWS: dict[tuple[int, int], tuple[BallSystem, BallLaw]] = {}
 
 
-def coarse_bits(system: System) -> int:
+def coarse_bits(system: BallSystem) -> int:
     """Return the bits that are enough for derivatives and the search for the first root.
 
     No more than the working precision.
@@ -345,18 +345,18 @@ def coarse_bits(system: System) -> int:
     return min(ctx.prec, COARSE + lost_bits(system))
 
 
-def lost_bits(system: System) -> int:
+def lost_bits(system: BallSystem) -> int:
     """Return the bits that are lost where large parts of the motion cancel; 0 for a few."""
     lost = max(region.lost for region in law_of(system).regions)
     return lost if lost > NEAR else 0
 
 
-def law_of(system: System) -> Law:
+def law_of(system: BallSystem) -> BallLaw:
     """Return the law of a system at the working precision."""
     key = id(system), ctx.prec
     known = _LAWS.get(key)
     if known is None or known[0] is not system:
         if len(_LAWS) > 64:
             _LAWS.clear()
-        known = _LAWS[key] = system, Law(system, *_moved(system))
+        known = _LAWS[key] = system, BallLaw(system, *_moved(system))
     return known[1]

@@ -24,7 +24,7 @@ from percuss.certified.contact import (
 from percuss.certified.law import law_of
 from percuss.certified.numbers import ball, time_ball
 from percuss.certified.step import Arrival, Departure, first_arrival
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_fraction
 from percuss.model.start import Start
@@ -36,7 +36,7 @@ __all__ = [
     "Ending",
     "GrazeRow",
     "ImpactRow",
-    "Limits",
+    "MarchLimits",
     "MarchRecord",
     "Piece",
     "march",
@@ -46,7 +46,7 @@ __all__ = [
 ]
 
 
-def on_stop(system: System, start: Start) -> Fraction:
+def on_stop(system: BallSystem, start: Start) -> Fraction:
     """Return the exact position of a start: of a float that a stop's place becomes, that place.
 
     `simulate` takes such a start as one on the stop. What is given as text or as a fraction is
@@ -60,7 +60,7 @@ def on_stop(system: System, start: Start) -> Fraction:
     return x
 
 
-def start_used(system: System, start: Start) -> Start:
+def start_used(system: BallSystem, start: Start) -> Start:
     """Return the start that a proof is about.
 
     Examples
@@ -191,7 +191,7 @@ MOST_EVENTS = 100_000
 SLOW = 1e-6
 
 
-class Limits:
+class MarchLimits:
     """How far a march goes.
 
     Parameters
@@ -212,7 +212,7 @@ class Limits:
 
 
 def march(
-    system: System, start: Start, limits: Limits, progress: RunProgress | None = None
+    system: BallSystem, start: Start, limits: MarchLimits, progress: RunProgress | None = None
 ) -> MarchRecord:
     """Follow a motion in balls of the working precision; never raises Undecided."""
     walk = _Walk(system, limits)
@@ -230,7 +230,7 @@ def march(
 class _Walk:
     """The state between two events: a flight or a contact."""
 
-    def __init__(self, system: System, limits: Limits) -> None:
+    def __init__(self, system: BallSystem, limits: MarchLimits) -> None:
         self.system, self.limits = system, limits
         self.law = law_of(system)
         self.now: Departure | Hold | None = None

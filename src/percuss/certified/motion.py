@@ -10,14 +10,14 @@ import numpy as np
 from flint import arb, ctx
 from numpy.typing import ArrayLike
 
-from percuss.certified.cloud import Pair, applied
+from percuss.certified.cloud import BallPair, applied
 from percuss.certified.contact import Hold, Hops
 from percuss.certified.flight import Push, propagator
 from percuss.certified.law import law_of
 from percuss.certified.march import Ending, MarchRecord
 from percuss.certified.numbers import between, order_of, precision, time_ball
 from percuss.certified.step import Departure, flight_of
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, phase_problem, plain
 from percuss.model.stops import SoftStop
@@ -42,7 +42,7 @@ def is_proven(record: MarchRecord, time: Phase) -> bool:
         return bool(time_ball(time) <= record.until)
 
 
-def state_at(system: System, record: MarchRecord, time: Phase) -> Pair:
+def state_at(system: BallSystem, record: MarchRecord, time: Phase) -> BallPair:
     """Return balls of x and v at a time; at an event, of both of its sides.
 
     Raises
@@ -56,7 +56,7 @@ def state_at(system: System, record: MarchRecord, time: Phase) -> Pair:
         first = pieces[0].start if pieces else record.until
         reason = f"outside of what is proven, {float(first):.12g} to {float(record.until):.12g}"
         raise ParameterError("t", time, reason)
-    found: Pair | None = None
+    found: BallPair | None = None
     latest = math.nextafter(float(t.upper()), math.inf)
     for i in range(bisect_right(record.earliest(), latest) - 1, -1, -1):
         if t < pieces[i].start:
@@ -70,7 +70,7 @@ def state_at(system: System, record: MarchRecord, time: Phase) -> Pair:
     return found
 
 
-def _on_piece(system: System, what: Departure | Hold | Hops, t: arb) -> Pair:
+def _on_piece(system: BallSystem, what: Departure | Hold | Hops, t: arb) -> BallPair:
     if isinstance(what, Hops):
         return what.x, what.v
     if isinstance(what, Hold):
@@ -115,7 +115,7 @@ def exact_times(t: ArrayLike | Phase) -> tuple[list[Phase], tuple[int, ...]]:
     return found, array.shape
 
 
-def energy_of(system: System, state: Pair) -> arb:
+def energy_of(system: BallSystem, state: BallPair) -> arb:
     """Return the kinetic energy and that of all springs, per unit mass."""
     x, v = state
     law = law_of(system)
@@ -128,7 +128,7 @@ def energy_of(system: System, state: Pair) -> arb:
     return energy
 
 
-def forces_of(system: System, record: MarchRecord, time: Phase, state: Pair) -> list[arb]:
+def forces_of(system: BallSystem, record: MarchRecord, time: Phase, state: BallPair) -> list[arb]:
     """Return spring, damping, forcing and the force of each stop, per unit mass."""
     x, v = state
     law, t = law_of(system), time_ball(time)
@@ -150,13 +150,13 @@ def forces_of(system: System, record: MarchRecord, time: Phase, state: Pair) -> 
     return [spring, damping, driving, *stops]
 
 
-def _depth(system: System, stop: int, x: arb) -> arb:
+def _depth(system: BallSystem, stop: int, x: arb) -> arb:
     """Return how far beyond a stop's edge the mass is."""
     depth = x - law_of(system).number(f"oscillator.stops.{stop}.at")
     return depth if system.oscillator.stops[stop].side == "above" else -depth
 
 
-def _soft(system: System, stop: int, x: arb, v: arb) -> arb:
+def _soft(system: BallSystem, stop: int, x: arb, v: arb) -> arb:
     """Return the force of a soft stop; of both sides where x may be on either."""
     depth = _depth(system, stop, x)
     if depth < 0:

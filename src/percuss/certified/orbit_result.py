@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from percuss.arrays import Integers
 from percuss.certified.balls import Ball, Balls, ComplexBall
-from percuss.certified.cloud import Cloud, Pair
+from percuss.certified.cloud import BallPair, Cloud
 from percuss.certified.law import law_of, range_of
 from percuss.certified.numbers import ball, between, precision, time_ball
 from percuss.certified.properties import Proof
@@ -19,7 +19,7 @@ from percuss.certified.results import doubles_of, in_words
 from percuss.certified.shooting import Link, States, region_of_row
 from percuss.certified.steady import steady_flight
 from percuss.certified.step import Departure, flight_of
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.certified.tables import CertifiedImpacts, cycles_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_fraction
@@ -27,11 +27,11 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["CertifiedOrbit", "Motion", "motion_on", "orbit_of_proof", "unproven"]
+__all__ = ["CertifiedOrbit", "OrbitMotion", "motion_on", "orbit_of_proof", "unproven"]
 
 
 @dataclass(frozen=True)
-class Motion:
+class OrbitMotion:
     """The events of an orbit, and what moves between them.
 
     Attributes
@@ -42,13 +42,13 @@ class Motion:
         The float orbit.
     """
 
-    system: System
+    system: BallSystem
     chain: list[Link]
     states: States
     period: arb
     orbit: PeriodicOrbit
 
-    def at(self, time: Phase) -> Pair:
+    def at(self, time: Phase) -> BallPair:
         """Return x and v; at an event both sides are in the balls."""
         t = time_ball(time)
         if not self.states:
@@ -59,7 +59,7 @@ class Motion:
         n = len(self.states)
         turns = ((t - self.states[0][0]) / self.period).mid().floor().mid()
         t = t - turns * self.period
-        found: Pair | None = None
+        found: BallPair | None = None
         # The last flight may reach to the first event a period later, or earlier by the radius.
         for i, shift in ((n - 1, -1), *((i, 0) for i in range(n)), (0, 1)):
             begin = self.states[i][0] + shift * self.period
@@ -73,7 +73,7 @@ class Motion:
         assert found is not None
         return found
 
-    def _on_flight(self, i: int, s: arb) -> Pair:
+    def _on_flight(self, i: int, s: arb) -> BallPair:
         link = self.chain[i]
         place = self.system.bounds[link.bound].at
         start = Departure(link.after, place, Cloud.of(*self.states[i]), link.bound)
@@ -81,7 +81,7 @@ class Motion:
         return x, v
 
 
-def motion_on(motion: Motion | None, time: Phase) -> Pair:
+def motion_on(motion: OrbitMotion | None, time: Phase) -> BallPair:
     """Return x and v on an orbit at a time.
 
     Raises
@@ -161,7 +161,7 @@ class CertifiedOrbit:
     precision: int
     over: tuple[str, Ball] | None
     _proof: Proof | None = field(repr=False)
-    _motion: Motion | None = field(repr=False)
+    _motion: OrbitMotion | None = field(repr=False)
 
     def __call__(self, t: ArrayLike | Phase) -> tuple[Balls, Balls]:
         """Return (x, v) on the orbit at times t.
@@ -253,7 +253,7 @@ def times_of(t: ArrayLike | Phase) -> tuple[list[Phase], tuple[int, ...]]:
 
 
 def orbit_of_proof(
-    system: System, orbit: PeriodicOrbit, proof: Proof, digits: int, bits: int
+    system: BallSystem, orbit: PeriodicOrbit, proof: Proof, digits: int, bits: int
 ) -> CertifiedOrbit:
     """Make the result of a proof."""
     start = proof.start
@@ -289,12 +289,12 @@ def orbit_of_proof(
         _proof=proof,
         _motion=None
         if proof.sticking
-        else Motion(system, proof.chain, proof.states, proof.period, orbit),
+        else OrbitMotion(system, proof.chain, proof.states, proof.period, orbit),
     )
 
 
 def unproven(
-    system: System, orbit: PeriodicOrbit, reason: str, digits: int, bits: int
+    system: BallSystem, orbit: PeriodicOrbit, reason: str, digits: int, bits: int
 ) -> CertifiedOrbit:
     """Make the result of a proof that failed."""
     nothing = Ball(arb.nan())
@@ -328,7 +328,7 @@ def unproven(
     )
 
 
-def _impacts(system: System, proof: Proof) -> CertifiedImpacts:
+def _impacts(system: BallSystem, proof: Proof) -> CertifiedImpacts:
     """Return the events that meet a stop; the interval before the first is that after the last."""
     met = [i for i, link in enumerate(proof.chain) if link.stop is not None]
     instants = [proof.states[i][0] for i in met]

@@ -8,7 +8,7 @@ from flint import arb, ctx
 
 from percuss.certified.balls import Undecided
 from percuss.certified.branch import equations_at, system_at
-from percuss.certified.cloud import Matrix, times
+from percuss.certified.cloud import BallMatrix, times
 from percuss.certified.families import family_orbit
 from percuss.certified.law import Over, coarse_bits, law_of, system_for, too_wide
 from percuss.certified.numbers import precision, upper
@@ -25,7 +25,7 @@ from percuss.certified.shooting import (
 )
 from percuss.certified.steady import steady_proof
 from percuss.certified.sticking import sticking_proof
-from percuss.certified.system import System, system_of
+from percuss.certified.system import BallSystem, system_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["certify_orbit", "monodromy_over", "shooting_of"]
@@ -65,7 +65,7 @@ def certify_orbit(
         work = min(most_bits, 2 * work)
 
 
-def _proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
+def _proof(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
     if math.isinf(orbit.n_impacts):
         return sticking_proof(system, orbit, digits)
     if len(orbit.itinerary) == 0:
@@ -78,7 +78,7 @@ def _proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
     return _isolated(system, orbit)
 
 
-def shooting_of(system: System, orbit: PeriodicOrbit) -> tuple[Shooting, States]:
+def shooting_of(system: BallSystem, orbit: PeriodicOrbit) -> tuple[Shooting, States]:
     """Return the equations of an orbit, and the floats that solve them nearly.
 
     Raises
@@ -98,7 +98,7 @@ def shooting_of(system: System, orbit: PeriodicOrbit) -> tuple[Shooting, States]
     return Shooting(system, chain, period), states
 
 
-def _isolated(system: System, orbit: PeriodicOrbit) -> Proof:
+def _isolated(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
     equations, guess = shooting_of(system, orbit)
     solution = _middle(equations, orbit).newton(guess)
     point = [value for state in solution for value in state]
@@ -148,7 +148,7 @@ def monodromy_over(equations: Shooting, states: States) -> tuple[Monodromy, list
     Undecided
         If the flights' roots may be others than the events of the orbit.
     """
-    product: Matrix | None = None
+    product: BallMatrix | None = None
     n = len(states)
     before = [arb(0)] * n
     durations = []
@@ -161,7 +161,7 @@ def monodromy_over(equations: Shooting, states: States) -> tuple[Monodromy, list
         before[following] = there.box[1]
         kept = equations.chain[following].kept(equations.system)
         by_t, by_v = there.derivative
-        block: Matrix = by_t, (kept * by_v[0], kept * by_v[1])
+        block: BallMatrix = by_t, (kept * by_v[0], kept * by_v[1])
         product = block if product is None else times(block, product)
         durations.append(until - state[0])
     assert product is not None

@@ -11,7 +11,7 @@ from percuss.certified.balls import Undecided
 from percuss.certified.families import Rounds, returns_reversed
 from percuss.certified.numbers import ball, precision, time_ball
 from percuss.certified.statements import BITS, Verdict
-from percuss.certified.system import System, system_of
+from percuss.certified.system import BallSystem, system_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, as_fraction
 from percuss.model.forcing import Forcing
@@ -80,7 +80,7 @@ def repeats_after(
         return Verdict(None, n_impacts, question.reason)
 
 
-def _has_closed_form(system: System) -> bool:
+def _has_closed_form(system: BallSystem) -> bool:
     return (
         len(system.bounds) == 1
         and system.bounds[0].wall is not None

@@ -11,10 +11,10 @@ from flint import acb, arb
 
 __all__: list[str] = []
 
-Parts = tuple[int, int]
+MantissaExponent = tuple[int, int]
 
 
-def _parts(value: arb) -> Parts:
+def _parts(value: arb) -> MantissaExponent:
     mantissa, exponent = value.man_exp()
     return int(mantissa), int(exponent)
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from flint import acb, arb, ctx
 
 from percuss.certified.balls import Undecided
-from percuss.certified.cloud import Matrix
+from percuss.certified.cloud import BallMatrix
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import precision, span
 from percuss.certified.shooting import Link, Shooting, States
 from percuss.certified.step import flight_of, levels_of, search_along, width_of
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 
 __all__ = ["Monodromy", "Proof", "admissible_of", "monodromy_of", "multipliers_of", "stability_of"]
 
@@ -139,7 +139,7 @@ class Monodromy:
         "asymptotic", "elliptic", "parabolic", "unstable" or "undecided".
     """
 
-    matrix: Matrix
+    matrix: BallMatrix
     trace: arb
     determinant: arb
     conservative: bool
@@ -148,7 +148,7 @@ class Monodromy:
 
 
 def monodromy_of(
-    system: System, chain: list[Link], durations: list[arb], matrix: Matrix
+    system: BallSystem, chain: list[Link], durations: list[arb], matrix: BallMatrix
 ) -> Monodromy:
     """Return the derivative over an orbit with its determinant from the closed form.
 
@@ -172,7 +172,7 @@ def monodromy_of(
     return completed(matrix, trace, determinant, conservative=conservative)
 
 
-def completed(matrix: Matrix, trace: arb, determinant: arb, *, conservative: bool) -> Monodromy:
+def completed(matrix: BallMatrix, trace: arb, determinant: arb, *, conservative: bool) -> Monodromy:
     """Return a derivative with its multipliers and stability."""
     return Monodromy(
         matrix,

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.certified.balls import Ball, Balls
-from percuss.certified.cloud import Pair
+from percuss.certified.cloud import BallPair
 from percuss.certified.law import range_of
 from percuss.certified.march import Ending, MarchRecord, moved_in_words
 from percuss.certified.motion import energy_of, exact_times, forces_of, is_proven, state_at
 from percuss.certified.numbers import precision, time_ball
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.certified.tables import (
     CertifiedContacts,
     CertifiedCrossings,
@@ -123,7 +123,7 @@ class CertifiedRun:
     wanted_digits: int
     precision: int
     bits_spent: float
-    _system: System = field(repr=False)
+    _system: BallSystem = field(repr=False)
     _record: MarchRecord = field(repr=False)
     _given: Start = field(repr=False)
 
@@ -375,7 +375,7 @@ class CertifiedRun:
             energies = [energy_of(self._system, self._state(time)) for time in times]
         return Balls.of(energies, shape)
 
-    def _state(self, time: Phase) -> Pair:
+    def _state(self, time: Phase) -> BallPair:
         return state_at(self._system, self._record, time)
 
     def _last_event(self) -> Ball:
@@ -414,7 +414,7 @@ _COMPLETE = (
 
 
 def run_of_record(
-    system: System, starts: tuple[Start, Start], record: MarchRecord, spent: float, digits: int
+    system: BallSystem, starts: tuple[Start, Start], record: MarchRecord, spent: float, digits: int
 ) -> CertifiedRun:
     """Make the result of a march; starts are the one it is about and the one that was given."""
     with precision(record.bits):

@@ -9,12 +9,12 @@ from typing import NamedTuple, TypeAlias
 from flint import arb, arb_mat, ctx
 
 from percuss.certified.balls import Undecided
-from percuss.certified.cloud import Cloud, Matrix
+from percuss.certified.cloud import BallMatrix, Cloud
 from percuss.certified.first_root import Bracket
 from percuss.certified.law import law_of
 from percuss.certified.numbers import precision, span
 from percuss.certified.step import Arrival, Departure, flight_of, landed, levels_of
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS
 from percuss.model.law import law, lines
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -56,20 +56,20 @@ class Link:
     stop: int | None
     wall: bool
 
-    def kept(self, system: System) -> arb:
+    def kept(self, system: BallSystem) -> arb:
         """Return the velocity after the event as a part of that before."""
         if not self.wall:
             return arb(1)
         return -law_of(system).number(f"oscillator.stops.{self.stop}.restitution")
 
 
-def region_of_row(system: System, row: int) -> int:
+def region_of_row(system: BallSystem, row: int) -> int:
     """Return the number of the region of a row of the kernels' law."""
     n = int(law(system.oscillator, system.forcing)[0, N_HARMONICS])
     return (row - FIRST_HARMONIC - n) // (1 + n)
 
 
-def chain_of(system: System, orbit: PeriodicOrbit) -> list[Link]:
+def chain_of(system: BallSystem, orbit: PeriodicOrbit) -> list[Link]:
     """Return the events of an orbit, the first one that of its start.
 
     Raises
@@ -97,7 +97,7 @@ def chain_of(system: System, orbit: PeriodicOrbit) -> list[Link]:
 
 Vector: TypeAlias = list[arb]
 # Value of the equations at a point, and their derivative on a box.
-Value: TypeAlias = Callable[[Vector], arb_mat]
+BallFunction: TypeAlias = Callable[[Vector], arb_mat]
 
 ROUNDS = 6
 WIDER = 4
@@ -110,7 +110,7 @@ class Solved(NamedTuple):
     trial: Vector
 
 
-def krawczyk(value: Value, derivative: Value, point: Vector) -> Solved:
+def krawczyk(value: BallFunction, derivative: BallFunction, point: Vector) -> Solved:
     """Return a box around a point that holds exactly one solution.
 
     Raises
@@ -134,7 +134,7 @@ def krawczyk(value: Value, derivative: Value, point: Vector) -> Solved:
     raise Undecided("precision", "no box was found that the equations map into itself")
 
 
-def unique_in(derivative: Value, value: Value, point: Vector, sizes: Vector) -> bool:
+def unique_in(derivative: BallFunction, value: BallFunction, point: Vector, sizes: Vector) -> bool:
     """Return whether the box of these half-widths holds exactly one solution, for certain."""
     try:
         inverse = _inverse(derivative(point))
@@ -184,7 +184,7 @@ class Image(NamedTuple):
     """
 
     state: tuple[arb, arb]
-    derivative: Matrix
+    derivative: BallMatrix
     lasts: arb
     alone: arb
 
@@ -248,7 +248,7 @@ class Shooting:
         How long the orbit lasts, at the working precision.
     """
 
-    system: System
+    system: BallSystem
     chain: list[Link]
     period: arb
 
@@ -347,7 +347,7 @@ def residual_of(states: States, images: States) -> arb_mat:
     return arb_mat(rows)
 
 
-def matrix_of(derivatives: list[Matrix]) -> arb_mat:
+def matrix_of(derivatives: list[BallMatrix]) -> arb_mat:
     """Return the derivative of F(z) - z."""
     n = len(derivatives)
     rows = [[arb(0)] * (2 * n) for _ in range(2 * n)]

@@ -19,14 +19,14 @@ from percuss.certified.branch import (
     system_at,
     system_over,
 )
-from percuss.certified.cloud import Matrix, times
+from percuss.certified.cloud import BallMatrix, times
 from percuss.certified.fold import fold_of
 from percuss.certified.law import law_of
 from percuss.certified.numbers import ball, precision
 from percuss.certified.orbits import certify_orbit, monodromy_over, shooting_of
 from percuss.certified.properties import admissible_of
 from percuss.certified.shooting import Image, Link, Shooting, States
-from percuss.certified.system import System, system_of
+from percuss.certified.system import BallSystem, system_of
 from percuss.certified.touch import touch_of
 from percuss.model.exact import Exact, as_float, as_fraction
 from percuss.model.paths import get_parameter, long_form
@@ -67,7 +67,7 @@ def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool 
 
 def _enclosed(
     point: SpecialPoint,
-    system: System,
+    system: BallSystem,
     chain: list[Link],
     n_periods: int,
     path: str,
@@ -141,7 +141,7 @@ class HalfShooting(Shooting):
         Undecided
             If the flights' roots may be others than the events of the orbit.
         """
-        product: Matrix = (arb(1), arb(0)), (arb(0), arb(1))
+        product: BallMatrix = (arb(1), arb(0)), (arb(0), arb(1))
         following = [*(t for t, _ in states[1:]), states[0][0] + self.period]
         images = self.images(states, ctx.prec)
         for image, (t, _), until in zip(images, states, following, strict=True):
@@ -152,7 +152,7 @@ class HalfShooting(Shooting):
         return 1 + a + d + (a * d - b * c)
 
 
-def half_of(system: System, chain: list[Link], n_periods: int) -> HalfShooting:
+def half_of(system: BallSystem, chain: list[Link], n_periods: int) -> HalfShooting:
     """Return the equations of half a symmetric orbit."""
     return HalfShooting(system, chain, law_of(system).period(n_periods) / 2)
 
@@ -203,7 +203,7 @@ def _sign(equations: HalfShooting, states: States, trial: States) -> bool:
     return bool(found > 0)
 
 
-def _check_mirrored(system: System, chain: list[Link], n_periods: int) -> None:
+def _check_mirrored(system: BallSystem, chain: list[Link], n_periods: int) -> None:
     """Refuse an orbit whose events are not each other's mirror images."""
     half, odd = divmod(len(chain), 2)
     bounds, regions = len(system.bounds) - 1, len(system.regions) - 1
@@ -215,7 +215,7 @@ def _check_mirrored(system: System, chain: list[Link], n_periods: int) -> None:
             raise Undecided("symmetry", "the events do not come in two mirrored halves")
 
 
-def _check_parameter(system: System, path: str, value: Fraction) -> None:
+def _check_parameter(system: BallSystem, path: str, value: Fraction) -> None:
     """Refuse a parameter that breaks the symmetry itself: at three values of it, exactly."""
     for part in (Fraction(0), Fraction(1, 10**6), Fraction(-1, 10**6)):
         there = system_at(system, path, value * (1 + part) if value else part)

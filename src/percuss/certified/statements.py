@@ -22,10 +22,10 @@ from flint import arb, ctx
 from percuss.certified.balls import Ball, Undecided
 from percuss.certified.contact import first_push_at
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.law import Law, coarse_bits, law_of
+from percuss.certified.law import BallLaw, coarse_bits, law_of
 from percuss.certified.numbers import ball, precision, rational_cosine, time_ball
 from percuss.certified.step import levels_of, search_along, width_of
-from percuss.certified.system import System, Tone, system_of
+from percuss.certified.system import BallSystem, Tone, system_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, angle, as_fraction, pi_times, plain
 from percuss.model.forcing import Forcing
@@ -119,7 +119,7 @@ def _whole(name: str, value: object, most: float) -> int:
     raise ParameterError(name, value, f"not a whole number {limits}")
 
 
-def _kept(system: System, v0: Exact, t0: Phase, n_impacts: int | None, bits: int) -> Verdict:
+def _kept(system: BallSystem, v0: Exact, t0: Phase, n_impacts: int | None, bits: int) -> Verdict:
     number = math.inf if n_impacts is None else n_impacts
     speed = as_fraction(v0)
     if len(system.bounds) == 1 and system.bounds[0].wall is not None:
@@ -204,13 +204,13 @@ def critical_velocity(
 class _Eigenset:
     """The flights of a start on the wall, if the closed form holds."""
 
-    def __init__(self, system: System, v0: Fraction, t0: Phase) -> None:
+    def __init__(self, system: BallSystem, v0: Fraction, t0: Phase) -> None:
         self.system, self.v0, self.t0 = system, v0, t0
         if len(system.bounds) != 1 or system.bounds[0].wall is None:
             raise Undecided("precision", "not one wall alone")
         self.sign = 1 if system.regions[0].lower == 0 else -1
         self.root, self.multiples = self._multiples()
-        self.law: Law = law_of(system)
+        self.law: BallLaw = law_of(system)
         self.gain = self._gain()
 
     def _multiples(self) -> tuple[Fraction, list[int]]:

@@ -9,19 +9,21 @@ from flint import acb, arb, ctx
 
 from percuss.certified.balls import Undecided
 from percuss.certified.flight import EnclosedFlight, propagator
-from percuss.certified.law import Law, coarse_bits, constant_of, law_of
+from percuss.certified.law import BallLaw, coarse_bits, constant_of, law_of
 from percuss.certified.numbers import ball, precision
 from percuss.certified.properties import Proof, completed
 from percuss.certified.shooting import region_of_row
 from percuss.certified.step import levels_of, search_along, width_of
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.model.exact import as_fraction
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["steady_admissible", "steady_flight", "steady_proof"]
 
 
-def steady_flight(law: Law, region_number: int, place: Fraction | None = None) -> EnclosedFlight:
+def steady_flight(
+    law: BallLaw, region_number: int, place: Fraction | None = None
+) -> EnclosedFlight:
     """Return the steady motion of a region, from t = 0.
 
     Without a spring it can be anywhere: it starts at ``place``, if that is given.
@@ -51,7 +53,7 @@ def steady_flight(law: Law, region_number: int, place: Fraction | None = None) -
     return flight
 
 
-def steady_proof(system: System, orbit: PeriodicOrbit) -> Proof:
+def steady_proof(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
     """Return the proof of an orbit without events."""
     number = region_of_row(system, int(orbit.record[1][0, 2]))
     law = law_of(system)
@@ -86,7 +88,7 @@ def steady_proof(system: System, orbit: PeriodicOrbit) -> Proof:
 
 
 def steady_admissible(
-    system: System, number: int, period: arb, place: Fraction | None = None
+    system: BallSystem, number: int, period: arb, place: Fraction | None = None
 ) -> tuple[bool | None, str]:
     """Return whether the steady motion stays inside its region for a period."""
     question = ""

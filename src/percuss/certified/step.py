@@ -8,13 +8,13 @@ from fractions import Fraction
 from flint import arb, ctx
 
 from percuss.certified.balls import Undecided
-from percuss.certified.cloud import Cloud, Matrix, Pair, applied
+from percuss.certified.cloud import BallMatrix, BallPair, Cloud, applied
 from percuss.certified.first_root import Bracket, Level, Search
-from percuss.certified.flight import BallPropagator, Curve, EnclosedFlight, propagator
+from percuss.certified.flight import BallPropagator, EnclosedFlight, SmoothFunction, propagator
 from percuss.certified.landing import solve
 from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import ball, precision, time_ball, upper
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.model.exact import Phase
 
 __all__ = [
@@ -79,14 +79,14 @@ class Arrival:
 
     bound: int
     sign: int
-    point: Pair
-    derivative: Matrix
-    box: Pair
+    point: BallPair
+    derivative: BallMatrix
+    box: BallPair
     lasts: arb
     alone: arb
 
 
-def flight_of(system: System, start: Departure, *, whole: bool) -> EnclosedFlight:
+def flight_of(system: BallSystem, start: Departure, *, whole: bool) -> EnclosedFlight:
     """Return the flight from the middle of a departure's cloud, or those from all of it."""
     law = law_of(system)
     t, v = start.cloud.box() if whole else start.cloud.middle
@@ -97,7 +97,7 @@ def flight_of(system: System, start: Departure, *, whole: bool) -> EnclosedFligh
     return EnclosedFlight(law, start.region, turns, x, v, start.order)
 
 
-def levels_of(system: System, region: int) -> list[Level]:
+def levels_of(system: BallSystem, region: int) -> list[Level]:
     """Return the bounds of a region as levels, at the working precision."""
     law, here = law_of(system), system.regions[region]
     found = []
@@ -107,14 +107,14 @@ def levels_of(system: System, region: int) -> list[Level]:
     return found
 
 
-def width_of(system: System, flight: EnclosedFlight) -> float:
+def width_of(system: BallSystem, flight: EnclosedFlight) -> float:
     """Return about how long a stretch of a flight can be, for the quickest part of the motion."""
     return 1.0 / max([flight.region.pace, *law_of(system).paces, 1e-6])
 
 
 def search_along(
-    system: System,
-    curve: Curve,
+    system: BallSystem,
+    curve: SmoothFunction,
     levels: list[Level],
     started: int | None,
     order: int,
@@ -148,7 +148,7 @@ def search_along(
     )
 
 
-def first_arrival(system: System, start: Departure, end: arb, width: float) -> Arrival | None:
+def first_arrival(system: BallSystem, start: Departure, end: arb, width: float) -> Arrival | None:
     """Return where a departure first meets a bound, None if it does not before an instant.
 
     Parameters
@@ -178,7 +178,7 @@ def first_arrival(system: System, start: Departure, end: arb, width: float) -> A
 
 
 def _arrival(
-    system: System, start: Departure, end: arb, width: float, coarse: int
+    system: BallSystem, start: Departure, end: arb, width: float, coarse: int
 ) -> Arrival | None:
     with precision(coarse):
         whole = flight_of(system, start, whole=True)
@@ -195,7 +195,7 @@ def _arrival(
 
 
 def landed(
-    system: System,
+    system: BallSystem,
     start: Departure,
     whole: EnclosedFlight,
     bracket: Bracket,
@@ -236,7 +236,7 @@ def landed(
     return Arrival(level.bound, level.sign, at, derivative, box, all_.s, all_.alone)
 
 
-def event_derivative(by: BallPropagator, before: Pair, after: Pair) -> Matrix:
+def event_derivative(by: BallPropagator, before: BallPair, after: BallPair) -> BallMatrix:
     """Return the derivative of instant and velocity at an event by those at the one before.
 
     A start later by dt is, at a fixed instant, one that is displaced by (-v, -a) dt; and an

@@ -14,11 +14,11 @@ from flint import acb, arb
 
 from percuss.certified.balls import Undecided
 from percuss.certified.contact import Hold
-from percuss.certified.march import Ending, Limits, MarchRecord, march
+from percuss.certified.march import Ending, MarchLimits, MarchRecord, march
 from percuss.certified.numbers import ball
 from percuss.certified.properties import Monodromy, Proof
 from percuss.certified.shooting import Link
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.model.exact import pi_times
 from percuss.model.start import Start
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -26,7 +26,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 __all__ = ["sticking_proof"]
 
 
-def sticking_proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
+def sticking_proof(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
     """Return the proof of an orbit with sticking.
 
     Raises
@@ -51,7 +51,7 @@ def sticking_proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
     start = Start(orbit.oscillator.stops[int(stop)].at, 0, middle)
     after = pi_times(Fraction(2 * orbit.n_periods) / frequency) + middle
     finest = Fraction(1, 2 * 10**digits)
-    record = march(system, start, Limits(after, None, finest))
+    record = march(system, start, MarchLimits(after, None, finest))
     held_at_end = bool(record.pieces) and isinstance(record.pieces[-1].what, Hold)
     held_at_start = bool(record.pieces) and isinstance(record.pieces[0].what, Hold)
     if record.ending is not Ending.reached_t_end or not (held_at_start and held_at_end):
@@ -64,7 +64,9 @@ def sticking_proof(system: System, orbit: PeriodicOrbit, digits: int) -> Proof:
     return _proof(system, orbit, record, frequency)
 
 
-def _proof(system: System, orbit: PeriodicOrbit, record: MarchRecord, frequency: Fraction) -> Proof:
+def _proof(
+    system: BallSystem, orbit: PeriodicOrbit, record: MarchRecord, frequency: Fraction
+) -> Proof:
     zero = arb(0)
     bounds = {bound.wall: i for i, bound in enumerate(system.bounds)}
     chain = [Link(bounds[row.stop], 0, 0, row.stop, wall=True) for row in record.impacts]

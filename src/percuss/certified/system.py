@@ -13,7 +13,7 @@ from percuss.model.harmonics import FourierTerm
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import SoftStop, Wall
 
-__all__ = ["Bound", "Region", "System", "Tone", "system_of"]
+__all__ = ["BallSystem", "Bound", "Region", "Tone", "system_of"]
 
 Angle = tuple[Fraction, Fraction]
 
@@ -61,7 +61,7 @@ class Region:
 
 
 @dataclass(frozen=True)
-class System:
+class BallSystem:
     """An oscillator and its forcing, every number exact.
 
     Attributes
@@ -119,7 +119,7 @@ class System:
 
 
 @lru_cache(maxsize=64)
-def system_of(osc: Oscillator, force: Forcing | None) -> System:
+def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
     """Return the exact system of an oscillator under a forcing (None: free motion)."""
     numbers = {
         "oscillator.stiffness": as_fraction(osc.stiffness),
@@ -132,7 +132,7 @@ def system_of(osc: Oscillator, force: Forcing | None) -> System:
             numbers[f"oscillator.stops.{i}.{name}"] = as_fraction(getattr(stop, name))
     tones = _tones(force, numbers) if force is not None else ()
     bounds = _bounds(osc, numbers)
-    return System(osc, force, numbers, tones, bounds, _regions(osc, numbers, bounds))
+    return BallSystem(osc, force, numbers, tones, bounds, _regions(osc, numbers, bounds))
 
 
 def _tones(force: Forcing, numbers: dict[str, Fraction]) -> tuple[Tone, ...]:

@@ -15,7 +15,7 @@ from percuss.arrays import Integers
 from percuss.certified.balls import Balls
 from percuss.certified.march import MarchRecord
 from percuss.certified.numbers import ball
-from percuss.certified.system import System
+from percuss.certified.system import BallSystem
 from percuss.motion.tables import COLUMNS
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ class CertifiedGrazes:
         return len(self.t)
 
 
-def impacts_of(system: System, record: MarchRecord) -> CertifiedImpacts:
+def impacts_of(system: BallSystem, record: MarchRecord) -> CertifiedImpacts:
     """Return the impacts of a record."""
     rows = record.impacts
     instants = [row.t for row in rows]
@@ -197,7 +197,7 @@ def impacts_of(system: System, record: MarchRecord) -> CertifiedImpacts:
     )
 
 
-def cycles_of(system: System, instants: list[arb]) -> Balls:
+def cycles_of(system: BallSystem, instants: list[arb]) -> Balls:
     """Return instants in forcing periods, modulo 1; no numbers without an exact period."""
     force = system.forcing
     if force is None or force.frequency is None:

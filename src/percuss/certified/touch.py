@@ -31,7 +31,7 @@ from percuss.certified.properties import admissible_of
 from percuss.certified.shooting import Link, Shooting, States, chain_of, region_of_row
 from percuss.certified.steady import steady_admissible, steady_flight
 from percuss.certified.step import flight_of
-from percuss.certified.system import System, system_of
+from percuss.certified.system import BallSystem, system_of
 from percuss.kernels.law import PERIOD
 from percuss.model.law import law, lines
 from percuss.orbits.bifurcations.special_points import SpecialPoint
@@ -41,7 +41,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 __all__ = ["touch_of"]
 
 
-class Turn(NamedTuple):
+class TurningPoint(NamedTuple):
     """A turning point: when, where it is the only one, and how far from the stop.
 
     The distance is negative beyond the stop; times are since the start of the flight.
@@ -53,7 +53,7 @@ class Turn(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Branch:
+class TurningBranch:
     """Orbits with a turning point near a stop.
 
     Attributes
@@ -66,7 +66,7 @@ class Branch:
         The stop's bound, and the time of the turning point in the flight, nearly.
     """
 
-    system: System
+    system: BallSystem
     path: str
     n_periods: int
     chain: list[Link]
@@ -76,7 +76,7 @@ class Branch:
     bound: int
     s: float
 
-    def turn(self, flight: EnclosedFlight, system: System, near: arb) -> Turn:
+    def turn(self, flight: EnclosedFlight, system: BallSystem, near: arb) -> TurningPoint:
         """Return the turning point near a time of all flights, proven by an interval Newton step.
 
         Raises
@@ -101,7 +101,7 @@ class Branch:
                 sign = 1 if system.regions[self.region].lower == self.bound else -1
                 moved = step * span(v.abs_upper())
                 at = law_of(system).places[self.bound]
-                return Turn(s + step, s + span(trial), sign * (x + moved - at))
+                return TurningPoint(s + step, s + span(trial), sign * (x + moved - at))
             trial = 4 * trial
         raise Undecided("precision", "the turning point was not enclosed")
 
@@ -160,13 +160,13 @@ class Branch:
             ends.append(self._turn_of(equations, inside, turn.s.mid()))
         return *_same(turn, ends), admissible_of(all_, box)[0]
 
-    def _turn_of(self, equations: Shooting, states: States, near: arb) -> Turn:
+    def _turn_of(self, equations: Shooting, states: States, near: arb) -> TurningPoint:
         start = equations.departure(self.flight, states[self.flight])
         flight = flight_of(equations.system, start, whole=True)
         return self.turn(flight, equations.system, near)
 
 
-def _same(turn: Turn, ends: list[Turn]) -> tuple[arb, arb]:
+def _same(turn: TurningPoint, ends: list[TurningPoint]) -> tuple[arb, arb]:
     """Return the clearances at both ends, if the turning point there is that of all the branch."""
     if not all(turn.alone.contains(end.s) for end in ends):
         raise Undecided("precision", "the turning points at the ends may be two")
@@ -191,7 +191,7 @@ def touch_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | N
     return exact_ball(low).union(exact_ball(high)), admissible
 
 
-def _without_impact(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
+def _without_impact(system: BallSystem, path: str, orbit: PeriodicOrbit) -> TurningBranch:
     """Return the branch of the orbits without the slowest impact."""
     chain = chain_of(system, orbit)
     n = len(chain)
@@ -205,7 +205,9 @@ def _without_impact(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
     here = chain[slow]
     if not kept:
         t = arb(float(instants[slow]))
-        return Branch(system, path, orbit.n_periods, [], [], 0, here.before, here.bound, float(t))
+        return TurningBranch(
+            system, path, orbit.n_periods, [], [], 0, here.before, here.bound, float(t)
+        )
     period = float(law_of(system).period(orbit.n_periods))
     states: States = []
     first = instants[kept[0]]
@@ -215,12 +217,12 @@ def _without_impact(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
     last = len(kept) - 1
     s = (instants[slow] - instants[kept[-1]]) % period
     reduced = [chain[i] for i in kept]
-    return Branch(
+    return TurningBranch(
         system, path, orbit.n_periods, reduced, states, last, here.before, here.bound, float(s)
     )
 
 
-def _with_passage(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
+def _with_passage(system: BallSystem, path: str, orbit: PeriodicOrbit) -> TurningBranch:
     """Return the branch of orbits one of whose turning points is nearest to a stop."""
     table = law(orbit.oscillator, orbit.forcing)
     n, (events, marks) = len(orbit.itinerary), orbit.record
@@ -234,11 +236,11 @@ def _with_passage(system: System, path: str, orbit: PeriodicOrbit) -> Branch:
     s = float(turns.t[k]) - (float(events[flight, 0]) if n else 0.0)
     region = region_of_row(system, int(marks[flight, 2]))
     if n == 0:
-        return Branch(system, path, orbit.n_periods, [], [], 0, region, bound, s)
+        return TurningBranch(system, path, orbit.n_periods, [], [], 0, region, bound, s)
     chain = chain_of(system, orbit)
     unknowns = [float(value) for value in orbit.itinerary.vector]
     t, states = unknowns[0], []
     for i in range(n):
         states.append((arb(t), arb(unknowns[1 + n + i])))
         t += unknowns[1 + i]
-    return Branch(system, path, orbit.n_periods, chain, states, flight, region, bound, s)
+    return TurningBranch(system, path, orbit.n_periods, chain, states, flight, region, bound, s)

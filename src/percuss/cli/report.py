@@ -11,7 +11,7 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     # A second of import, and each command prints only one of them.
-    from percuss.paper.claim import Claim, Kind
+    from percuss.paper.claim import Claim, ClaimKind
     from percuss.paper.run import PaperResult
     from percuss.studies.running import StudyResult
     from percuss.studies.study import Study
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["print_report", "print_verdicts"]
 
 COLOURS = {"holds": "green", "corrected": "yellow", "fails": "red", "undecided": "magenta"}
-WORDS: dict[Kind, str] = {
+WORDS: dict[ClaimKind, str] = {
     "holds": "holds",
     "corrected": "corrected",
     "fails": "fails",

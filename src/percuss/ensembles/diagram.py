@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 __all__ = ["bifurcation_diagram", "failed_values", "impact_periods"]
 
-Section = Literal["stroboscopic", "impacts"]
+SectionName = Literal["stroboscopic", "impacts"]
 Direction = Literal["forward", "backward"]
 # Values that a range (low, high) of the parameter stands for.
 VALUES = 401
@@ -68,7 +68,7 @@ def bifurcation_diagram(
     force: Forcing | None,
     *,
     over: Mapping[str, object],
-    section: Section = "stroboscopic",
+    section: SectionName = "stroboscopic",
     starts: Sequence[Start | Sequence[Phase]] = ((0.0, 0.0),),
     follow: Sequence[Direction] = ("forward", "backward"),
     transient: int = 200,

@@ -21,7 +21,7 @@ __all__ = ["Engine", "EngineError", "check_engine", "done_chunks", "make_ready",
 
 # "threads", "processes", the address of a Dask scheduler, or a `distributed.Client`.
 Engine: TypeAlias = Any
-Span: TypeAlias = tuple[int, int]
+ChunkRange: TypeAlias = tuple[int, int]
 Tick: TypeAlias = Callable[[], bool]
 
 # Chunks in hand for each worker: the next ones, so that none waits.
@@ -35,7 +35,7 @@ MOST_DEATHS = 3
 
 def done_chunks(
     job: Job,
-    spans: Sequence[Span],
+    spans: Sequence[ChunkRange],
     engine: Engine = "threads",
     n_workers: int | None = None,
     tick: Tick | None = None,
@@ -142,7 +142,7 @@ class _Pool:
         self,
         make: Callable[[], futures.Executor],
         compute: Callable[[int, int], Block],
-        spans: Sequence[Span],
+        spans: Sequence[ChunkRange],
         n: int,
     ) -> None:
         self._make, self._compute, self._spans = make, compute, spans
@@ -250,7 +250,7 @@ class _Queue:
         """Have chunks handed out again."""
         self._waiting.extendleft(reversed(chunks))
 
-    def note_death(self, lost: Sequence[int], spans: Sequence[Span]) -> None:
+    def note_death(self, lost: Sequence[int], spans: Sequence[ChunkRange]) -> None:
         """Have lost chunks handed out again, unless too many processes have died at one.
 
         Parameters

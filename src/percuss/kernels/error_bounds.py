@@ -60,7 +60,7 @@ from percuss.kernels.record import (
     START,
     V_AFTER,
     V_BEFORE,
-    Record,
+    MotionRecord,
 )
 from percuss.kernels.tangent import delayed_start, propagator
 
@@ -86,7 +86,7 @@ Errors: TypeAlias = tuple[Table, Integers, Table]
 
 @kernel
 def contact_errors(
-    record: Record,
+    record: MotionRecord,
     begins: tuple[float, float, float],
     phases: Table,
     arrival: Table,
@@ -202,7 +202,7 @@ def make_room(errors: Errors) -> None:
 
 
 @kernel
-def doubt_at_start(record: Record, place: float) -> float:
+def doubt_at_start(record: MotionRecord, place: float) -> float:
     """Return the error of the constant force of the first flight, for that of its place."""
     law, x0, marks = record.law, record.x0, record.marks
     region = int(marks[0, NEXT_REGION])
@@ -214,7 +214,7 @@ def doubt_at_start(record: Record, place: float) -> float:
 
 
 @kernel
-def release_errors(record: Record, row: int, phases: Table, errors: Errors) -> float:
+def release_errors(record: MotionRecord, row: int, phases: Table, errors: Errors) -> float:
     """Forget all errors at a release but its own; return that of the constant force after it.
 
     The flight is computed with a force that is zero at the instant found, and that of the motion
@@ -239,7 +239,7 @@ def release_errors(record: Record, row: int, phases: Table, errors: Errors) -> f
 
 
 @kernel
-def place_of(record: Record, row: int) -> float:
+def place_of(record: MotionRecord, row: int) -> float:
     """Return where the mass is at an event."""
     law, x0, marks = record.law, record.x0, record.marks
     region = int(marks[row, NEXT_REGION])
@@ -250,7 +250,7 @@ def place_of(record: Record, row: int) -> float:
 
 @kernel
 def fly(
-    record: Record,
+    record: MotionRecord,
     row: int,
     begins: Pair,
     phases: Table,
@@ -507,7 +507,7 @@ def reach_of_errors(
 
 @kernel
 def error_of_contact(
-    record: Record, row: int, start_error: float, phases: Table, errors: Errors
+    record: MotionRecord, row: int, start_error: float, phases: Table, errors: Errors
 ) -> float:
     """Return the bound of the error of a contact's instant; infinity where it may not come."""
     law, events, marks = record.law, record.events, record.marks

@@ -86,7 +86,7 @@ SERIES_LIMIT = 0.5
 MOST_TERMS = 20.0
 NEGLIGIBLE = 1e-18
 # The start of a flight: (t, t_low, velocity, constant force).
-Start: TypeAlias = tuple[float, float, float, float]
+FlightStart: TypeAlias = tuple[float, float, float, float]
 # Relative error allowed for each term of a flight: the sum of the roundings in S, D, Q_j and in
 # the velocity and forces they multiply (docs/theory/first-event.md counts them).
 ROUNDING = 16 * ULP
@@ -101,7 +101,7 @@ class Flight(NamedTuple):
 
     law: Law
     region: int
-    start: Start
+    start: FlightStart
     phases: Table
     arrival: Table
 

@@ -19,7 +19,7 @@ from percuss.kernels.contact import FORCE_ROUNDING
 from percuss.kernels.flight import (
     ROUNDING,
     Flight,
-    Start,
+    FlightStart,
     acceleration_and_jerk,
     derivative_bound,
     force_derivative,
@@ -360,7 +360,7 @@ def departure(
 
 
 @kernel
-def is_fast(law: Law, region: int, start: Start, distance: float, s: float, v: float) -> bool:
+def is_fast(law: Law, region: int, start: FlightStart, distance: float, s: float, v: float) -> bool:
     """Return whether a landing is beyond doubt an impact, by cheap bounds."""
     if law[region, STIFFNESS] < 0.0:
         return False

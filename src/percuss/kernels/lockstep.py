@@ -30,7 +30,7 @@ from percuss.kernels.plain import (
     MOST_LOOKS,
     Begin,
     Bounds,
-    Motion,
+    FreeMotion,
     Place,
     Walk,
     bounds_of,
@@ -134,7 +134,7 @@ def move_slot(block: Table, slot: int, target: Table, other: int) -> None:
 
 
 @formula
-def motion_at(block: Table, i: int) -> Motion:
+def motion_at(block: Table, i: int) -> FreeMotion:
     """Return `motion_of` the law of a slot."""
     return (
         block[MOTION * SLOTS + i],

@@ -74,7 +74,7 @@ Begin: TypeAlias = tuple[float, float, float, float]
 Place: TypeAlias = tuple[float, float, float, float]
 # What is needed of a law: for the closed form, for a step of the walk, and for bounds, in the
 # order of `motion_of`, `walk_of` and `bounds_of`.
-Motion: TypeAlias = tuple[
+FreeMotion: TypeAlias = tuple[
     float, float, float, float, float, float, float, float, float, float, float
 ]
 Walk: TypeAlias = tuple[
@@ -105,7 +105,7 @@ def walk_of(law: Law, region: int) -> Walk:
 
 
 @kernel
-def motion_of(law: Law, region: int) -> Motion:
+def motion_of(law: Law, region: int) -> FreeMotion:
     """Return what the closed form needs."""
     return (
         law[region, STIFFNESS],
@@ -147,7 +147,7 @@ def pushes(pull: tuple[float, float], phase: tuple[float, float]) -> tuple[float
 
 
 @formula
-def margins(motion: Motion, bounds: Bounds, begin: Begin) -> tuple[float, float, float]:
+def margins(motion: FreeMotion, bounds: Bounds, begin: Begin) -> tuple[float, float, float]:
     """Return bounds of the fourth derivative, of a step's departure from its cubic, of rounding.
 
     They hold for the whole flight. Its free part, of the amplitude that it starts with or less,
@@ -208,7 +208,7 @@ def is_end(is_first_step: bool, here: Place, there: Place, slack: float) -> bool
 
 
 @formula
-def plain_guess(motion: Motion, step: float, force: float, here: Place, there: Place) -> float:
+def plain_guess(motion: FreeMotion, step: float, force: float, here: Place, there: Place) -> float:
     """Return about after which part of a step it comes to the wall."""
     y, v, push, _ = here
     y1, v1, push1, _ = there
@@ -220,7 +220,7 @@ def plain_guess(motion: Motion, step: float, force: float, here: Place, there: P
 
 @formula
 def plain_look(
-    motion: Motion, bounds: Bounds, begin: Begin, s: float
+    motion: FreeMotion, bounds: Bounds, begin: Begin, s: float
 ) -> tuple[bool, float, float, float]:
     """Return whether a look at s settles the landing, and (s, v, s_low), or where to look next.
 
@@ -248,7 +248,9 @@ def plain_look(
 
 
 @formula
-def plain_state(motion: Motion, begin: Begin, s: float) -> tuple[float, float, float, float, float]:
+def plain_state(
+    motion: FreeMotion, begin: Begin, s: float
+) -> tuple[float, float, float, float, float]:
     """Return y, v in two parts, the harmonic force, and its derivative by the frequency, at s.
 
     The closed form of `move` for one harmonic, where no series is needed. The first part of v is
@@ -408,7 +410,7 @@ def is_clear_yet(step: float, here: Place, there: Place, bow: float, slack: floa
 
 @kernel
 def plain_landing(
-    motion: Motion, bounds: Bounds, begin: Begin, guess: float, looks: int
+    motion: FreeMotion, bounds: Bounds, begin: Begin, guess: float, looks: int
 ) -> tuple[float, float, float]:
     """Return (s, v, s_low) at the wall next to ``guess``, NaN where it is not settled."""
     s = guess

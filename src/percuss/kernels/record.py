@@ -64,7 +64,7 @@ class Run(NamedTuple):
     grazes: Table
 
 
-class Record(NamedTuple):
+class MotionRecord(NamedTuple):
     """What has happened in a run that began at x0: its law, events and marks."""
 
     law: Law

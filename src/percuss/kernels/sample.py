@@ -50,7 +50,7 @@ from percuss.kernels.record import (
     RELEASE,
     START,
     V_AFTER,
-    Record,
+    MotionRecord,
 )
 
 # Below this phase the fast formula would lose more than three digits of what the force has done
@@ -78,7 +78,7 @@ def flight_at(events: Table, t: float, after: bool) -> int:
 
 @kernel
 def evaluate(
-    record: Record, instants: Table, after: bool, phases: Table, arrival: Table, motion: Table
+    record: MotionRecord, instants: Table, after: bool, phases: Table, arrival: Table, motion: Table
 ) -> None:
     """Write x and v at each of ``instants`` (n,) into ``motion`` (2, n)."""
     events = record.events
@@ -96,7 +96,7 @@ def evaluate(
 
 @kernel
 def fill(
-    record: Record,
+    record: MotionRecord,
     event: int,
     instants: Table,
     those: tuple[int, int],
@@ -151,7 +151,12 @@ def fill(
 
 @kernel
 def fill_tail(
-    record: Record, x: float, event: int, instants: Table, those: tuple[int, int], motion: Table
+    record: MotionRecord,
+    x: float,
+    event: int,
+    instants: Table,
+    those: tuple[int, int],
+    motion: Table,
 ) -> None:
     """Write x and v at those instants between a chatter's last listed impact and its end."""
     law, events, marks = record.law, record.events, record.marks

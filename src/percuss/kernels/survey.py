@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from percuss.kernels.arithmetic import Pair, arctangent, hypotenuse, logarithm, turns
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.flight import Flight, Start, acceleration_and_jerk, move
+from percuss.kernels.flight import Flight, FlightStart, acceleration_and_jerk, move
 from percuss.kernels.law import (
     DAMPING,
     LOWER_ENTRY,
@@ -224,7 +224,7 @@ def stretched(
 
 
 @formula
-def strobe_neighbour(member: Member, region: int, start: Start, until: float) -> None:
+def strobe_neighbour(member: Member, region: int, start: FlightStart, until: float) -> None:
     """Write the logarithms at the strobes that fall on a stretch, up to ``until``."""
     plan, tally = member.plan, member.tally
     law = member.run.law

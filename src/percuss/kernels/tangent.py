@@ -49,7 +49,7 @@ from percuss.kernels.record import (
     KIND,
     NEXT_REGION,
     V_BEFORE,
-    Record,
+    MotionRecord,
 )
 
 Matrix: TypeAlias = tuple[float, float, float, float]
@@ -122,7 +122,9 @@ def event_saltation(
 
 
 @kernel
-def neighbours(record: Record, instants: Table, after: bool, phases: Table, out: Table) -> None:
+def neighbours(
+    record: MotionRecord, instants: Table, after: bool, phases: Table, out: Table
+) -> None:
     """Write the derivative of (x, v) at each of ``instants`` by (x, v) at the START.
 
     ``instants`` (n,) ascend, and row i of ``out`` (n, 4) receives the matrix for the i-th.

@@ -37,9 +37,9 @@ from percuss.model.faults import (
 )
 from percuss.model.harmonics import (
     Component,
+    ForcingTerm,
     FourierTerm,
     Harmonic,
-    Part,
     coefficients,
     frequency_faults,
     scaled_part,
@@ -85,14 +85,14 @@ class Forcing:
     (6.283185307179586, Fraction(1, 1))
     """
 
-    harmonics: tuple[Part, ...] = ()
+    harmonics: tuple[ForcingTerm, ...] = ()
     constant: Exact = 0.0
     given_period: Phase | None = field(default=None, metadata={"given_as": "period"})
     base: Exact | None = None
 
     def __init__(
         self,
-        harmonics: Iterable[Part] = (),
+        harmonics: Iterable[ForcingTerm] = (),
         constant: Exact = 0.0,
         period: Phase | None = None,
         *,

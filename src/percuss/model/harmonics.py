@@ -19,7 +19,7 @@ from percuss.model.faults import (
     scale_faults,
 )
 
-__all__ = ["Component", "FourierTerm", "Harmonic", "Part"]
+__all__ = ["Component", "ForcingTerm", "FourierTerm", "Harmonic"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ class FourierTerm:
         raise_first(faults(self))
 
 
-Part: TypeAlias = Harmonic | FourierTerm
+ForcingTerm: TypeAlias = Harmonic | FourierTerm
 
 
 @faults.register
@@ -133,14 +133,14 @@ def frequency_faults(name: str, value: object) -> list[Fault]:
     return found or scale_faults(name, value)
 
 
-def scaled_part(part: Part, factor: Fraction) -> Part:
+def scaled_part(part: ForcingTerm, factor: Fraction) -> ForcingTerm:
     """Return a part of a forcing times a factor, exactly."""
     if isinstance(part, FourierTerm):
         return FourierTerm(part.n, scaled(part.cos, factor), scaled(part.sin, factor))
     return Harmonic(scaled(part.amplitude, factor), part.omega, part.phase)
 
 
-def coefficients(part: Part) -> tuple[float, float]:
+def coefficients(part: ForcingTerm) -> tuple[float, float]:
     """Return the coefficients of cos(omega t) and sin(omega t) of a part, without -0.0.
 
     Examples

@@ -19,7 +19,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase
 from percuss.model.faults import draft, faults, raise_first
 from percuss.model.forcing import Forcing
-from percuss.model.harmonics import FourierTerm, Part
+from percuss.model.harmonics import ForcingTerm, FourierTerm
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 
@@ -33,7 +33,7 @@ __all__ = [
 
 Parts: TypeAlias = tuple[Oscillator, Forcing | None, Start | None]
 
-Value = TypeVar("Value")
+T = TypeVar("T")
 
 _SHORT_FORMS = ("forcing.amplitude", "forcing.omega", "forcing.phase")
 # What parameters are called besides, by the last word of their paths.
@@ -292,7 +292,7 @@ def _forcing_parameters(force: Forcing) -> dict[str, Phase]:
     return found
 
 
-def _part_paths(index: int, part: Part) -> dict[str, str]:
+def _part_paths(index: int, part: ForcingTerm) -> dict[str, str]:
     """Return the names of the fields of a part of a forcing by their paths."""
     if isinstance(part, FourierTerm):
         return {f"forcing.{name}.{index}": name for name in ("cos", "sin")}
@@ -335,7 +335,7 @@ def _replace_in_forcing(force: Forcing, by_path: Mapping[str, Phase]) -> Forcing
     )
 
 
-def _replace_fields(value: Value, prefix: str, by_path: Mapping[str, Phase]) -> Value:
+def _replace_fields(value: T, prefix: str, by_path: Mapping[str, Phase]) -> T:
     fields = _fields(value)
     new = {name: by_path.get(f"{prefix}.{name}", old) for name, old in fields.items()}
     return draft(type(value), **new)

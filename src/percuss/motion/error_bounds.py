@@ -49,7 +49,7 @@ class ContactErrors:
         n = int(law[0, N_HARMONICS])
         out = np.empty(np.count_nonzero(marks[:, columns.KIND] == columns.CONTACT))
         contact_errors(
-            columns.Record(law, as_float(start.x0), events, marks),
+            columns.MotionRecord(law, as_float(start.x0), events, marks),
             _start_errors(oscillator, start),
             np.empty((n, 2)),
             np.empty((n, 2)),

@@ -11,13 +11,13 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import real
+from percuss.motion.spectrum import Quantity
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import dot, exp, log
 
 __all__ = ["Growth", "fit_power_law", "growth", "peaks"]
 
-Kind: TypeAlias = Literal["grows", "decays", "bounded", "too_few"]
-Quantity: TypeAlias = Literal["velocity", "displacement"]
+GrowthKind: TypeAlias = Literal["grows", "decays", "bounded", "too_few"]
 
 # Stretches of time, equal in its logarithm, whose mean peak is one point of the fit; and the
 # fewest such points, and peaks in all, from which an exponent is fitted.
@@ -54,7 +54,7 @@ class Growth:
         How many peaks were used.
     """
 
-    kind: Kind
+    kind: GrowthKind
     coefficient: float
     coefficient_error: float
     exponent: float
@@ -245,7 +245,7 @@ def _variance(residuals: Floats) -> float:
     return square / (n - 2) * (1.0 + correlation) / (1.0 - correlation)
 
 
-def _kind(exponent: float, error: float, log_span: float) -> Kind:
+def _kind(exponent: float, error: float, log_span: float) -> GrowthKind:
     if abs(exponent) <= CERTAIN * error or abs(exponent) * log_span < LEAST_RISE:
         return "bounded"
     return "grows" if exponent > 0.0 else "decays"

@@ -19,9 +19,9 @@ from percuss.motion.growth import CERTAIN, Growth, fit_power_law
 from percuss.motion.patterns import FEWEST, REPETITIONS, ROUNDINGS, TOLERANCE, find_pattern
 from percuss.motion.trajectory import Trajectory
 
-__all__ = ["ImpactTimes", "Kind", "classify_impact_times"]
+__all__ = ["ImpactTimes", "PatternKind", "classify_impact_times"]
 
-Kind: TypeAlias = Literal[
+PatternKind: TypeAlias = Literal[
     "eigenset",
     "eigenset_subset",
     "periodic",
@@ -60,7 +60,7 @@ class ImpactTimes:
         How many times the answer rests on: all, or the tail that repeats or settles.
     """
 
-    kind: Kind
+    kind: PatternKind
     n_impacts: int
     n_periods: int
     rate: float

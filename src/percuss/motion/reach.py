@@ -12,7 +12,7 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import later
-from percuss.kernels.flight import Flight, Start, move, set_phases
+from percuss.kernels.flight import Flight, FlightStart, move, set_phases
 from percuss.kernels.law import (
     AMPLITUDE,
     COSINE,
@@ -43,7 +43,7 @@ def free_until(
     law: Law,
     region: int,
     x: float,
-    start: Start,
+    start: FlightStart,
     phases: Table,
     s: float,
     longest: float,
@@ -87,7 +87,7 @@ def steady(law: Law, region: int, phases: Table) -> Floats:
 
 
 def drifts_away(
-    law: Law, region: int, start: Start, phases: Table, s: float, reach: tuple[float, float]
+    law: Law, region: int, start: FlightStart, phases: Table, s: float, reach: tuple[float, float]
 ) -> bool:
     """Return whether a mass without spring (K = 0) meets no bound after s, and never will.
 

@@ -257,7 +257,9 @@ class _March:
             return False
         law, phases = self.arrays.law, np.empty_like(self.arrays.phases)
         n = int(self.counters[columns.N_EVENTS])
-        so_far = columns.Record(law, self.start[0], self.arrays.events[:n], self.arrays.marks[:n])
+        so_far = columns.MotionRecord(
+            law, self.start[0], self.arrays.events[:n], self.arrays.marks[:n]
+        )
         motion = np.empty((2, 1))
         with np.errstate(over="ignore", invalid="ignore"):
             evaluate(so_far, np.array([t]), True, phases, np.empty_like(phases), motion)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["fast_amplitudes", "line_spectrum", "spectrum"]
 
 Quantity = Literal["displacement", "velocity"]
-Window = Literal["hann", "none"]
+WindowName = Literal["hann", "none"]
 Method = Literal["exact", "fft"]
 
 # The grids without a given omega reach up to so many times the frequency of the forcing or of the
@@ -38,7 +38,7 @@ def spectrum(
     method: Method = "exact",
     *,
     omega: ArrayLike | None = None,
-    window: Window = "hann",
+    window: WindowName = "hann",
     of: Quantity = "displacement",
     between: tuple[float, float] | None = None,
     n: int | None = None,
@@ -272,7 +272,7 @@ def _samples(run: Trajectory, low: float, high: float, n: int | None) -> int:
 
 
 def _exact(
-    run: Trajectory, omega: Floats, low: float, high: float, window: Window, of: Quantity
+    run: Trajectory, omega: Floats, low: float, high: float, window: WindowName, of: Quantity
 ) -> Complexes:
     """Return X: the Hann window is three exponentials, so it takes three integrals."""
     if window == "none":
@@ -296,7 +296,7 @@ def _plain(run: Trajectory, omega: Floats, low: float, high: float, of: Quantity
 
 
 def _fast(
-    run: Trajectory, low: float, high: float, window: Window, of: Quantity, n: int
+    run: Trajectory, low: float, high: float, window: WindowName, of: Quantity, n: int
 ) -> tuple[Floats, Complexes]:
     """Return the frequencies and X, as a sum over n points."""
     place = np.arange(n) / n
@@ -311,7 +311,7 @@ def _fast(
     return omega, transform
 
 
-def _weights(window: Window, duration: float) -> tuple[float, float]:
+def _weights(window: WindowName, duration: float) -> tuple[float, float]:
     """Return the integrals of the window and of its square."""
     return (duration, duration) if window == "none" else (0.5 * duration, 0.375 * duration)
 

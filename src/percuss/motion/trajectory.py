@@ -13,7 +13,7 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
-from percuss.kernels.record import Record
+from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import cycles, evaluate
 from percuss.model.exact import Phase, as_float, reals, whole
 from percuss.model.forcing import Forcing
@@ -170,7 +170,7 @@ class Trajectory:
         n = int(law[0, N_HARMONICS])
         motion = np.empty((2, len(flat)))
         evaluate(
-            Record(law, self.x0, self._events, self._marks),
+            MotionRecord(law, self.x0, self._events, self._marks),
             flat,
             limit == "after",
             np.empty((n, 2)),

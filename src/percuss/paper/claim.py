@@ -8,9 +8,9 @@ from typing import Literal
 
 from percuss.paper.statement import Check, Finding, Grade, Statement, grade, judge
 
-__all__ = ["Claim", "Kind", "examine"]
+__all__ = ["Claim", "ClaimKind", "examine"]
 
-Kind = Literal["holds", "corrected", "fails", "undecided"]
+ClaimKind = Literal["holds", "corrected", "fails", "undecided"]
 
 # In place of what the statement says of floats.
 IN_BALLS = "ball arithmetic, each number with an error that is proven"
@@ -44,14 +44,14 @@ class Claim:
     grade: Grade
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> ClaimKind:
         """The verdict in a word."""
         if self.verdict.startswith("holds with"):
             return "corrected"
         return "undecided" if self.verdict.startswith("undecided") else self._plain
 
     @property
-    def _plain(self) -> Kind:
+    def _plain(self) -> ClaimKind:
         return "holds" if self.verdict == "holds" else "fails"
 
     def record(self) -> dict[str, object]:

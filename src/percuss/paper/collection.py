@@ -17,7 +17,7 @@ from percuss.paper.statement import Statement
 
 __all__ = ["Item", "choose", "figure_named", "items", "statement_with_id"]
 
-Kind = Literal["figure", "statement"]
+ItemKind = Literal["figure", "statement"]
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Item:
         Name of its section in the report.
     """
 
-    kind: Kind
+    kind: ItemKind
     name: str
     module: str
     section: str

@@ -23,7 +23,7 @@ from percuss.paper.collection import Item
 
 __all__ = ["in_lanes", "next_item"]
 
-Answer = TypeVar("Answer")
+Result = TypeVar("Result")
 # How often the caller is asked whether to go on [s].
 PATIENCE = 0.1
 
@@ -52,12 +52,12 @@ def next_item(waiting: Sequence[Item], mine: str | None, others: set[str]) -> It
 
 
 def in_lanes(
-    work: Callable[[Item], Answer],
+    work: Callable[[Item], Result],
     items: Sequence[Item],
     lanes: int,
     go_on: Callable[[], bool],
-    failed: Callable[[Item, str], Answer],
-) -> Iterator[Answer]:
+    failed: Callable[[Item, str], Result],
+) -> Iterator[Result]:
     """Do items in processes and give the answers as they come.
 
     Parameters
@@ -76,7 +76,7 @@ def in_lanes(
     """
     pools = [_pool() for _ in range(lanes)]
     waiting = list(items)
-    running: dict[Future[Answer], tuple[int, Item]] = {}
+    running: dict[Future[Result], tuple[int, Item]] = {}
     module: list[str | None] = [None] * lanes
     try:
         while waiting or running:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["SECTIONS", "Section"]
+__all__ = ["SECTIONS", "ReportSection"]
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A section of the report.
 
     Parameters
@@ -30,7 +30,7 @@ class Section:
 
 
 SECTIONS = (
-    Section(
+    ReportSection(
         "model",
         "The oscillator",
         "A mass on a spring that is stiffer on one side of its equilibrium than on the other is a "
@@ -39,7 +39,7 @@ SECTIONS = (
         "periodic force makes it grow without bound.",
         ("figures.bilinear_motion",),
     ),
-    Section(
+    ReportSection(
         "impact-times",
         "Sets of impact times, and an example",
         "Without a force the oscillator hits its wall at the times 0, π, 2π, ... whatever its "
@@ -47,7 +47,7 @@ SECTIONS = (
         "constructs a family of forces whose motions hit the wall at a subset of the eigenset only.",
         ("claims.family", "figures.family_figures"),
     ),
-    Section(
+    ReportSection(
         "harmonics",
         "Forces commensurate with the oscillator",
         "Under sin nt with even n, the paper says, the impact oscillator gains the same speed at "
@@ -60,34 +60,34 @@ SECTIONS = (
             "figures.ninth_harmonic",
         ),
     ),
-    Section(
+    ReportSection(
         "half-harmonic",
         "The half-harmonic",
         "Under sin t, at half the resonant frequency, the paper finds impact times that are not "
         "periodic but approach the eigenset, while the speed grows as the square root of time.",
         ("claims.half_harmonic", "figures.half_harmonic_figures"),
     ),
-    Section(
+    ReportSection(
         "cosine",
         "The same frequency at another phase",
         "Under cos t the paper finds steady motions on the eigenset, and growth in the single case "
         "of a start from rest.",
         ("claims.cosine", "figures.cosine_figures"),
     ),
-    Section(
+    ReportSection(
         "periodicity",
         "What the paper concludes in words",
         "Statements of the introduction, the discussion and the conclusion.",
         ("claims.periodicity",),
     ),
-    Section(
+    ReportSection(
         "limits",
         "From smooth to bilinear, from bilinear to rigid",
         "Beyond the paper: how fast the motion of a stiff bilinear oscillator tends to that of the "
         "impact oscillator, and whether a rounded force law tends to the bilinear one.",
         ("claims.limits", "figures.limit_figures"),
     ),
-    Section(
+    ReportSection(
         "resonances",
         "Which frequencies resonate",
         "Beyond the paper: at which frequencies an elastic, undamped impact oscillator grows at all, "

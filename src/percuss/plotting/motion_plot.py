@@ -27,7 +27,7 @@ from percuss.plotting.marks import (
 from percuss.plotting.samples import (
     DRAWN_POINTS,
     MOST_JUMPS,
-    Curve,
+    SampledMotion,
     distinct_jumps,
     reduce_to_columns,
     reduce_to_pixels,
@@ -216,7 +216,7 @@ def plot_phase_portrait(
     return ax
 
 
-def _length(curve: Curve) -> float:
+def _length(curve: SampledMotion) -> float:
     """Return the length of the line, in units of the width and the height of the picture."""
     dx, dv = (np.diff(values) / (np.ptp(values) or 1.0) for values in (curve.x, curve.v))
     return float(np.hypot(dx, dv)[~curve.jumps[:-1]].sum())

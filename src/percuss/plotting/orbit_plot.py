@@ -15,7 +15,7 @@ from percuss.model.exact import as_float
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 from percuss.plotting.marks import draw_jumps, draw_rest_points, draw_stops, stop_places
-from percuss.plotting.samples import Curve, sample_curve, window_of
+from percuss.plotting.samples import SampledMotion, sample_curve, window_of
 from percuss.plotting.style import (
     BLUE,
     GREY,
@@ -94,7 +94,7 @@ def _title(orbit: PeriodicOrbit, units: Units) -> str:
     return f"{met}{turns}, T = {orbit.period:.6g}{unit}, {orbit.stability}{formal}"
 
 
-def _broken_at_jumps(curve: Curve) -> tuple[Floats, Floats, Floats]:
+def _broken_at_jumps(curve: SampledMotion) -> tuple[Floats, Floats, Floats]:
     """Return t, x and v with a gap after each sample that a jump follows."""
     after = np.flatnonzero(curve.jumps[:-1]) + 1
     t, x, v = (np.insert(values, after, np.nan) for values in (curve.t, curve.x, curve.v))

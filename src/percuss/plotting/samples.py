@@ -32,7 +32,7 @@ DOT_COLUMNS = 500
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
+class SampledMotion:
     """Points of a motion in the order of time; both limits at an impact.
 
     Parameters
@@ -87,7 +87,7 @@ def within(t: Floats, low: float, high: float) -> Flags:
     return np.asarray((t >= low) & (t <= high), dtype=np.bool_)
 
 
-def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> Curve:
+def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> SampledMotion:
     """Evaluate a run between its events and on both sides of each impact.
 
     Parameters
@@ -117,7 +117,7 @@ def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> 
     shown = (np.abs(x) < LARGEST) & (np.abs(v) < LARGEST)
     shown[0] = True
     x, v = (np.clip(values[shown], -LARGEST, LARGEST) for values in (x, v))
-    return Curve(t[shown], x, v, jumps[shown])
+    return SampledMotion(t[shown], x, v, jumps[shown])
 
 
 def _cuts(run: Trajectory, low: float, high: float) -> Floats:
@@ -222,7 +222,7 @@ def _firsts(values: Floats, cell: Integers, wanted: Floats) -> Integers:
     return found[np.diff(cell[found], prepend=-1) > 0]
 
 
-def reduce_to_pixels(curve: Curve) -> tuple[Floats, Floats]:
+def reduce_to_pixels(curve: SampledMotion) -> tuple[Floats, Floats]:
     """Return the points of a phase portrait, less the parts that lie on others.
 
     Parameters

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from percuss.certified import Ball, CertifiedOrbit, CertifiedPoint, CertifiedRun
     from percuss.studies.study import Study
 
-__all__ = ["STEM", "Proof", "check_certify", "draw_proof", "proof_of"]
+__all__ = ["STEM", "ProofOfStudy", "check_certify", "draw_proof", "proof_of"]
 
 # Of the files: certified.csv, certified.png.
 STEM = "certified"
@@ -32,7 +32,7 @@ MOST_SHOWN = 30
 
 
 @dataclass(frozen=True, slots=True)
-class Proof:
+class ProofOfStudy:
     """What was proven about the answer of a study.
 
     Parameters
@@ -72,7 +72,7 @@ def check_certify(study: Study) -> None:
     import percuss.certified  # noqa: F401  says what to install
 
 
-def proof_of(study: Study, answer: Any, progress: Report) -> Proof:
+def proof_of(study: Study, answer: Any, progress: Report) -> ProofOfStudy:
     """Certify the answer of a study to the digits that it asks for."""
     from percuss.certified import certify
 
@@ -80,10 +80,10 @@ def proof_of(study: Study, answer: Any, progress: Report) -> Proof:
     digits = study.certify.digits
     if study.kind == "motion":
         run = certify(answer, digits, progress=progress)
-        return Proof(run, _run_rows(run), _run_columns(run, digits))
+        return ProofOfStudy(run, _run_rows(run), _run_columns(run, digits))
     if study.kind == "orbit":
         orbit = certify(answer, digits)
-        return Proof(orbit, _orbit_rows(orbit), _orbit_columns(orbit, digits))
+        return ProofOfStudy(orbit, _orbit_rows(orbit), _orbit_columns(orbit, digits))
     points = []
     for done, point in enumerate(answer.special_points):
         if callable(progress) and progress(done, len(answer.special_points)) is False:
@@ -91,10 +91,10 @@ def proof_of(study: Study, answer: Any, progress: Report) -> Proof:
         points.append(certify(point, digits))
     left = len(answer.special_points) - len(points)
     rows, columns = _point_rows(points, left), _point_columns(points, digits)
-    return Proof(tuple(points), rows, columns, answer)
+    return ProofOfStudy(tuple(points), rows, columns, answer)
 
 
-def draw_proof(proof: Proof, study: Study, figure: Any) -> None:
+def draw_proof(proof: ProofOfStudy, study: Study, figure: Any) -> None:
     """Draw what was proven with its enclosure on an empty figure."""
     from percuss.plotting.enclosure_plot import plot_enclosure
     from percuss.plotting.style import Units, draw_legend

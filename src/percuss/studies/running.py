@@ -23,7 +23,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
 from percuss.plotting.style import offscreen_figure, style
 from percuss.progress import Progress, Report
-from percuss.studies.proving import STEM, Proof, check_certify, draw_proof, proof_of
+from percuss.studies.proving import STEM, ProofOfStudy, check_certify, draw_proof, proof_of
 from percuss.studies.study import Study
 
 # A table of more rows is no help to anybody as CSV: spreadsheets hold so many, header included.
@@ -184,7 +184,7 @@ def _check_execution(study: Study, store: Path | str | None, engine: str) -> Non
 
 def _answered(
     study: Study, store: Path | None, engine: str, report: Report
-) -> tuple[Any, Proof | None, bool]:
+) -> tuple[Any, ProofOfStudy | None, bool]:
     """Return the answer, its proof if one is wanted, and whether both came to their end."""
     progress = Progress(report if callable(report) else None, total=1.0)
 
@@ -204,13 +204,13 @@ def _answered(
     return answer, proof, is_complete and not is_stopped()
 
 
-def _proof_rows(study: Study, proof: Proof | None) -> dict[str, str]:
+def _proof_rows(study: Study, proof: ProofOfStudy | None) -> dict[str, str]:
     if proof is not None:
         return proof.report
     return {} if study.certify is None else {"certified": "nothing, the study was interrupted"}
 
 
-def _tables(answer: Any, study: Study, proof: Proof | None) -> dict[str, Columns]:
+def _tables(answer: Any, study: Study, proof: ProofOfStudy | None) -> dict[str, Columns]:
     """Return the tables saved as CSV, by the stem of the file."""
     if not study.save.csv:
         return {}
@@ -247,7 +247,7 @@ def _without_long_tables(
 def _write(
     answer: Any,
     study: Study,
-    proof: Proof | None,
+    proof: ProofOfStudy | None,
     tables: Mapping[str, Columns],
     record: Record,
     paths: Mapping[Path, Path],
@@ -273,7 +273,7 @@ def _write(
             write_figure(figures[file.stem], path, file.suffix, record)
 
 
-def _figure(stem: str, answer: Any, study: Study, proof: Proof | None) -> Any:
+def _figure(stem: str, answer: Any, study: Study, proof: ProofOfStudy | None) -> Any:
     figure = offscreen_figure()
     with style():
         if stem == STEM and proof is not None:

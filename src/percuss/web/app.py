@@ -33,7 +33,7 @@ from percuss.web.gate import Gate
 from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job
 from percuss.web.presets import presets
-from percuss.web.question import BadQuestion, Question, read_question
+from percuss.web.question import BadQuestion, PageQuestion, read_question
 from percuss.web.report_job import ReportJob
 from percuss.web.session import FAILED, Pools, Session
 from percuss.web.turns import Turn
@@ -125,14 +125,14 @@ async def _lifespan(app: Starlette) -> AsyncIterator[None]:
 def _warm_up(_turn: Turn) -> None:
     """Compile or load the engine before the first page asks."""
     first = presets()[0].tables
-    answer_explore(Question(0, "explore", first, {}))
-    answer_facts(Question(0, "facts", first, {}))
+    answer_explore(PageQuestion(0, "explore", first, {}))
+    answer_facts(PageQuestion(0, "facts", first, {}))
 
 
 def _warm_up_diagrams(_turn: Turn) -> None:
     """Do the same for many motions at once."""
     asked = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 8, "points": 4}
-    for _ in answer_job(Question(0, "diagram", presets()[0].tables, asked), Handle()):
+    for _ in answer_job(PageQuestion(0, "diagram", presets()[0].tables, asked), Handle()):
         pass
 
 
@@ -227,7 +227,7 @@ async def _file(request: Request) -> Response:
     return Response(made.data, media_type=made.media_type, headers=headers)
 
 
-async def _made(request: Request, question: Question, extension: str) -> File:
+async def _made(request: Request, question: PageQuestion, extension: str) -> File:
     """Make a file in its turn, for as long as whoever asked is there."""
     pools: Pools = request.app.state.pools
     handle = Handle()

@@ -16,7 +16,7 @@ from percuss.studies.study import Study
 from percuss.studies.tables import Certify, Draw
 from percuss.web.question import (
     BadQuestion,
-    Question,
+    PageQuestion,
     digits_of,
     motion_of,
     path_of,
@@ -49,7 +49,7 @@ NAMES = {
 }
 
 
-def asked_study(question: Question) -> Study:
+def asked_study(question: PageQuestion) -> Study:
     """Return the study that makes what a view shows.
 
     Parameters
@@ -93,7 +93,7 @@ def asked_study(question: Question) -> Study:
     return replace(study, draw=Draw(manifolds=True)) if wants else study
 
 
-def check_size(question: Question) -> None:
+def check_size(question: PageQuestion) -> None:
     """Refuse what is too large for the page to compute.
 
     Raises
@@ -113,7 +113,7 @@ def check_size(question: Question) -> None:
         question.number("max_periods", 2, 1, MOST_PERIODS)
 
 
-def _diagram(question: Question, motion: Study) -> Mapping[str, Any]:
+def _diagram(question: PageQuestion, motion: Study) -> Mapping[str, Any]:
     low, high = range_of(question, "low", "high")
     start = motion_of(motion).start
     return {
@@ -128,7 +128,7 @@ def _diagram(question: Question, motion: Study) -> Mapping[str, Any]:
     }
 
 
-def _with_all_values(question: Question, asked: Diagram) -> Diagram:
+def _with_all_values(question: PageQuestion, asked: Diagram) -> Diagram:
     """Return a diagram with as many values as are asked for between its two ends."""
     ((path, axis),) = asked.over.items()
     assert isinstance(axis, Span)
@@ -136,7 +136,7 @@ def _with_all_values(question: Question, asked: Diagram) -> Diagram:
     return replace(asked, over={path: replace(axis, count=count)})
 
 
-def _response(question: Question, motion: Study) -> Mapping[str, Any]:
+def _response(question: PageQuestion, motion: Study) -> Mapping[str, Any]:
     path = path_of(question, motion)
     if path.startswith("start."):
         raise BadQuestion("periodic orbits do not depend on a start; choose another parameter")
@@ -149,7 +149,7 @@ def _response(question: Question, motion: Study) -> Mapping[str, Any]:
     }
 
 
-def _basins(question: Question, motion: Study) -> Mapping[str, Any]:
+def _basins(question: PageQuestion, motion: Study) -> Mapping[str, Any]:
     count = int(question.number("starts", 384, 2, 1_000_000))
     axes: dict[str, object] = {}
     for name, ends in (("x0", ("x_low", "x_high")), ("v0", ("v_low", "v_high"))):

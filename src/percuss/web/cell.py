@@ -14,7 +14,7 @@ from percuss.errors import PercussError
 from percuss.web.asked import ASKED
 from percuss.web.downloads import QUICK, File, file_of
 from percuss.web.handle import Handle
-from percuss.web.question import BadQuestion, Question, read_question
+from percuss.web.question import BadQuestion, PageQuestion, read_question
 from percuss.web.session import FAILED, Pools, Session
 from percuss.web.turns import Turn
 
@@ -23,7 +23,7 @@ __all__ = ["Cells"]
 # Cells that show one widget and answer at once.
 MOST_VIEWS = 16
 
-Send = Callable[[dict[str, Any], list[bytes]], None]
+SendFrame = Callable[[dict[str, Any], list[bytes]], None]
 
 
 class Cells:
@@ -35,7 +35,7 @@ class Cells:
         Takes a message, and its buffers, to all of them.
     """
 
-    def __init__(self, send: Send) -> None:
+    def __init__(self, send: SendFrame) -> None:
         self._send = send
         self._tasks: set[asyncio.Task[None]] = set()
         self.sessions: dict[str, Session] = {}
@@ -91,7 +91,7 @@ class Cells:
             else:
                 self._send({**answer, "fault": made}, [])
 
-        async def compute(question: Question) -> None:
+        async def compute(question: PageQuestion) -> None:
             work = pools().long.submit(lambda turn: _made(question, extension, turn))
             say(await asyncio.wrap_future(work))
 
@@ -106,7 +106,7 @@ class Cells:
             self._run(compute(question))
 
 
-def _made(question: Question, extension: str, turn: Turn | None = None) -> File | str:
+def _made(question: PageQuestion, extension: str, turn: Turn | None = None) -> File | str:
     """Return a file, or why there is none."""
     handle = Handle()
     try:

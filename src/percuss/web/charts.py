@@ -19,7 +19,7 @@ from percuss.web.asked import asked_study, check_size
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
 from percuss.web.kept import KEPT
-from percuss.web.question import Question, path_of, range_of, study_of
+from percuss.web.question import PageQuestion, path_of, range_of, study_of
 
 __all__ = ["answer_response"]
 
@@ -36,7 +36,7 @@ SAME = 0.03
 LARGEST_STEP, SMALL_STEP = 0.02, 0.005
 
 
-def answer_response(question: Question, handle: Handle) -> Iterator[bytes]:
+def answer_response(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
     """Yield the families of periodic orbits over a parameter: the first one by one, then all.
 
     `percuss.response_curve` has no families before its end: those that a search at a few values

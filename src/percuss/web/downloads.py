@@ -16,7 +16,7 @@ from percuss.web.code_text import python_text
 from percuss.web.handle import Handle
 from percuss.web.kept import answer_of
 from percuss.web.proof import proof_in_time
-from percuss.web.question import BadQuestion, Question
+from percuss.web.question import BadQuestion, PageQuestion
 from percuss.web.wording import name_axes
 
 __all__ = ["FORMATS", "QUICK", "File", "file_of"]
@@ -59,7 +59,7 @@ class File:
     data: bytes
 
 
-def file_of(question: Question, extension: str, handle: Handle | None = None) -> File:
+def file_of(question: PageQuestion, extension: str, handle: Handle | None = None) -> File:
     """Return a file of what a view shows.
 
     Parameters
@@ -128,7 +128,7 @@ def _netcdf(study: Study, handle: Handle) -> Callable[[Path], None]:
     return lambda path: write_netcdf(answer, path, record, samples=study.save.samples)
 
 
-def _table(study: Study, question: Question) -> str:
+def _table(study: Study, question: PageQuestion) -> str:
     """Return the stem of the table that is asked for."""
     stems = [*study.question.csv(study), *(["certified"] if study.certify else [])]
     stem = question.options.get("table", stems[0])

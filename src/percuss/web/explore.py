@@ -18,14 +18,14 @@ from percuss.plotting.samples import (
     FEWEST_POINTS,
     LARGEST,
     POINTS_PER_CYCLE,
-    Curve,
+    SampledMotion,
     reduce_to_columns,
     sample_curve,
 )
 from percuss.studies.study import Study
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
-from percuss.web.question import BadQuestion, Question, motion_of, study_of
+from percuss.web.question import BadQuestion, PageQuestion, motion_of, study_of
 
 __all__ = ["answer_explore", "followed", "moving"]
 
@@ -69,7 +69,7 @@ def followed(study: Study, handle: Handle | None = None) -> Followed:
     return Followed(run, handle.seconds() - began)
 
 
-def answer_explore(question: Question, handle: Handle | None = None) -> bytes:
+def answer_explore(question: PageQuestion, handle: Handle | None = None) -> bytes:
     """Return the curves of a motion.
 
     Parameters
@@ -128,7 +128,7 @@ def answer_explore(question: Question, handle: Handle | None = None) -> bytes:
     return frame(header, arrays)
 
 
-def _window(question: Question, run: Trajectory) -> tuple[float, float] | None:
+def _window(question: PageQuestion, run: Trajectory) -> tuple[float, float] | None:
     """Return the part of the run that is asked for, None for all of it."""
     given = question.options.get("window")
     if given is None:
@@ -145,7 +145,7 @@ def _window(question: Question, run: Trajectory) -> tuple[float, float] | None:
     return (low, high) if low < high else None
 
 
-def _curve(run: Trajectory, window: tuple[float, float] | None) -> tuple[Curve, bool]:
+def _curve(run: Trajectory, window: tuple[float, float] | None) -> tuple[SampledMotion, bool]:
     """Return each piece of the motion; where there is no time for it, a band, and that it is one.
 
     There is more motion in a band than there are pixels: points anywhere show it.
@@ -161,7 +161,9 @@ def _curve(run: Trajectory, window: tuple[float, float] | None) -> tuple[Curve, 
     x, v = run(t)
     shown = (np.abs(x) < LARGEST) & (np.abs(v) < LARGEST)
     shown[0] = True
-    return Curve(t[shown], x[shown], v[shown], np.zeros(int(shown.sum()), dtype=np.bool_)), True
+    return SampledMotion(
+        t[shown], x[shown], v[shown], np.zeros(int(shown.sum()), dtype=np.bool_)
+    ), True
 
 
 def _end_of(
@@ -177,7 +179,7 @@ def _end_of(
     return (begin, high) if begin < high else window
 
 
-def moving(curve: Curve) -> NDArray[np.intp]:
+def moving(curve: SampledMotion) -> NDArray[np.intp]:
     """Return the points of a curve without the insides of rests: in a portrait they are one dot."""
     rests = np.zeros(len(curve.t), dtype=np.bool_)
     still = curve.v == 0.0

@@ -22,7 +22,7 @@ from percuss.web.explore import moving
 from percuss.web.exponent import exponent_of
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
-from percuss.web.question import Question, motion_of, study_of
+from percuss.web.question import PageQuestion, motion_of, study_of
 
 __all__ = ["answer_facts"]
 
@@ -41,7 +41,7 @@ HITS = (("impact", Wall), ("entry", SoftStop))
 PATIENCE = 1.0
 
 
-def answer_facts(question: Question, handle: Handle | None = None) -> bytes:
+def answer_facts(question: PageQuestion, handle: Handle | None = None) -> bytes:
     """Return the periodic orbit that the motion comes nearest to, with its stability.
 
     Parameters

@@ -18,7 +18,7 @@ from percuss.web.charts import answer_response
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
 from percuss.web.kept import KEPT
-from percuss.web.question import Question, range_of
+from percuss.web.question import PageQuestion, range_of
 from percuss.web.wording import plain
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ FINER = 4
 FIRST_VALUES, FIRST_STARTS = 64, 48
 
 
-def answer_job(question: Question, handle: Handle) -> Iterator[bytes]:
+def answer_job(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
     """Return the frames of a long answer, each finer than the one before.
 
     Parameters
@@ -57,7 +57,7 @@ def answer_job(question: Question, handle: Handle) -> Iterator[bytes]:
     return JOBS[question.kind](question, handle)
 
 
-def _diagram(question: Question, handle: Handle) -> Iterator[bytes]:
+def _diagram(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
     """Yield the points of the attractors over a parameter: x and v once a forcing period."""
     check_size(question)
     asked = asked_study(question)
@@ -102,7 +102,7 @@ def _joined(parts: list[Dataset], path: str) -> Dataset:
     return whole
 
 
-def _basins(question: Question, handle: Handle) -> Iterator[bytes]:
+def _basins(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
     """Yield which attractor each start goes to."""
     check_size(question)
     x_low, x_high = range_of(question, "x_low", "x_high")
@@ -153,14 +153,14 @@ def _points(found: Dataset) -> dict[str, Floats]:
     return points
 
 
-JOBS: dict[str, Callable[[Question, Handle], Iterator[bytes]]] = {
+JOBS: dict[str, Callable[[PageQuestion, Handle], Iterator[bytes]]] = {
     "diagram": _diagram,
     "response": answer_response,
     "basins": _basins,
 }
 
 
-def _header(question: Question, *, done: bool, share: float) -> dict[str, object]:
+def _header(question: PageQuestion, *, done: bool, share: float) -> dict[str, object]:
     return {"id": question.id, "kind": question.kind, "done": done, "share": share}
 
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.motion.trajectory import Trajectory
-from percuss.studies.proving import Proof, check_certify, proof_of
+from percuss.studies.proving import ProofOfStudy, check_certify, proof_of
 from percuss.studies.study import Study
 from percuss.studies.tables import Certify
 from percuss.web.explore import followed
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
-from percuss.web.question import MOST_DIGITS, Question, digits_of, study_of
+from percuss.web.question import MOST_DIGITS, PageQuestion, digits_of, study_of
 
 if TYPE_CHECKING:
     # Needs python-flint.
@@ -37,7 +37,7 @@ def can_certify() -> bool:
     return find_spec("flint") is not None
 
 
-def proof_in_time(study: Study, run: Trajectory, handle: Handle | None = None) -> Proof:
+def proof_in_time(study: Study, run: Trajectory, handle: Handle | None = None) -> ProofOfStudy:
     """Return what is proven of a run in a limited time.
 
     Parameters
@@ -63,7 +63,7 @@ def proof_in_time(study: Study, run: Trajectory, handle: Handle | None = None) -
     return proof_of(study, run, (handle or Handle()).part(0.0, 1.0, PATIENCE))
 
 
-def answer_certify(question: Question, handle: Handle) -> Iterator[bytes]:
+def answer_certify(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
     """Yield what is proven of a motion.
 
     Parameters

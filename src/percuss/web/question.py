@@ -19,7 +19,7 @@ __all__ = [
     "MOST_BYTES",
     "MOST_DIGITS",
     "BadQuestion",
-    "Question",
+    "PageQuestion",
     "digits_of",
     "motion_of",
     "path_of",
@@ -56,7 +56,7 @@ class BadQuestion(Exception):  # noqa: N818 - no error of the program, but of th
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class PageQuestion:
     """One message of a client.
 
     Parameters
@@ -108,7 +108,7 @@ class Question:
         return str(value)
 
 
-def read_question(text: str | bytes, kinds: tuple[str, ...]) -> Question:
+def read_question(text: str | bytes, kinds: tuple[str, ...]) -> PageQuestion:
     """Return the question in a message.
 
     Parameters
@@ -149,7 +149,7 @@ def read_question(text: str | bytes, kinds: tuple[str, ...]) -> Question:
     tables = message.pop("study", {})
     if not isinstance(tables, dict):
         raise BadQuestion("the study is not a JSON object")
-    return Question(number, kind, tables, message)
+    return PageQuestion(number, kind, tables, message)
 
 
 def study_of(tables: Mapping[str, Any]) -> Study:
@@ -207,14 +207,14 @@ def _parsed(tables: Mapping[str, Any]) -> Study:
     return study
 
 
-def digits_of(question: Question) -> int | None:
+def digits_of(question: PageQuestion) -> int | None:
     """Return to how many digits a motion is to be certified, None if it is not."""
     if question.options.get("digits") is None:
         return None
     return int(question.number("digits", 12, 1, MOST_DIGITS))
 
 
-def path_of(question: Question, study: Study) -> str:
+def path_of(question: PageQuestion, study: Study) -> str:
     """Return the path of a parameter of the motion or of its start, in its long form."""
     path = question.options.get("path")
     if not isinstance(path, str):
@@ -222,7 +222,7 @@ def path_of(question: Question, study: Study) -> str:
     return long_form(path, study.oscillator, study.forcing, motion_of(study).start)
 
 
-def range_of(question: Question, low: str, high: str) -> tuple[float, float]:
+def range_of(question: PageQuestion, low: str, high: str) -> tuple[float, float]:
     """Return a range, given by two options."""
     ends = (question.number(low, 0.0, -1e6, 1e6), question.number(high, 1.0, -1e6, 1e6))
     if ends[0] >= ends[1]:

@@ -12,7 +12,7 @@ from percuss.model.exact import as_float
 from percuss.orbits import Manifolds, PeriodicOrbit, find_orbits, manifolds
 from percuss.web.frame import frame
 from percuss.web.handle import Handle
-from percuss.web.question import BadQuestion, Question, motion_of, study_of
+from percuss.web.question import BadQuestion, PageQuestion, motion_of, study_of
 
 __all__ = ["MOST_ROUNDS", "answer_saddles"]
 
@@ -25,7 +25,7 @@ PATIENCE = 20.0
 SEARCH = 0.2
 
 
-def answer_saddles(question: Question, handle: Handle) -> Iterator[bytes]:
+def answer_saddles(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
     """Yield the saddle orbits and their stable manifolds, one after another.
 
     Parameters

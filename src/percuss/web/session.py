@@ -15,14 +15,14 @@ from percuss.web.frame import frame
 from percuss.web.handle import Handle
 from percuss.web.jobs import JOBS, answer_job
 from percuss.web.proof import answer_certify
-from percuss.web.question import BadQuestion, Question, read_question
+from percuss.web.question import BadQuestion, PageQuestion, read_question
 from percuss.web.saddles import answer_saddles
 from percuss.web.turns import Turn, Turns
 from percuss.web.wording import plain
 
 __all__ = ["FAILED", "Pools", "Session"]
 
-Send = Callable[[bytes], Awaitable[None]]
+SendBytes = Callable[[bytes], Awaitable[None]]
 # Seconds between two reports of progress.
 TELLING = 0.3
 # Seconds after which a share that has not grown is told again: the work goes on.
@@ -68,7 +68,7 @@ class Session:
     """
 
     def __init__(
-        self, send: Send, pools: Pools, report: Callable[[BaseException], None] | None = None
+        self, send: SendBytes, pools: Pools, report: Callable[[BaseException], None] | None = None
     ) -> None:
         self._report = report
         self._lanes = {
@@ -101,7 +101,7 @@ class Session:
         for lane in self._lanes.values():
             await lane.close()
 
-    def _failed(self, question: Question, error: BaseException) -> bytes:
+    def _failed(self, question: PageQuestion, error: BaseException) -> bytes:
         """Return the frame for a question that has no answer."""
         header = {"id": question.id, "kind": "fault", "of": question.kind}
         if isinstance(error, StudyError):
@@ -124,11 +124,11 @@ def _fault(fault: object) -> dict[str, str]:
 
 
 def _once(
-    answer: Callable[[Question, Handle], bytes],
-) -> Callable[[Question, Handle], Iterator[bytes]]:
+    answer: Callable[[PageQuestion, Handle], bytes],
+) -> Callable[[PageQuestion, Handle], Iterator[bytes]]:
     """Return an answer of one frame as one of many."""
 
-    def frames(question: Question, handle: Handle) -> Iterator[bytes]:
+    def frames(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
         yield answer(question, handle)
 
     return frames
@@ -148,20 +148,20 @@ class Lane:
         From a question and what it raised to a frame.
     """
 
-    send: Send
+    send: SendBytes
     pool: Turns
-    answer: Callable[[Question, Handle], Iterator[bytes]]
-    failed: Callable[[Question, BaseException], bytes]
-    waiting: Question | None = None
+    answer: Callable[[PageQuestion, Handle], Iterator[bytes]]
+    failed: Callable[[PageQuestion, BaseException], bytes]
+    waiting: PageQuestion | None = None
     # In work: None until its turn has begun, so that the newest is answered and not the one that
     # was newest a round ago.
-    question: Question | None = None
+    question: PageQuestion | None = None
     frames: Iterator[bytes] = field(default_factory=lambda: iter(()))
     handle: Handle = field(default_factory=Handle)
     task: asyncio.Task[None] | None = None
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def ask(self, question: Question) -> None:
+    def ask(self, question: PageQuestion) -> None:
         """Put a question in the place of the one that waits."""
         with self.lock:
             self.waiting = question

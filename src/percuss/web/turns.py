@@ -14,7 +14,7 @@ from percuss.ensembles.threads import Threads
 
 __all__ = ["Turn", "Turns"]
 
-Value = TypeVar("Value")
+T = TypeVar("T")
 
 # After so long others come first [s]. A motion asks a few times in that whether it is to go on.
 SLICE = 0.02
@@ -93,7 +93,7 @@ class Turns:
         self._threads = Threads(MOST_THREADS)
         self.is_closed = False
 
-    def submit(self, work: Callable[[Turn], Value]) -> Future[Value]:
+    def submit(self, work: Callable[[Turn], T]) -> Future[T]:
         """Have work done; it should call ``turn.pause()`` now and then.
 
         Returns

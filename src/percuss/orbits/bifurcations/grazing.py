@@ -222,7 +222,7 @@ def _around(table: Law, base: PeriodicOrbit, touch: GrazingContact, *, half: boo
     lasting = 0.5 * base.period if half else base.period
     phases, out = np.empty((int(table[0, N_HARMONICS]), 2)), np.empty((1, 4))
     until = record[:, columns.EVENT_T] < t + lasting
-    kept = columns.Record(table, 0.0, record[until], np.ascontiguousarray(kinds[until]))
+    kept = columns.MotionRecord(table, 0.0, record[until], np.ascontiguousarray(kinds[until]))
     neighbours(kept, np.array([t + lasting]), True, phases, out)
     matrix = out.reshape(2, 2)
     return np.asarray(-matrix if half else matrix)

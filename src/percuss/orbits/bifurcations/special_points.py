@@ -26,9 +26,9 @@ from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import half_multipliers
 
-__all__ = ["Kind", "SpecialPoint", "coincidence_point", "special_points_between"]
+__all__ = ["SpecialPoint", "SpecialPointKind", "coincidence_point", "special_points_between"]
 
-Kind: TypeAlias = Literal[
+SpecialPointKind: TypeAlias = Literal[
     "fold",
     "period_doubling",
     "symmetry_breaking",
@@ -85,7 +85,7 @@ class SpecialPoint:
         How many conditions it fulfils: 1.
     """
 
-    kind: Kind
+    kind: SpecialPointKind
     path: str
     value: float
     interval: tuple[float, float]
@@ -256,7 +256,7 @@ def _is_slow(family: Family, orbit: PeriodicOrbit) -> bool:
     return bool(np.abs(family.into_stops(orbit)).min() < SLOW * family.scale[-1])
 
 
-def _special(family: Family, kind: Kind, detail: str, zero: Zero) -> SpecialPoint:
+def _special(family: Family, kind: SpecialPointKind, detail: str, zero: Zero) -> SpecialPoint:
     low, high = sorted(family.value(z) for z in zero.ends)
     value = family.value(zero.z)
     exact = zero.goes_through and high - low <= LOCATED * max(1.0, abs(value))
@@ -264,7 +264,9 @@ def _special(family: Family, kind: Kind, detail: str, zero: Zero) -> SpecialPoin
     return SpecialPoint(kind, family.path, value, (low, high), status, zero.orbit, -1, detail)
 
 
-def _meaning(a: Point[Family], name: str, orbit: PeriodicOrbit, *, turns: bool) -> tuple[Kind, str]:
+def _meaning(
+    a: Point[Family], name: str, orbit: PeriodicOrbit, *, turns: bool
+) -> tuple[SpecialPointKind, str]:
     family = a.problem
     if name.startswith("velocity"):
         row, stop, _ = family.entries[int(name.split()[1])]

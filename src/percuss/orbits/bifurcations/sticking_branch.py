@@ -21,7 +21,7 @@ from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.law import law
 from percuss.model.paths import replace_parameters
 from percuss.orbits.bifurcations.branch import Branch, branch_of
-from percuss.orbits.bifurcations.special_points import LOCATED, Kind, SpecialPoint
+from percuss.orbits.bifurcations.special_points import LOCATED, SpecialPoint, SpecialPointKind
 from percuss.orbits.continuation.follow import STOPPED, Segment, StepLimits, follow
 from percuss.orbits.continuation.locate import Sample, bracketed
 from percuss.orbits.continuation.problem import Point
@@ -45,7 +45,7 @@ MOST_GRAZES = 8
 LAST = 1.5
 
 # Of each contact: its wall, and the stops that are met before the hops that lead to it.
-Pattern: TypeAlias = tuple[tuple[int, tuple[int, ...]], ...]
+StickingPattern: TypeAlias = tuple[tuple[int, tuple[int, ...]], ...]
 
 
 class StickingFamily:
@@ -257,7 +257,9 @@ def _grazes(one: StickingPoint, other: StickingPoint) -> list[StickingRow]:
     return rows
 
 
-def _special(low: StickingPoint, high: StickingPoint, kind: Kind, detail: str) -> StickingRow:
+def _special(
+    low: StickingPoint, high: StickingPoint, kind: SpecialPointKind, detail: str
+) -> StickingRow:
     family, orbit = low.problem, low.orbit
     (value,), (beyond,) = family.values(low.z), family.values(high.z)
     first, last = sorted((value, beyond))
@@ -302,7 +304,7 @@ def _contacts(orbit: PeriodicOrbit) -> list[tuple[int, slice]]:
     return found
 
 
-def _pattern(orbit: PeriodicOrbit) -> Pattern:
+def _pattern(orbit: PeriodicOrbit) -> StickingPattern:
     """Return what tells an orbit from one beyond a graze: hops that accumulate have no number."""
     stops = orbit.impacts.stop
     found = [(wall, tuple(stops[before].tolist())) for wall, before in _contacts(orbit)]
@@ -310,7 +312,7 @@ def _pattern(orbit: PeriodicOrbit) -> Pattern:
     return min(tuple(found[k:] + found[:k]) for k in range(len(found)))
 
 
-def _has(pattern: Pattern) -> Callable[[PeriodicOrbit], bool]:
+def _has(pattern: StickingPattern) -> Callable[[PeriodicOrbit], bool]:
     return lambda orbit: _pattern(orbit) == pattern
 
 

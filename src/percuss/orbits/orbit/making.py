@@ -152,7 +152,7 @@ def _monodromy(table: Law, events: Table, marks: Integers) -> Floats:
         flights = [slice(i, i + 2) for i in range(len(events) - 1)]
     for flight in flights:
         end = events[flight][-1:, columns.EVENT_T].copy()
-        record = columns.Record(table, 0.0, events[flight], marks[flight])
+        record = columns.MotionRecord(table, 0.0, events[flight], marks[flight])
         neighbours(record, end, True, phases, out)
         # NaN where an impact has no speed.
         with np.errstate(invalid="ignore"):

@@ -85,7 +85,7 @@ def solve(table: Law, chain: Integers, guess: Floats, period: float | None) -> S
     Solution
         The last iterate, converged or not.
     """
-    system = _System(table, chain, period)
+    system = _LinearSystem(table, chain, period)
     unknowns, size = system.improved(np.array(guess, dtype=np.float64))
     for i, (bound, before, _) in enumerate(chain.tolist()):
         if factor(table, before, bound) == 0.0:
@@ -96,7 +96,7 @@ def solve(table: Law, chain: Integers, guess: Floats, period: float | None) -> S
     return Solution(unknowns, system.largest(unknowns), converged, isolated)
 
 
-class _System:
+class _LinearSystem:
     """The equations of a chain, and room for the kernels."""
 
     def __init__(self, table: Law, chain: Integers, period: float | None) -> None:

@@ -16,7 +16,7 @@ from percuss.kernels.shooting import place, turning_points
 from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 
-__all__ = ["Passages", "Turns", "passages_of", "turns_of"]
+__all__ = ["Passages", "TurningPoints", "passages_of", "turns_of"]
 
 
 # Turning points of a flight for which there is room at first.
@@ -53,7 +53,7 @@ class Passages:
 
 
 @dataclass(frozen=True, slots=True)
-class Turns:
+class TurningPoints:
     """The turning points of a motion between its events.
 
     Attributes
@@ -77,7 +77,7 @@ class Turns:
     doubt: Floats
 
 
-def turns_of(table: Law, events: Table, marks: Integers, x0: float, t_end: float) -> Turns:
+def turns_of(table: Law, events: Table, marks: Integers, x0: float, t_end: float) -> TurningPoints:
     """Return the turning points of all flights of a record up to t_end."""
     rows: list[tuple[float, float, int, int, float]] = []
     for i in range(len(events)):
@@ -101,7 +101,7 @@ def turns_of(table: Law, events: Table, marks: Integers, x0: float, t_end: float
     floats = (np.array(found[k], dtype=np.float64) for k in (0, 1, 4))
     t_, clearance, doubts = floats
     bound, flight = (np.array(found[k], dtype=np.int64) for k in (2, 3))
-    return Turns(t_, clearance, bound, flight, doubts)
+    return TurningPoints(t_, clearance, bound, flight, doubts)
 
 
 def _turns_of_flight(
@@ -128,7 +128,7 @@ def _clearance(table: Law, region: int, x: float, y: float) -> tuple[float, int]
     return (below, number) if below <= above else (above, number + 1)
 
 
-def passages_of(osc: Oscillator, turns: Turns) -> Passages:
+def passages_of(osc: Oscillator, turns: TurningPoints) -> Passages:
     """Return those turning points that lie beyond a stop, more than rounding can tell."""
     beyond = turns.clearance < -turns.doubt
     layout = lines(osc)
@@ -138,7 +138,7 @@ def passages_of(osc: Oscillator, turns: Turns) -> Passages:
     return Passages(turns.t[beyond], stop, -turns.clearance[beyond])
 
 
-def margin_of(turns: Turns, counted: Flags | None = None) -> float:
+def margin_of(turns: TurningPoints, counted: Flags | None = None) -> float:
     """Return the least clearance, 0 where rounding cannot tell its sign; inf without a turn."""
     clearance = np.where(np.abs(turns.clearance) <= turns.doubt, 0.0, turns.clearance)
     if counted is not None:

@@ -22,7 +22,7 @@ from percuss.motion.spectrum import line_spectrum
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.orbit.itinerary import Itinerary
-from percuss.orbits.orbit.passages import Passages, Turns, turns_of
+from percuss.orbits.orbit.passages import Passages, TurningPoints, turns_of
 from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
 
@@ -109,7 +109,7 @@ class PeriodicOrbit:
         return self._events, self._marks
 
     @property
-    def turning_points(self) -> Turns:
+    def turning_points(self) -> TurningPoints:
         """Where it turns between two events in a period; without any, in one and a half."""
         # The ends of a flight are no turning points of it.
         lasting = self.period if len(self._chain) else 1.5 * self.period

@@ -81,13 +81,13 @@ class Propagator:
     def state_at(self, x0: float, t: float) -> tuple[float, float]:
         """Return (x, v) of the last run at t; x0 is where it started."""
         motion = np.empty((2, 1))
-        record = columns.Record(self.law, float(x0), *self._record)
+        record = columns.MotionRecord(self.law, float(x0), *self._record)
         evaluate(record, np.array([t]), True, self._run.phases, self._run.arrival, motion)
         return float(motion[0, 0]), float(motion[1, 0])
 
     def derivative_at(self, t: float, *, after: bool = True) -> Table:
         """Return the derivative of (x, v) at t by (x, v) at the start of the last run."""
         out = np.empty((1, 4))
-        record = columns.Record(self.law, 0.0, *self._record)
+        record = columns.MotionRecord(self.law, 0.0, *self._record)
         neighbours(record, np.array([t]), after, self._run.phases, out)
         return out.reshape(2, 2)

@@ -20,7 +20,7 @@ from percuss.motion.reach import steady
 from percuss.motion.tables import Impacts
 from percuss.numerics import exp
 from percuss.orbits.orbit.itinerary import row_of_region
-from percuss.orbits.orbit.passages import Turns, margin_of, passages_of, turns_of
+from percuss.orbits.orbit.passages import TurningPoints, margin_of, passages_of, turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
 
@@ -146,11 +146,11 @@ def _orbit(
     )
 
 
-def _one_period_of(turns: Turns, period: float) -> Turns:
+def _one_period_of(turns: TurningPoints, period: float) -> TurningPoints:
     """Return those of a period, from the first of them on: the ends of a flight are none."""
     first = turns.t[0] if len(turns.t) else 0.0
     kept = turns.t < first + period * (1.0 - 1e-9)
-    return Turns(
+    return TurningPoints(
         turns.t[kept] % period,
         turns.clearance[kept],
         turns.bound[kept],

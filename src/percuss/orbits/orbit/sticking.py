@@ -24,13 +24,13 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
 from percuss.orbits.orbit.itinerary import entry
 from percuss.orbits.orbit.making import impacts_of_record
-from percuss.orbits.orbit.passages import Turns, margin_of, passages_of, turns_of
+from percuss.orbits.orbit.passages import TurningPoints, margin_of, passages_of, turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.propagator import Propagator
 
 __all__ = ["releases_of", "sticking_orbit_near", "sticking_orbits"]
 
-Record = tuple[Table, Integers]
+EventRecord = tuple[Table, Integers]
 
 # Instants of the cycle at which a wall is asked whether it holds the mass.
 ASKED = 64
@@ -148,7 +148,7 @@ def _releases(runs: Propagator, osc: Oscillator, period: float) -> list[tuple[in
 
 def _returns(
     runs: Propagator, osc: Oscillator, wall: int, held: float, period: float, max_periods: int
-) -> list[tuple[Record, int]]:
+) -> list[tuple[EventRecord, int]]:
     """Return the motion from a release to the same one again, and the periods it took."""
     at = as_float(osc.stops[wall].at)
     end = held + (max_periods + 1.1) * period
@@ -170,7 +170,7 @@ def _returns(
     return []
 
 
-def _releases_of(table: Law, osc: Oscillator, record: Record) -> list[tuple[int, float]]:
+def _releases_of(table: Law, osc: Oscillator, record: EventRecord) -> list[tuple[int, float]]:
     """Return (wall, cycle) of the releases in a record."""
     events, marks = record
     stops = {entry(osc, i).bound: i for i, it in enumerate(osc.stops) if isinstance(it, Wall)}
@@ -194,7 +194,7 @@ def _same(one: tuple[int, float], other: tuple[int, float]) -> bool:
 
 
 def _orbit(
-    osc: Oscillator, force: Forcing, table: Law, record: Record, n_periods: int
+    osc: Oscillator, force: Forcing, table: Law, record: EventRecord, n_periods: int
 ) -> PeriodicOrbit:
     """Return the orbit that goes round a record, told from its first impact on."""
     period = n_periods * float(table[0, PERIOD])
@@ -233,7 +233,7 @@ def _orbit(
     )
 
 
-def _from_first_impact(events: Table, marks: Integers, period: float) -> Record:
+def _from_first_impact(events: Table, marks: Integers, period: float) -> EventRecord:
     """Return a record from a release to a release as one from an impact to that impact."""
     i = int(np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)[0])
     again = np.concatenate([events[i:], events[1 : i + 1]])
@@ -249,18 +249,20 @@ def _from_first_impact(events: Table, marks: Integers, period: float) -> Record:
     return again, kinds
 
 
-def _after_releases(turns: Turns, events: Table, marks: Integers, period: float) -> Turns:
+def _after_releases(
+    turns: TurningPoints, events: Table, marks: Integers, period: float
+) -> TurningPoints:
     """Return turning points without those that rounding makes of a release."""
     since = turns.t - events[turns.flight, columns.EVENT_T]
     released = marks[turns.flight, columns.KIND] == columns.RELEASE
     kept = ~released | (since > AT_RELEASE * period)
-    return Turns(
+    return TurningPoints(
         turns.t[kept], turns.clearance[kept], turns.bound[kept], turns.flight[kept],
         turns.doubt[kept],
     )  # fmt: skip
 
 
-def _not_in_hops(turns: Turns, marks: Integers) -> Flags:
+def _not_in_hops(turns: TurningPoints, marks: Integers) -> Flags:
     """Tell which turning points are not the one of a flight from a wall back to it."""
     bounds = marks[:, columns.BOUND].copy()
     bounds[0] = bounds[-1]

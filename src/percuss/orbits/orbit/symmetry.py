@@ -105,7 +105,7 @@ def half_multipliers(table: Law, events: Table, marks: Integers) -> tuple[comple
     half = (len(events) - 1) // 2
     phases, out = np.empty((int(table[0, N_HARMONICS]), 2)), np.empty((1, 4))
     instant = events[half : half + 1, columns.EVENT_T].copy()
-    record = columns.Record(table, 0.0, events[: half + 1], marks[: half + 1])
+    record = columns.MotionRecord(table, 0.0, events[: half + 1], marks[: half + 1])
     neighbours(record, instant, True, phases, out)
     trace = -float(out[0, 0] + out[0, 3])
     determinant = float(out[0, 0] * out[0, 3] - out[0, 1] * out[0, 2])

@@ -106,7 +106,7 @@ def search_families(
     each = PER_SEARCH * n_seeds
     n_compared = max(LEAST_COMPARED, each // 2)
     progress = Progress(report, n_seeds + each + n_compared)
-    search = _Search(following, counts, seed, progress)
+    search = _ResponseSearch(following, counts, seed, progress)
     try:
         seeds = list(search.searched(n_seeds)) + list(search.settled(each))
         search.follow_without_impacts()
@@ -127,7 +127,7 @@ def search_families(
     return seen, not progress.is_stopped
 
 
-class _Search:
+class _ResponseSearch:
     """The steps of a search on one system."""
 
     def __init__(

@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CurveEnd",
+    "CurveStretch",
     "SingularityCurve",
     "SingularitySet",
-    "Stretch",
     "Tracer",
     "singularity_set",
     "stretches",
@@ -63,7 +63,7 @@ AT_ZERO = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class CurveStretch:
     """One curve: states in a continuous row, along the touch that they lead to.
 
     Attributes
@@ -136,7 +136,7 @@ def stretches(
     period: float,
     spacing: float,
     max_points: int,
-) -> list[Stretch]:
+) -> list[CurveStretch]:
     """Return the curves of the touches in an interval of instants.
 
     Where neighbours lie apart by more than the spacing, one more touch is followed between them,
@@ -181,7 +181,7 @@ def stretches(
         middles = 0.5 * (rows[1:, 0] + rows[:-1, 0])[wide]
         rows = np.concatenate([rows, tracer.follow(middles)])
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    found: list[Stretch] = []
+    found: list[CurveStretch] = []
     for k, scale in enumerate(scales):
         cut = _apart(rows, k, scale, period, spacing)
         turned = rows
@@ -221,7 +221,7 @@ def _apart(rows: Floats, k: int, scale: float, period: float, spacing: float) ->
 
 def _split(
     rows: Floats, k: int, cut: Flags, scale: float, finest: float, *, whole: bool
-) -> list[Stretch]:
+) -> list[CurveStretch]:
     """Return the curves between the cuts."""
     t, v, events = _columns(rows, k)
     edges = [0, *(np.flatnonzero(cut) + 1).tolist(), len(rows)]
@@ -232,7 +232,7 @@ def _split(
         closed = whole and not cut.any()
         part = slice(first, last)
         found.append(
-            Stretch(
+            CurveStretch(
                 iterate=k + 1,
                 t=t[part],
                 v=v[part],
@@ -591,7 +591,7 @@ def _natural_period(table: Law) -> float:
     return longest
 
 
-def _curve(touched: int, stretch: Stretch, period: float) -> SingularityCurve:
+def _curve(touched: int, stretch: CurveStretch, period: float) -> SingularityCurve:
     whole = math.floor(stretch.t[0] / period)
     return SingularityCurve(
         touched=touched,

@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
     from percuss.certified import Ball, CertifiedRun
 
-__all__ = ["Column", "factor_of_root", "proven_peaks", "proven_speeds"]
+__all__ = ["BallColumn", "factor_of_root", "proven_peaks", "proven_speeds"]
 
 # Times and values.
-Column: TypeAlias = "tuple[list[arb], list[arb]]"
+BallColumn: TypeAlias = "tuple[list[arb], list[arb]]"
 # Steps that a flight is looked at with, and how often, each time more closely.
 STEPS, ROUNDS = 48, 3
 
 
 @cache
-def proven_peaks(run: Trajectory) -> Column | None:
+def proven_peaks(run: Trajectory) -> BallColumn | None:
     """Return balls of instant and height of the highest point of each flight between two events.
 
     Between two times of a grid x is at most that of one of them plus abs(v) h/2 + A h^2/8 with
@@ -50,7 +50,7 @@ def proven_peaks(run: Trajectory) -> Column | None:
     # What the radii leave open at the ends of a flight.
     open_part = 4.0 * float(events.radius().max() + np.spacing(ends).max())
     above = proven(0.5 * (ends[:-1] + ends[1:]))[0].arbs
-    found: Column = [], []
+    found: BallColumn = [], []
     for low, high, x in zip(ends[:-1], ends[1:], above, strict=True):
         if x > 0:
             instant, height = _highest(proven, float(low), float(high), open_part)
@@ -87,7 +87,7 @@ def _highest(proven: CertifiedRun, low: float, high: float, open_part: float) ->
 
 
 @cache
-def proven_speeds(run: Trajectory) -> Column | None:
+def proven_speeds(run: Trajectory) -> BallColumn | None:
     """Return balls of when a run hits its stop, and how fast it leaves it."""
     proven = certain_run(run)
     if proven is None:

@@ -25,11 +25,11 @@ HALF_PERIODS = 4
 BITS = 160
 MOST_IMPACTS = 64
 # Instants and velocities after the impacts of a period.
-States = tuple["tuple[arb, arb]", ...]
+LineStates = tuple["tuple[arb, arb]", ...]
 
 
 @cache
-def _states(v0: str) -> States | None:
+def _states(v0: str) -> LineStates | None:
     """Return the impacts from t = 0 to 4 pi, None where the motion is not proven to close there."""
     if not has_balls():
         return None

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
     from percuss.certified import Ball
 
-__all__ = ["Part", "furthest_apart", "sum_is_zero"]
+__all__ = ["MotionPart", "furthest_apart", "sum_is_zero"]
 
 # A factor, a run, and a number of its force that is a ball.
-Part = tuple[float, Trajectory, "Mapping[str, Ball] | None"]
+MotionPart = tuple[float, Trajectory, "Mapping[str, Ball] | None"]
 
 
-def furthest_apart(parts: Sequence[Part], t: Floats) -> arb | None:
+def furthest_apart(parts: Sequence[MotionPart], t: Floats) -> arb | None:
     """Return a ball of the largest absolute value of a sum of motions at some times.
 
     Parameters
@@ -52,7 +52,11 @@ def furthest_apart(parts: Sequence[Part], t: Floats) -> arb | None:
 
 
 def sum_is_zero(
-    what: str, parts: Sequence[Part], t: Floats, numerical: Callable[[], float], tolerance: float
+    what: str,
+    parts: Sequence[MotionPart],
+    t: Floats,
+    numerical: Callable[[], float],
+    tolerance: float,
 ) -> Check:
     """Return the check that a sum of motions is zero at some times, certain where it is proven.
 

@@ -16,7 +16,7 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.certain_envelopes import (
-    Column,
+    BallColumn,
     factor_of_root,
     proven_peaks,
     proven_speeds,
@@ -63,7 +63,7 @@ def _factors(displacement: bool) -> dict[str, _Factor]:
     return found
 
 
-def _in_balls(proven: Column, error: float) -> _Factor:
+def _in_balls(proven: BallColumn, error: float) -> _Factor:
     """Return the same from the balls of a run."""
     from percuss.certified import Ball
 

@@ -18,7 +18,7 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run, in_ball
 from percuss.paper.claims.certain_envelopes import (
-    Column,
+    BallColumn,
     factor_of_root,
     proven_peaks,
     proven_speeds,
@@ -70,7 +70,7 @@ def envelope_factor(t: Floats, height: Floats) -> tuple[float, float]:
     return factor, float(np.sqrt((rest**2).sum() / (len(rest) - 1) / (root**2).sum()))
 
 
-def root_factor(what: str, factor: float, proven: Column | None, printed: float) -> Check:
+def root_factor(what: str, factor: float, proven: BallColumn | None, printed: float) -> Check:
     """Return the check of a factor of sqrt(t), from balls where the run is proven."""
     if proven is None:
         return Check(what, factor, printed, PRINTED_ERROR)

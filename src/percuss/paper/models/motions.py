@@ -35,7 +35,7 @@ __all__ = [
     "step_through",
 ]
 
-Column = tuple[str, NDArray[Any], dict[str, str]]
+TableColumn = tuple[str, NDArray[Any], dict[str, str]]
 
 # The paper gives "w-/w+ = 2e4"; the square is not excluded.
 STIFFNESS_BELOW = {"stiff": 4e8, "soft": 2e4}
@@ -145,7 +145,7 @@ def step_through(force: Forcing, v0: Exact, t_end: Exact) -> SteppedMotion:
     return SteppedMotion(motion.t[few], motion.x[few], motion.v[few], motion.n_steps)
 
 
-def step_columns(name: str, motion: SteppedMotion) -> dict[str, Column]:
+def step_columns(name: str, motion: SteppedMotion) -> dict[str, TableColumn]:
     """Return a motion by steps as columns like those of `motion_dataset`, without impacts."""
     point = f"{name}_point"
     values = {"t": motion.t, "x": motion.x, "v": motion.v}
@@ -179,7 +179,7 @@ def motion_dataset(runs: Mapping[str, Trajectory], **parameters: float | str) ->
     """
     import xarray as xr
 
-    data: dict[str, Column] = {}
+    data: dict[str, TableColumn] = {}
     for name, run in runs.items():
         curve = sample_curve(run)
         times, speeds = impact_speeds(run)

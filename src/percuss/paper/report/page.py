@@ -11,12 +11,12 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
-from percuss.paper.claim import Claim, Kind
+from percuss.paper.claim import Claim, ClaimKind
 from percuss.paper.figure_files import Drawn, versions
 from percuss.paper.report.claims import badge, claim_article, grade_mark
 from percuss.paper.report.prose import prose
 from percuss.paper.report.tables import printed_tables, table_anchors
-from percuss.paper.sections import SECTIONS, Section
+from percuss.paper.sections import SECTIONS, ReportSection
 from percuss.paper.statement import Grade
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ __all__ = ["page"]
 LARGEST_SVG = 400_000
 KINDS = ("figure", "statement")
 NETCDF = ".nc"
-COUNTS: dict[Kind, str] = {
+COUNTS: dict[ClaimKind, str] = {
     "holds": "hold as printed",
     "corrected": "hold with a correction",
     "fails": "fail",
@@ -109,7 +109,7 @@ def _counts(claims: list[Claim]) -> str:
     )
 
 
-def _contents(sections: list[Section], result: PaperResult) -> str:
+def _contents(sections: list[ReportSection], result: PaperResult) -> str:
     entries = [("summary", "All verdicts")] if result.claims else []
     entries += table_anchors(_in_order(result))
     entries += [(section.name, section.title) for section in sections]
@@ -132,7 +132,7 @@ def _summary(result: PaperResult) -> str:
     )
 
 
-def _section(result: PaperResult, section: Section) -> str:
+def _section(result: PaperResult, section: ReportSection) -> str:
     inside = [item for item in result.items if item.section == section.name]
     # A figure and a statement about it may have the same name.
     asked = {kind: [item.name for item in inside if item.kind == kind] for kind in KINDS}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter
 
-from percuss.ensembles.diagram import Direction, Section, bifurcation_diagram
+from percuss.ensembles.diagram import Direction, SectionName, bifurcation_diagram
 from percuss.execution import Execution
 from percuss.io.study_text import start_table
 from percuss.model.faults import draft
@@ -62,7 +62,7 @@ class Diagram(Question):
     columns: ClassVar = {"diagram": "table"}
 
     over: OverAxes
-    section: Section = default(bifurcation_diagram, "section")
+    section: SectionName = default(bifurcation_diagram, "section")
     starts: Annotated[tuple[StartRow, ...], Field(min_length=1)] = (AT_REST,)
     follow: tuple[Direction, ...] = default(bifurcation_diagram, "follow")
     transient: Whole = default(bifurcation_diagram, "transient")
