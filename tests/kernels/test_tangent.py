@@ -9,7 +9,7 @@ from tests.kernels.uncompiled import python_of
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.kernels.flight import Flight, constant_force, move, set_phases
-from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS, Table
+from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS, STEP, Table
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.shooting import ShootingProblem, shoot, turning_points
 from percuss.kernels.tangent import (
@@ -255,7 +255,7 @@ def turns(name: str, v0: float, longest: float) -> Table:
     set_phases(table, 0.2, 0.0, phases)
     start = (0.2, 0.0, v0, constant_force(table, region, 0.1))
     flight = Flight(table, region, start, phases, arrival)
-    found = turning_points(flight, longest, out)
+    found = turning_points(flight, longest, table[region, STEP], out)
     times = np.linspace(0.0, longest, 20_001)
     v = np.array([move(flight, s)[1] for s in times])
     expected = times[1:-1][v[1:-1] * v[2:] < 0.0]
@@ -280,7 +280,7 @@ def test_two_turning_points_a_hair_apart_are_both_found() -> None:
     start = (0.0, 0.0, 1.0 - 1e-6, 0.0)
 
     flight = Flight(table, FIRST_HARMONIC + 1, start, phases, arrival)
-    found = turning_points(flight, 6.0, out)
+    found = turning_points(flight, 6.0, table[FIRST_HARMONIC + 1, STEP], out)
 
     half = math.acos(1.0 - 1e-6)
     expected = [1.5 * math.pi - half, 1.5 * math.pi + half]
@@ -298,7 +298,7 @@ def test_a_turning_point_right_after_a_start_from_rest_is_found() -> None:
         start = (-lead, 0.0, 0.0, 0.0)
 
         flight = Flight(table, FIRST_HARMONIC + 1, start, phases, arrival)
-        found = turning_points(flight, 3.0, out)
+        found = turning_points(flight, 3.0, table[FIRST_HARMONIC + 1, STEP], out)
 
         assert out[0, 0] == pytest.approx(2.0 * lead, rel=1e-7)
         assert out[0, 1] < 0.0

@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.kernels.law import FIRST_HARMONIC
 from percuss.model import Side
 from percuss.orbits import single_impact, single_impact_orbits
 from percuss.orbits.bifurcations.family import Family
+from percuss.orbits.orbit.extremes import extremes_of
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
+from percuss.orbits.orbit.steady import steady_orbit
 
 # Formal orbits are meant here: they are looked at one by one.
 pytestmark = pytest.mark.filterwarnings("ignore::percuss.FormalOrbitWarning")
@@ -208,6 +211,21 @@ def test_without_stops_there_is_the_steady_motion() -> None:
     assert orbit.x0 == pytest.approx(0.0, abs=1e-15)
     assert orbit.v0 == pytest.approx(1.0, rel=1e-14)
     assert orbit.grazing_margin == math.inf
+
+
+def test_turns_of_a_steady_motion_are_sought_at_the_pace_of_its_harmonics() -> None:
+    """Under a forcing of 1e-9, at the pace of the free motion, that would take 4e10 steps."""
+    osc, force = (
+        pc.impact_oscillator("0.8", wall=2, side="above", damping="0.05"),
+        pc.cosine("1e-9"),
+    )
+
+    orbit = steady_orbit(osc, force, FIRST_HARMONIC + 1)
+
+    # The displacement follows the force, up to terms of 1e-10.
+    swing = extremes_of(orbit)
+    assert [swing.low, swing.high] == pytest.approx([-1.0, 1.0], abs=1e-15)
+    assert len(orbit.turning_points.t) == 2
 
 
 def test_elastic_motion_between_two_walls_without_force_is_a_family() -> None:

@@ -29,7 +29,6 @@ from percuss.kernels.law import (
     LOWER_KIND,
     LOWER_RESTITUTION,
     NUMBER,
-    STEP,
     UPPER,
     UPPER_KIND,
     UPPER_RESTITUTION,
@@ -140,11 +139,14 @@ def shoot(problem: ShootingProblem, unknowns: Table, residual: Table, jacobian: 
 def turning_points(
     flight: Flight,
     longest: float,
+    search_step: float,
     out: Table,
 ) -> int:
     """Write (s, y, doubt) of the turning points inside a flight to ``out`` (m, 3); return how many.
 
-    ``doubt`` bounds the rounding error of y. The ends are none. Stops when ``out`` is full.
+    ``search_step`` is that of `first_event`, in which the fastest part of the motion turns by a
+    radian; 0 where nothing moves fast. ``doubt`` bounds the rounding error of y. The ends are
+    none. Stops when ``out`` is full.
     """
     law, region, start, phases, arrival = (
         flight.law,
@@ -156,8 +158,8 @@ def turning_points(
     v = start[2]
     before, _ = acceleration_and_jerk(law, region, start[3], phases, 0.0, v)
     step = longest / 16.0
-    if law[region, STEP] > 0.0:
-        step = longest / math.ceil(longest / min(PART * law[region, STEP], step))
+    if search_step > 0.0:
+        step = longest / math.ceil(longest / min(PART * search_step, step))
     count = 0
     s = 0.0
     while s < longest and count < out.shape[0]:

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from percuss.arrays import Integers
 from percuss.kernels import record as columns
-from percuss.kernels.flight import Flight, constant_force, set_phases
-from percuss.kernels.law import N_HARMONICS, Law, Table
-from percuss.kernels.shooting import place, turning_points
+from percuss.kernels.law import Law, Table
+from percuss.kernels.shooting import place
 from percuss.model.law import law
+from percuss.orbits.orbit.passages import flight_turns, flights_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Extremes", "extremes_of", "extremes_of_record"]
-
-# Turning points of a flight for which there is room at first.
-ROOM = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,14 +70,21 @@ def extremes_of(orbit: PeriodicOrbit) -> Extremes:
     """
     table = law(orbit.oscillator, orbit.forcing)
     t_end = orbit.t0 + orbit.period
-    if len(orbit.record[0]) == 1:
+    is_steady = len(orbit.record[0]) == 1
+    if is_steady:
         # Without events a period and a half holds both extremes, wherever it starts.
         t_end += 0.5 * orbit.period
-    return extremes_of_record(table, *orbit.record, orbit.x0, t_end)
+    return extremes_of_record(table, *orbit.record, orbit.x0, t_end, is_steady=is_steady)
 
 
 def extremes_of_record(
-    table: Law, events: Table, marks: Integers, x0: float, t_end: float
+    table: Law,
+    events: Table,
+    marks: Integers,
+    x0: float,
+    t_end: float,
+    *,
+    is_steady: bool = False,
 ) -> Extremes:
     """Return the extremes of a motion between the first and the last row of its record.
 
@@ -96,32 +99,17 @@ def extremes_of_record(
     t_end
         Where the motion ends if there is no other row [time].
     """
-    found = [x0] if marks[0, columns.KIND] == columns.START else []
-    ends = events[1:] if len(events) > 1 else np.array([[t_end, 0.0, 0.0, 0.0]])
-    for event, mark, end in zip(events, marks, ends, strict=False):
-        region, x = int(mark[columns.NEXT_REGION]), x0
-        if mark[columns.KIND] != columns.START:
-            x = place(table, region, int(mark[columns.BOUND]))
-            found.append(x)
-        longest = (end[0] - event[0]) + (end[1] - event[1])
-        if mark[columns.KIND] != columns.CONTACT and longest > 0.0:
-            start = float(event[0]), float(event[1]), float(event[columns.V_AFTER])
-            found += _turns(table, region, x, start, float(longest))
-    return Extremes(min(found), max(found))
-
-
-def _turns(
-    table: Law, region: int, x: float, start: tuple[float, float, float], longest: float
-) -> list[float]:
-    """Return where a flight turns."""
-    n = int(table[0, N_HARMONICS])
-    phases, arrival = np.empty((n, 2)), np.empty((n, 2))
-    set_phases(table, start[0], start[1], phases)
-    whole = (*start, constant_force(table, region, x))
-    room = ROOM
-    while True:
-        out = np.empty((room, 3))
-        count = turning_points(Flight(table, region, whole, phases, arrival), longest, out)
-        if count < room:
-            return [x + y for y in out[:count, 1].tolist()]
-        room *= 8
+    is_alone = len(events) == 1
+    places = [
+        x0
+        if mark[columns.KIND] == columns.START
+        else place(table, int(mark[columns.NEXT_REGION]), int(mark[columns.BOUND]))
+        for mark in (marks if is_alone else marks[:-1])
+    ]
+    # No flight follows the last of several rows.
+    for _, region, x, start, duration in flights_of(
+        table, events, marks, x0, t_end if is_alone else -math.inf
+    ):
+        turns = flight_turns(table, region, x, start, duration, is_steady=is_steady)
+        places += [x + y for y in turns[:, 1].tolist()]
+    return Extremes(min(places), max(places))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,14 @@ from percuss.kernels.shooting import place, turning_points
 from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 
-__all__ = ["Passages", "TurningPoints", "passages_of", "turns_of"]
+__all__ = [
+    "Passages",
+    "TurningPoints",
+    "flight_turns",
+    "flights_of",
+    "passages_of",
+    "turns_of",
+]
 
 
 # Turning points of a flight for which there is room at first.
@@ -78,25 +86,16 @@ class TurningPoints:
 
 
 def turns_of(table: Law, events: Table, marks: Integers, x0: float, t_end: float) -> TurningPoints:
-    """Return the turning points of all flights of a record up to t_end."""
+    """Return the turning points of all flights of a record up to t_end.
+
+    A record of its start alone is that of a steady motion: no event ever disturbs it.
+    """
+    is_steady = len(events) == 1 and marks[0, columns.KIND] == columns.START
     rows: list[tuple[float, float, int, int, float]] = []
-    for i in range(len(events)):
-        if marks[i, columns.KIND] == columns.CONTACT:
-            continue
-        t, t_low = float(events[i, columns.EVENT_T]), float(events[i, columns.EVENT_T_LOW])
-        longest = (t_end - t) - t_low
-        if i + 1 < len(events):
-            later = events[i + 1]
-            longest = (later[columns.EVENT_T] - t) + (later[columns.EVENT_T_LOW] - t_low)
-        if longest <= 0.0:
-            continue
-        region = int(marks[i, columns.NEXT_REGION])
-        x = x0
-        if marks[i, columns.KIND] != columns.START:
-            x = place(table, region, int(marks[i, columns.BOUND]))
-        start = (t, t_low, float(events[i, columns.V_AFTER]))
-        for s, y, doubt in _turns_of_flight(table, region, x, start, float(longest)):
-            rows.append((t + s, *_clearance(table, region, x, y), i, doubt + ULP * abs(x)))
+    for i, region, x, start, duration in flights_of(table, events, marks, x0, t_end):
+        for s, y, doubt in flight_turns(table, region, x, start, duration, is_steady=is_steady):
+            distance = _clearance(table, region, x, y)
+            rows.append((start[0] + s, *distance, i, doubt + ULP * abs(x)))
     found = list(zip(*rows, strict=True)) if rows else [()] * 5
     floats = (np.array(found[k], dtype=np.float64) for k in (0, 1, 4))
     t_, clearance, doubts = floats
@@ -104,17 +103,50 @@ def turns_of(table: Law, events: Table, marks: Integers, x0: float, t_end: float
     return TurningPoints(t_, clearance, bound, flight, doubts)
 
 
-def _turns_of_flight(
-    table: Law, region: int, x: float, start: tuple[float, float, float], longest: float
+def flights_of(
+    table: Law, events: Table, marks: Integers, x0: float, t_end: float
+) -> Iterator[tuple[int, int, float, tuple[float, float, float], float]]:
+    """Yield the row, region, place, start (t, t_low, v) and duration of each flight of a record."""
+    ends = [*events[1:], np.array([t_end, 0.0, 0.0, 0.0])]
+    for i, (event, mark, end) in enumerate(zip(events, marks, ends, strict=True)):
+        t, t_low = float(event[columns.EVENT_T]), float(event[columns.EVENT_T_LOW])
+        duration = float((end[columns.EVENT_T] - t) + (end[columns.EVENT_T_LOW] - t_low))
+        if mark[columns.KIND] == columns.CONTACT or duration <= 0.0:
+            continue
+        region, x = int(mark[columns.NEXT_REGION]), x0
+        if mark[columns.KIND] != columns.START:
+            x = place(table, region, int(mark[columns.BOUND]))
+        yield i, region, x, (t, t_low, float(event[columns.V_AFTER])), duration
+
+
+def flight_turns(
+    table: Law,
+    region: int,
+    x: float,
+    start: tuple[float, float, float],
+    duration: float,
+    *,
+    is_steady: bool,
 ) -> Table:
+    """Return (s, y, doubt) of the turning points of a flight, (n, 3).
+
+    Steady motion holds no free motion: its harmonics alone say how fast it may turn, however fast
+    the free motion would be.
+    """
     n = int(table[0, N_HARMONICS])
     phases, arrival = np.empty((n, 2)), np.empty((n, 2))
     set_phases(table, start[0], start[1], phases)
     whole = (*start, constant_force(table, region, x))
+    search_step = float(table[region, at.STEP])
+    if is_steady:
+        harmonics = table[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]
+        fastest = harmonics[harmonics[:, at.AMPLITUDE] > 0.0, at.OMEGA].max(initial=0.0)
+        search_step = 1.0 / fastest if fastest > 0.0 else 0.0
     room = ROOM
     while True:
         out = np.empty((room, 3))
-        found = turning_points(Flight(table, region, whole, phases, arrival), longest, out)
+        flight = Flight(table, region, whole, phases, arrival)
+        found = turning_points(flight, duration, search_step, out)
         if found < room:
             return out[:found]
         room *= 8
