@@ -217,7 +217,7 @@ def test_turns_of_a_steady_motion_are_sought_at_the_pace_of_its_harmonics() -> N
     """Under a forcing of 1e-9, at the pace of the free motion, that would take 4e10 steps."""
     osc, force = (
         pc.impact_oscillator("0.8", wall=2, side="above", damping="0.05"),
-        pc.cosine("1e-9"),
+        pc.sine("1e-9"),
     )
 
     orbit = steady_orbit(osc, force, FIRST_HARMONIC + 1)
