@@ -24,12 +24,12 @@ from percuss.kernels.law import (
 )
 from percuss.kernels.sample import evaluate
 from percuss.model.exact import Exact, Phase, as_float, plain
-from percuss.model.faults import Fault, phase_faults, raise_first
+from percuss.model.faults import phase_faults, raise_first
 from percuss.model.forcing import Forcing
-from percuss.model.harmonics import Harmonic
 from percuss.model.law import law as law_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, end_after_periods, periods_faults, start_faults
+from percuss.model.system import kind_faults
 from percuss.motion.outcome import Outcome
 from percuss.motion.progress import RunProgress
 from percuss.motion.reach import free_until
@@ -128,7 +128,7 @@ def simulate(
     >>> run.impacts.t[:3] / 3.141592653589793
     array([1., 2., 3.])
     """
-    raise_first(_kind_faults(osc, force))
+    raise_first(kind_faults(osc, force))
     if periods is not None:
         raise_first([*periods_faults(force, periods, t_end), *phase_faults("t0", plain(t0))])
         t_end = end_after_periods(cast("Forcing", force), t0, periods)
@@ -155,17 +155,6 @@ def simulate(
         warnings.warn(message, LimitWarning, stacklevel=2)
     start = Start(x0, v0, t0)
     return Trajectory.of_record(osc, force, march.record(), stopped, outcome, start)
-
-
-def _kind_faults(osc: object, force: object) -> list[Fault]:
-    """Return the faults of arguments that are no oscillator and no forcing."""
-    if not isinstance(osc, Oscillator):
-        return [Fault("osc", osc, "not an Oscillator; impact_oscillator() makes one")]
-    if force is None or isinstance(force, Forcing):
-        return []
-    if isinstance(force, Harmonic):
-        return [Fault("force", force, "not a Forcing; give Forcing((harmonic,))")]
-    return [Fault("force", force, "not a Forcing; cosine(2) makes one, and forcings can be added")]
 
 
 def _check_times(law: Law, t0: float, t_end: float) -> None:

@@ -12,9 +12,11 @@ import numpy as np
 
 from percuss.errors import ConvergenceError, FormalOrbitWarning, ParameterError
 from percuss.model.exact import as_float, plain, whole
+from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
+from percuss.model.system import kind_faults
 from percuss.numerics import log
 from percuss.orbits.finding.refine_guess import (
     Known,
@@ -263,7 +265,7 @@ def find_orbits(
         whole("max_impacts", max_impacts, 1),
         whole("max_periods", max_periods, 1),
     )
-    _check_kinds(osc, force)
+    raise_first(kind_faults(osc, force))
     _check(osc, force, max_impacts if osc.stops else 0, None)
     table = law(osc, force)
     check_length(table, max_impacts, max_periods)
@@ -292,20 +294,13 @@ def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
     return cast("float", impacts), whole("n_periods", periods, 1)
 
 
-def _check_kinds(osc: object, force: object) -> None:
-    if not isinstance(osc, Oscillator):
-        raise ParameterError("osc", osc, "not an Oscillator; impact_oscillator() makes one")
-    if force is not None and not isinstance(force, Forcing):
-        raise ParameterError("force", force, "not a Forcing; cosine(2) makes one")
-
-
 def _check(
     osc: Oscillator,
     force: Forcing | None,
     n_impacts: float,
     sequence: Sequence[int] | None,
 ) -> None:
-    _check_kinds(osc, force)
+    raise_first(kind_faults(osc, force))
     if force is not None and force.harmonics and force.period is None:
         reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)

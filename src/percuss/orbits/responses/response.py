@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, whole
+from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form
+from percuss.model.system import kind_faults
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.extremes import extremes_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -249,9 +251,8 @@ def response_curve(
 def _checked(
     osc: Oscillator, force: Forcing, over: Mapping[str, tuple[Phase, Phase]]
 ) -> tuple[str, Range]:
-    if not isinstance(osc, Oscillator):
-        raise ParameterError("osc", osc, "not an Oscillator")
-    if not isinstance(force, Forcing):
+    raise_first(kind_faults(osc, force))
+    if force is None:
         raise ParameterError("force", force, "not a Forcing; a response is one to a forcing")
     if len(over) != 1:
         raise ParameterError("over", over, "not one parameter and its range")

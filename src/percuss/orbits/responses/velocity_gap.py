@@ -32,10 +32,12 @@ from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels.flight import free_response
 from percuss.model.exact import as_float, whole
+from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameter
+from percuss.model.system import kind_faults
 from percuss.numerics import (
     atan2,
     cos,
@@ -221,8 +223,7 @@ def velocity_gap_curve(
 
 
 def _check(osc: Oscillator, force: Forcing) -> None:
-    if not isinstance(osc, Oscillator):
-        raise ParameterError("osc", osc, "not an Oscillator")
+    raise_first(kind_faults(osc, force))
     if len(osc.stops) != 1 or not has_closed_form(osc, force, 0):
         reason = "the closed form is for one wall and no other stop, under one harmonic"
         raise ParameterError("osc", osc, reason)

@@ -24,6 +24,7 @@ from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import start_faults
 from percuss.model.stops import Wall
+from percuss.model.system import kind_faults
 from percuss.numerics import matmul
 from percuss.orbits.orbit.propagator import Propagator
 
@@ -339,8 +340,7 @@ def stroboscopic_map(osc: Oscillator, force: Forcing, *, cycle: float = 0.0) -> 
 
 def check_period(osc: Oscillator, force: Forcing | None, what: str) -> None:
     """Raise a ParameterError if this is no oscillator, or the forcing has no period."""
-    if not isinstance(osc, Oscillator):
-        raise ParameterError("osc", osc, "not an Oscillator")
+    raise_first(kind_faults(osc, force))
     if force is None or force.period is None:
         reason = f"{what} needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)
