@@ -103,7 +103,7 @@ LOCK = UV_CUSTOM_COMPILE_COMMAND="make lock" uv pip compile pyproject.toml --qui
 lock:
 	$(LOCK) --group build --group dev --extra all -o requirements/dev.txt
 	$(LOCK) --group build --group docs --extra all -c requirements/dev.txt -o requirements/docs.txt
-	$(LOCK) --group build --extra certified --extra web -c requirements/dev.txt -o requirements/run.txt
+	$(LOCK) --group build --extra paper --extra web -c requirements/dev.txt -o requirements/run.txt
 	$(LOCK) --group build --extra benchmark --extra certified --extra web -c requirements/dev.txt -o requirements/benchmark.txt
 
 # What the demos have written; what else is in their folder stays.

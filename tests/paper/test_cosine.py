@@ -59,7 +59,6 @@ def test_no_model_reaches_the_printed_growth(name: str, largest: tuple[float | N
 
 
 def test_the_growth_of_the_velocity_is_refuted_for_certain() -> None:
-    pytest.importorskip("flint")
     checks = finding("fig14").printed
 
     assert [check.is_certain for check in checks] == [False, True, True] * 2
@@ -67,7 +66,6 @@ def test_the_growth_of_the_velocity_is_refuted_for_certain() -> None:
 
 
 def test_largest_velocities_of_the_exact_bilinear_runs() -> None:
-    pytest.importorskip("flint")
     for below, largest in ((4e8, 2.94345327), (2e4, 6.49391892)):
         osc = pc.bilinear_oscillator(stiffness_above=1, stiffness_below=below)
         run = pc.simulate(osc, pc.cosine(1), v0=0, t_end=900)

@@ -43,7 +43,6 @@ def test_every_statement_holds(name: str) -> None:
 
 
 def test_the_resonance_curve_is_certified() -> None:
-    pytest.importorskip("flint")
     assert grade(finding("losses-curve")) == "certified"
     assert len(finding("losses-curve").printed) == 54
 

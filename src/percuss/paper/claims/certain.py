@@ -1,16 +1,24 @@
-"""Comparisons that are certain where python-flint is there, and numerical where it is not."""
+"""Comparisons that are certain where ball arithmetic decides, and numerical where it does not."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from flint import arb
 
 from percuss.arrays import Floats
-from percuss.errors import MissingExtraError
+from percuss.certified import (
+    Ball,
+    CertifiedRun,
+    certify,
+    critical_velocity,
+    keeps_eigenset,
+    keeps_subset,
+)
+from percuss.certified.numbers import precision
 from percuss.model.exact import Exact, Phase
 from percuss.model.forcing import Forcing
 from percuss.model.start import Start
@@ -18,14 +26,10 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.evidence import ROUNDING, WALL, condition, furthest, near
 from percuss.paper.statement import Check
 
-if TYPE_CHECKING:
-    from percuss.certified import Ball, CertifiedRun
-
 __all__ = [
     "certain_condition",
     "certain_run",
     "eigenset_kept",
-    "has_balls",
     "impacts_at",
     "in_ball",
     "limit_velocity",
@@ -36,15 +40,6 @@ __all__ = [
 
 # Of a constant that no fraction is: far more digits than are asked of any result.
 CONSTANT_BITS = 512
-
-
-def has_balls() -> bool:
-    """Return whether the extra for ball arithmetic is installed."""
-    try:
-        import percuss.certified  # noqa: F401
-    except MissingExtraError:
-        return False
-    return True
 
 
 def in_ball(what: str, ball: Ball, expected: float = 0.0, tolerance: float = ROUNDING) -> Check:
@@ -93,22 +88,15 @@ def eigenset_kept(
     >>> eigenset_kept("n = 3", pc.sine(3), "0.51", lambda: True).is_certain
     True
     """
-    if has_balls():
-        from percuss.certified import keeps_eigenset
-
-        holds = keeps_eigenset(WALL, force, v0, t0).holds
-        if holds is not None:
-            return Check(what, float(holds is kept), 1.0, 0.0, 0.0)
-    return condition(what, numerical())
+    holds = keeps_eigenset(WALL, force, v0, t0).holds
+    if holds is None:
+        return condition(what, numerical())
+    return Check(what, float(holds is kept), 1.0, 0.0, 0.0)
 
 
 @cache
-def limit_velocity(force: Forcing, low: Exact, high: Exact) -> Ball | None:
-    """Return the velocity above which all impacts keep to the eigenset, None without the extra."""
-    if not has_balls():
-        return None
-    from percuss.certified import critical_velocity
-
+def limit_velocity(force: Forcing, low: Exact, high: Exact) -> Ball:
+    """Return the velocity above which all impacts keep to the eigenset."""
     return critical_velocity(WALL, force, low, high)
 
 
@@ -126,10 +114,6 @@ def certain_run(
     over
         A number of its force as a ball; default: that of the model, which may be a double.
     """
-    if not has_balls():
-        return None
-    from percuss.certified import certify
-
     proven = certify(run, start=start, over=over)
     return proven if proven.complete and len(proven.impacts) == len(run.impacts) else None
 
@@ -146,27 +130,17 @@ def subset_kept(what: str, m: int, v0: float, numerical: Callable[[], Check]) ->
     numerical
         Gives the check where no proof is to be had, or they are not those of Y_m.
     """
-    if has_balls():
-        from percuss.certified import keeps_subset
-
-        if keeps_subset(m, v0).holds is True:
-            return Check(what, 0.0, 0.0, ROUNDING, 0.0)
+    if keeps_subset(m, v0).holds is True:
+        return Check(what, 0.0, 0.0, ROUNDING, 0.0)
     return numerical()
 
 
 @cache
-def subset_constant(m: int) -> Mapping[str, Ball] | None:
-    """Return the constant cos(pi/(m+1)) of the force of Y_m as a ball, None without the extra.
+def subset_constant(m: int) -> Mapping[str, Ball]:
+    """Return the constant cos(pi/(m+1)) of the force of Y_m as a ball.
 
     The model's is a double; in a ball this narrow the constant is meant exactly.
     """
-    if not has_balls():
-        return None
-    from flint import arb
-
-    from percuss.certified import Ball
-    from percuss.certified.numbers import precision
-
     with precision(CONSTANT_BITS):
         return {"forcing.constant": Ball((arb.pi() / (m + 1)).cos())}
 

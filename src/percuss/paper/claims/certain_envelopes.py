@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
+from flint import arb
 
+from percuss.certified import Ball, CertifiedRun
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
-
-if TYPE_CHECKING:
-    from flint import arb
-
-    from percuss.certified import Ball, CertifiedRun
 
 __all__ = ["BallColumn", "factor_of_root", "proven_peaks", "proven_speeds"]
 
@@ -61,8 +58,6 @@ def proven_peaks(run: Trajectory) -> BallColumn | None:
 
 def _highest(proven: CertifiedRun, low: float, high: float, open_part: float) -> tuple[arb, arb]:
     """Return balls of instant and height of the highest point between two events."""
-    from flint import arb
-
     begin, end = low + open_part, high - open_part
     best = highest = arb(0)
     # What is not in the steps that remain is lower: those are looked at again, more closely.
@@ -113,10 +108,6 @@ def factor_of_root(times: Sequence[arb], heights: Sequence[arb]) -> Ball:
     >>> factor_of_root(t, [arb(0), 3 * arb(2).sqrt(), arb(1), arb(9)]).contains(3)
     True
     """
-    from flint import arb
-
-    from percuss.certified import Ball
-
     above, below = arb(0), arb(0)
     for k in range(0, len(times) - len(times) % 2, 2):
         (t, other), (x, y) = times[k : k + 2], heights[k : k + 2]

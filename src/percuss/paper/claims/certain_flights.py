@@ -5,9 +5,14 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cache
 
+from flint import arb
+
+from percuss.certified.balls import Undecided
+from percuss.certified.families import Rounds, returns_reversed
+from percuss.certified.numbers import ball, precision
+from percuss.certified.system import system_of
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import sine
-from percuss.paper.claims.certain import has_balls
 from percuss.paper.claims.evidence import WALL
 
 __all__ = ["all_flights_last_pi"]
@@ -37,12 +42,6 @@ def all_flights_last_pi(n: int, v: str) -> bool:
     >>> all_flights_last_pi(3, "0.4")
     False
     """
-    if not has_balls():
-        return False
-    from percuss.certified.families import returns_reversed
-    from percuss.certified.numbers import precision
-    from percuss.certified.system import system_of
-
     system = system_of(WALL, sine(n))
     # In units of pi; a little more than a period of the force, 2/n.
     pending, parts = [(Fraction(0), Fraction(2, n) + Fraction(1, 100))], 0
@@ -63,12 +62,6 @@ def all_flights_last_pi(n: int, v: str) -> bool:
 
 def _last_pi(system: object, low: Fraction, high: Fraction, v: str) -> bool:
     """Return whether all flights that begin between two multiples of pi are proven to last pi."""
-    from flint import arb
-
-    from percuss.certified.balls import Undecided
-    from percuss.certified.families import Rounds
-    from percuss.certified.numbers import ball
-
     t = arb.pi() * ball(low).union(ball(high))
     rounds = Rounds(system, t, ball(as_fraction(v)))  # type: ignore[arg-type]
     try:

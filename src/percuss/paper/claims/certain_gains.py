@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+from flint import arb
 
 from percuss.arrays import Floats
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.evidence import WALL
-
-if TYPE_CHECKING:
-    from flint import arb
 
 __all__ = ["exponent_of_drift", "mean_gain", "two_proven_impacts"]
 
@@ -33,7 +31,6 @@ def mean_gain(v: float, states: Sequence[State | None]) -> tuple[float, float] |
     known = [state for state in states if state is not None]
     if len(known) < len(states):
         return None
-    from flint import arb
 
     mean = sum((arb(v) * (after - arb(v)) for _, after in known), arb(0)) / len(known)
     return float(mean.mid()), float(mean.rad()) + 1e-15
@@ -46,7 +43,6 @@ def exponent_of_drift(
     known = [state for state in states if state is not None]
     if len(known) < len(states):
         return None
-    from flint import arb
 
     logs = [arb(float(v)).log() for v in velocities]
     drifts = [abs(instant - arb(t) - 2 * arb.pi()).log() for instant, _ in known]

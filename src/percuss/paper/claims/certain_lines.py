@@ -5,18 +5,18 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from flint import acb, arb
 
 from percuss.arrays import Floats
+from percuss.certified import repeats_after
+from percuss.certified.families import Rounds
+from percuss.certified.numbers import ball, precision
+from percuss.certified.system import system_of
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import sine
-from percuss.paper.claims.certain import has_balls
 from percuss.paper.claims.evidence import WALL
-
-if TYPE_CHECKING:
-    from flint import acb, arb
 
 __all__ = ["are_sorted", "jump_bound", "power_law", "proven_lines"]
 
@@ -31,15 +31,6 @@ LineStates = tuple["tuple[arb, arb]", ...]
 @cache
 def _states(v0: str) -> LineStates | None:
     """Return the impacts from t = 0 to 4 pi, None where the motion is not proven to close there."""
-    if not has_balls():
-        return None
-    from flint import arb
-
-    from percuss.certified import repeats_after
-    from percuss.certified.families import Rounds
-    from percuss.certified.numbers import ball, precision
-    from percuss.certified.system import system_of
-
     with precision(BITS):
         rounds = Rounds(system_of(WALL, sine(3)), arb(0), ball(as_fraction(v0)))
         found: list[tuple[arb, arb]] = []
@@ -73,9 +64,6 @@ def proven_lines(v0: str, count: int) -> tuple[arb, ...] | None:
     states = _states(v0)
     if states is None:
         return None
-    from flint import acb, arb
-
-    from percuss.certified.numbers import precision
 
     with precision(BITS):
         period = HALF_PERIODS * arb.pi()
@@ -97,8 +85,6 @@ def proven_lines(v0: str, count: int) -> tuple[arb, ...] | None:
 
 def _integral(a: arb, b: arb, c: acb, k: int) -> acb:
     """Return the integral of Re(c exp(i t)) exp(-i t k/2) from a to b."""
-    from flint import acb, arb
-
     w = arb(k) / 2
     total = acb(0)
     for factor, rate in ((c, 1 - w), (c.conjugate(), -1 - w)):
@@ -108,7 +94,6 @@ def _integral(a: arb, b: arb, c: acb, k: int) -> acb:
 
 
 def _wave(rate: arb, a: arb, b: arb) -> acb:
-    from flint import acb
 
     return (acb(0, rate * b).exp() - acb(0, rate * a).exp()) / acb(0, rate)
 
@@ -118,9 +103,6 @@ def jump_bound(v0: str) -> arb | None:
     states = _states(v0)
     if states is None:
         return None
-    from flint import arb
-
-    from percuss.certified.numbers import precision
 
     with precision(BITS):
         total = sum((2 * v for _, v in states), arb(0))
@@ -141,8 +123,6 @@ def power_law(lines: Sequence[arb], edges: Floats) -> arb | None:
 
     None where the balls do not tell which line is the highest.
     """
-    from flint import arb
-
     omega = 0.5 * np.arange(len(lines))
     x, y = [], []
     for low, high in itertools.pairwise(edges):

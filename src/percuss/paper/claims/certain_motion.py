@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+
+from flint import arb
 
 from percuss.arrays import Floats
+from percuss.certified import Ball
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.evidence import near
 from percuss.paper.statement import Check
-
-if TYPE_CHECKING:
-    from flint import arb
-
-    from percuss.certified import Ball
 
 __all__ = ["MotionPart", "furthest_apart", "sum_is_zero"]
 
@@ -40,7 +37,6 @@ def furthest_apart(parts: Sequence[MotionPart], t: Floats) -> arb | None:
     proven = [certain_run(run, over=over) for _, run, over in parts]
     if any(run is None for run in proven):
         return None
-    from flint import arb
 
     columns = [run(t)[0].arbs for run in proven if run is not None]
     factors = [arb(factor) for factor, _, _ in parts]

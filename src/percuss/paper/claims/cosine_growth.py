@@ -9,6 +9,7 @@ from functools import cache, partial
 import numpy as np
 
 from percuss.arrays import Floats
+from percuss.certified import Ball
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.growth import fit_power_law
@@ -65,8 +66,6 @@ def _factors(displacement: bool) -> dict[str, _Factor]:
 
 def _in_balls(proven: BallColumn, error: float) -> _Factor:
     """Return the same from the balls of a run."""
-    from percuss.certified import Ball
-
     times, heights = proven
     factor = factor_of_root(times, heights)
     # An instant at the edge itself would count on neither side.

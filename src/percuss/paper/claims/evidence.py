@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from percuss.arrays import Floats
+from percuss.certified import Ball
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.statement import Check, Finding
-
-if TYPE_CHECKING:
-    from percuss.certified import Ball
 
 __all__ = [
     "ROUNDING",

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from flint import arb
 
 from percuss import numerics
+from percuss.certified import Ball, keeps_subset
 from percuss.motion.eigenset_forms import (
     SubsetMotion,
     contact_time,
@@ -17,7 +18,7 @@ from percuss.motion.eigenset_forms import (
 )
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
-from percuss.paper.claims.certain import certain_condition, has_balls
+from percuss.paper.claims.certain import certain_condition
 from percuss.paper.claims.evidence import (
     ROUNDING,
     WALL,
@@ -29,9 +30,6 @@ from percuss.paper.claims.evidence import (
     printed_table,
 )
 from percuss.paper.statement import Check, Finding, Statement
-
-if TYPE_CHECKING:
-    from percuss.certified import Ball
 
 __all__ = ["STATEMENTS"]
 
@@ -173,19 +171,11 @@ def _proven_limit(m: int) -> Ball | None:
     value = subset_critical_velocity(m)
     if [_kept(m, value + side * NEARBY) for side in (-1.0, 1.0)] != [True, False]:
         return None
-    from flint import arb
-
-    from percuss.certified import Ball
-
     return Ball(arb(value, NEARBY))
 
 
 def _kept(m: int, v0: float) -> bool | None:
     """Return whether all impacts are provably those of Y_m, or not; None without an answer."""
-    if not has_balls():
-        return None
-    from percuss.certified import keeps_subset
-
     return keeps_subset(m, v0).holds
 
 

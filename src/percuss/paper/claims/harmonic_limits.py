@@ -6,11 +6,11 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from percuss import numerics
+from percuss.certified import Ball
 from percuss.model.forcing import sine
 from percuss.motion.harmonic_forms import harmonic_contact_time, harmonic_critical_velocity
 from percuss.motion.simulate import simulate
@@ -25,9 +25,6 @@ from percuss.paper.claims.evidence import (
     printed_table,
 )
 from percuss.paper.statement import Check, Finding, Statement
-
-if TYPE_CHECKING:
-    from percuss.certified import Ball
 
 __all__ = ["STATEMENTS"]
 

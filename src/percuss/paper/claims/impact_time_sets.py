@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 
 from percuss import numerics
+from percuss.certified import keeps_eigenset
 from percuss.model.forcing import Forcing, cosine, sine
 from percuss.motion.eigenset import eigenset
 from percuss.motion.eigenset_forms import SubsetMotion, subset_forcing
@@ -19,7 +20,6 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import (
     certain_condition,
     certain_run,
-    has_balls,
     impacts_at,
     subset_constant,
 )
@@ -130,11 +130,8 @@ def _changes(force: Forcing, one: str, other: str, t_end: float) -> float:
 def _on_eigenset(n: int, one: str, other: str, t_end: float) -> Check:
     """Compare the impact times of two velocities under sin(n t): where both keep to the eigenset."""
     what = f"eigenset: sin {n}t, V0 = {one} and {other}"
-    if has_balls():
-        from percuss.certified import keeps_eigenset
-
-        if all(keeps_eigenset(WALL, sine(n), v0).holds is True for v0 in (one, other)):
-            return Check(what, 0.0, 0.0, ROUNDING, 0.0)
+    if all(keeps_eigenset(WALL, sine(n), v0).holds is True for v0 in (one, other)):
+        return Check(what, 0.0, 0.0, ROUNDING, 0.0)
     return near(what, _changes(sine(n), one, other, t_end))
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from flint import arb
 
 from percuss import numerics
 from percuss.arrays import Floats
+from percuss.certified import Ball
+from percuss.certified.flight import EnclosedFlight
+from percuss.certified.law import constant_of, law_of
+from percuss.certified.numbers import precision
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
@@ -19,9 +23,6 @@ from percuss.paper.claims.certain import certain_condition, certain_run, eigense
 from percuss.paper.claims.certain_motion import furthest_apart
 from percuss.paper.claims.evidence import ROUNDING, WALL, apart, near
 from percuss.paper.statement import Check, Finding, Statement
-
-if TYPE_CHECKING:
-    from percuss.certified import Ball
 
 __all__ = ["STATEMENTS"]
 
@@ -65,12 +66,6 @@ def _jumps_in_balls(run: Trajectory) -> tuple[Ball, Ball] | None:
     proven = certain_run(run)
     if proven is None:
         return None
-    from flint import arb
-
-    from percuss.certified import Ball
-    from percuss.certified.flight import EnclosedFlight
-    from percuss.certified.law import constant_of, law_of
-    from percuss.certified.numbers import precision
 
     t, v = proven.crossings.t.arbs[0], proven.crossings.v.arbs[0]
     with precision(proven.precision):

@@ -9,11 +9,12 @@ from functools import cache, partial
 import numpy as np
 
 from percuss import numerics
+from percuss.certified import certify
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.forcing import cosine
 from percuss.orbits.finding.find import find_formal_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.paper.claims.certain import has_balls, in_ball
+from percuss.paper.claims.certain import in_ball
 from percuss.paper.claims.evidence import condition, near
 from percuss.paper.models.resonance_losses import (
     cycle_work,
@@ -84,16 +85,13 @@ def _held(n: int, omega: str, losses: tuple[str, str]) -> list[Check]:
     orbit = _orbit(n, omega, losses)
     what = f"r = {restitution}, a = {damping}, omega = {omega}: velocity at the impact, by the form"
     stable = f"r = {restitution}, a = {damping}, omega = {omega}: attracts"
-    if has_balls():
-        from percuss.certified import certify
-
-        proven = certify(orbit)
-        if proven.exists and proven.admissible and proven.stability != "undecided":
-            attracts = proven.stability == "asymptotic"
-            return [
-                in_ball(what, proven.impacts.v_before[0], -expected),
-                Check(stable, float(attracts), 1.0, radius=0.0),
-            ]
+    proven = certify(orbit)
+    if proven.exists and proven.admissible and proven.stability != "undecided":
+        attracts = proven.stability == "asymptotic"
+        return [
+            in_ball(what, proven.impacts.v_before[0], -expected),
+            Check(stable, float(attracts), 1.0, radius=0.0),
+        ]
     attracts = orbit.is_stable and orbit.admissible
     return [
         near(what, float(orbit.impacts.v_before[0]), -expected),

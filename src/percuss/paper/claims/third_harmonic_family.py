@@ -14,13 +14,14 @@ import numpy as np
 
 from percuss import numerics
 from percuss.arrays import Floats
+from percuss.certified import repeats_after
 from percuss.model.forcing import sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator
 from percuss.model.start import Start
 from percuss.motion.impact_times import ImpactTimes, classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import has_balls, impacts_at
+from percuss.paper.claims.certain import impacts_at
 from percuss.paper.claims.divergence import separation
 from percuss.paper.claims.evidence import (
     ROUNDING,
@@ -179,11 +180,6 @@ def _share_without_period() -> Check:
     """Return the share of the starts without a period, as far as the periodic ones are proven."""
     found = kinds_of_starts()
     what = "share of starts 0 < V0 < 1/2 without a period in 1000 pi"
-    share = 1.0 - sum(one.kind == "periodic" for one in found) / N_STARTS
-    if not has_balls():
-        return near(what, share, 1.0)
-    from percuss.certified import repeats_after
-
     proven = sum(
         one.kind == "periodic"
         and repeats_after(WALL, sine(3), (k + 0.5) / (2 * N_STARTS), int(one.n_impacts)).holds
@@ -197,26 +193,20 @@ def _share_without_period() -> Check:
 
 def _end(what: str, value: float, simulated: Callable[[], float], way: float) -> Check:
     """Return the check that the six impacts begin, or end, at a velocity: within 1e-10."""
-    if has_balls():
-        from percuss.certified import repeats_after
-
-        inside, outside = (
-            repeats_after(WALL, sine(3), value + side * way * NEARBY, 6).holds for side in (1, -1)
-        )
-        if inside is True and outside is False:
-            return Check(what, value, value, 1e-9, 1.01 * NEARBY)
+    inside, outside = (
+        repeats_after(WALL, sine(3), value + side * way * NEARBY, 6).holds for side in (1, -1)
+    )
+    if inside is True and outside is False:
+        return Check(what, value, value, 1e-9, 1.01 * NEARBY)
     return near(what, simulated(), value, 1e-9)
 
 
 def _identity() -> Check:
     """Return the check that the derivative over the period is the identity."""
     what = "largest entry of the monodromy matrix minus 1"
-    if has_balls():
-        from percuss.certified import repeats_after
-
-        if repeats_after(WALL, sine(3), V0, 6).holds is True:
-            # All motions nearby return exactly.
-            return Check(what, 0.0, 0.0, 1e-7, 0.0)
+    if repeats_after(WALL, sine(3), V0, 6).holds is True:
+        # All motions nearby return exactly.
+        return Check(what, 0.0, 0.0, 1e-7, 0.0)
     return near(what, np.abs(monodromy() - np.eye(2)).max(), 0.0, 1e-7)
 
 
