@@ -404,10 +404,8 @@ def guess_of(
     try:
         cycle, v = (as_float(number) for number in given)
     except (TypeError, ValueError):
-        reason = "neither (cycle, v_after) nor a run nor an orbit"
+        reason = "neither two finite numbers (cycle, v_after) nor a run nor an orbit"
         raise ParameterError("guess", given, reason) from None
-    if not (math.isfinite(cycle) and math.isfinite(v)):
-        raise ParameterError("guess", given, "not two finite numbers")
     return _of_impact(osc, force, n_impacts, n_periods, sequence, (cycle, v))
 
 
