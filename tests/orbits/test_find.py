@@ -327,7 +327,11 @@ QUASIPERIODIC = pc.Forcing((pc.Harmonic(1.0, 1.0), pc.Harmonic(1.0, "1.41421356"
         ((COCO, pc.cosine(1.0), 0.5), {}, "n_impacts = 0.5: neither a whole number nor inf"),
         ((COCO, pc.cosine(1.0), 1, 0), {}, "n_periods = 0: not a whole number of at least 1"),
         ((COCO, pc.cosine(1.0)), {"guess": (0.1, 0.3)}, "no stop of the oscillator is left with"),
-        ((COCO, pc.cosine(1.0)), {"guess": "near"}, "neither .cycle, v_after. nor a run nor an"),
+        (
+            (COCO, pc.cosine(1.0)),
+            {"guess": "near"},
+            "neither two finite numbers .cycle, v_after. nor a run nor an",
+        ),
         ((COCO, pc.cosine(1.0)), {"sequence": (2,)}, "stop = 2: the oscillator has 1 stops"),
         ((COCO, pc.cosine(1.0)), {"sequence": (0, 0)}, "not one stop for each of the 1 impacts"),
         ((COCO,), {}, "free motion loses energy all the time"),
