@@ -239,9 +239,14 @@ def _label(name: BranchQuantity, units: Units, branches: list[Branch]) -> str:
 
 def _kinds(branch: Branch) -> Integers:
     """Return how the stretch from each row to the next is drawn."""
-    stable = np.isin(branch.stability, ["asymptotic", "elliptic"])
     physical = between_rows(branch.admissible, branch)
-    return np.where(physical, STABLE, FORMAL_STABLE) + ~between_rows(stable, branch)
+    stable = between_rows(drawn_as_stable(branch), branch)
+    return np.where(physical, STABLE, FORMAL_STABLE) + ~stable
+
+
+def drawn_as_stable(branch: Branch) -> Flags:
+    """Return which orbits are drawn as stable: elliptic ones, too."""
+    return np.isin(branch.stability, ["asymptotic", "elliptic"])
 
 
 def between_rows(flags: Flags, followed: Branch | Curve) -> Flags:

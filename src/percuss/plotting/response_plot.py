@@ -15,7 +15,7 @@ from percuss.errors import ParameterError
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.responses.response import CLOSED, Response, kinds_of
 from percuss.orbits.responses.velocity_gap import VelocityGap
-from percuss.plotting.branch_plot import MARKERS, between_rows, stretches
+from percuss.plotting.branch_plot import MARKERS, between_rows, drawn_as_stable, stretches
 from percuss.plotting.style import (
     BLACK,
     COLOUR_CYCLE,
@@ -137,7 +137,7 @@ def _colour_of_period(n_periods: int) -> str:
 def _draw(ax: Axes, branch: Branch, values: Floats, *, formal: bool) -> None:
     """Draw a branch, each stretch between two rows as its orbits are."""
     physical = between_rows(branch.admissible, branch)
-    stable = between_rows(np.isin(branch.stability, ["asymptotic", "elliptic"]), branch)
+    stable = between_rows(drawn_as_stable(branch), branch)
     x_all, y_all = branch.values, values
     if branch.end_reason == CLOSED:
         # The first row comes again after the last one.
