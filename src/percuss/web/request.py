@@ -26,6 +26,7 @@ __all__ = [
     "PageRequest",
     "PartialProgress",
     "RunningRequest",
+    "checked_study",
     "digits_of",
     "motion_of",
     "path_of",
@@ -211,17 +212,7 @@ def read_request(text: str | bytes, kinds: tuple[str, ...]) -> PageRequest:
 
 
 def study_of(tables: Mapping[str, Any]) -> Study:
-    """Return the study that a page asks about.
-
-    Parameters
-    ----------
-    tables
-        Those of a study file of kind motion.
-
-    Returns
-    -------
-    Study
-        The study.
+    """Return the study of a motion in the tables of a page.
 
     Raises
     ------
@@ -233,16 +224,14 @@ def study_of(tables: Mapping[str, Any]) -> Study:
     unknown = [name for name in tables if name not in TABLES]
     if unknown:
         raise BadRequest(f"the study has a table that the page does not know: {unknown[0]!r:.40}")
-    for table, rows, most in (
-        ("oscillator", "stops", MOST_STOPS),
-        ("forcing", "harmonics", MOST_HARMONICS),
-    ):
-        part = tables.get(table)
-        given = part.get(rows) if isinstance(part, dict) else None
+    limits = (("oscillator", "stops", MOST_STOPS), ("forcing", "harmonics", MOST_HARMONICS))
+    for name, rows, most in limits:
+        table = tables.get(name)
+        given = table.get(rows) if isinstance(table, dict) else None
         if isinstance(given, list) and len(given) > most:
             raise BadRequest(f"{len(given)} {rows}; the page takes {most} at most")
     try:
-        study = _parsed(tables)
+        study = checked_study(tables)
     except (RecursionError, OverflowError) as error:
         raise BadRequest("the study cannot be read") from error
     periods = motion_of(study).limits.periods
@@ -252,12 +241,13 @@ def study_of(tables: Mapping[str, Any]) -> Study:
 
 
 def motion_of(study: Study) -> Motion:
-    """Return what a study of the page asks: where a motion starts, and how long it is followed."""
+    """Return the question of the study of a motion: its start, and how long it is followed."""
     assert isinstance(study.question, Motion)
     return study.question
 
 
-def _parsed(tables: Mapping[str, Any]) -> Study:
+def checked_study(tables: Mapping[str, Any]) -> Study:
+    """Return the study in some tables, or raise all its faults as a `StudyError`."""
     faults = StudyFaults("study", {})
     study = build_study(tables, faults)
     if study is None:

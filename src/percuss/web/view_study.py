@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from percuss.errors import StudyError
 from percuss.io.study_text import number
 from percuss.studies.axes import Span
-from percuss.studies.faults import StudyFaults
 from percuss.studies.kinds.diagram import Diagram
-from percuss.studies.reading import build_study
 from percuss.studies.study import Study
 from percuss.studies.tables import Certify, Draw
 from percuss.web.request import (
     BadRequest,
     PageRequest,
+    checked_study,
     digits_of,
     motion_of,
     path_of,
@@ -82,11 +80,8 @@ def study_of_view(request: PageRequest) -> Study:
     if not request.tables.get("forcing", {}).get("harmonics"):
         raise BadRequest(f"{NAMES[request.kind]} a periodic force: add a harmonic in Explore")
     model = {name: request.tables[name] for name in MODEL if name in request.tables}
-    faults = StudyFaults("study", {})
-    document = {"study": {"kind": request.kind}, **model, **VIEWS[request.kind](request, motion)}
-    study = build_study(document, faults)
-    if study is None:
-        raise StudyError(faults.faults)
+    tables = VIEWS[request.kind](request, motion)
+    study = checked_study({"study": {"kind": request.kind}, **model, **tables})
     if isinstance(study.question, Diagram):
         study = replace(study, question=_with_all_values(request, study.question))
     has_manifolds = request.kind == "basins" and request.options.get("manifolds") is True
