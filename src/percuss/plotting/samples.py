@@ -173,7 +173,7 @@ def reduce_to_columns(
     Parameters
     ----------
     t, values, jumps
-        (n,) arrays, t increasing; `jumps` as in `SampledMotion`: columns are cut where the curve is.
+        (n,) arrays, t increasing; `jumps` as in `SampledMotion`: columns are cut there, too.
     columns
         Number of columns of the picture; default: 1500.
     most

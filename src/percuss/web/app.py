@@ -206,7 +206,7 @@ async def _file(request: Request) -> Response:
     client = request.client.host if request.client else ""
     waiting: Counter[str] = request.app.state.n_files
     if waiting[client] >= MOST_FILES:
-        raise HTTPException(429, f"{MOST_FILES} files are being made for you; wait for one")
+        raise HTTPException(429, f"{MOST_FILES} files are being written for you; wait for one")
     waiting[client] += 1
     try:
         page_request = read_request(await request.body(), ("motion", *VIEWS))

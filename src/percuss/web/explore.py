@@ -180,7 +180,7 @@ def _end_of(
 
 
 def moving(curve: SampledMotion) -> NDArray[np.intp]:
-    """Return the indices of a curve without the insides of rests, which a portrait shows as a dot."""
+    """Return the indices of a curve without the insides of rests, one dot in a portrait."""
     rests = np.zeros(len(curve.t), dtype=np.bool_)
     at_rest = curve.v == 0.0
     rests[1:-1] = at_rest[:-2] & at_rest[1:-1] & at_rest[2:]

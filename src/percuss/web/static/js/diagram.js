@@ -218,7 +218,7 @@ export class Diagram extends JobView {
   }
 
   #legendHere() {
-    return this.#here().length > 0 ? [element("li", { class: "note" }, "dashed upright line: the value that Explore shows")] : [];
+    return this.#here().length > 0 ? [element("li", { class: "note" }, "dashed vertical line: the value that Explore shows")] : [];
   }
 
   #name(path) {

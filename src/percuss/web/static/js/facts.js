@@ -94,14 +94,14 @@ export class Facts {
     const clearance = orbit.grazes ? "grazes" : orbit.grazing_margin === null ? "no turning point near a stop" : `clearance ${shown(orbit.grazing_margin, 3)}`;
     const formal = orbit.admissible ? "" : "formal, no motion follows it: it passes through a stop; ";
     const passed = orbit.stability === "unstable" ? "the motion cannot stay on it; " : "";
-    this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${roundOf(orbit, counted)}; ${passed}${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
+    this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${countsOf(orbit, counted)}; ${passed}${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
   }
 }
 
 const nameOf = ({ sticks, n_impacts: impacts, n_periods: periods }) => `(${sticks ? "∞" : impacts}, ${periods})`;
 
 /** Return the counts of one period of an orbit. */
-function roundOf({ sticks, n_impacts: impacts, n_periods: periods }, counted) {
+function countsOf({ sticks, n_impacts: impacts, n_periods: periods }, counted) {
   return `${sticks ? "chatter and contact" : hits(impacts, counted)} in ${count(periods, "forcing period")}`;
 }
 
