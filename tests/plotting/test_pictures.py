@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import subprocess
 import sys
 
@@ -13,6 +14,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
 
 import percuss as pc
+from percuss import plotting
 from percuss.model import Side
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting import (
@@ -210,6 +212,16 @@ def test_options_that_cannot_be_are_refused_by_name(plot, options, elastic: Traj
     (name,) = options
     with pytest.raises(pc.ParameterError, match=f"^{name} = "):
         plot(elastic, new_axes(), **options)
+
+
+@pytest.mark.parametrize("name", [name for name in plotting.__all__ if name.startswith("plot_")])
+def test_help_describes_each_parameter_in_the_order_of_the_signature(name: str) -> None:
+    plot = getattr(plotting, name)
+    section = inspect.cleandoc(plot.__doc__).split("Parameters\n----------\n")[1].split("\n\n")[0]
+    names = [line for line in section.splitlines() if not line.startswith(" ")]
+
+    assert ", ".join(names).split(", ") == list(inspect.signature(plot).parameters)
+    assert plot.__doc__.count("Returns\n") == 1
 
 
 def labels(ax: Axes) -> list[str]:

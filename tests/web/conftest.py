@@ -23,7 +23,7 @@ from percuss.web.app import create_app
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 SIZE: ViewportSize = {"width": 1366, "height": 850}
 # A browser that asks nobody anything.
-QUIET = (
+HEARTBEAT = (
     "--no-sandbox",
     "--disable-gpu",
     "--disable-quic",
@@ -49,7 +49,7 @@ def browser() -> Iterator[Browser]:
             pytest.fail("no chromium is found, and PERCUSS_BROWSER says that there has to be one")
         pytest.skip("no chromium is found: the page is not tested in a browser")
     with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=list(QUIET))
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=list(HEARTBEAT))
         yield started
         started.close()
 

@@ -16,14 +16,13 @@ import percuss as pc
 from percuss.errors import StudyError
 from percuss.execution import Execution
 from percuss.studies import parse_study
-from percuss.web.asked import asked_study
 from percuss.web.code_text import python_text
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
-from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job, levels_of
 from percuss.web.presets import FIGURES, presets
-from percuss.web.question import BadQuestion, PageQuestion, motion_of, study_of
+from percuss.web.request import BadRequest, PageRequest, RunningRequest, motion_of, study_of
+from percuss.web.view_study import study_of_view
 
 
 def distance_to_line(points: NDArray[Any], line: NDArray[Any]) -> NDArray[Any]:
@@ -40,7 +39,7 @@ def test_the_nearest_orbit_is_drawn_through_its_impacts_and_never_through_free_s
     name: str,
 ) -> None:
     tables = next(preset.tables for preset in presets() if preset.name == name)
-    header, arrays = read_frame(answer_facts(asked("facts", tables)))
+    header, arrays = read_frame(answer_facts(request_for("facts", tables)))
     orbit = header["orbit"]
     found = study_of(tables)
     once = pc.simulate(
@@ -66,12 +65,12 @@ def test_the_nearest_orbit_is_drawn_through_its_impacts_and_never_through_free_s
     assert (np.abs(steps[long].real) < 1e-4 * scale).all()
 
 
-def asked(kind: str, study: dict[str, Any], **options: Any) -> PageQuestion:
-    return PageQuestion(5, kind, study, options)
+def request_for(kind: str, study: dict[str, Any], **options: Any) -> PageRequest:
+    return PageRequest(5, kind, study, options)
 
 
 def test_curve_is_the_motion(study: dict[str, Any]) -> None:
-    header, arrays = read_frame(answer_explore(asked("explore", study)))
+    header, arrays = read_frame(answer_explore(request_for("explore", study)))
     osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
     run = pc.simulate(osc, pc.cosine("2.8"), v0="0.5", periods=40)
 
@@ -84,7 +83,7 @@ def test_curve_is_the_motion(study: dict[str, Any]) -> None:
 
 
 def test_window_is_evaluated_anew_not_stretched(study: dict[str, Any]) -> None:
-    header, arrays = read_frame(answer_explore(asked("explore", study, window=[10.0, 11.0])))
+    header, arrays = read_frame(answer_explore(request_for("explore", study, window=[10.0, 11.0])))
 
     assert header["window"] == [10.0, 11.0]
     assert arrays["t"][0] == 10.0
@@ -93,14 +92,14 @@ def test_window_is_evaluated_anew_not_stretched(study: dict[str, Any]) -> None:
 
 
 def test_window_of_an_earlier_motion_is_dropped(study: dict[str, Any]) -> None:
-    header, _ = read_frame(answer_explore(asked("explore", study, window=[1e4, 2e4])))
+    header, _ = read_frame(answer_explore(request_for("explore", study, window=[1e4, 2e4])))
 
     assert header["window"] is None
 
 
 @pytest.mark.parametrize("preset", presets(), ids=lambda it: it.name)
 def test_presets_move_and_are_quick(preset: Any) -> None:
-    header, arrays = read_frame(answer_explore(asked("explore", preset.tables)))
+    header, arrays = read_frame(answer_explore(request_for("explore", preset.tables)))
 
     assert np.ptp(arrays["x"]) > 0.1
     assert len(arrays["t"]) <= 4200
@@ -111,14 +110,14 @@ def test_presets_move_and_are_quick(preset: Any) -> None:
 
 def test_chatter_preset_chatters_and_the_figures_have_presets() -> None:
     by_name = {preset.name: preset for preset in presets()}
-    header, _ = read_frame(answer_explore(asked("explore", by_name["chatter"].tables)))
+    header, _ = read_frame(answer_explore(request_for("explore", by_name["chatter"].tables)))
 
     assert header["n_contacts"] > 3
     assert set(FIGURES.values()) <= set(by_name)
 
 
 def test_nearest_orbit_is_the_attractor(study: dict[str, Any]) -> None:
-    header, arrays = read_frame(answer_facts(asked("facts", study)))
+    header, arrays = read_frame(answer_facts(request_for("facts", study)))
     orbit = header["orbit"]
 
     assert orbit["stability"] == "asymptotic"
@@ -133,16 +132,16 @@ def test_nearest_orbit_is_the_attractor(study: dict[str, Any]) -> None:
 def test_chaos_has_an_unstable_orbit_or_none(study: dict[str, Any]) -> None:
     study["oscillator"]["stops"][0]["at"] = 0
     study["oscillator"]["damping"] = 0
-    orbit = read_frame(answer_facts(asked("facts", study)))[0]["orbit"]
+    orbit = read_frame(answer_facts(request_for("facts", study)))[0]["orbit"]
 
     assert orbit is None or orbit["stability"] == "unstable"
 
 
 def test_diagram_grows_finer_and_ends(study: dict[str, Any]) -> None:
-    question = asked(
+    request = request_for(
         "diagram", study, path="forcing.omega", low=2.5, high=2.9, values=256, points=8
     )
-    frames = [read_frame(data) for data in answer_job(question, Handle())]
+    frames = [read_frame(data) for data in answer_job(request, RunningRequest())]
 
     assert [header["done"] for header, _ in frames] == [False] * (len(frames) - 1) + [True]
     values = np.sort(np.concatenate([arrays["value"] for _, arrays in frames]))
@@ -156,7 +155,8 @@ def test_basins_grow_finer_and_name_their_attractors(study: dict[str, Any]) -> N
     study["forcing"]["harmonics"][0]["omega"] = "1.5"
     box = {"x_low": -3.5, "x_high": 1.4, "v_low": -1.0, "v_high": 1.0}
     frames = [
-        read_frame(data) for data in answer_job(asked("basins", study, starts=64, **box), Handle())
+        read_frame(data)
+        for data in answer_job(request_for("basins", study, starts=64, **box), RunningRequest())
     ]
 
     header, arrays = frames[-1]
@@ -169,11 +169,11 @@ def test_basins_grow_finer_and_name_their_attractors(study: dict[str, Any]) -> N
 
 
 def test_a_job_that_nobody_wants_ends(study: dict[str, Any]) -> None:
-    handle = Handle()
-    question = asked("diagram", study, path="forcing.omega", low=2.5, high=2.9, values=4096)
-    frames = answer_job(question, handle)
+    running = RunningRequest()
+    request = request_for("diagram", study, path="forcing.omega", low=2.5, high=2.9, values=4096)
+    frames = answer_job(request, running)
     next(frames)
-    handle.is_stopped = True
+    running.is_cancelled = True
 
     assert list(frames) == []
 
@@ -216,7 +216,7 @@ def test_wrong_values_are_told_by_their_path(
 def test_what_is_too_large_is_refused(
     study: dict[str, Any], tables: dict[str, Any], words: str
 ) -> None:
-    with pytest.raises(BadQuestion, match=words):
+    with pytest.raises(BadRequest, match=words):
         study_of(study | tables)
 
 
@@ -227,7 +227,7 @@ def test_a_motion_of_very_many_terms_is_answered_in_time(study: dict[str, Any]) 
     study["forcing"] = {"harmonics": [{"amplitude": 1, "omega": 0.37 * i} for i in range(1, 65)]}
     study["run"] = {"t_end": 1e6}
     began = time.process_time()
-    header, arrays = read_frame(answer_explore(asked("explore", study)))
+    header, arrays = read_frame(answer_explore(request_for("explore", study)))
     seconds = time.process_time() - began
 
     # It is followed for a second, and shown in a part of another.
@@ -248,7 +248,7 @@ def test_the_portrait_of_a_motion_that_comes_to_rest_shows_how_it_got_there(
     study["forcing"] = {"constant": -1, "harmonics": [{"amplitude": "0.5", "omega": "2.8"}]}
     study["start"] = {"x0": "0.5", "v0": 0}
     study["run"] = {"periods": 400}
-    header, arrays = read_frame(answer_explore(asked("explore", study)))
+    header, arrays = read_frame(answer_explore(request_for("explore", study)))
 
     assert header["contacts"][0][0] < 0.1 * header["t_end"]
     # All of it, from the start on, and not only the long rest.
@@ -261,7 +261,7 @@ def test_facts_of_a_motion_with_an_endless_period_are_answered_in_time(
 ) -> None:
     study["forcing"]["harmonics"][0]["omega"] = 1e-9
     began = time.process_time()
-    header, _ = read_frame(answer_facts(asked("facts", study)))
+    header, _ = read_frame(answer_facts(request_for("facts", study)))
 
     assert header["kind"] == "facts"
     assert time.process_time() - began < 3.0
@@ -282,7 +282,7 @@ def test_the_motion_settles_on_the_orbit_that_is_told(
     name: str, n_impacts: int | None, n_periods: int
 ) -> None:
     tables = next(preset.tables for preset in presets() if preset.name == name)
-    header, arrays = read_frame(answer_facts(asked("facts", tables)))
+    header, arrays = read_frame(answer_facts(request_for("facts", tables)))
     orbit = header["orbit"]
     assert (orbit["n_impacts"], orbit["n_periods"]) == (n_impacts, n_periods)
     assert orbit["stability"] == "asymptotic"
@@ -301,16 +301,16 @@ def test_the_motion_settles_on_the_orbit_that_is_told(
 @pytest.mark.parametrize("name", ["fig05", "fig10"])
 def test_a_motion_that_grows_for_ever_has_no_orbit_near(name: str) -> None:
     tables = next(preset.tables for preset in presets() if preset.name == name)
-    header, _ = read_frame(answer_facts(asked("facts", tables)))
+    header, _ = read_frame(answer_facts(request_for("facts", tables)))
 
     assert header["orbit"] is None
 
 
 def test_families_of_a_chart_come_one_by_one(study: dict[str, Any]) -> None:
-    question = asked(
+    request = request_for(
         "response", study, path="forcing.omega", low=3.0, high=3.2, max_impacts=1, max_periods=2
     )
-    frames = [read_frame(data) for data in answer_job(question, Handle())]
+    frames = [read_frame(data) for data in answer_job(request, RunningRequest())]
 
     done = [header["done"] for header, _ in frames]
     assert done == [False] * (len(done) - 1) + [True]
@@ -349,13 +349,13 @@ def test_the_study_of_a_view_and_its_python_ask_the_same(
         },
         "basins": {"x_low": -1, "x_high": 0, "v_low": -1, "v_high": 1, "starts": 16},
     }  # fmt: skip
-    asked_for = asked_study(PageQuestion(1, kind, study, every[kind]))
+    parsed = study_of_view(PageRequest(1, kind, study, every[kind]))
     # The file is a study, and holds the same.
-    again = parse_study(asked_for.text())
-    assert again.question == asked_for.question
-    assert again.oscillator == asked_for.oscillator
+    again = parse_study(parsed.text())
+    assert again.question == parsed.question
+    assert again.oscillator == parsed.oscillator
 
-    text = python_text(asked_for)
+    text = python_text(parsed)
     monkeypatch.chdir(tmp_path)
     if kind == "response":
         compile(text, "chart", "exec")
@@ -364,7 +364,7 @@ def test_the_study_of_a_view_and_its_python_ask_the_same(
     script = tmp_path / "script.py"
     script.write_text(text)
     names = runpy.run_path(str(script))
-    found = asked_for.question.answer(asked_for, Execution())
+    found = parsed.question.answer(parsed, Execution())
     column = "basin" if kind == "basins" else "x"
     # The values between the ends are rounded otherwise, by a unit in the last place.
     assert names["found"][column].values == pytest.approx(found[column].values, abs=1e-9)
@@ -382,8 +382,8 @@ def test_every_number_may_be_a_fraction(study: dict[str, Any], path: str) -> Non
         path, third = "forcing.harmonics", [{"amplitude": "1/3", "omega": "1/3", "phase": "1/3"}]
     table, name = path.split(".")
     study[table][name] = third
-    header, _ = read_frame(answer_explore(asked("explore", study)))
-    read_frame(answer_facts(asked("facts", study)))
+    header, _ = read_frame(answer_explore(request_for("explore", study)))
+    read_frame(answer_facts(request_for("facts", study)))
 
     assert header["n_impacts"] >= 0
     if path == "run.periods":
@@ -394,10 +394,10 @@ def test_every_number_may_be_a_fraction(study: dict[str, Any], path: str) -> Non
 def test_a_number_beyond_all_numbers_is_refused_in_words(
     study: dict[str, Any], points: float
 ) -> None:
-    with pytest.raises(BadQuestion, match=r"points at each = .* is not between"):
-        answer_explore(asked("explore", study, points=points))
-    with pytest.raises(BadQuestion, match="finite times"):
-        answer_explore(asked("explore", study, window=[0, points]))
+    with pytest.raises(BadRequest, match=r"points at each = .* is not between"):
+        answer_explore(request_for("explore", study, points=points))
+    with pytest.raises(BadRequest, match="finite times"):
+        answer_explore(request_for("explore", study, window=[0, points]))
 
 
 def test_a_motion_from_near_the_largest_number_has_no_spectrum(study: dict[str, Any]) -> None:
@@ -405,6 +405,6 @@ def test_a_motion_from_near_the_largest_number_has_no_spectrum(study: dict[str, 
     study["start"] = {"x0": -1e308, "v0": 1}
     study["run"] = {"periods": 1}
 
-    _, arrays = read_frame(answer_explore(asked("explore", study)))
+    _, arrays = read_frame(answer_explore(request_for("explore", study)))
 
     assert np.isfinite(arrays["amplitude"]).all()

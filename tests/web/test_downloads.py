@@ -19,13 +19,12 @@ from percuss.motion.simulate import simulate
 from percuss.studies import parse_study, run_study
 from percuss.studies.kinds.basins import Basins
 from percuss.studies.kinds.diagram import Diagram
-from percuss.web import kept
-from percuss.web.asked import asked_study
+from percuss.web import answer_cache
+from percuss.web.answer_cache import ANSWERS, AnswerCache, size_of
 from percuss.web.downloads import file_of
-from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job
-from percuss.web.kept import KEPT, Kept, size_of
-from percuss.web.question import BadQuestion, PageQuestion
+from percuss.web.request import BadRequest, PageRequest, RunningRequest
+from percuss.web.view_study import study_of_view
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "diagram": {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 70, "points": 4},
@@ -37,8 +36,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
 BEGINS = {"png": b"\x89PNG", "svg": b"<?xml", "nc": b"\x89HDF", "csv": b""}
 
 
-def asked(kind: str, study: dict[str, Any], **more: Any) -> PageQuestion:
-    return PageQuestion(1, kind, study, {**OPTIONS[kind], **more})
+def request_for(kind: str, study: dict[str, Any], **more: Any) -> PageRequest:
+    return PageRequest(1, kind, study, {**OPTIONS[kind], **more})
 
 
 def rows_of(data: bytes) -> list[list[str]]:
@@ -49,11 +48,11 @@ def rows_of(data: bytes) -> list[list[str]]:
 def test_what_the_page_computes_is_what_its_study_computes(
     study: dict[str, Any], kind: str
 ) -> None:
-    question = asked(kind, study)
-    frames = list(answer_job(question, Handle()))
+    request = request_for(kind, study)
+    frames = list(answer_job(request, RunningRequest()))
     assert len(frames) > 1
-    found = KEPT.get(asked_study(question))
-    again = parse_study(asked_study(question).text())
+    found = ANSWERS.get(study_of_view(request))
+    again = parse_study(study_of_view(request).text())
 
     assert found.identical(again.question.answer(again, Execution()))
 
@@ -63,30 +62,28 @@ def test_what_the_page_computes_is_what_its_study_computes(
 def test_files_are_made_of_what_is_computed_already(
     study: dict[str, Any], kind: str, extension: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    question = asked(kind, study)
-    if KEPT.get(asked_study(question)) is None:
-        list(answer_job(question, Handle()))
+    request = request_for(kind, study)
+    if ANSWERS.get(study_of_view(request)) is None:
+        list(answer_job(request, RunningRequest()))
 
     def again(*_: Any) -> None:
         raise AssertionError("it is computed again")
 
     monkeypatch.setattr({"diagram": Diagram, "basins": Basins}[kind], "answer", again)
-    made = file_of(question, extension)
+    made = file_of(request, extension)
 
     assert made.name == f"{kind}.{extension}"
     assert made.data.startswith(BEGINS[extension])
 
 
 def test_files_of_a_diagram_are_those_of_percuss_run(study: dict[str, Any], tmp_path: Path) -> None:
-    question = asked("diagram", study)
-    again = parse_study(file_of(question, "toml").data.decode())
+    request = request_for("diagram", study)
+    again = parse_study(file_of(request, "toml").data.decode())
     run_study(again, tmp_path)
 
-    assert rows_of(file_of(question, "csv").data) == rows_of(
-        (tmp_path / "diagram.csv").read_bytes()
-    )
+    assert rows_of(file_of(request, "csv").data) == rows_of((tmp_path / "diagram.csv").read_bytes())
     target = tmp_path / "page.nc"
-    target.write_bytes(file_of(question, "nc").data)
+    target.write_bytes(file_of(request, "nc").data)
     for name in ("x", "v", "period"):
         with (
             xarray.open_dataset(target, group="data") as one,
@@ -96,27 +93,27 @@ def test_files_of_a_diagram_are_those_of_percuss_run(study: dict[str, Any], tmp_
 
 
 def test_a_response_chart_comes_out_as_files(study: dict[str, Any]) -> None:
-    question = asked("response", study)
-    list(answer_job(question, Handle()))
-    rows = rows_of(file_of(question, "csv").data)
+    request = request_for("response", study)
+    list(answer_job(request, RunningRequest()))
+    rows = rows_of(file_of(request, "csv").data)
 
-    assert KEPT.get(asked_study(question)).complete
+    assert ANSWERS.get(study_of_view(request)).complete
     assert "arclength" in rows[0]
     assert len(rows) > 10
-    assert file_of(question, "png").data.startswith(b"\x89PNG")
+    assert file_of(request, "png").data.startswith(b"\x89PNG")
 
 
 def test_basins_have_a_table_of_attractors_and_manifolds_where_they_are_wanted(
     study: dict[str, Any],
 ) -> None:
-    with_them = asked("basins", study, manifolds=True)
-    rows = rows_of(file_of(asked("basins", study, table="attractors"), "csv").data)
+    with_them = request_for("basins", study, manifolds=True)
+    rows = rows_of(file_of(request_for("basins", study, table="attractors"), "csv").data)
 
     assert len(rows) >= 2
     assert "manifolds = true" in file_of(with_them, "toml").data.decode()
-    assert "manifolds" not in file_of(asked("basins", study), "toml").data.decode()
+    assert "manifolds" not in file_of(request_for("basins", study), "toml").data.decode()
     # Both are drawn of the same answer; that with the curves shows more.
-    pictures = [file_of(it, "svg").data for it in (with_them, asked("basins", study))]
+    pictures = [file_of(it, "svg").data for it in (with_them, request_for("basins", study))]
     assert b"stable manifold" in pictures[0]
     assert b"stable manifold" not in pictures[1]
 
@@ -126,7 +123,7 @@ def test_the_python_of_basins_draws_the_manifolds_too(
 ) -> None:
     from matplotlib.axes import Axes
 
-    text = file_of(asked("basins", study, starts=16, manifolds=True), "py").data.decode()
+    text = file_of(request_for("basins", study, starts=16, manifolds=True), "py").data.decode()
     monkeypatch.chdir(tmp_path)
     drawn: list[Any] = []
     plot = Axes.plot
@@ -144,15 +141,15 @@ def test_the_python_of_basins_draws_the_manifolds_too(
 
 
 def test_a_table_that_there_is_not_is_named(study: dict[str, Any]) -> None:
-    with pytest.raises(BadQuestion, match="no table 'crossings', only impacts"):
-        file_of(PageQuestion(1, "motion", study, {"table": "crossings"}), "csv")
+    with pytest.raises(BadRequest, match="no table 'crossings', only impacts"):
+        file_of(PageRequest(1, "motion", study, {"table": "crossings"}), "csv")
 
 
 def test_a_motion_that_is_certified_has_a_table_of_balls(study: dict[str, Any]) -> None:
     study["run"] = {"periods": 8}
-    question = PageQuestion(1, "motion", study, {"digits": 20, "table": "certified"})
-    rows = rows_of(file_of(question, "csv").data)
-    text = file_of(question, "toml").data.decode()
+    request = PageRequest(1, "motion", study, {"digits": 20, "table": "certified"})
+    rows = rows_of(file_of(request, "csv").data)
+    text = file_of(request, "toml").data.decode()
 
     again = parse_study(text)
     found = simulate(again.oscillator, again.forcing, v0="0.5", periods=8)
@@ -161,17 +158,17 @@ def test_a_motion_that_is_certified_has_a_table_of_balls(study: dict[str, Any]) 
     assert float(columns["t"]) == pytest.approx(found.impacts.t[0], rel=1e-12)
     assert 0.0 < float(columns["t_radius"]) < 1e-20
     assert "digits = 20" in text
-    assert "pc.certify(run, digits=20)" in file_of(question, "py").data.decode()
+    assert "pc.certify(run, digits=20)" in file_of(request, "py").data.decode()
 
 
 def test_what_takes_too_long_is_refused_and_not_kept(
     study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kept, "PATIENCE", 0.0)
-    question = asked("diagram", study, values=8000)
-    with pytest.raises(BadQuestion, match="takes longer than 0 s"):
-        file_of(question, "csv")
-    assert KEPT.get(asked_study(question)) is None
+    monkeypatch.setattr(answer_cache, "PATIENCE", 0.0)
+    request = request_for("diagram", study, values=8000)
+    with pytest.raises(BadRequest, match="takes longer than 0 s"):
+        file_of(request, "csv")
+    assert ANSWERS.get(study_of_view(request)) is None
 
 
 @pytest.mark.parametrize(
@@ -186,20 +183,20 @@ def test_what_takes_too_long_is_refused_and_not_kept(
 def test_what_is_too_large_for_the_page_has_a_study_and_no_pictures(
     study: dict[str, Any], kind: str, options: dict[str, int]
 ) -> None:
-    question = asked(kind, study, **options)
-    with pytest.raises(BadQuestion):
-        file_of(question, "png")
-    with pytest.raises((BadQuestion, PercussError)):
-        list(answer_job(question, Handle()))
+    request = request_for(kind, study, **options)
+    with pytest.raises(BadRequest):
+        file_of(request, "png")
+    with pytest.raises((BadRequest, PercussError)):
+        list(answer_job(request, RunningRequest()))
 
-    assert parse_study(file_of(question, "toml").data.decode()).kind == kind
+    assert parse_study(file_of(request, "toml").data.decode()).kind == kind
 
 
 def test_of_many_answers_as_many_bytes_are_kept_as_there_is_room_for(
     study: dict[str, Any],
 ) -> None:
-    store = Kept(2_500_000)
-    studies = [asked_study(asked("diagram", study, values=n)) for n in (10, 11, 12, 13)]
+    store = AnswerCache(2_500_000)
+    studies = [study_of_view(request_for("diagram", study, values=n)) for n in (10, 11, 12, 13)]
     for number, it in enumerate(studies[:3]):
         store.put(it, np.full(125_000, number))
         # What is asked for again stays.
@@ -214,14 +211,14 @@ def test_of_many_answers_as_many_bytes_are_kept_as_there_is_room_for(
 
 def test_the_size_of_an_answer_is_that_of_its_arrays(study: dict[str, Any]) -> None:
     for kind, options in (("diagram", {"values": 50, "points": 8}), ("response", {})):
-        found = asked_study(asked(kind, study, **options))
+        found = study_of_view(request_for(kind, study, **options))
         answer = found.question.answer(found, Execution())
         assert 1_000 < size_of(answer) < 5_000_000
 
 
 def test_a_large_study_is_written_at_once(study: dict[str, Any]) -> None:
     began = time.process_time()
-    text = file_of(asked("diagram", study, values=1_000_000), "toml").data.decode()
+    text = file_of(request_for("diagram", study, values=1_000_000), "toml").data.decode()
     assert "count = 1000000" in text
     # Each of its values was checked, in ten minutes.
     assert time.process_time() - began < 5.0

@@ -54,8 +54,8 @@ def serving(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
         process.stdout.close()
 
 
-def post(study: dict[str, Any], extension: str, **question: Any) -> bytes:
-    body = json.dumps({"study": study, **question}).encode()
+def post(study: dict[str, Any], extension: str, **request: Any) -> bytes:
+    body = json.dumps({"study": study, **request}).encode()
     head = f"POST /api/file/{extension} HTTP/1.1\r\nHost: x\r\nContent-Length: {len(body)}\r\n\r\n"
     return head.encode() + body
 
@@ -64,7 +64,7 @@ def test_ctrl_c_ends_the_server_whatever_is_in_work(tmp_path: Path, study: dict[
     long = {**study, "oscillator": {**study["oscillator"], "damping": "0.0001"}}
     basins = {"x_low": -1, "x_high": 0.2, "v_low": -1, "v_high": 1, "starts": 1024}
     diagram = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "points": 240, "values": 8192}
-    questions = [
+    requests = [
         {"id": 1, "kind": "explore", "study": long},
         {"id": 2, "kind": "facts", "study": long},
         {"id": 3, "kind": "diagram", "study": long, **diagram},
@@ -81,8 +81,8 @@ def test_ctrl_c_ends_the_server_whatever_is_in_work(tmp_path: Path, study: dict[
         _, half_open = await asyncio.open_connection(host, int(port))
         half_open.write(b"GET / HTTP/1.1\r\n")
         async with websockets.connect(f"ws://{address}/api/socket", max_size=None) as it:
-            for question in questions:
-                await it.send(json.dumps(question))
+            for request in requests:
+                await it.send(json.dumps(request))
             await it.recv()
             await asyncio.sleep(1.0)
             began = time.monotonic()

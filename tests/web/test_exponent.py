@@ -12,21 +12,19 @@ from tests.web.hands import WAIT
 
 import percuss as pc
 from percuss.errors import PercussError
-from percuss.web import exponent as module
 from percuss.web import facts
 from percuss.web.explore import answer_explore
-from percuss.web.exponent import exponent_of
-from percuss.web.facts import answer_facts
+from percuss.web.facts import answer_facts, exponent_of
 from percuss.web.presets import presets
-from percuss.web.question import PageQuestion, study_of
+from percuss.web.request import PageRequest, study_of
 
 
 def told(study: dict[str, Any]) -> dict[str, Any]:
-    return read_frame(answer_facts(PageQuestion(1, "facts", study, {})))[0]
+    return read_frame(answer_facts(PageRequest(1, "facts", study, {})))[0]
 
 
 def kind_of(study: dict[str, Any]) -> str:
-    header = read_frame(answer_explore(PageQuestion(1, "explore", study, {})))[0]
+    header = read_frame(answer_explore(PageRequest(1, "explore", study, {})))[0]
     return str(header["impact_times"]["kind"])
 
 
@@ -80,7 +78,7 @@ def test_what_is_slow_has_no_exponent(
 
     assert exponent_of(found, run) is not None
     assert exponent_of(replace(found, forcing=None), run) is None
-    monkeypatch.setattr(module, "MOST_TERMS", 3)
+    monkeypatch.setattr(facts, "MOST_TERMS", 3)
     assert exponent_of(found, run) is None
 
 
@@ -136,7 +134,7 @@ def test_a_clearance_below_the_error_of_its_orbit_is_a_graze(
 def test_no_orbit_of_a_motion_that_cannot_be_followed(study: dict[str, Any]) -> None:
     study["start"]["x0"] = 5
     with pytest.raises(PercussError):
-        answer_facts(PageQuestion(1, "facts", study, {}))
+        answer_facts(PageRequest(1, "facts", study, {}))
 
 
 def test_an_orbit_that_is_known_before_its_curve_is_drawn(browser: Browser, address: str) -> None:

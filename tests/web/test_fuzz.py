@@ -51,7 +51,7 @@ VALUES: list[Any] = [
     "oscillator.stops.99.at", "start.x0", "run.periods", "below", "above", "soft", "cancel", "job",
 ]  # fmt: skip
 KEYS = [
-    "id", "kind", "lane", "study", "path", "low", "high", "values", "points", "starts", "table",
+    "id", "kind", "queue", "study", "path", "low", "high", "values", "points", "starts", "table",
     "digits", "window", "manifolds", "x_low", "v_high", "oscillator", "forcing", "start", "run",
     "stiffness", "damping", "stops", "type", "at", "side", "restitution", "harmonics", "amplitude",
     "omega", "phase", "constant", "period", "x0", "v0", "t0", "t_end", "periods", "max_impacts",
@@ -59,8 +59,8 @@ KEYS = [
 ]  # fmt: skip
 
 
-def question(chance: random.Random) -> dict[str, Any]:
-    """Return a question that is right."""
+def request(chance: random.Random) -> dict[str, Any]:
+    """Return a valid request."""
     kind = chance.choice(KINDS)
     study = copy.deepcopy(chance.choice(presets()).tables)
     if "periods" in study["run"]:
@@ -136,7 +136,7 @@ async def messages(address: str, seed: int, seconds: float, count: int) -> list[
         # A new socket now and then: answers to what was cancelled are left behind with the old.
         if n % 20 == 0:
             socket = await websockets.connect(url, max_size=None, compression=None)
-        message = mutated(question(chance), chance)
+        message = mutated(request(chance), chance)
         # What is too long for a message is refused by closing the socket (code 1009).
         too_long = len(message) > LONGEST
         await socket.send(message)
@@ -180,7 +180,7 @@ async def files(address: str, seed: int, seconds: float, count: int) -> list[str
     host, port = address.split(":")
     until = time.monotonic() + seconds
     for n in range(count):
-        asked = question(chance)
+        asked = request(chance)
         asked["kind"] = chance.choice(["motion", asked["kind"]])
         body = mutated(asked, chance)
         data = body if isinstance(body, bytes) else body.encode("utf-8", "surrogatepass")
@@ -213,7 +213,7 @@ async def files(address: str, seed: int, seconds: float, count: int) -> list[str
 
 
 async def warm(address: str) -> None:
-    """Have each kind of question answered once: what is compiled then is no silence of a mutant."""
+    """Have each kind of request answered once: compiling must not count as silence of a mutant."""
     async with websockets.connect(f"ws://{address}/api/socket", max_size=None) as socket:
         for kind, more in OPTIONS.items():
             study = copy.deepcopy(presets()[0].tables)

@@ -26,7 +26,7 @@ from percuss.studies import load_study
 
 
 def view_with(page: Page, kind: str) -> Locator:
-    """Go to the view of a kind of question, with little to compute."""
+    """Go to the view of a kind of request, with little to compute."""
     view = view_of(page, "Basins" if kind == "basins" else "Diagram")
     if kind == "response":
         field(view, "kind").select_option("response")

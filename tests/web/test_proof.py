@@ -11,13 +11,14 @@ from tests.web.frames import read_frame
 
 import percuss as pc
 from percuss.web import proof
-from percuss.web.handle import Handle
 from percuss.web.proof import answer_certify
-from percuss.web.question import BadQuestion, PageQuestion
+from percuss.web.request import BadRequest, PageRequest, RunningRequest
 
 
 def certified(study: dict[str, Any], digits: Any = 12) -> dict[str, Any]:
-    frames = list(answer_certify(PageQuestion(4, "certify", study, {"digits": digits}), Handle()))
+    frames = list(
+        answer_certify(PageRequest(4, "certify", study, {"digits": digits}), RunningRequest())
+    )
     assert len(frames) == 1
     return read_frame(frames[0])[0]
 
@@ -93,10 +94,10 @@ def test_where_nothing_can_be_decided_it_says_why(study: dict[str, Any]) -> None
 
 @pytest.mark.parametrize("digits", [0, 101, "12", True, float("nan")])
 def test_digits_are_a_number_in_bounds(study: dict[str, Any], digits: Any) -> None:
-    with pytest.raises(BadQuestion, match="digits"):
+    with pytest.raises(BadRequest, match="digits"):
         certified(study, digits)
 
 
 def test_a_proof_that_nobody_wants_is_not_told(study: dict[str, Any]) -> None:
-    question = PageQuestion(4, "certify", study, {"digits": 12})
-    assert list(answer_certify(question, Handle(is_stopped=True))) == []
+    request = PageRequest(4, "certify", study, {"digits": 12})
+    assert list(answer_certify(request, RunningRequest(is_cancelled=True))) == []

@@ -10,18 +10,17 @@ from tests.web.frames import read_frame
 
 import percuss as pc
 from percuss.web import saddles
-from percuss.web.handle import Handle
 from percuss.web.presets import presets
-from percuss.web.question import BadQuestion, PageQuestion
+from percuss.web.request import BadRequest, PageRequest, RunningRequest
 from percuss.web.saddles import answer_saddles
 
 OSC = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
 FORCE = pc.cosine("2.8")
 
 
-def found_of(study: dict[str, Any], handle: Handle | None = None) -> list[tuple[Any, Any]]:
-    question = PageQuestion(3, "saddles", study, {})
-    return [read_frame(data) for data in answer_saddles(question, handle or Handle())]
+def found_of(study: dict[str, Any], running: RunningRequest | None = None) -> list[tuple[Any, Any]]:
+    request = PageRequest(3, "saddles", study, {})
+    return [read_frame(data) for data in answer_saddles(request, running or RunningRequest())]
 
 
 def after(place: Any, periods: int) -> Any:
@@ -73,10 +72,10 @@ def test_the_time_is_bounded_and_what_is_done_is_told(
 
 
 def test_nobody_is_told_who_wants_it_no_more(study: dict[str, Any]) -> None:
-    assert found_of(study, Handle(is_stopped=True)) == []
+    assert found_of(study, RunningRequest(is_cancelled=True)) == []
 
 
 def test_free_motion_has_no_saddles_to_draw(study: dict[str, Any]) -> None:
     study |= {"forcing": {}, "run": {"t_end": 9}}
-    with pytest.raises(BadQuestion, match="periodic forcing"):
+    with pytest.raises(BadRequest, match="periodic forcing"):
         found_of(study)

@@ -19,7 +19,7 @@ from tests.loops import run
 from tests.web.frames import read_frame
 
 from percuss.web.app import SafeHeaders
-from percuss.web.front import claims_of, scripts_of
+from percuss.web.page_data import claims_of, scripts_of
 from percuss.web.serve import _listening
 
 

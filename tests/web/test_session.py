@@ -1,4 +1,4 @@
-"""In each lane one question is in work, and one waits."""
+"""In each queue one request runs, and one waits."""
 
 from __future__ import annotations
 
@@ -16,11 +16,10 @@ from tests.web.frames import read_frame
 
 from percuss.web import session as sessions
 from percuss.web.frame import frame
-from percuss.web.handle import Handle
-from percuss.web.question import PageQuestion
-from percuss.web.session import Pools, Session
+from percuss.web.request import PageRequest, RunningRequest
+from percuss.web.session import Schedulers, Session
 
-POOLS = Pools.made()
+SCHEDULERS = Schedulers.create()
 
 
 def message(number: int, kind: str, study: dict[str, Any], **options: Any) -> str:
@@ -35,28 +34,28 @@ def ids_answered(texts: list[str]) -> list[dict[str, Any]]:
         async def send(data: bytes) -> None:
             headers.append(read_frame(data)[0])
 
-        session = Session(send, POOLS)
+        session = Session(send, SCHEDULERS)
         for text in texts:
             await session.receive(text)
             await asyncio.sleep(0)
-        for lane in session._lanes.values():
-            if lane.task is not None:
-                await lane.task
+        for queue in session._queues.values():
+            if queue.loop is not None:
+                await queue.loop
         await session.close()
 
     run(talk())
     return headers
 
 
-def test_of_many_moves_of_a_slider_the_last_is_answered_when_the_turn_comes(
+def test_of_many_moves_of_a_slider_the_last_is_answered(
     monkeypatch: pytest.MonkeyPatch, study: dict[str, Any]
 ) -> None:
     begun, gate = threading.Event(), threading.Event()
 
-    def slow(question: PageQuestion, _handle: Handle) -> bytes:
+    def slow(request: PageRequest, _running: RunningRequest) -> bytes:
         begun.set()
         gate.wait(10.0)
-        return frame({"id": question.id, "kind": "explore"})
+        return frame({"id": request.id, "kind": "explore"})
 
     monkeypatch.setattr(sessions, "answer_explore", slow)
     answered: dict[str, list[int]] = {"one": [], "other": []}
@@ -66,13 +65,13 @@ def test_of_many_moves_of_a_slider_the_last_is_answered_when_the_turn_comes(
             async def send(data: bytes) -> None:
                 answered[name].append(read_frame(data)[0]["id"])
 
-            session = Session(send, POOLS)
+            session = Session(send, SCHEDULERS)
             for number in numbers:
                 await session.receive(message(number, "explore", study))
                 await asyncio.sleep(0)
             return session
 
-        # The one client has the turn; the other moves its slider and waits for its own.
+        # One client holds the scheduler; the other moves its slider and waits.
         one = await move("one", range(1, 2))
         while not begun.is_set():
             await asyncio.sleep(0.01)
@@ -80,7 +79,7 @@ def test_of_many_moves_of_a_slider_the_last_is_answered_when_the_turn_comes(
         await one.receive(message(2, "explore", study))
         gate.set()
         for session in (one, other):
-            task = session._lanes["explore"].task
+            task = session._queues["explore"].loop
             assert task is not None
             await task
 
@@ -116,7 +115,7 @@ def test_a_proof_and_saddles_do_not_end_a_job_nor_it_them(study: dict[str, Any])
             message(1, "diagram", study, **job),
             message(2, "saddles", study),
             message(3, "certify", study, digits=12),
-            message(0, "cancel", {}, lane="saddles"),
+            message(0, "cancel", {}, queue="saddles"),
         ]
     )
 
@@ -131,7 +130,7 @@ def test_a_job_ends_with_its_client(study: dict[str, Any]) -> None:
             begun.set()
 
         begun = asyncio.Event()
-        session = Session(send, POOLS)
+        session = Session(send, SCHEDULERS)
         await session.receive(message(1, "diagram", study, **job))
         await begun.wait()
         began = time.monotonic()
@@ -151,10 +150,10 @@ def test_faults_come_back_with_their_paths(study: dict[str, Any]) -> None:
     assert header["faults"][0]["path"] == "oscillator.damping"
 
 
-def test_what_should_not_happen_is_told_without_its_details(
+def test_an_unexpected_exception_is_sent_without_its_details(
     monkeypatch: pytest.MonkeyPatch, study: dict[str, Any]
 ) -> None:
-    def broken(_question: PageQuestion, _handle: Handle) -> bytes:
+    def broken(_request: PageRequest, _running: RunningRequest) -> bytes:
         raise ZeroDivisionError("a secret path")
 
     monkeypatch.setattr(sessions, "answer_explore", broken)
@@ -200,7 +199,7 @@ tables = st.fixed_dictionaries(
     study=tables | values,
     options=st.dictionaries(
         st.sampled_from(
-            ["points", "window", "path", "low", "high", "values", "starts", "digits", "lane"]
+            ["points", "window", "path", "low", "high", "values", "starts", "digits", "queue"]
         ),
         values,
         max_size=4,
@@ -213,11 +212,11 @@ def test_no_message_breaks_a_session(kind: Any, study: Any, options: dict[str, A
         async def send(data: bytes) -> None:
             read_frame(data)
 
-        session = Session(send, POOLS, reported.append)
+        session = Session(send, SCHEDULERS, reported.append)
         await session.receive(json.dumps({"id": 1, "kind": kind, "study": study, **options}))
-        for lane in session._lanes.values():
-            if lane.task is not None:
-                await lane.task
+        for queue in session._queues.values():
+            if queue.loop is not None:
+                await queue.loop
         await session.close()
 
     run(talk())

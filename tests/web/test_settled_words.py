@@ -22,13 +22,12 @@ from tests.web.hands import (
     wait_for_drawing,
 )
 
-from percuss.web.asked import asked_study
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
-from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job
 from percuss.web.presets import presets
-from percuss.web.question import BadQuestion, PageQuestion
+from percuss.web.request import BadRequest, PageRequest, RunningRequest
+from percuss.web.view_study import study_of_view
 
 
 def preset(name: str, periods: int) -> dict[str, Any]:
@@ -37,9 +36,9 @@ def preset(name: str, periods: int) -> dict[str, Any]:
 
 
 def test_the_smallest_pattern_of_a_motion_that_still_settles_is_told() -> None:
-    question = PageQuestion(1, "explore", preset("gear_rattle", 150), {})
-    told = read_frame(answer_explore(question))[0]["impact_times"]
-    orbit = read_frame(answer_facts(question))[0]["orbit"]
+    request = PageRequest(1, "explore", preset("gear_rattle", 150), {})
+    told = read_frame(answer_explore(request))[0]["impact_times"]
+    orbit = read_frame(answer_facts(request))[0]["orbit"]
 
     assert (told["n_impacts"], told["n_periods"]) == (orbit["n_impacts"], orbit["n_periods"])
     assert (told["n_impacts"], told["n_periods"]) == (2, 1)
@@ -47,9 +46,7 @@ def test_the_smallest_pattern_of_a_motion_that_still_settles_is_told() -> None:
 
 def test_neighbours_of_a_settling_motion_meet() -> None:
     exponents = {
-        name: read_frame(answer_facts(PageQuestion(1, "facts", preset(name, 60), {})))[0][
-            "exponent"
-        ]
+        name: read_frame(answer_facts(PageRequest(1, "facts", preset(name, 60), {})))[0]["exponent"]
         for name in ("two_attractors", "chaos")
     }
     assert exponents["two_attractors"]["is_settling"]
@@ -111,7 +108,7 @@ NARROW = {"path": "start.v0", "low": 0.49999959, "high": 0.50000043, "values": 6
 
 
 def test_values_of_a_narrow_range_stay_apart(study: dict[str, Any]) -> None:
-    frames = answer_job(PageQuestion(1, "diagram", study, NARROW), Handle())
+    frames = answer_job(PageRequest(1, "diagram", study, NARROW), RunningRequest())
     values = np.concatenate([read_frame(data)[1]["value"] for data in frames])
 
     wanted = np.linspace(NARROW["low"], NARROW["high"], 64)  # type: ignore[call-overload]
@@ -162,8 +159,8 @@ def test_cards_dim_with_the_plots_after_a_wrong_value(page: Page) -> None:
 def test_without_harmonics_a_plain_sentence(study: dict[str, Any], kind: str) -> None:
     study["forcing"] = {"harmonics": []}
     study["run"] = {"t_end": 100}
-    with pytest.raises(BadQuestion, match="a periodic force: add a harmonic in Explore"):
-        asked_study(PageQuestion(1, kind, study, {**NARROW}))
+    with pytest.raises(BadRequest, match="a periodic force: add a harmonic in Explore"):
+        study_of_view(PageRequest(1, kind, study, {**NARROW}))
 
 
 def test_an_orbit_that_is_unstable_is_called_so(page: Page) -> None:

@@ -15,9 +15,8 @@ from tests.notebooks import executed
 
 import percuss as pc
 from percuss.errors import ParameterError
-from percuss.web.modules import modules_in_order
 from percuss.web.presets import presets
-from percuss.web.widget import explore
+from percuss.web.widget import explore, modules_in_order
 
 CELL = """
 import asyncio, json
@@ -25,13 +24,13 @@ import percuss as pc
 widget = pc.explore(pc.impact_oscillator("0.8"), pc.cosine("2.8"), v0="0.5")
 sent = []
 widget.send = lambda content, buffers=None: sent.append((content, buffers))
-question = {"id": 4, "kind": "explore", "study": widget.study}
-widget.cells.take(widget, {"kind": "ask", "view": "a", "text": json.dumps(question)}, [])
+request = {"id": 4, "kind": "explore", "study": widget.study}
+widget.cells.take(widget, {"kind": "request", "view": "a", "text": json.dumps(request)}, [])
 for _ in range(600):
     await asyncio.sleep(0.1)
     if sent:
         break
-widget.cells.take(widget, {"kind": "file", "id": "a", "extension": "py", "question": {**question, "kind": "motion"}}, [])
+widget.cells.take(widget, {"kind": "file", "id": "a", "extension": "py", "request": {**request, "kind": "motion"}}, [])
 data = sent[0][1][0]
 header = json.loads(data[4 : 4 + int.from_bytes(data[:4], "little")])
 print(header["id"], header["n_impacts"], sent[1][0]["name"])
@@ -77,13 +76,13 @@ HOST = """async ([script, modules, facts, studies]) => {
   const cells = [];
   for (const study of studies) {
     const values = { modules, facts, study };
-    const cell = { asked: [], heard: 0, el: document.createElement('div'), values };
+    const cell = { sent: [], heard: 0, el: document.createElement('div'), values };
     document.body.append(cell.el);
     const model = {
       get: (name) => values[name],
       set: (name, value) => { values[name] = value; },
       save_changes: () => {},
-      send: (message) => cell.asked.push(message),
+      send: (message) => cell.sent.push(message),
       on: () => { cell.heard += 1; },
       off: () => { cell.heard -= 1; },
     };
@@ -92,8 +91,8 @@ HOST = """async ([script, modules, facts, studies]) => {
   }
   window.cells = cells;
   await new Promise((resolve) => setTimeout(resolve, 400));
-  return cells.map(({ asked, el }) => ({
-    asked,
+  return cells.map(({ sent, el }) => ({
+    sent,
     tabs: [...el.querySelectorAll('nav button')].map((it) => it.textContent),
     height: el.getBoundingClientRect().height,
   }));
@@ -122,10 +121,10 @@ def test_the_front_end_of_the_widget_begins_and_asks(
 ) -> None:
     for found in cells[1]:
         assert found["tabs"] == ["Explore", "Diagram", "Basins", "Gallery"]
-        assert '"kind":"explore"' in found["asked"][0]["text"]
+        assert '"kind":"explore"' in found["sent"][0]["text"]
         # A cell is as high as what is in it, not as the window.
         assert 500 < found["height"] < 800
-    assert cells[1][0]["asked"][0]["view"] != cells[1][1]["asked"][0]["view"]
+    assert cells[1][0]["sent"][0]["view"] != cells[1][1]["sent"][0]["view"]
 
 
 @pytest.mark.parametrize(("width", "is_wide"), [(860, True), (700, False)])
@@ -166,7 +165,7 @@ def test_a_cell_that_is_cleared_leaves_nothing(cells: tuple[Page, list[dict[str,
         """() => {
           const [cell, other] = cells;
           cell.end();
-          return [cell.heard, cell.asked.at(-1).kind, cell.el.querySelectorAll('canvas').length,
+          return [cell.heard, cell.sent.at(-1).kind, cell.el.querySelectorAll('canvas').length,
                   other.el.querySelectorAll('.explore canvas').length];
         }"""
     )
@@ -178,11 +177,11 @@ def test_views_of_a_widget_are_answered_each_and_end_with_it() -> None:
     widget = explore()
     sent: list[dict[str, Any]] = []
     widget.send = lambda content, buffers=None: sent.append(content)  # noqa: ARG005
-    question = json.dumps({"id": 1, "kind": "explore", "study": widget.study})
+    request = json.dumps({"id": 1, "kind": "explore", "study": widget.study})
 
     async def talk() -> None:
         for view in ("a", "b"):
-            widget.cells.take(widget, {"kind": "ask", "view": view, "text": question}, [])
+            widget.cells.take(widget, {"kind": "request", "view": view, "text": request}, [])
         while len(sent) < 2:
             await asyncio.sleep(0.01)
         widget.cells.take(widget, {"kind": "close", "view": "a"}, [])
@@ -198,8 +197,8 @@ def test_a_file_that_cannot_be_made_says_why() -> None:
     widget = explore()
     sent: list[dict[str, Any]] = []
     widget.send = lambda content, buffers=None: sent.append(content)  # noqa: ARG005
-    for question in (None, {"kind": "no such"}, {"kind": "motion", "study": {}}):
-        message = {"kind": "file", "id": "a", "extension": "py", "question": question}
+    for request in (None, {"kind": "no such"}, {"kind": "motion", "study": {}}):
+        message = {"kind": "file", "id": "a", "extension": "py", "request": request}
         widget.cells.take(widget, message, [])
 
     assert len(sent) == 3

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 
 from percuss.errors import StudyError
 from percuss.web import downloads
-from percuss.web.asked import asked_study
 from percuss.web.downloads import file_of
-from percuss.web.question import BadQuestion, PageQuestion, study_of
+from percuss.web.request import BadRequest, PageRequest, study_of
 from percuss.web.session import _fault
+from percuss.web.view_study import study_of_view
 from percuss.web.wording import axis_name, name_axes, plain
 
 DIAGRAM = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 20, "points": 4}
@@ -45,8 +45,8 @@ def test_faults_say_nothing_of_code_or_of_files(study: dict[str, Any]) -> None:
 def test_options_are_called_what_their_fields_are(
     study: dict[str, Any], kind: str, options: dict[str, Any], words: str
 ) -> None:
-    with pytest.raises(BadQuestion, match=words):
-        asked_study(PageQuestion(1, kind, study, {**DIAGRAM, **options}))
+    with pytest.raises(BadRequest, match=words):
+        study_of_view(PageRequest(1, kind, study, {**DIAGRAM, **options}))
 
 
 def test_pictures_name_parameters_and_the_phase_of_their_section(
@@ -60,9 +60,9 @@ def test_pictures_name_parameters_and_the_phase_of_their_section(
         seen.append(figure)
 
     monkeypatch.setattr(downloads, "name_axes", hear)
-    file_of(PageQuestion(1, "diagram", study, DIAGRAM), "png")
+    file_of(PageRequest(1, "diagram", study, DIAGRAM), "png")
     study["start"]["t0"] = "0.25"
-    file_of(PageQuestion(1, "diagram", study, DIAGRAM), "png")
+    file_of(PageRequest(1, "diagram", study, DIAGRAM), "png")
     labels = [(it.axes[0].get_xlabel(), it.axes[0].get_ylabel()) for it in seen]
 
     assert labels[0] == ("omega", "x at whole periods")
@@ -77,7 +77,7 @@ def test_other_words_stay() -> None:
 
 def test_a_diagram_over_the_start_is_the_start(study: dict[str, Any]) -> None:
     options = {**DIAGRAM, "path": "start.v0", "low": 0.1, "high": 0.9}
-    asked = asked_study(PageQuestion(1, "diagram", study, options))
+    asked = study_of_view(PageRequest(1, "diagram", study, options))
 
     assert list(asked.question.over) == ["start.v0"]  # type: ignore[attr-defined]
-    assert file_of(PageQuestion(1, "diagram", study, options), "csv").data.count(b"\n") > 20 * 4
+    assert file_of(PageRequest(1, "diagram", study, options), "csv").data.count(b"\n") > 20 * 4

@@ -16,8 +16,14 @@ from matplotlib.patches import Patch
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.plotting.cells import draw_cells, edges_of, path_label
-from percuss.plotting.chart_plot import HATCH, MISSING
+from percuss.plotting.cells import (
+    draw_cells,
+    edges_of,
+    hatch_missing,
+    label_axes,
+    missing_patch,
+    path_label,
+)
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -28,7 +34,10 @@ from percuss.plotting.style import (
     SKY_BLUE,
     VERMILION,
     Units,
+    colour_bar,
+    legend_above,
     picture,
+    shared_docs,
     units_of,
 )
 
@@ -37,10 +46,14 @@ CLASS_COLOURS = (SKY_BLUE, ORANGE, GREEN, PURPLE, BLUE, VERMILION, "#F0E442")
 OTHERS, UNDECIDED, NO_START = "#9A9A9A", "#FFFFFF", "#4D4D4D"
 # Basins are this much paler than the attractors in them.
 PALE = 0.45
-# Entries in a row of the legend.
+# Entries in a row of the legend, and how they are spaced.
 ROW = 3
+SPACING: dict[str, Any] = {"handlelength": 1.6, "columnspacing": 1.4}
+# Lines of the manifolds: stable ones bound basins.
+MANIFOLD_LINES: dict[str, Any] = {"stable": "-", "unstable": (0, (3, 1.5))}
 
 
+@shared_docs
 def plot_basins(
     basins: xr.Dataset,
     ax: Axes | None = None,
@@ -54,15 +67,11 @@ def plot_basins(
     ----------
     basins
         What `percuss.basins` has returned.
-    ax
-        Axes to draw on; default: those of a new figure.
     manifolds
         Curves to draw over them, in the plane of the starts: what `percuss.manifolds` has
         returned, (n, 2) arrays, or a mapping of "stable" and "unstable" to such arrays; a
         sequence of any of these, too. Stable ones, which bound basins, are solid, unstable ones
         dashed; an array alone counts as stable.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -81,7 +90,7 @@ def plot_basins(
     colours = _colours_of(basins)
     labels = basins["basin"].transpose(upwards, across).to_numpy()
     # Label -2 is the first row.
-    table = np.array([to_rgb(NO_START), to_rgb(UNDECIDED), *(_pale(it) for it in colours)])
+    table = np.array([to_rgb(NO_START), to_rgb(UNDECIDED), *(_pale(colour) for colour in colours)])
     with picture(ax) as ax:
         x, y = (basins[dim].to_numpy() for dim in (across, upwards))
         draw_cells(ax, x, y, table[labels + 2])
@@ -89,8 +98,7 @@ def plot_basins(
         drawn = _draw_manifolds(ax, manifolds)
         _draw_attractors(ax, basins, colours)
         ax.set(xlim=limits[0], ylim=limits[1])
-        for dim, set_label in ((across, ax.set_xlabel), (upwards, ax.set_ylabel)):
-            set_label(path_label(basins, dim, units))
+        label_axes(ax, basins, across, upwards, units)
         _add_legend(ax, basins, colours, drawn)
     return ax
 
@@ -98,12 +106,12 @@ def plot_basins(
 def class_names(basins: xr.Dataset) -> list[str]:
     """Return the names of attractors; those of the same name with a number."""
     names = [str(name) for name in basins["name"].to_numpy()]
-    seen: dict[str, int] = {}
-    found = []
+    counts: Counter[str] = Counter()
+    numbered = []
     for name in names:
-        seen[name] = seen.get(name, 0) + 1
-        found.append(name if names.count(name) == 1 else f"{name} no. {seen[name]}")
-    return found
+        counts[name] += 1
+        numbered.append(name if names.count(name) == 1 else f"{name} no. {counts[name]}")
+    return numbered
 
 
 def _colours_of(basins: xr.Dataset) -> list[str]:
@@ -124,12 +132,12 @@ def _draw_attractors(ax: Axes, basins: xr.Dataset, colours: list[str]) -> None:
     points = [name for name in basins if str(name).startswith("attractor_")]
     x, y = (basins[name].to_numpy() for name in points)
     for i, colour in enumerate(colours):
-        there = np.isfinite(x[i]) & np.isfinite(y[i])
+        finite = np.isfinite(x[i]) & np.isfinite(y[i])
         if str(basins["kind"].to_numpy()[i]) == "chaotic":
-            ax.plot(x[i, there], y[i, there], ".", color=BLACK, markersize=1.6, rasterized=True)
+            ax.plot(x[i, finite], y[i, finite], ".", color=BLACK, markersize=1.6, rasterized=True)
         else:
             ax.plot(
-                x[i, there], y[i, there], "o", color=colour, markersize=7.0,
+                x[i, finite], y[i, finite], "o", color=colour, markersize=7.0,
                 markeredgecolor=BLACK, markeredgewidth=1.0,
             )  # fmt: skip
 
@@ -137,16 +145,15 @@ def _draw_attractors(ax: Axes, basins: xr.Dataset, colours: list[str]) -> None:
 def _draw_manifolds(ax: Axes, given: Any) -> list[str]:
     """Draw curves, and return which kinds there are."""
     drawn: list[str] = []
-    looks = {"stable": "-", "unstable": (0, (3, 1.5))}
     for kind, curve in _curves(given, "stable"):
-        ax.plot(curve[:, 0], curve[:, 1], color=BLACK, linewidth=1.1, linestyle=looks[kind])
+        ax.plot(*curve.T, color=BLACK, linewidth=1.1, linestyle=MANIFOLD_LINES[kind])
         if kind not in drawn:
             drawn.append(kind)
     return drawn
 
 
 def _curves(given: Any, kind: str) -> Iterable[tuple[str, Floats]]:
-    """Give the curves in whatever holds them, with their kinds."""
+    """Yield each curve with its kind, out of manifolds, mappings, arrays and sequences of them."""
     if isinstance(given, Mapping):
         for name in ("stable", "unstable"):
             yield from _curves(given.get(name, ()), name)
@@ -164,8 +171,8 @@ def _curves(given: Any, kind: str) -> Iterable[tuple[str, Floats]]:
         return
     if not isinstance(given, Iterable):
         raise ParameterError("manifolds", given, "neither curves nor manifolds")
-    for one in given:
-        yield from _curves(one, kind)
+    for item in given:
+        yield from _curves(item, kind)
 
 
 def _add_legend(ax: Axes, basins: xr.Dataset, colours: list[str], drawn: list[str]) -> None:
@@ -186,18 +193,16 @@ def _add_legend(ax: Axes, basins: xr.Dataset, colours: list[str], drawn: list[st
     if bool((basins["basin"] == -2).any()):
         handles.append(Patch(facecolor=NO_START, edgecolor=GREY, label="inside a wall"))
     for kind in drawn:
-        dashes: Any = "-" if kind == "stable" else (0, (3, 1.5))
-        handles.append(Line2D([], [], color=BLACK, linestyle=dashes, label=f"{kind} manifold"))
-    ax.legend(
-        handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
-        ncols=min(ROW, len(handles)), handlelength=1.6, columnspacing=1.4,
-    )  # fmt: skip
+        line, label = MANIFOLD_LINES[kind], f"{kind} manifold"
+        handles.append(Line2D([], [], color=BLACK, linestyle=line, label=label))
+    legend_above(ax, handles=handles, ncols=min(ROW, len(handles)), **SPACING)
 
 
 def _percent(part: float) -> str:
     return f"{part:.1%}" if part >= 0.001 or part == 0.0 else f"{part:.1e}"
 
 
+@shared_docs
 def plot_fractions(
     fractions: xr.Dataset,
     ax: Axes | None = None,
@@ -214,13 +219,9 @@ def plot_fractions(
     ----------
     fractions
         What `percuss.basin_fractions` has returned.
-    ax
-        Axes to draw on; default: those of a new figure.
     attractor
         Number of the attractor that a chart over two parameters shows; default: the one to which
         most starts go.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -265,10 +266,7 @@ def _draw_stack(fractions: xr.Dataset, ax: Axes | None, units: Units) -> Axes:
         ax.set(xlim=(x[0], x[-1]), ylim=(0.0, 1.0))
         ax.set_xlabel(path_label(fractions, path, units))
         ax.set_ylabel("part of the starts")
-        ax.legend(
-            loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
-            ncols=3, handlelength=1.6, columnspacing=1.4,
-        )  # fmt: skip
+        legend_above(ax, ncols=ROW, **SPACING)
     return ax
 
 
@@ -285,24 +283,15 @@ def _draw_chart(
     exists = fractions["exists"].transpose("attractor", upwards, across).to_numpy()[attractor]
     with picture(ax) as ax:
         x, y = (fractions[dim].to_numpy() for dim in (across, upwards))
-        ax.set_facecolor(MISSING)
-        ax.patch.set_hatch("////")
-        ax.patch.set_edgecolor(HATCH)
+        hatch_missing(ax)
         shown = draw_cells(
             ax, x, y, np.ma.masked_where(~exists, every[attractor]),
             cmap=mpl.colormaps["cividis"], norm=Normalize(0.0, 1.0),
         )  # fmt: skip
-        for dim, set_label in ((across, ax.set_xlabel), (upwards, ax.set_ylabel)):
-            set_label(path_label(fractions, dim, units))
-        bar = ax.figure.colorbar(shown, ax=ax, pad=0.02, fraction=0.06)
-        bar.set_label(f"part of the starts that go to {_label(fractions, attractor)}")
-        bar.outline.set_linewidth(0.6)
+        label_axes(ax, fractions, across, upwards, units)
+        colour_bar(ax, shown, f"part of the starts that go to {_label(fractions, attractor)}")
         if not exists.all():
-            label = "it does not exist"
-            handle = Patch(facecolor=MISSING, edgecolor=HATCH, hatch="////", label=label)
-            ax.legend(
-                handles=[handle], loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0
-            )
+            legend_above(ax, handles=[missing_patch("it does not exist")])
     return ax
 
 
@@ -311,9 +300,9 @@ def _label(fractions: xr.Dataset, i: int) -> str:
 
     Over two parameters those that it has most often come first.
     """
-    own = fractions["name"].to_numpy()[i]
-    names = [str(name) for name in own.ravel() if name]
-    if own.ndim == 2:
+    table = fractions["name"].to_numpy()[i]
+    names = [str(name) for name in table.ravel() if name]
+    if table.ndim == 2:
         counts = Counter(names).most_common()
         different = [name for name, _ in counts]
         return ", ".join([*different[:2], "..."] if len(different) > 3 else different)

@@ -1,61 +1,54 @@
-"""Branches of periodic orbits over their parameter, with their special points."""
+"""Branches of orbits over one parameter, curves of special points over two; points on both."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.law import law
 from percuss.orbits.bifurcations.branch import Branch
+from percuss.orbits.bifurcations.curve import Curve, CurveKind
 from percuss.orbits.orbit.passages import turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.plotting.style import (
     BLACK,
     BLUE,
+    COLOUR_CYCLE,
     GREEN,
     ORANGE,
-    PURPLE,
-    SKY_BLUE,
     VERMILION,
     Units,
+    label_once,
     picture,
+    shared_docs,
     units_of,
 )
 
 BranchQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
 
-# Of several branches, in turn.
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE)
 # A stretch that is not drawn: its ends meet different numbers of stops, or their nearest turning
 # points are not the same one.
 GAP = -1
-# Slopes so many times their neighbours are looked at for a turning point that vanishes.
+# Where a slope is so many times its neighbours, a turning point may have vanished.
 LEAP = 3.0
 # How the kinds of orbits are drawn, in the order of the legend.
 STABLE, UNSTABLE, FORMAL_STABLE, FORMAL_UNSTABLE = range(4)
 LOOKS: dict[int, dict[str, Any]] = {
     STABLE: {"linestyle": "-", "linewidth": 1.6, "label": "stable"},
     UNSTABLE: {"linestyle": (0, (4, 2)), "linewidth": 1.3, "label": "unstable"},
-    FORMAL_STABLE: {
-        "linestyle": "-",
-        "linewidth": 1.0,
-        "alpha": 0.3,
-        "label": "stable, not physical",
-    },
-    FORMAL_UNSTABLE: {
-        "linestyle": (0, (4, 2)),
-        "linewidth": 1.0,
-        "alpha": 0.3,
-        "label": "unstable, not physical",
-    },
 }
+FAINT: dict[str, Any] = {"linewidth": 1.0, "alpha": 0.3}
+LOOKS[FORMAL_STABLE] = LOOKS[STABLE] | FAINT | {"label": "stable, not physical"}
+LOOKS[FORMAL_UNSTABLE] = LOOKS[UNSTABLE] | FAINT | {"label": "unstable, not physical"}
 MARKERS = {
     "fold": "o",
     "period_doubling": "s",
@@ -70,7 +63,38 @@ MARKERS = {
 # above each other where they are in this part of the height.
 NEAR, LINE, LOW = (0.25, 0.12), 13.0, 0.15
 
+CURVE_LOOKS: dict[CurveKind, dict[str, Any]] = {
+    "fold": {"color": BLUE, "label": "fold"},
+    "period_doubling": {"color": VERMILION, "label": "period doubling"},
+    "symmetry_breaking": {"color": ORANGE, "label": "symmetry breaking"},
+    "grazing": {"color": BLACK, "label": "grazing"},
+}
+# Curves of orbits that are not physical.
+FORMAL = "not physical"
+DOTTED: dict[str, Any] = {"alpha": 0.5, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
+CURVE_MARKERS = {
+    "cusp": "^",
+    "fold_grazing": "o",
+    "period_doubling_grazing": "s",
+    "symmetry_breaking_grazing": "D",
+    "resonant_grazing": "o",
+    "double_grazing": "X",
+    "degenerate_grazing": "v",
+}
+# Points of codimension two nearer than this, as parts of the width and height, are named once.
+SAME = 1e-3
+# Width and height of a new figure [inch].
+CURVES_SIZE = 7.6, 4.4
+# Where the legend stands: the curves may go through any part of the plane.
+BESIDE = (1.01, 1.0)
+# Labels nearer than these parts stand below each other.
+CURVE_NEAR, CURVE_LINE = (0.3, 0.08), 12.0
+# Points beyond these parts of the axes are labelled on their left, and above.
+CURVE_RIGHT, CURVE_LOW = 0.7, 0.12
+RESONANT = "resonant grazing"
 
+
+@shared_docs
 def plot_branch(
     branch: Branch | Sequence[Branch],
     ax: Axes | None = None,
@@ -92,8 +116,6 @@ def plot_branch(
         "grazing_margin", the least distance of a turning point to a stop; "multiplier", the
         largest modulus. The first two jump where an impact more or less is made: there the line
         is broken. Default: the first, or where a branch has no impacts the second.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -114,7 +136,7 @@ def plot_branch(
     with picture(ax) as ax:
         for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
             breaks = _breaks(each, name)
-            _draw(ax, each, values, COLOURS[k % len(COLOURS)], breaks)
+            _draw(ax, each, values, COLOUR_CYCLE[k % len(COLOUR_CYCLE)], breaks)
         ax.set_xlabel(branches[0].path)
         ax.set_ylabel(_label(name, units, branches))
         together = np.concatenate(columns)
@@ -126,14 +148,14 @@ def plot_branch(
 
 
 def _branches(given: Branch | Sequence[Branch]) -> list[Branch]:
-    found = [given] if isinstance(given, Branch) else list(given)
-    if not found or not all(isinstance(each, Branch) for each in found):
+    branches = [given] if isinstance(given, Branch) else list(given)
+    if not branches or not all(isinstance(each, Branch) for each in branches):
         raise ParameterError("branch", given, "neither a branch nor a list of branches")
-    paths = sorted({each.path for each in found})
+    paths = sorted({each.path for each in branches})
     if len(paths) > 1:
         reason = f"branches over different parameters, {' and '.join(paths)}"
         raise ParameterError("branch", given, reason)
-    return found
+    return branches
 
 
 def _breaks(branch: Branch, name: BranchQuantity) -> Flags:
@@ -161,24 +183,18 @@ def _leaps(branch: Branch) -> Flags:
 
 def _turns(orbit: PeriodicOrbit) -> int:
     """Return how many turning points the flights of an orbit have."""
-    table = law(orbit.oscillator, orbit.forcing)
     end = orbit.t0 + orbit.period
-    return len(turns_of(table, *orbit.record, orbit.x0, end).t)
+    own_law = law(orbit.oscillator, orbit.forcing)
+    return len(turns_of(own_law, *orbit.record, orbit.x0, end).t)
 
 
 def _draw(ax: Axes, branch: Branch, values: Floats, colour: str, breaks: Flags) -> None:
     kinds = _kinds(branch)
     kinds[breaks] = GAP
-    known = set(ax.get_legend_handles_labels()[1])
-    for first, last in _stretches(kinds):
-        if kinds[first] == GAP:
-            continue
-        look = dict(LOOKS[int(kinds[first])])
-        if look.get("label") in known:
-            del look["label"]
-        known.add(look.get("label", ""))
-        part = slice(first, last + 2)
-        ax.plot(branch.values[part], values[part], color=colour, **look)
+    for rows, kind in stretches(kinds):
+        if kind != GAP:
+            look = LOOKS[kind] | {"label": label_once(ax, LOOKS[kind]["label"])}
+            ax.plot(branch.values[rows], values[rows], color=colour, **look)
 
 
 def _explain(ax: Axes, colour: str | None) -> None:
@@ -222,28 +238,36 @@ def _label(name: BranchQuantity, units: Units, branches: list[Branch]) -> str:
 
 
 def _kinds(branch: Branch) -> Integers:
-    """Return how the stretch from each row to the next is drawn.
+    """Return how the stretch from each row to the next is drawn."""
+    physical = between_rows(branch.admissible, branch)
+    stable = between_rows(drawn_as_stable(branch), branch)
+    return np.where(physical, STABLE, FORMAL_STABLE) + ~stable
 
-    A special point stands between two kinds: there the neighbouring row decides.
+
+def drawn_as_stable(branch: Branch) -> Flags:
+    """Return which orbits are drawn as stable: elliptic ones, too."""
+    return np.isin(branch.stability, ["asymptotic", "elliptic"])
+
+
+def between_rows(flags: Flags, followed: Branch | Curve) -> Flags:
+    """Return whether the stretch from each row to the next has a property of the rows.
+
+    It has where both rows have. A special point stands between two kinds: there the neighbouring
+    row decides, and between two special points one row is enough.
     """
-    stable = np.isin(branch.stability, ["asymptotic", "elliptic"])
-    special = np.zeros(len(branch), dtype=np.bool_)
-    special[[point.row for point in branch.special_points]] = True
-    found = []
-    for flags in (stable, branch.admissible):
-        left, right = flags[:-1], flags[1:]
-        either = np.where(special[:-1] == special[1:], left | right, left)
-        found.append(np.where(special[:-1] & ~special[1:], right, either))
-    return np.where(found[1], STABLE, FORMAL_STABLE) + np.where(found[0], 0, 1)
+    special = np.zeros(len(flags), dtype=np.bool_)
+    special[[point.row for point in followed.special_points]] = True
+    left, right = flags[:-1], flags[1:]
+    between = np.where(special[:-1], np.where(special[1:], left | right, right), left & right)
+    return np.asarray(np.where(special[1:] & ~special[:-1], left, between))
 
 
-def _stretches(kinds: Integers) -> list[tuple[int, int]]:
-    """Return first and last index of each run of equal numbers."""
+def stretches(kinds: Integers | Flags) -> list[tuple[slice, int]]:
+    """Return the rows and the kind of each run of equal kinds between neighbouring rows."""
     if kinds.size == 0:
         return []
-    cuts = np.flatnonzero(np.diff(kinds)) + 1
-    firsts = [0, *cuts.tolist()]
-    return [(i, j - 1) for i, j in zip(firsts, [*firsts[1:], len(kinds)], strict=True)]
+    cuts = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
+    return [(slice(i, j + 1), int(kinds[i])) for i, j in pairwise(cuts)]
 
 
 def _mark(ax: Axes, branches: list[Branch], columns: list[Floats]) -> None:
@@ -271,11 +295,113 @@ def _mark(ax: Axes, branches: list[Branch], columns: list[Floats]) -> None:
             # Below the others, or near the axis above them.
             step = LINE if y - float(np.nanmin(y_all)) < LOW * high else -LINE
             on_right = x > middle + 0.25 * wide
-            ax.annotate(
-                point.kind.replace("_", " "),
-                (x, y),
-                xytext=(-7.0 if on_right else 7.0, 3.0 + step * len(neighbours)),
-                textcoords="offset points",
-                ha="right" if on_right else "left",
-                fontsize=9.0,
+            rise = 3.0 + step * len(neighbours)
+            _name_point(ax, point.kind.replace("_", " "), (x, y), rise, on_right=on_right)
+
+
+def _name_point(
+    ax: Axes, text: str, at: tuple[float, float], rise: float, *, on_right: bool, **look: Any
+) -> None:
+    """Write the name of a special point beside it, on the side away from the nearer edge."""
+    ax.annotate(
+        text, at, xytext=(-7.0 if on_right else 7.0, rise), textcoords="offset points",
+        ha="right" if on_right else "left", **{"fontsize": 9.0} | look,
+    )  # fmt: skip
+
+
+@shared_docs
+def plot_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None) -> Axes:
+    """Draw curves in the plane of their two parameters: physical orbits solid, others faint.
+
+    Parameters
+    ----------
+    curves
+        What `percuss.continue_curve` has returned, once or several times, over one pair of
+        parameters.
+
+    Returns
+    -------
+    Axes
+        The axes; points of codimension two are marked and named.
+
+    Raises
+    ------
+    ParameterError
+        If there is no curve, or they have not the same two parameters.
+    """
+    several = [curves] if isinstance(curves, Curve) else list(curves)
+    if not several:
+        raise ParameterError("curves", curves, "none to draw")
+    paths = several[0].paths
+    for curve in several:
+        if curve.paths != paths:
+            reason = f"not over the parameters of the first, {paths[0]} and {paths[1]}"
+            raise ParameterError("curves", curve.paths, reason)
+    with picture(ax, CURVES_SIZE) as ax:
+        for curve in several:
+            _draw_curve(ax, curve)
+        ax.set_xlabel(paths[0])
+        ax.set_ylabel(paths[1])
+        _explain_curves(ax)
+        _mark_curves(ax, several)
+    return ax
+
+
+def _draw_curve(ax: Axes, curve: Curve) -> None:
+    look = dict(CURVE_LOOKS[curve.kind])
+    label = look.pop("label")
+    # Curves that touch stay distinct by drawing grazing, which most others touch, below.
+    order = 1.9 if curve.kind == "grazing" else 2.0
+    for rows, physical in stretches(between_rows(curve.admissible, curve)):
+        name, more = (label_once(ax, label), {}) if physical else (None, DOTTED)
+        ax.plot(*curve.values[rows].T, label=name, zorder=order, **look, **more)
+        if not physical and label_once(ax, FORMAL):
+            ax.plot([], [], label=FORMAL, color=BLACK, **DOTTED)
+    if label_once(ax, label):
+        ax.plot([], [], label=label, **look)
+
+
+def _explain_curves(ax: Axes) -> None:
+    handles, labels = ax.get_legend_handles_labels()
+    entries = dict(zip(labels, handles, strict=True))
+    names = [*(str(look["label"]) for look in CURVE_LOOKS.values()), FORMAL]
+    order = [name for name in names if name in entries]
+    ax.legend([entries[name] for name in order], order, loc="upper left", bbox_to_anchor=BESIDE)
+
+
+def _mark_curves(ax: Axes, curves: Sequence[Curve]) -> None:
+    """Mark the points of codimension two; those of several curves at one place are named once."""
+    (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+    size = np.array([right - left, top - bottom])
+    places: list[tuple[Floats, list[str]]] = []
+    for curve in curves:
+        for point in curve.special_points:
+            at = np.array(point.values)
+            name = point.kind.replace("_", " ")
+            same = [names for place, names in places if (abs(place - at) < SAME * size).all()]
+            if same:
+                if name not in same[0]:
+                    same[0].append(name)
+                continue
+            places.append((at, [name]))
+            ax.plot(
+                *at, CURVE_MARKERS[point.kind], color=BLACK, mfc=GREEN, markersize=5.5, zorder=3.0
             )
+    for i, (at, names) in enumerate(places):
+        earlier = [place for place, _ in places[:i]]
+        nearby = sum(bool((abs(place - at) < CURVE_NEAR * size).all()) for place in earlier)
+        part = (at - [left, bottom]) / size
+        on_right, low = part[0] > CURVE_RIGHT, part[1] < CURVE_LOW
+        sign = 1.0 if low else -1.0
+        _name_point(
+            ax, ", ".join(_shown_names(names)), (float(at[0]), float(at[1])),
+            sign * (4.0 + CURVE_LINE * nearby), on_right=on_right, va="bottom" if low else "top",
+            fontsize=8.5, path_effects=[withStroke(linewidth=2.5, foreground="white")],
+        )  # fmt: skip
+
+
+def _shown_names(names: list[str]) -> list[str]:
+    """Return the names of a place: a resonant graze is on curves of all three kinds."""
+    if RESONANT not in names:
+        return names
+    return [name for name in names if name not in ("fold grazing", "period doubling grazing")]

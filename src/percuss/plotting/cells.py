@@ -1,4 +1,4 @@
-"""Numbers over two axes as coloured cells, and the names of the axes."""
+"""Numbers over two axes as coloured cells, hatched where there is none; labels of the axes."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.patches import Patch
 
 from percuss.arrays import Floats
 from percuss.plotting.style import Units
 
-__all__ = ["EVEN", "draw_cells", "edges_of", "label_of", "path_label"]
-
-
 # Values that are equally spaced to this part of a step are drawn as an image.
 EVEN = 1e-6
+# Behind cells without a number.
+MISSING: dict[str, Any] = {"facecolor": "#FFFFFF", "edgecolor": "#C8C8C8", "hatch": "////"}
 _DIMENSIONS = {
     "length": "displacement",
     "time": "duration",
@@ -65,6 +65,16 @@ def draw_cells(ax: Axes, x: Floats, y: Floats, cells: npt.NDArray[Any], **look: 
     return ax.pcolormesh(left, low, cells, rasterized=True, **look)
 
 
+def hatch_missing(ax: Axes) -> None:
+    """Hatch the background, which is seen where a cell has no number."""
+    ax.patch.set(**MISSING)
+
+
+def missing_patch(label: str) -> Patch:
+    """Return the entry of a legend for the hatched background."""
+    return Patch(**MISSING, label=label)
+
+
 def _is_even(edges: Floats) -> bool:
     steps = np.diff(edges)
     return bool(np.ptp(steps) <= EVEN * np.abs(steps).max())
@@ -82,6 +92,12 @@ def label_of(name: str, dimensions: str, units: Units | None) -> str:
     if units is None or measure is None or units == Units():
         return name
     return f"{name} ({getattr(units, measure)})"
+
+
+def label_axes(ax: Axes, data: xr.Dataset, across: str, upwards: str, units: Units) -> None:
+    """Name both axes after the parameters that they carry."""
+    ax.set_xlabel(path_label(data, across, units))
+    ax.set_ylabel(path_label(data, upwards, units))
 
 
 def path_label(data: xr.Dataset, path: str, units: Units | None) -> str:

@@ -15,17 +15,23 @@ from matplotlib.patches import Patch
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.plotting.cells import draw_cells, path_label
+from percuss.plotting.cells import (
+    draw_cells,
+    hatch_missing,
+    label_axes,
+    missing_patch,
+    path_label,
+)
 from percuss.plotting.style import (
     BLACK,
     BLUE,
     Units,
+    colour_bar,
+    legend_above,
     picture,
+    shared_docs,
     units_of,
 )
-
-__all__ = ["plot_chart", "plot_sweep"]
-
 
 # No period found, and periods 1, 2, ... , the last colour for all longer ones: neighbours differ in
 # lightness, too.
@@ -33,11 +39,12 @@ PERIODS = (
     "#1A1A1A", "#56B4E9", "#0072B2", "#F0E442", "#E69F00", "#009E73", "#CC79A7", "#D55E00",
     "#8C510A", "#B8B8B8",
 )  # fmt: skip
-MISSING, HATCH, MINUS_INFINITY = "#FFFFFF", "#C8C8C8", "#8FCFB2"
+MINUS_INFINITY = "#8FCFB2"
 # The colours span all but this part of the values, in percent, at either end.
 FAR_OUT = 0.5
 
 
+@shared_docs
 def plot_chart(
     data: xr.Dataset,
     measure: str | None = None,
@@ -56,10 +63,6 @@ def plot_chart(
         What `percuss.sweep` has returned, over two paths.
     measure
         Which of its measures; default: the first.
-    ax
-        Axes to draw on; default: those of a new figure.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -78,22 +81,20 @@ def plot_chart(
     scale = _periods(values) if name == "period" else _shades(values)
     with picture(ax) as ax:
         x, y = (data[dim].to_numpy() for dim in (across, upwards))
-        ax.set_facecolor(MISSING)
-        ax.patch.set_hatch("////")
-        ax.patch.set_edgecolor(HATCH)
+        hatch_missing(ax)
         seen = np.where(np.isneginf(values), np.nan, values)
         shown = draw_cells(ax, x, y, np.ma.masked_invalid(seen), cmap=scale.map, norm=scale.norm)
         if np.isneginf(values).any():
-            # Their memory ends where the motion sticks.
-            still = np.ma.masked_where(~np.isneginf(values), np.zeros_like(values))
-            draw_cells(ax, x, y, still, cmap=ListedColormap([MINUS_INFINITY]))
-        for dim, set_label in ((across, ax.set_xlabel), (upwards, ax.set_ylabel)):
-            set_label(path_label(data, dim, units))
+            # An exponent of minus infinity: the motion sticks, and forgets its start there.
+            sticking = np.ma.masked_where(~np.isneginf(values), np.zeros_like(values))
+            draw_cells(ax, x, y, sticking, cmap=ListedColormap([MINUS_INFINITY]))
+        label_axes(ax, data, across, upwards, units)
         _add_bar(ax, data, name, scale, shown)
         _add_legend(ax, values)
     return ax
 
 
+@shared_docs
 def plot_sweep(
     data: xr.Dataset,
     measure: str | None = None,
@@ -109,15 +110,6 @@ def plot_sweep(
         What `percuss.sweep` has returned, over one path.
     measure
         Which of its measures; default: the first.
-    ax
-        Axes to draw on; default: those of a new figure.
-    units
-        Units on the axes; default: dimensionless.
-
-    Returns
-    -------
-    Axes
-        The axes.
 
     Raises
     ------
@@ -214,22 +206,17 @@ def _add_legend(ax: Axes, values: Floats) -> None:
     if np.isneginf(values).any():
         handles.append(Patch(color=MINUS_INFINITY, label="minus infinity"))
     if np.isnan(values).any():
-        handles.append(Patch(facecolor=MISSING, edgecolor=HATCH, hatch="////", label="no answer"))
+        handles.append(missing_patch("no answer"))
     if handles:
-        ax.legend(
-            handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0,
-            ncols=2,
-        )  # fmt: skip
+        legend_above(ax, handles=handles, ncols=2)
 
 
 def _add_bar(ax: Axes, data: xr.Dataset, name: str, scale: _Scale, shown: Any) -> None:
     source = shown if scale.labels is None else ScalarMappable(scale.norm, scale.map)
-    bar = ax.figure.colorbar(source, ax=ax, pad=0.02, fraction=0.06, extend=scale.extend)
+    bar = colour_bar(ax, source, _name_of(data, name), extend=scale.extend)
     if scale.ticks is not None and scale.labels is not None:
         bar.set_ticks(scale.ticks, labels=scale.labels)
         bar.ax.tick_params(length=0.0, which="both")
-    bar.set_label(_name_of(data, name))
-    bar.outline.set_linewidth(0.6)
 
 
 def _name_of(data: xr.Dataset, name: str) -> str:

@@ -21,17 +21,17 @@ from percuss.plotting.style import (
     GREEN,
     VERMILION,
     Units,
+    colour_bar,
+    legend_above,
     picture,
+    shared_docs,
     units_of,
 )
-
-__all__ = ["plot_diagram"]
-
 
 # Cells upwards: about one for every pixel of an axes 4 inches high at 120 dots per inch.
 ROWS = 480
 # Points of one direction lie among those of another within so many cells: chaos leaves gaps.
-BESIDE, ABOVE = 1, 6
+NEAR_COLUMNS, NEAR_ROWS = 1, 6
 # A cell with so large a part of the points at a value belongs to a line, drawn this much thicker.
 LINE, THICKER = 1 / 32, 1
 # More values of a parameter than this that are not equally spaced are put into so many columns.
@@ -49,6 +49,7 @@ NAMES = {
 COLOURS = {"forward": BLUE, "backward": VERMILION, "both": BLACK, "from the starts": GREEN}
 
 
+@shared_docs
 def plot_diagram(
     diagram: xr.Dataset,
     ax: Axes | None = None,
@@ -66,12 +67,8 @@ def plot_diagram(
     ----------
     diagram
         What `percuss.bifurcation_diagram` has returned.
-    ax
-        Axes to draw on; default: those of a new figure.
     quantity
         "x" or "v" at whole periods; of impacts "v_after" or "cycle". Default: "x" or "v_after".
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -106,27 +103,21 @@ def plot_diagram(
         _add_bar(ax, norm, COLOURS[used[0]] if len(used) == 1 else BLACK)
         if len(used) > 1:
             handles = [Patch(color=COLOURS[key], label=key) for key in used]
-            ax.legend(
-                handles=handles,
-                loc="lower left",
-                bbox_to_anchor=(0.0, 1.0),
-                ncols=len(used),
-                borderaxespad=0.2,
-            )
+            legend_above(ax, handles=handles, ncols=len(used))
     return ax
 
 
 def _groups(diagram: xr.Dataset, name: str) -> dict[str, Floats]:
     """Return the points of each direction and those from the starts, (values, points) each."""
-    found: dict[str, Floats] = {}
+    groups: dict[str, Floats] = {}
     path = next(dim for dim in diagram["period"].dims if dim != "branch")
     for branch in diagram["branch"].to_numpy():
         key = str(branch) if branch in ("forward", "backward") else "from the starts"
         values = diagram[name].sel(branch=branch).transpose(path, "sample").to_numpy()
-        found[key] = np.concatenate([found[key], values], axis=1) if key in found else values
-    if not any(np.isfinite(values).any() for values in found.values()):
+        groups[key] = np.concatenate([groups[key], values], axis=1) if key in groups else values
+    if not any(np.isfinite(values).any() for values in groups.values()):
         raise ParameterError("diagram", name, "no points to draw")
-    return found
+    return groups
 
 
 def _range(groups: dict[str, Floats]) -> tuple[float, float]:
@@ -163,7 +154,7 @@ def _counts(x: Floats, values: Floats, low: float, high: float) -> Integers:
 def _layers(counts: dict[str, Integers]) -> dict[str, Integers]:
     """Return the counts of the cells of each colour; a cell has one."""
     layers: dict[str, Integers] = {}
-    near = {key: _near(count > 0, ABOVE, BESIDE) for key, count in counts.items()}
+    near = {key: _near(count > 0, NEAR_ROWS, NEAR_COLUMNS) for key, count in counts.items()}
     if "forward" in counts and "backward" in counts:
         both = near["forward"] & near["backward"]
         layers["both"] = np.where(both, counts["forward"] + counts["backward"], 0)
@@ -172,27 +163,27 @@ def _layers(counts: dict[str, Integers]) -> dict[str, Integers]:
     else:
         layers |= {key: counts[key] for key in ("forward", "backward") if key in counts}
     if "from the starts" in counts:
-        own = counts["from the starts"]
-        there = np.zeros(own.shape, dtype=np.bool_)
+        fresh = counts["from the starts"]
+        covered = np.zeros(fresh.shape, dtype=np.bool_)
         for key in layers:
-            there |= near.get(key, there)
-        layers["from the starts"] = np.where(there, 0, own)
+            covered |= near.get(key, covered)
+        layers["from the starts"] = np.where(covered, 0, fresh)
     return layers
 
 
-def _near(full: npt.NDArray[Any], above: int, beside: int) -> npt.NDArray[Any]:
-    """Return the largest value among the cells near to each."""
-    found = full.copy()
-    for axis, reach in ((0, above), (1, beside)):
+def _near(full: npt.NDArray[Any], rows: int, columns: int) -> npt.NDArray[Any]:
+    """Return the largest value among the cells within so many rows and columns of each."""
+    largest = full.copy()
+    for axis, reach in ((0, rows), (1, columns)):
         # Each pass reads what the one before has left.
-        source = found.copy()
+        source = largest.copy()
         for step in range(1, reach + 1):
             head = [slice(None), slice(None)]
             tail = [slice(None), slice(None)]
             head[axis], tail[axis] = slice(step, None), slice(None, -step)
-            found[tuple(head)] = np.maximum(found[tuple(head)], source[tuple(tail)])
-            found[tuple(tail)] = np.maximum(found[tuple(tail)], source[tuple(head)])
-    return found
+            largest[tuple(head)] = np.maximum(largest[tuple(head)], source[tuple(tail)])
+            largest[tuple(tail)] = np.maximum(largest[tuple(tail)], source[tuple(head)])
+    return largest
 
 
 def _thickened(counts: Integers) -> Integers:
@@ -216,6 +207,4 @@ def _add_bar(ax: Axes, norm: LogNorm, colour: str) -> None:
     red, green, blue = to_rgb(colour)
     faint = (1 - FAINTEST * (1 - red), 1 - FAINTEST * (1 - green), 1 - FAINTEST * (1 - blue))
     shades = LinearSegmentedColormap.from_list("density", [faint, (red, green, blue)])
-    bar = ax.figure.colorbar(ScalarMappable(norm, shades), ax=ax, pad=0.02, fraction=0.05)
-    bar.set_label("points in a cell")
-    bar.outline.set_linewidth(0.6)
+    colour_bar(ax, ScalarMappable(norm, shades), "points in a cell", fraction=0.05)

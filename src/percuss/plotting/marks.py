@@ -40,16 +40,7 @@ DASH, GAP = 3.2, 2.2
 def draw_stops(ax: Axes, run: Trajectory, x: Floats, axis: Literal["x", "y"]) -> None:
     """Draw the stops near a motion and set the limits of the axis that carries x.
 
-    Parameters
-    ----------
-    ax
-        The axes.
-    run
-        The run.
-    x
-        (n,) array, displacements that are drawn.
-    axis
-        Which axis of the picture x is.
+    The displacements that are drawn, `x`, decide which stops are near.
     """
     near = _nearby(run, x)
     places = [as_float(stop.at) for stop in near]
@@ -120,13 +111,13 @@ def draw_rest_points(ax: Axes, run: Trajectory, low: float, high: float) -> None
     """Mark contacts and grazes in [low, high] in the phase plane."""
     start = run.contacts.start
     release = np.where(np.isnan(run.contacts.release), run.t_end, run.contacts.release)
-    held = (start <= high) & (release >= low)
-    if held.any():
-        places = stop_places(run, np.unique(run.contacts.stop[held]))
+    in_contact = (start <= high) & (release >= low)
+    if in_contact.any():
+        places = stop_places(run, np.unique(run.contacts.stop[in_contact]))
         ax.plot(places, 0.0 * places, "s", markersize=6.5, zorder=5.0, **CONTACT_STYLE)
-    touched = within(run.grazes.t, low, high)
-    if touched.any():
-        places = stop_places(run, np.unique(run.grazes.stop[touched]))
+    grazed = within(run.grazes.t, low, high)
+    if grazed.any():
+        places = stop_places(run, np.unique(run.grazes.stop[grazed]))
         ax.plot(places, 0.0 * places, **GRAZE_STYLE)
 
 
@@ -153,19 +144,7 @@ class Jumps(LineCollection):
 def draw_jumps(ax: Axes, at: Floats, before: Floats, after: Floats, **options: Any) -> Jumps:
     """Draw the jumps of the velocity from `before` to `after` at the abscissas `at`.
 
-    Parameters
-    ----------
-    ax
-        The axes.
-    at, before, after
-        (n,) arrays.
-    **options
-        Properties of the collection.
-
-    Returns
-    -------
-    Jumps
-        One line for each impact.
+    Options are properties of the collection, which has one line for each impact.
     """
     low, high = np.minimum(before, after), np.maximum(before, after)
     lines = np.stack([np.column_stack([at, low]), np.column_stack([at, high])], axis=1)

@@ -1,10 +1,10 @@
-"""Pictures of a run: over time, in the phase plane, at its impacts, and all of these in one figure."""
+"""Pictures of a run: over time, in the phase plane, at its impacts, all in one; its spectrum."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.motion.eigenset import resonant_frequency
+from percuss.motion.spectrum import spectrum
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting.marks import (
     GRAZE_STYLE,
@@ -40,17 +41,23 @@ from percuss.plotting.samples import (
 from percuss.plotting.style import (
     BLUE,
     GREY,
+    ORANGE,
     Units,
     draw_legend,
+    label_phase_plane,
     new_figure,
     picture,
+    shared_docs,
     style,
     units_of,
 )
 
-# Width of a curve [point], and how many events keep curves of that width apart.
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+# Width of a curve [point], and the number of events above which it is drawn thinner.
 WIDTH = 1.3
-APART = 60
+DISTINCT = 60
 # Hollow, unlike the dots of impact velocities beside it.
 START_STYLE: dict[str, Any] = {
     "marker": "o",
@@ -68,10 +75,14 @@ IMPACT_MARKERS = ("o", "^", "s", "v", "P", "X")
 ENTRY_MARKERS = ("x", "+", "1", "2", "3", "4")
 # More impacts than this are a line without markers.
 MOST_MARKERS = 400
+# Lines further below the highest than the first are rounding, and not drawn; a curve, which has
+# zeros between its side lobes, is cut at the second.
+ROUNDING, DEPTH = 1e-14, 1e-10
 # Of a new figure [inch].
 SIZE = (8.0, 9.0)
 
 
+@shared_docs
 def plot_displacement(
     run: Trajectory,
     ax: Axes | None = None,
@@ -85,12 +96,6 @@ def plot_displacement(
     ----------
     run
         The run.
-    ax
-        Axes to draw on; default: those of a new figure.
-    window
-        First and last time that are drawn; default: the whole run.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -110,6 +115,7 @@ def plot_displacement(
     return ax
 
 
+@shared_docs
 def plot_velocity(
     run: Trajectory,
     ax: Axes | None = None,
@@ -123,17 +129,12 @@ def plot_velocity(
     ----------
     run
         The run.
-    ax
-        Axes to draw on; default: those of a new figure.
-    window
-        First and last time that are drawn; default: the whole run.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
     Axes
-        The axes; those of a new figure have a legend. With more than 2,000 impacts the jumps are part of the solid line.
+        The axes; those of a new figure have a legend. With more than 2,000 impacts the jumps are
+        part of the solid line.
     """
     units = units_of(units)
     low, high = window_of(run, window)
@@ -161,7 +162,7 @@ def _thinness(run: Trajectory, low: float, high: float) -> float:
     if n > MOST_JUMPS:
         # They fill an area.
         return 1.0
-    return float(np.clip(np.sqrt(APART / max(n, 1)), 0.4, 1.0))
+    return float(np.clip(np.sqrt(DISTINCT / max(n, 1)), 0.4, 1.0))
 
 
 def _finish(ax: Axes, low: float, high: float, units: Units, ylabel: str) -> None:
@@ -171,6 +172,7 @@ def _finish(ax: Axes, low: float, high: float, units: Units, ylabel: str) -> Non
     ax.set_ylabel(ylabel)
 
 
+@shared_docs
 def plot_phase_portrait(
     run: Trajectory,
     ax: Axes | None = None,
@@ -184,12 +186,8 @@ def plot_phase_portrait(
     ----------
     run
         The run.
-    ax
-        Axes to draw on; default: those of a new figure.
     window
         First and last time of the part that is drawn; default: the whole run.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -211,8 +209,7 @@ def plot_phase_portrait(
         _draw_jumps(ax, run, low, high)
         draw_stops(ax, run, curve.x, "x")
         draw_rest_points(ax, run, low, high)
-        ax.set_xlabel(f"displacement $x$ ({units.displacement})")
-        ax.set_ylabel(f"velocity $v$ ({units.velocity})")
+        label_phase_plane(ax, units)
     return ax
 
 
@@ -252,6 +249,7 @@ class _Hits:
         return markers[self.stop % len(markers)]
 
 
+@shared_docs
 def plot_impact_velocities(
     run: Trajectory,
     ax: Axes | None = None,
@@ -268,12 +266,8 @@ def plot_impact_velocities(
     ----------
     run
         The run.
-    ax
-        Axes to draw on; default: those of a new figure.
     window
         First and last time of the impacts that are drawn; default: the whole run.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -379,6 +373,7 @@ def _pad_speeds(ax: Axes, v: Floats) -> None:
     ax.set_ylim(low - margin, high + margin)
 
 
+@shared_docs
 def plot_staircase(
     run: Trajectory,
     ax: Axes | None = None,
@@ -395,17 +390,8 @@ def plot_staircase(
     ----------
     run
         The run; without walls, the entries into soft stops are taken.
-    ax
-        Axes to draw on; default: those of a new figure.
     spacing
         T_0 [time], > 0; default: 2 pi over the resonant frequency.
-    units
-        Units on the axes; default: dimensionless.
-
-    Returns
-    -------
-    Axes
-        The axes.
 
     Raises
     ------
@@ -445,6 +431,85 @@ def _pad_lead(ax: Axes, low: float, high: float, spacing: float) -> None:
     ax.set_ylim(low - margin, high + margin)
 
 
+@shared_docs
+def plot_spectrum(
+    result: Dataset | Trajectory,
+    ax: Axes | None = None,
+    *,
+    resonance: float | None = None,
+    units: Units | None = None,
+) -> Axes:
+    """Draw the amplitudes of a spectrum over the angular frequency.
+
+    Parameters
+    ----------
+    result
+        What `percuss.spectrum` or `percuss.line_spectrum` has returned; or a run, whose exact
+        spectrum is then drawn.
+    resonance
+        Resonant frequency, marked by a vertical line [1/time]; default: that of the run's
+        oscillator, if it has one.
+
+    Returns
+    -------
+    Axes
+        The axes; the lines of a periodic motion are drawn as lines.
+    """
+    units = units_of(units)
+    if isinstance(result, Trajectory):
+        resonance = _resonance(result) if resonance is None else resonance
+        result = spectrum(result)
+    omega = np.asarray(result["omega"].values, dtype=np.float64)
+    amplitude = np.asarray(result["amplitude"].values, dtype=np.float64)
+    is_velocity = result.attrs["of"] == "velocity"
+    with picture(ax) as ax:
+        ax.set_yscale("log")
+        highest = float(amplitude.max(initial=0.0)) or 1.0
+        if "line" in result.dims:
+            _draw_lines(ax, omega, amplitude, ROUNDING * highest)
+        else:
+            _draw_curve(ax, omega, amplitude, DEPTH * highest)
+        if resonance is not None:
+            ax.axvline(resonance, color=ORANGE, linewidth=1.0, label="resonant frequency")
+            ax.legend(loc="upper right")
+        if len(omega) > 1:
+            ax.set_xlim(float(omega.min()), float(omega.max()))
+        unit = "dimensionless" if units.duration == "dimensionless" else f"1/{units.duration}"
+        ax.set_xlabel(f"angular frequency $\\omega$ ({unit})")
+        what = "velocity" if is_velocity else "displacement"
+        of_what = units.velocity if is_velocity else units.displacement
+        ax.set_ylabel(f"amplitude of the {what}\n({of_what})")
+    return ax
+
+
+def _resonance(run: Trajectory) -> float | None:
+    try:
+        return resonant_frequency(run.oscillator)
+    except ParameterError:
+        return None
+
+
+def _draw_curve(ax: Axes, omega: Floats, amplitude: Floats, floor: float) -> None:
+    order = np.argsort(omega, kind="stable")
+    no_jumps = np.zeros(len(omega), dtype=np.bool_)
+    shown, heights, _ = reduce_to_columns(
+        omega[order], np.maximum(amplitude[order], floor), no_jumps
+    )
+    ax.plot(shown, heights, color=BLUE, linewidth=0.8)
+
+
+def _draw_lines(ax: Axes, omega: Floats, amplitude: Floats, floor: float) -> None:
+    seen = amplitude > floor
+    heights = amplitude[seen]
+    if heights.size == 0:
+        return
+    bottom = 0.5 * float(heights.min())
+    ax.vlines(omega[seen], bottom, heights, color=BLUE, linewidth=1.0)
+    ax.plot(omega[seen], heights, "o", color=BLUE, markersize=3.0)
+    ax.set_ylim(bottom, 2.0 * float(heights.max()))
+
+
+@shared_docs
 def plot_motion(
     run: Trajectory,
     figure: Figure | None = None,
@@ -463,10 +528,6 @@ def plot_motion(
         An empty figure to draw on, such as `offscreen_figure`; default: a new one.
     title
         Title of the figure.
-    window
-        First and last time that are drawn; default: the whole run.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------

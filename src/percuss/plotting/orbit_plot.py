@@ -21,7 +21,9 @@ from percuss.plotting.style import (
     GREY,
     VERMILION,
     Units,
+    label_phase_plane,
     picture,
+    shared_docs,
     units_of,
 )
 
@@ -32,6 +34,7 @@ COLOURS = "viridis"
 SIZE = (5.4, 4.4)
 
 
+@shared_docs
 def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | None = None) -> Axes:
     """Draw a periodic orbit: velocity over displacement, with its stops.
 
@@ -42,10 +45,6 @@ def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | N
     ----------
     orbit
         The orbit.
-    ax
-        Axes to draw on; default: those of a new figure.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -80,8 +79,7 @@ def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | N
             draw_jumps(ax, places, impacts.v_before, impacts.v_after)
         draw_stops(ax, run, curve.x, "x")
         draw_rest_points(ax, run, low, high)
-        ax.set_xlabel(f"displacement $x$ ({units.displacement})")
-        ax.set_ylabel(f"velocity $v$ ({units.velocity})")
+        label_phase_plane(ax, units)
         ax.set_title(_title(orbit, units))
     return ax
 
@@ -103,9 +101,9 @@ def _broken_at_jumps(curve: SampledMotion) -> tuple[Floats, Floats, Floats]:
 
 def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> Flags:
     """Return which samples of a formal orbit lie beyond a stop that it passes through."""
-    found = np.zeros(len(x), dtype=np.bool_)
+    beyond = np.zeros(len(x), dtype=np.bool_)
     if orbit.admissible:
-        return found
+        return beyond
     passages = orbit.passages
     for instant, i in zip(passages.t, passages.stop, strict=True):
         stop = orbit.oscillator.stops[int(i)]
@@ -115,10 +113,11 @@ def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> Flags:
         edges = np.flatnonzero(np.diff(outside.astype(np.int8), prepend=0, append=0))
         for first, last in edges.reshape(-1, 2):
             if np.nanmin(t[first:last]) <= instant <= np.nanmax(t[max(first - 1, 0) : last + 1]):
-                found[first:last] = True
-    return found
+                beyond[first:last] = True
+    return beyond
 
 
+@shared_docs
 def plot_multipliers(what: PeriodicOrbit | Branch, ax: Axes | None = None) -> Axes:
     """Draw the multipliers of an orbit, or of a branch along its parameter, and the unit circle.
 
@@ -128,13 +127,6 @@ def plot_multipliers(what: PeriodicOrbit | Branch, ax: Axes | None = None) -> Ax
     ----------
     what
         A periodic orbit, or a branch of them, whose points are coloured by the parameter.
-    ax
-        Axes to draw on; default: those of a new figure.
-
-    Returns
-    -------
-    Axes
-        The axes.
 
     Raises
     ------
@@ -198,9 +190,8 @@ def _draw_branch(ax: Axes, branch: Branch, edge: float) -> None:
             x, y, marker, markersize=5.5, markerfacecolor="white", markeredgecolor=GREY,
             label=label, zorder=3.0,
         )  # fmt: skip
-    figure = ax.figure
     if lines is not None:
-        figure.colorbar(lines, ax=ax, label=branch.path)
+        ax.figure.colorbar(lines, ax=ax, label=branch.path)
     _explain(ax)
 
 
@@ -210,14 +201,14 @@ def _explain(ax: Axes) -> None:
 
 
 def _followed(values: Complexes) -> Complexes:
-    """Return pairs in such an order that each column goes on where it was."""
-    found = values.copy()
-    for row in range(1, len(found)):
-        straight = np.abs(found[row] - found[row - 1]).sum()
-        crossed = np.abs(found[row, ::-1] - found[row - 1]).sum()
+    """Return pairs of multipliers, swapped where needed, so that each column is continuous."""
+    pairs = values.copy()
+    for row in range(1, len(pairs)):
+        straight = np.abs(pairs[row] - pairs[row - 1]).sum()
+        crossed = np.abs(pairs[row, ::-1] - pairs[row - 1]).sum()
         if crossed < straight:
-            found[row] = found[row, ::-1].copy()
-    return found
+            pairs[row] = pairs[row, ::-1].copy()
+    return pairs
 
 
 def _placed(values: Complexes, edge: float) -> tuple[Floats, Floats, Flags]:

@@ -15,17 +15,14 @@ from percuss.errors import ParameterError
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.responses.response import CLOSED, Response, kinds_of
 from percuss.orbits.responses.velocity_gap import VelocityGap
+from percuss.plotting.branch_plot import MARKERS, between_rows, drawn_as_stable, stretches
 from percuss.plotting.style import (
     BLACK,
-    BLUE,
-    GREEN,
+    COLOUR_CYCLE,
     GREY,
-    ORANGE,
-    PURPLE,
-    SKY_BLUE,
-    VERMILION,
     Units,
     picture,
+    shared_docs,
     units_of,
 )
 
@@ -36,19 +33,9 @@ WORDS = {
     "largest_displacement": "largest displacement",
     "impact_velocity": "largest impact velocity",
 }
-# Of orbits that last 1, 2, ... forcing periods; of those without impacts it is grey.
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE)
 STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.7}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3.5, 1.8)), "linewidth": 1.1}
 FORMAL: dict[str, Any] = {"linestyle": "-", "linewidth": 0.7, "alpha": 0.28}
-MARKERS = {
-    "fold": "o",
-    "period_doubling": "s",
-    "symmetry_breaking": "D",
-    "branch_point": "X",
-    "grazing": "v",
-    "strong_resonance": "P",
-}
 MARK: dict[str, Any] = {
     "linestyle": "none",
     "markersize": 3.4,
@@ -76,6 +63,7 @@ DENSE, TORN = 2.5, 80.0
 COVERED, FARTHER, WORSE, FOOT = 1.0, 0.4, 3.0, 2.0
 
 
+@shared_docs
 def plot_response(
     response: Response,
     quantity: ResponseQuantity = "amplitude",
@@ -100,8 +88,6 @@ def plot_response(
     quantity
         "amplitude", half the distance between the extremes; "largest_displacement", the largest
         abs(x); or "impact_velocity", the largest one into a stop.
-    ax
-        Axes to draw on; default: those of a new figure.
     log_x, log_y
         Whether the axes are logarithmic; default: that of the parameter is where its range is
         wide, with ends of a ratio above 4.
@@ -109,13 +95,6 @@ def plot_response(
         Whether to draw orbits that pass through a stop.
     legend
         Whether to explain lines, colours and marks.
-    units
-        Units on the axes; default: dimensionless.
-
-    Returns
-    -------
-    Axes
-        The axes.
 
     Raises
     ------
@@ -147,47 +126,40 @@ def plot_response(
 
 def _colour(branch: Branch) -> str:
     n_periods, n_impacts = kinds_of(branch).max(axis=0).tolist()
-    return COLOURS[(max(n_periods, 1) - 1) % len(COLOURS)] if n_impacts else GREY
+    return _colour_of_period(max(n_periods, 1)) if n_impacts else GREY
+
+
+def _colour_of_period(n_periods: int) -> str:
+    """Return the colour of orbits that last so many forcing periods."""
+    return COLOUR_CYCLE[(n_periods - 1) % len(COLOUR_CYCLE)]
 
 
 def _draw(ax: Axes, branch: Branch, values: Floats, *, formal: bool) -> None:
     """Draw a branch, each stretch between two rows as its orbits are."""
-    physical = _between_rows(branch, branch.admissible)
-    stable = _between_rows(branch, np.isin(branch.stability, ["asymptotic", "elliptic"]))
+    physical = between_rows(branch.admissible, branch)
+    stable = between_rows(drawn_as_stable(branch), branch)
     x_all, y_all = branch.values, values
     if branch.end_reason == CLOSED:
         # The first row comes again after the last one.
         x_all, y_all = np.append(x_all, x_all[0]), np.append(y_all, y_all[0])
         physical = np.append(physical, branch.admissible[0] & branch.admissible[-1])
         stable = np.append(stable, stable[-1])
+    _draw_stretches(ax, x_all, y_all, physical, stable, _colour(branch), formal=formal)
+
+
+def _draw_stretches(
+    ax: Axes, x: Floats, y: Floats, physical: Flags, stable: Flags, colour: str, *, formal: bool
+) -> None:
+    """Draw the stretches of one look as one line, broken by NaN where it leaves some out."""
     looks = [(physical & stable, STABLE, 2.0), (physical & ~stable, UNSTABLE, 1.8)]
     if formal:
         looks.append((~physical, FORMAL, 1.0))
+    points = np.column_stack([x, y])
+    gap = np.full((1, 2), np.nan)
     for which, look, order in looks:
-        if which.any():
-            x, y = _stretches(x_all, y_all, which)
-            ax.plot(x, y, color=_colour(branch), zorder=order, **look)
-
-
-def _between_rows(branch: Branch, flags: Flags) -> Flags:
-    """Return what each stretch between two rows is: at a special point the neighbouring row decides."""
-    special = np.zeros(len(branch), dtype=np.bool_)
-    special[[point.row for point in branch.special_points]] = True
-    left, right = flags[:-1], flags[1:]
-    found = np.where(special[:-1] & ~special[1:], right, left & right)
-    found = np.where(~special[:-1] & special[1:], left, found)
-    return np.asarray(np.where(special[:-1] & special[1:], left | right, found))
-
-
-def _stretches(x: Floats, y: Floats, which: Flags) -> tuple[Floats, Floats]:
-    """Return the stretches as one line, broken by NaN where it leaves some out."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], which, [False]]).astype(np.int8)))
-    parts = [slice(i, j + 1) for i, j in zip(edges[::2], edges[1::2], strict=True)]
-    gap = np.array([np.nan])
-    return (
-        np.concatenate([piece for part in parts for piece in (x[part], gap)]),
-        np.concatenate([piece for part in parts for piece in (y[part], gap)]),
-    )
+        parts = [part for rows, shown in stretches(which) if shown for part in (points[rows], gap)]
+        if parts:
+            ax.plot(*np.concatenate(parts).T, color=colour, zorder=order, **look)
 
 
 def _mark(ax: Axes, response: Response, columns: tuple[Floats, ...]) -> None:
@@ -196,20 +168,19 @@ def _mark(ax: Axes, response: Response, columns: tuple[Floats, ...]) -> None:
         for point in branch.special_points:
             rows = slice(max(point.row - 1, 0), point.row + 2)
             if branch.admissible[rows].any() and np.isfinite(values[point.row]):
-                look = MARK | {"marker": MARKERS.get(point.kind, "o")}
-                ax.plot([point.value], [values[point.row]], zorder=3.0, **look)
+                ax.plot([point.value], [values[point.row]], zorder=3.0, **_mark_of(point.kind))
 
 
 def _dots(ax: Axes, response: Response, quantity: ResponseQuantity) -> None:
     """Draw attractors that are on no branch as dots."""
-    others = [it for it in response.attractors if it.branch is None]
+    others = [attractor for attractor in response.attractors if attractor.branch is None]
     values = {
-        "amplitude": [it.extremes.amplitude for it in others],
-        "largest_displacement": [it.extremes.largest for it in others],
-        "impact_velocity": [it.impact_speed for it in others],
+        "amplitude": [attractor.extremes.amplitude for attractor in others],
+        "largest_displacement": [attractor.extremes.largest for attractor in others],
+        "impact_velocity": [attractor.impact_speed for attractor in others],
     }[quantity]
     if others:
-        ax.plot([it.value for it in others], values, zorder=1.5, **OTHER)
+        ax.plot([attractor.value for attractor in others], values, zorder=1.5, **OTHER)
 
 
 def _make_logarithmic(ax: Axes) -> None:
@@ -260,23 +231,24 @@ def _explain(ax: Axes, response: Response, *, formal: bool) -> None:
     if formal and not all(branch.admissible.all() for branch in response.branches):
         looks.append(("formal: passes through a stop", FORMAL))
     handles = [Line2D([], [], color=BLACK, label=text, **look) for text, look in looks]
-    periods = sorted({it.n_periods for it in response.families if it.n_impacts and it.ranges})
+    families = [family for family in response.families if family.ranges]
+    periods = sorted({family.n_periods for family in families if family.n_impacts})
     for n in periods:
-        colour = COLOURS[(n - 1) % len(COLOURS)]
+        colour = _colour_of_period(n)
         text = "1 forcing period" if n == 1 else f"{n} forcing periods"
         handles.append(Line2D([], [], color=colour, linewidth=1.7, label=text))
-    if any(it.n_impacts == 0 and it.ranges for it in response.families):
+    if any(family.n_impacts == 0 for family in families):
         handles.append(Line2D([], [], color=GREY, linewidth=1.7, label="without impacts"))
     kinds = [line.get_marker() for line in ax.lines]
     for kind, marker in MARKERS.items():
         if marker in kinds:
-            look = MARK | {"marker": marker}
-            handles.append(Line2D([], [], label=kind.replace("_", " "), **look))
-    if any(it.branch is None for it in response.attractors):
+            handles.append(Line2D([], [], label=kind.replace("_", " "), **_mark_of(kind)))
+    if any(attractor.branch is None for attractor in response.attractors):
         handles.append(Line2D([], [], label="other attractors", **OTHER))
     ax.legend(handles=handles, loc="best", fontsize=8.5, handlelength=2.4, labelspacing=0.3)
 
 
+@shared_docs
 def plot_velocity_gap(
     curves: VelocityGap | Sequence[VelocityGap],
     ax: Axes | None = None,
@@ -289,10 +261,6 @@ def plot_velocity_gap(
     ----------
     curves
         One or several that `percuss.velocity_gap_curve` has returned.
-    ax
-        Axes to draw on; default: those of a new figure.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -320,28 +288,17 @@ def plot_velocity_gap(
 
 
 def _draw_gap(ax: Axes, curve: VelocityGap) -> None:
-    colour = COLOURS[(curve.n_periods - 1) % len(COLOURS)]
+    colour = _colour_of_period(curve.n_periods)
     # The grazes at the ends are no orbits: there the neighbouring row decides.
     physical = np.concatenate([curve.admissible[1:2], curve.admissible[2:-1], [False]])
     physical[-1] = curve.admissible[-2]
     stable = curve.is_stable[1:].copy()
     stable[-1] = curve.is_stable[-2]
-    looks = (
-        (physical & stable, STABLE, 2.0),
-        (physical & ~stable, UNSTABLE, 1.8),
-        (~physical, FORMAL, 1.0),
-    )
-    for which, look, order in looks:
-        x, y = curve.gap.copy(), curve.velocity.copy()
-        hidden = np.ones(len(x), dtype=np.bool_)
-        hidden[:-1] &= ~which
-        hidden[1:] &= ~which
-        x[hidden] = np.nan
-        ax.plot(x, y, color=colour, zorder=order, **look)
+    _draw_stretches(ax, curve.gap, curve.velocity, physical, stable, colour, formal=True)
     top = int(np.argmax(curve.velocity))
-    ax.plot([curve.fold], [curve.fold_velocity], MARKERS["fold"], zorder=3.0, **_without_line())
-    ax.plot([-curve.graze, curve.graze], [0.0, 0.0], MARKERS["grazing"], zorder=3.0,
-            clip_on=False, **_without_line())  # fmt: skip
+    ax.plot([curve.fold], [curve.fold_velocity], zorder=3.0, **_mark_of("fold"))
+    ends = [-curve.graze, curve.graze]
+    ax.plot(ends, [0.0, 0.0], zorder=3.0, clip_on=False, **_mark_of("grazing"))
     ax.annotate(
         f"(1, {curve.n_periods})",
         (float(curve.gap[top]), float(curve.velocity[top])),
@@ -353,29 +310,24 @@ def _draw_gap(ax: Axes, curve: VelocityGap) -> None:
     )
 
 
-def _without_line() -> dict[str, Any]:
-    return {name: value for name, value in MARK.items() if name != "linestyle"}
+def _mark_of(kind: str) -> dict[str, Any]:
+    """Return how a special point of a kind is marked."""
+    return MARK | {"marker": MARKERS[kind]}
 
 
 def _explain_gap(ax: Axes) -> None:
     looks = (("stable", STABLE), ("unstable", UNSTABLE), ("passes through the wall", FORMAL))
     handles = [Line2D([], [], color=BLACK, label=text, **look) for text, look in looks]
     for kind, text in (("fold", "fold"), ("grazing", "impact without velocity")):
-        handles.append(Line2D([], [], label=text, **MARK | {"marker": MARKERS[kind]}))
+        handles.append(Line2D([], [], label=text, **_mark_of(kind)))
     ax.legend(handles=handles, loc="best", fontsize=8.5, labelspacing=0.3)
 
 
 def place_labels(ax: Axes, labels: list[Label], curves: list[Floats]) -> None:
-    """Write a label beside each curve, where it covers least.
+    """Write a label beside each curve, where it covers least; the limits of the axes are final.
 
-    Parameters
-    ----------
-    ax
-        The axes, with their final limits.
-    labels
-        Text, colour, (n, 2) array of the points of the curve, and which of them are better.
-    curves
-        (n, 2) arrays, all that is not to be covered.
+    A label has a text, a colour, an (n, 2) array of the points of its curve, and which of them are
+    better. The curves, (n, 2) arrays, are all that is not to be covered.
     """
     # In points of 1/72 inch, as offsets of texts are.
     figure = ax.get_figure(root=True)
@@ -390,10 +342,10 @@ def place_labels(ax: Axes, labels: list[Label], curves: list[Floats]) -> None:
     taken: list[Floats] = []
     # Short curves have the least choice.
     for text, colour, points, better in sorted(labels, key=lambda label: len(label[2])):
-        found = _best(scale, ax, text, points, better, everything, frame, taken)
-        if found is None:
+        place = _best(scale, ax, text, points, better, everything, frame, taken)
+        if place is None:
             continue
-        anchor, offset, space = found
+        anchor, offset, space = place
         taken.append(space)
         ax.annotate(text, anchor, xytext=offset, textcoords="offset points", ha="center",
                     va="center", fontsize=SIZE, color=colour, zorder=4.0,
@@ -426,7 +378,7 @@ def _best(
     rows = np.unique(np.linspace(0, len(points) - 1, TRIED).round().astype(int))
     places = scale * ax.transData.transform(points[rows])
     top, height = places[:, 1].max(), float(np.ptp(places[:, 1])) or 1.0
-    found, least = None, np.inf
+    best, least = None, np.inf
     for row, place in zip(rows, places, strict=True):
         for distance in DISTANCES:
             for direction in DIRECTIONS:
@@ -435,7 +387,9 @@ def _best(
                 space = np.concatenate([middle - half, middle + half])
                 if (space[:2] < frame[:2]).any() or (space[2:] > frame[2:]).any():
                     continue
-                if any((space[:2] < it[2:]).all() and (it[:2] < space[2:]).all() for it in taken):
+                if any(
+                    (space[:2] < box[2:]).all() and (box[:2] < space[2:]).all() for box in taken
+                ):
                     continue
                 inside = (np.abs(everything - middle) < half).all(axis=1).sum()
                 cost = COVERED * inside + FARTHER * distance
@@ -443,5 +397,5 @@ def _best(
                 if cost < least:
                     least = cost
                     anchor = float(points[row, 0]), float(points[row, 1])
-                    found = anchor, (float(offset[0]), float(offset[1])), space
-    return found
+                    best = anchor, (float(offset[0]), float(offset[1])), space
+    return best

@@ -90,18 +90,8 @@ def within(t: Floats, low: float, high: float) -> Flags:
 def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> SampledMotion:
     """Evaluate a run between its events and on both sides of each impact.
 
-    Parameters
-    ----------
-    run
-        The run.
-    window
-        First and last time; default: the whole run.
-
-    Returns
-    -------
-    Curve
-        At least 64 points a cycle of the fastest part of the motion, 33 between two events,
-        fewer where these would be more than a million.
+    There are at least 64 points a cycle of the fastest part of the motion, 33 between two events;
+    fewer where these would be more than a million.
     """
     low, high = window_of(run, window)
     cuts = _cuts(run, low, high)
@@ -182,22 +172,20 @@ def reduce_to_columns(
 
     Parameters
     ----------
-    t, values
-        (n,) arrays, t increasing.
-    jumps
-        (n,) bool array, as in `Curve`: columns are cut where the curve is.
+    t, values, jumps
+        (n,) arrays, t increasing; `jumps` as in `SampledMotion`: columns are cut there, too.
     columns
-        How many columns the picture has; default: 1500.
+        Number of columns of the picture; default: 1500.
     most
-        How many points are left as they are; default: 20,000.
+        Number of points up to which a curve is left as it is; default: 20,000.
 
     Returns
     -------
     tuple of array
-        Times, values and jumps of the points that are left, in the order of time; the drawn
-        curve is the same to one pixel. Curves with few points are returned unchanged.
+        Times, values and jumps of the points that are left, in the order of time; the drawn curve
+        is the same to one pixel.
     """
-    # Looked up now: tests make these smaller.
+    # Defaults are looked up at the call: tests make them smaller.
     most = DRAWN_POINTS if most is None else most
     columns = COLUMNS if columns is None else columns
     if t.size <= most:
@@ -218,24 +206,15 @@ def reduce_to_columns(
 
 def _firsts(values: Floats, cell: Integers, wanted: Floats) -> Integers:
     """Return the index of the first value in each cell that is the one wanted there."""
-    found = np.flatnonzero(values == wanted[cell])
-    return found[np.diff(cell[found], prepend=-1) > 0]
+    equal = np.flatnonzero(values == wanted[cell])
+    return equal[np.diff(cell[equal], prepend=-1) > 0]
 
 
 def reduce_to_pixels(curve: SampledMotion) -> tuple[Floats, Floats]:
-    """Return the points of a phase portrait, less the parts that lie on others.
+    """Return the displacements and velocities of a phase portrait, less what lies on other parts.
 
-    Parameters
-    ----------
-    curve
-        The motion.
-
-    Returns
-    -------
-    tuple of array
-        Displacements and velocities with a NaN between parts that are not joined. Of the chords
-        that start in one pixel and end in one pixel only the first is left; curves of at most
-        20,000 points keep all.
+    A NaN stands between parts that are not joined. Of the chords that start in one pixel and end
+    in one pixel only the first is left; a curve of at most 20,000 points keeps all.
     """
     if curve.t.size <= DRAWN_POINTS:
         return separated(curve.x, curve.jumps), separated(curve.v, curve.jumps)
@@ -245,23 +224,15 @@ def reduce_to_pixels(curve: SampledMotion) -> tuple[Floats, Floats]:
     first = chords[np.sort(np.unique(codes, return_index=True)[1])]
     is_last = np.append(np.diff(first) > 1, True)
     kept = np.insert(first, np.flatnonzero(is_last) + 1, first[is_last] + 1)
-    apart = np.zeros(kept.size, dtype=np.bool_)
-    apart[np.flatnonzero(is_last) + np.arange(1, is_last.sum() + 1)] = True
-    return separated(curve.x[kept], apart), separated(curve.v[kept], apart)
+    ends = np.zeros(kept.size, dtype=np.bool_)
+    ends[np.flatnonzero(is_last) + np.arange(1, is_last.sum() + 1)] = True
+    return separated(curve.x[kept], ends), separated(curve.v[kept], ends)
 
 
 def distinct_jumps(places: Floats, before: Floats, after: Floats) -> Integers:
-    """Return which of the jumps at impacts to draw in a phase portrait.
+    """Return the indices of the jumps at impacts to draw in a phase portrait, of (n,) arrays.
 
-    Parameters
-    ----------
-    places, before, after
-        (n,) arrays: displacement, and velocity on either side.
-
-    Returns
-    -------
-    array
-        Indices of all of up to 2,000 jumps; of more, those no two of which share their pixels.
+    These are all of up to 2,000 jumps; of more, those no two of which share their pixels.
     """
     if places.size <= MOST_JUMPS:
         return np.arange(places.size)
@@ -273,18 +244,10 @@ def distinct_jumps(places: Floats, before: Floats, after: Floats) -> Integers:
 
 
 def topmost(x: Floats, y: Floats) -> Integers:
-    """Return which of the dots at (x, y) are seen, if each is drawn over those before it.
+    """Return the indices of the dots at (x, y) that are seen, each drawn over those before it.
 
-    Parameters
-    ----------
-    x, y
-        (n,) arrays.
-
-    Returns
-    -------
-    array
-        Indices of all of up to 20,000 dots; of more, those of the last one in each of 500 x 500
-        cells, half a dot wide.
+    These are all of up to 20,000 dots; of more, the last one in each of 500 x 500 cells, half a
+    dot wide.
     """
     if x.size <= MOST_DOTS:
         return np.arange(x.size)
@@ -293,22 +256,10 @@ def topmost(x: Floats, y: Floats) -> Integers:
 
 
 def distinct_spans(first: Floats, last: Floats, places: Floats, width: float) -> Integers:
-    """Return which of the spans of time to draw in a picture so wide.
+    """Return the indices of the spans of time to draw in a picture that is `width` of time wide.
 
-    Parameters
-    ----------
-    first, last
-        (n,) arrays, the ends of the spans.
-    places
-        (n,) array, the height at which each is drawn.
-    width
-        Time from the left to the right of the picture.
-
-    Returns
-    -------
-    array
-        Indices of all of up to 2,000 spans; of more, those longer than a pixel, and the first of
-        the others in each pixel column.
+    A span is drawn from `first` to `last` at the height `places`. These are all of up to 2,000
+    spans; of more, those longer than a pixel, and the first of the others in each pixel column.
     """
     if first.size <= MOST_JUMPS:
         return np.arange(first.size)

@@ -21,7 +21,10 @@ from percuss.plotting.style import (
     SKY_BLUE,
     VERMILION,
     Units,
+    label_once,
+    label_phase_plane,
     picture,
+    shared_docs,
     units_of,
 )
 
@@ -31,6 +34,7 @@ LINES = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (4, 1.5, 1, 1.5)))
 KINDS = {"unstable": VERMILION, "stable": BLUE}
 
 
+@shared_docs
 def plot_singularity_set(
     found: SingularitySet, ax: Axes | None = None, *, units: Units | None = None
 ) -> Axes:
@@ -42,15 +46,6 @@ def plot_singularity_set(
     ----------
     found
         What `percuss.singularity_set` has returned.
-    ax
-        Axes to draw on; default: those of a new figure.
-    units
-        Units on the axes; default: dimensionless.
-
-    Returns
-    -------
-    Axes
-        The axes.
 
     Raises
     ------
@@ -63,7 +58,6 @@ def plot_singularity_set(
     several = len({curve.touched for curve in found}) > 1
     is_alone = ax is None
     with picture(ax) as ax:
-        known = set(ax.get_legend_handles_labels()[1])
         for curve in sorted(found, key=lambda curve: -curve.iterate):
             look = LINES[0] if curve.touched == found.stop else LINES[1 + curve.touched % 3]
             label = _label(curve, several=several)
@@ -71,9 +65,8 @@ def plot_singularity_set(
                 ax.plot(
                     cycle, v, color=ITERATES[(curve.iterate - 1) % len(ITERATES)], linestyle=look,
                     linewidth=1.4 if curve.iterate == 1 else 1.0,
-                    label=label if label not in known else None,
+                    label=label_once(ax, label),
                 )  # fmt: skip
-                known.add(label)
         _label_impact_surface(ax, units)
         _explain(ax, alone=is_alone)
     return ax
@@ -98,6 +91,7 @@ def _in_the_cycle(curve: SingularityCurve) -> list[tuple[Floats, Floats]]:
     return parts
 
 
+@shared_docs
 def plot_manifolds(found: Manifolds, ax: Axes | None = None, *, units: Units | None = None) -> Axes:
     """Draw the manifolds of a saddle orbit in their section: stable ones blue, unstable ones red.
 
@@ -105,10 +99,6 @@ def plot_manifolds(found: Manifolds, ax: Axes | None = None, *, units: Units | N
     ----------
     found
         What `percuss.manifolds` has returned.
-    ax
-        Axes to draw on; default: those of a new figure.
-    units
-        Units on the axes; default: dimensionless.
 
     Returns
     -------
@@ -125,27 +115,20 @@ def plot_manifolds(found: Manifolds, ax: Axes | None = None, *, units: Units | N
     units = units_of(units)
     is_alone = ax is None
     with picture(ax) as ax:
-        known = set(ax.get_legend_handles_labels()[1])
         for kind, colour in KINDS.items():
             pieces = [p for b in found.branches if b.kind == kind for p in b.pieces]
             if not pieces:
                 continue
-            label = f"{kind} manifold"
             x, y = _with_gaps(pieces, wraps=found.section == "impact").T
-            ax.plot(
-                x, y, color=colour, linewidth=0.8, label=label if label not in known else None,
-                rasterized=x.size > 20_000,
-            )  # fmt: skip
-        ax.plot(
-            *found.saddles.T, "o", color=BLACK, markersize=5.0, zorder=3.0,
-            label="saddle" if "saddle" not in known else None,
-        )  # fmt: skip
+            label = label_once(ax, f"{kind} manifold")
+            ax.plot(x, y, color=colour, linewidth=0.8, label=label, rasterized=x.size > 20_000)
+        label = label_once(ax, "saddle")
+        ax.plot(*found.saddles.T, "o", color=BLACK, markersize=5.0, zorder=3.0, label=label)
         if found.section == "impact":
             _label_impact_surface(ax, units)
         else:
             _draw_stops(ax, found)
-            ax.set_xlabel(f"displacement $x$ ({units.displacement})")
-            ax.set_ylabel(f"velocity $v$ ({units.velocity})")
+            label_phase_plane(ax, units)
             ax.set_title(f"once a forcing period, at cycle {found.cycle:g}")
         _explain(ax, alone=is_alone)
     return ax

@@ -1,15 +1,21 @@
-"""How every picture looks: colours, fonts, axis labels. Nothing here is changed globally."""
+"""What all pictures share: colours, fonts, units, labels, legends, and the words for parameters.
+
+Nothing of matplotlib is changed globally.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import inspect
+import re
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure, SubFigure
 
 from percuss.errors import ParameterError
@@ -23,8 +29,10 @@ BLUE = "#0072B2"
 VERMILION = "#D55E00"
 PURPLE = "#CC79A7"
 GREY = "#6B6B6B"
+# Colours of several curves, in turn.
+COLOUR_CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE)
 
-# Of the entries of a legend.
+# Entries in a row of a legend below a figure.
 MOST_IN_A_ROW = 6
 
 STYLE: dict[str, Any] = {
@@ -48,6 +56,40 @@ STYLE: dict[str, Any] = {
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
 }
+
+# What means the same in every plot function.
+SHARED_PARAMETERS = {
+    "ax": "ax\n    Axes to draw on; default: those of a new figure.",
+    "window": "window\n    First and last time that are drawn; default: the whole run.",
+    "units": "units\n    Units on the axes; default: dimensionless.",
+}
+SHARED_RETURNS = "Returns\n-------\nAxes\n    The axes.\n"
+PlotFunction = TypeVar("PlotFunction", bound=Callable[..., Any])
+
+
+def shared_docs(plot: PlotFunction) -> PlotFunction:
+    """Add what all plot functions share to a docstring: `ax`, `window`, `units`, and the result.
+
+    A parameter or result that the docstring describes itself keeps that description. The order is
+    that of the signature; a parameter that is described nowhere is an error.
+    """
+    if plot.__doc__ is None:  # python -OO
+        return plot
+    heading = "Parameters\n----------\n"
+    summary, text = inspect.cleandoc(plot.__doc__).split(heading, 1)
+    section, _, rest = text.partition("\n\n")
+    entries = {
+        name: entry
+        for entry in re.split(r"\n(?=\S)", section)
+        for name in entry.splitlines()[0].split(", ")
+    }
+    described = SHARED_PARAMETERS | entries
+    # One entry may describe two parameters.
+    ordered = dict.fromkeys(described[name] for name in inspect.signature(plot).parameters)
+    returns = "" if rest.startswith("Returns\n") else f"{SHARED_RETURNS}\n"
+    parameters = "\n".join(ordered)
+    plot.__doc__ = f"{summary}{heading}{parameters}\n\n{returns}{rest}".rstrip()
+    return plot
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,21 +199,40 @@ def picture(
 ) -> Iterator[Axes]:
     """Yield axes to draw a picture on: those given, or the only ones of a new figure.
 
-    Parameters
-    ----------
-    ax
-        The axes, or None.
-    size
-        Of a new figure [inch].
-    legend
-        Whether a new figure has a legend, below all its axes.
+    A new figure has a size [inch] and, with `legend`, a legend below all its axes.
     """
     with style():
-        drawn = new_figure(*size).add_subplot() if ax is None else ax
-        yield drawn
-        fix_ticks(drawn)
+        axes = new_figure(*size).add_subplot() if ax is None else ax
+        yield axes
+        fix_ticks(axes)
         if legend and ax is None:
-            draw_legend(drawn.figure, drawn.figure.axes)
+            draw_legend(axes.figure, axes.figure.axes)
+
+
+def label_phase_plane(ax: Axes, units: Units) -> None:
+    """Name the axes of a phase portrait: displacement to the right, velocity upwards."""
+    ax.set_xlabel(f"displacement $x$ ({units.displacement})")
+    ax.set_ylabel(f"velocity $v$ ({units.velocity})")
+
+
+def label_once(ax: Axes, label: str) -> str | None:
+    """Return a label for the next artist, None where an artist of these axes has it already."""
+    return None if label in ax.get_legend_handles_labels()[1] else label
+
+
+def legend_above(ax: Axes, **options: Any) -> None:
+    """Draw a legend above the axes, from their left edge on; options are those of a legend."""
+    # 0.01 of the height keeps the frame of the axes free.
+    place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.01), "borderaxespad": 0.0}
+    ax.legend(**place, **options)
+
+
+def colour_bar(ax: Axes, source: Any, label: str, **options: Any) -> Colorbar:
+    """Draw a colour bar on the right of the axes."""
+    bar = ax.figure.colorbar(source, ax=ax, **{"pad": 0.02, "fraction": 0.06} | options)
+    bar.set_label(label)
+    bar.outline.set_linewidth(0.6)
+    return bar
 
 
 def draw_legend(figure: Figure | SubFigure, panels: Iterable[Axes]) -> None:

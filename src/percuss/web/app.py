@@ -1,4 +1,4 @@
-"""The server: static files, files of a motion, and a socket for everything that moves."""
+"""The server: static files, files of answers, and a socket for everything else."""
 
 from __future__ import annotations
 
@@ -24,36 +24,35 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from percuss.errors import PercussError
-from percuss.web.asked import ASKED
 from percuss.web.downloads import FORMATS, QUICK, File, file_of
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
-from percuss.web.front import facts_of_page
 from percuss.web.gate import Gate
-from percuss.web.handle import Handle
 from percuss.web.jobs import answer_job
+from percuss.web.page_data import page_data
 from percuss.web.presets import presets
-from percuss.web.question import BadQuestion, PageQuestion, read_question
 from percuss.web.report_job import ReportJob
-from percuss.web.session import FAILED, Pools, Session
-from percuss.web.turns import Turn
+from percuss.web.request import BadRequest, PageRequest, RunningRequest, read_request
+from percuss.web.scheduler import Task
+from percuss.web.session import FAILED, Schedulers, Session
+from percuss.web.view_study import VIEWS
 
 __all__ = ["create_app"]
 
 log = logging.getLogger("percuss.web")
 
-# Open pages at once; a frame that a client does not take in this time ends its connection [s].
+# Open pages at once; a client that does not read a frame in this time is disconnected [s].
 MOST_CLIENTS = 512
 PATIENCE = 30.0
-# Files that one machine may wait for at once.
+# Files that one machine may request at once.
 MOST_FILES = 8
-# The page brings everything itself, and runs no text as code.
+# The page loads everything from this server, and runs no inline script.
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
     "frame-src 'self'"
 )
-# The report holds its pictures and its style in itself; its scripts are named by their hashes.
+# The report has its pictures and style inline; its inline scripts are allowed by their hashes.
 REPORT_POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src 'self' data:; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'self'; script-src {scripts}"
@@ -70,9 +69,9 @@ def create_app(
     report
         Folder of a report that `percuss paper` wrote, to be shown under "Paper"; or None.
     hosts
-        Names under which it answers.
+        Names under which the server answers.
     token
-        What an address or a cookie has to hold; None where anybody may ask.
+        Token that the address or a cookie must hold; None where anybody may ask.
 
     Returns
     -------
@@ -112,37 +111,38 @@ def create_app(
 
 @asynccontextmanager
 async def _lifespan(app: Starlette) -> AsyncIterator[None]:
-    pools = app.state.pools = Pools.made()
-    pools.short.submit(_warm_up)
-    pools.long.submit(_warm_up_diagrams)
+    schedulers = app.state.schedulers = Schedulers.create()
+    schedulers.short.submit(_warm_up)
+    schedulers.long.submit(_warm_up_diagrams)
     try:
         yield
     finally:
-        pools.close()
+        schedulers.close()
         app.state.report.close()
 
 
-def _warm_up(_turn: Turn) -> None:
-    """Compile or load the engine before the first page asks."""
+def _warm_up(_task: Task) -> None:
+    """Compile or load the kernels of one motion before the first page asks."""
     first = presets()[0].tables
-    answer_explore(PageQuestion(0, "explore", first, {}))
-    answer_facts(PageQuestion(0, "facts", first, {}))
+    answer_explore(PageRequest(0, "explore", first, {}))
+    answer_facts(PageRequest(0, "facts", first, {}))
 
 
-def _warm_up_diagrams(_turn: Turn) -> None:
-    """Do the same for many motions at once."""
-    asked = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 8, "points": 4}
-    for _ in answer_job(PageQuestion(0, "diagram", presets()[0].tables, asked), Handle()):
+def _warm_up_diagrams(_task: Task) -> None:
+    """Compile or load the kernels of many motions."""
+    options = {"path": "forcing.omega", "low": 2.5, "high": 2.9, "values": 8, "points": 4}
+    request = PageRequest(0, "diagram", presets()[0].tables, options)
+    for _ in answer_job(request, RunningRequest()):
         pass
 
 
 class SafeHeaders:
-    """Adds the headers that keep a browser from running or sending what is not the page's.
+    """Middleware that adds security headers: only scripts of this server run, none is framed.
 
     Parameters
     ----------
     app
-        What answers.
+        The application behind it.
     scripts
         Texts of the scripts that the report may run.
     """
@@ -153,13 +153,13 @@ class SafeHeaders:
 
     @property
     def report_policy(self) -> str:
-        """The policy for the report; it may have been written just now."""
-        hashes = [base64.b64encode(hashlib.sha256(it.encode()).digest()) for it in self.scripts]
-        named = " ".join(f"'sha256-{it.decode()}'" for it in hashes)
-        return REPORT_POLICY.format(scripts=named or "'none'")
+        """The policy for the report; read anew, since the report may have just been written."""
+        digests = [hashlib.sha256(script.encode()).digest() for script in self.scripts]
+        sources = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+        return REPORT_POLICY.format(scripts=sources or "'none'")
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer, with the headers."""
+        """Pass a request on, and add the headers to its response."""
         is_report = scope.get("path", "").startswith("/report")
         policy = self.report_policy if is_report else POLICY
         headers = {
@@ -188,11 +188,11 @@ async def _index(_request: Request) -> Response:
 
 async def _presets(request: Request) -> Response:
     job: ReportJob = request.app.state.report
-    return JSONResponse(facts_of_page(job.folder if job.is_there else None))
+    return JSONResponse(page_data(job.folder if job.is_there else None))
 
 
 async def _report_job(request: Request) -> Response:
-    """Tell how far the report is; begin to compute it where a page of this server asks for it."""
+    """Return the state of the report; POST starts it."""
     job: ReportJob = request.app.state.report
     if request.method == "POST":
         job.start()
@@ -202,53 +202,55 @@ async def _report_job(request: Request) -> Response:
 async def _file(request: Request) -> Response:
     extension = request.path_params["extension"]
     if extension not in FORMATS:
-        raise HTTPException(404, f"{extension[:20]} is no file to be had")
-    asker = request.client.host if request.client else ""
+        raise HTTPException(404, f"{extension[:20]} is no format of files")
+    client = request.client.host if request.client else ""
     waiting: Counter[str] = request.app.state.n_files
-    if waiting[asker] >= MOST_FILES:
-        raise HTTPException(429, f"{MOST_FILES} files are being made for you; wait for one")
-    waiting[asker] += 1
+    if waiting[client] >= MOST_FILES:
+        raise HTTPException(429, f"{MOST_FILES} files are being written for you; wait for one")
+    waiting[client] += 1
     try:
-        question = read_question(await request.body(), ("motion", *ASKED))
-        made = await _made(request, question, extension)
-    except (BadQuestion, PercussError) as error:
+        page_request = read_request(await request.body(), ("motion", *VIEWS))
+        file = await _file_while_connected(request, page_request, extension)
+    except (BadRequest, PercussError) as error:
         raise HTTPException(422, str(error)) from error
     except Exception as error:
-        # Told without its details, and reported.
+        # Logged here, and sent without its details.
         _report(error)
         raise HTTPException(422, FAILED) from error
     except asyncio.CancelledError as error:
         raise HTTPException(503, "the server ends") from error
     finally:
-        waiting[asker] -= 1
-        if waiting[asker] <= 0:
-            del waiting[asker]
-    headers = {"content-disposition": f'attachment; filename="{made.name}"'}
-    return Response(made.data, media_type=made.media_type, headers=headers)
+        waiting[client] -= 1
+        if waiting[client] <= 0:
+            del waiting[client]
+    headers = {"content-disposition": f'attachment; filename="{file.name}"'}
+    return Response(file.data, media_type=file.media_type, headers=headers)
 
 
-async def _made(request: Request, question: PageQuestion, extension: str) -> File:
-    """Make a file in its turn, for as long as whoever asked is there."""
-    pools: Pools = request.app.state.pools
-    handle = Handle()
+async def _file_while_connected(
+    request: Request, page_request: PageRequest, extension: str
+) -> File:
+    """Return a file; its computation is cancelled when the client disconnects."""
+    schedulers: Schedulers = request.app.state.schedulers
+    running = RunningRequest()
 
-    def make(turn: Turn) -> File:
-        with handle.during(turn):
-            return file_of(question, extension, handle)
+    def compute(task: Task) -> File:
+        with running.in_task(task):
+            return file_of(page_request, extension, running)
 
-    turns = pools.facts if extension in QUICK else pools.long
-    work = asyncio.wrap_future(turns.submit(make))
-    gone = asyncio.ensure_future(request.receive())
-    both: list[asyncio.Future[Any]] = [work, gone]
+    scheduler = schedulers.facts if extension in QUICK else schedulers.long
+    file = asyncio.wrap_future(scheduler.submit(compute))
+    disconnected = asyncio.ensure_future(request.receive())
+    both: list[asyncio.Future[Any]] = [file, disconnected]
     try:
         await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
-        if not work.done():
-            raise BadQuestion("whoever asked for the file has gone")
-        return work.result()
+        if not file.done():
+            raise BadRequest("the client has disconnected")
+        return file.result()
     finally:
-        handle.is_stopped = True
-        gone.cancel()
-        work.cancel()
+        running.is_cancelled = True
+        disconnected.cancel()
+        file.cancel()
 
 
 async def _socket(socket: WebSocket) -> None:
@@ -257,7 +259,7 @@ async def _socket(socket: WebSocket) -> None:
         await socket.close(1008)
         return
     app.state.n_clients += 1
-    session = Session(_sender(socket), app.state.pools, _report)
+    session = Session(_sender(socket), app.state.schedulers, _report)
     try:
         await socket.accept()
         while True:

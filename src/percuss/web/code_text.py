@@ -9,8 +9,8 @@ from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.studies.study import Study
-from percuss.web.question import motion_of
-from percuss.web.saddles import MOST_ROUNDS
+from percuss.web.request import motion_of
+from percuss.web.saddles import SADDLE_LIMIT
 
 __all__ = ["python_text"]
 
@@ -24,7 +24,7 @@ _STOPS = {"wall": "Wall", "soft": "SoftStop"}
 
 
 def python_text(study: Study) -> str:
-    """Return a script that makes the run of a study and draws it.
+    """Return a script that computes the answer of a study and draws it.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ def python_text(study: Study) -> str:
     --------
     >>> import percuss as pc
     >>> from percuss.studies import Limits, Motion
-    >>> asked = Motion(pc.Start(0, "0.5"), Limits(t_end=9))
-    >>> study = Study(pc.impact_oscillator("0.8"), pc.sine(3), asked)
+    >>> motion = Motion(pc.Start(0, "0.5"), Limits(t_end=9))
+    >>> study = Study(pc.impact_oscillator("0.8"), pc.sine(3), motion)
     >>> print(python_text(study))
     import percuss as pc
     from percuss import plotting
@@ -87,10 +87,10 @@ def _long(study: Study) -> list[str]:
     """Return the call of a diagram, a response chart or basins, and of its picture."""
     tables: dict[str, Any] = study.question.tables()
     call, draw = _LONG[study.kind]
-    own: dict[str, Any] = {**tables.get(study.kind, {})}
+    options: dict[str, Any] = {**tables.get(study.kind, {})}
     if "over" in tables:
-        own = {"over": tables["over"]} | own
-    rows = [f"    {name}={_value(value)}," for name, value in own.items() if value is not None]
+        options = {"over": tables["over"]} | options
+    rows = [f"    {name}={_value(value)}," for name, value in options.items() if value is not None]
     curves = _saddles(study) if study.draw.manifolds else []
     drawn = "found, manifolds=curves" if curves else "found"
     return [
@@ -107,14 +107,14 @@ def _long(study: Study) -> list[str]:
 
 
 def _saddles(study: Study) -> list[str]:
-    """Return what makes the stable manifolds of saddles, which are drawn into basins."""
+    """Return the lines that compute the stable manifolds of saddles, to be drawn over basins."""
     period = None if study.forcing is None else study.forcing.period
     begin = getattr(study.question, "t0", 0.0)
     cycle = (as_float(begin) / period) % 1.0 if period else 0.0
     return [
         "curves = [",
         f'    pc.manifolds(orbit, cycle={cycle!r}, kinds=("stable",))',
-        f"    for orbit in pc.find_orbits(osc, force, {MOST_ROUNDS}, {MOST_ROUNDS})",
+        f"    for orbit in pc.find_orbits(osc, force, {SADDLE_LIMIT}, {SADDLE_LIMIT})",
         "    if 0 < min(abs(orbit.multipliers)) < 1 < max(abs(orbit.multipliers))",
         "]",
     ]
@@ -150,8 +150,8 @@ def _forcing(force: Forcing) -> list[str]:
 def _tuple(name: str, rows: list[tuple[str, dict[str, Any]]]) -> list[str]:
     if not rows:
         return []
-    made = [f"        pc.{kind}({_arguments(row)})," for kind, row in rows]
-    return [f"    {name}=(", *made, "    ),"]
+    calls = [f"        pc.{kind}({_arguments(row)})," for kind, row in rows]
+    return [f"    {name}=(", *calls, "    ),"]
 
 
 def _lines(table: dict[str, Any]) -> list[str]:

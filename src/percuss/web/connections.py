@@ -1,4 +1,4 @@
-"""Connections of which a request has to come in time: half-open ones would be held for ever."""
+"""Connections with a limit on the time in which the head of a request must arrive."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["BoundedProtocol"]
 
 # The head of a request may take so long [s].
 PATIENCE = 10.0
-# Connections that have not asked yet, and connections at all; of the first the oldest gives way.
+# Connections without a complete head, of which the oldest is closed; and connections at all.
 MOST_HALF_OPEN, MOST = 256, 800
 
 
@@ -22,7 +22,7 @@ class BoundedProtocol(H11Protocol):
     _clock: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Take a connection, if there are not too many."""
+        """Accept a connection, unless there are too many."""
         super().connection_made(transport)
         if len(self.connections) > MOST:
             transport.abort()
@@ -35,7 +35,7 @@ class BoundedProtocol(H11Protocol):
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Take what has come; wait for the rest of a head."""
+        """Read data, and start or stop the clock of the head."""
         super().data_received(data)
         if self.transport.is_closing() or self.conn.their_state is not h11.IDLE:
             self._stop()
@@ -43,16 +43,16 @@ class BoundedProtocol(H11Protocol):
             self._wait()
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        """Hand over to a socket, which has clocks of its own."""
+        """Hand over to a web socket, which has time limits of its own."""
         self._stop()
         super().handle_websocket_upgrade(event)
 
     @property
     def _half_open(self) -> dict[BoundedProtocol, None]:
-        """Those of the same server that wait for a head, the oldest first."""
+        """The connections of the same server that wait for a head, the oldest first."""
         shared: dict[str, Any] = vars(self.server_state)
-        found: dict[BoundedProtocol, None] = shared.setdefault("half_open", {})
-        return found
+        waiting: dict[BoundedProtocol, None] = shared.setdefault("half_open", {})
+        return waiting
 
     def _wait(self) -> None:
         self._clock = self.loop.call_later(PATIENCE, self._late)

@@ -11,17 +11,16 @@ from typing import Any
 
 from percuss.studies.kinds.motion import Motion
 from percuss.studies.study import Study
-from percuss.web.asked import asked_study, check_size
+from percuss.web.answer_cache import answer_of
 from percuss.web.code_text import python_text
-from percuss.web.handle import Handle
-from percuss.web.kept import answer_of
 from percuss.web.proof import proof_in_time
-from percuss.web.question import BadQuestion, PageQuestion
+from percuss.web.request import BadRequest, PageRequest, RunningRequest
+from percuss.web.view_study import check_size, study_of_view
 from percuss.web.wording import name_axes
 
 __all__ = ["FORMATS", "QUICK", "File", "file_of"]
 
-# What comes out, and as which type.
+# Formats, and their media types.
 FORMATS = {
     "png": "image/png",
     "svg": "image/svg+xml",
@@ -30,9 +29,9 @@ FORMATS = {
     "toml": "application/toml",
     "py": "text/x-python; charset=utf-8",
 }
-# Those of which nothing has to be computed.
+# Formats that need no computation.
 QUICK = ("toml", "py")
-# Of a motion: it is followed no further.
+# A motion is followed for so many impacts at most.
 MOST_IMPACTS = 200_000
 # A table with more rows is for other programs.
 MOST_ROWS = 1_100_000
@@ -47,11 +46,11 @@ class File:
     Parameters
     ----------
     name
-        What it is called.
+        Its name, with the extension.
     media_type
-        What it is.
+        Its MIME type.
     data
-        What is in it.
+        Its bytes.
     """
 
     name: str
@@ -59,18 +58,18 @@ class File:
     data: bytes
 
 
-def file_of(question: PageQuestion, extension: str, handle: Handle | None = None) -> File:
+def file_of(request: PageRequest, extension: str, running: RunningRequest | None = None) -> File:
     """Return a file of what a view shows.
 
     Parameters
     ----------
-    question
-        Of a motion or one of the kinds in `percuss.web.asked.ASKED`; for CSV its option ``table``
-        names the table, by default the first.
+    request
+        Request for a motion, or of one of the kinds in `percuss.web.view_study.VIEWS`; for CSV its
+        option ``table`` names the table, by default the first.
     extension
         One of `FORMATS`.
-    handle
-        Where others get their turns, and where it is seen that nobody waits any more.
+    running
+        State of the answer; default: a new one.
 
     Returns
     -------
@@ -79,89 +78,89 @@ def file_of(question: PageQuestion, extension: str, handle: Handle | None = None
 
     Raises
     ------
-    BadQuestion
+    BadRequest
         If there is no such format or table, or it takes too long.
     PercussError
         If there is no answer.
     """
     if extension not in FORMATS:
-        raise BadQuestion(f"{extension!r:.20} is none of {', '.join(FORMATS)}")
-    study = asked_study(question)
+        raise BadRequest(f"{extension!r:.20} is none of {', '.join(FORMATS)}")
+    study = study_of_view(request)
     if extension in QUICK:
-        text, stem = (
-            (study.text(), "study") if extension == "toml" else (python_text(study), study.kind)
-        )
-        return File(f"{stem}.{extension}", FORMATS[extension], text.encode())
-    check_size(question)
-    handle = handle or Handle()
+        is_study = extension == "toml"
+        text = study.text() if is_study else python_text(study)
+        name = f"{'study' if is_study else study.kind}.{extension}"
+        return File(name, FORMATS[extension], text.encode())
+    check_size(request)
+    running = running or RunningRequest()
     stem = study.question.stem
     if extension == "nc":
-        write = _netcdf(study, handle)
+        write = _netcdf(study, running)
     elif extension == "csv":
-        stem = _table(study, question)
-        write = _csv(study, stem, handle)
+        stem = _table(study, request)
+        write = _csv(study, stem, running)
     else:
         ((stem, _),) = study.question.pictures(study).items()
-        write = _picture(study, extension, handle)
+        write = _picture(study, extension, running)
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         path = Path(folder) / f"{stem}.{extension}"
         write(path)
         return File(path.name, FORMATS[extension], path.read_bytes())
 
 
-def _answer(study: Study, handle: Handle) -> Any:
-    """Return the answer of a study; a motion is followed for so many impacts at most."""
+def _answer(study: Study, running: RunningRequest) -> Any:
+    """Return the answer of a study, with a limit on the impacts of a motion."""
     motion = study.question
     if isinstance(motion, Motion):
         limit = min(motion.limits.max_impacts or MOST_IMPACTS, MOST_IMPACTS)
         limits = replace(motion.limits, max_impacts=limit)
-        return answer_of(replace(study, question=replace(motion, limits=limits)), handle)
-    return answer_of(study, handle)
+        return answer_of(replace(study, question=replace(motion, limits=limits)), running)
+    return answer_of(study, running)
 
 
-def _netcdf(study: Study, handle: Handle) -> Callable[[Path], None]:
+def _netcdf(study: Study, running: RunningRequest) -> Callable[[Path], None]:
     from percuss.io.netcdf import write_netcdf
     from percuss.io.record import make_record
 
-    answer = _answer(study, handle)
+    answer = _answer(study, running)
     record = make_record(answer, study=study.text())
     return lambda path: write_netcdf(answer, path, record, samples=study.save.samples)
 
 
-def _table(study: Study, question: PageQuestion) -> str:
-    """Return the stem of the table that is asked for."""
+def _table(study: Study, request: PageRequest) -> str:
+    """Return the name of the requested table."""
     stems = [*study.question.csv(study), *(["certified"] if study.certify else [])]
-    stem = question.options.get("table", stems[0])
+    stem = request.options.get("table", stems[0])
     if stem not in stems:
-        raise BadQuestion(f"there is no table {stem!r:.20}, only {', '.join(stems)}")
+        raise BadRequest(f"there is no table {stem!r:.20}, only {', '.join(stems)}")
     return str(stem)
 
 
-def _csv(study: Study, stem: str, handle: Handle) -> Callable[[Path], None]:
+def _csv(study: Study, stem: str, running: RunningRequest) -> Callable[[Path], None]:
     from percuss.io.record import make_record
     from percuss.io.results import kind_of
     from percuss.io.table import write_columns
 
-    answer = _answer(study, handle)
+    answer = _answer(study, running)
     record = make_record(answer, study=study.text())
     columns: Mapping[str, Any]
     if stem == "certified":
-        columns = proof_in_time(study, answer, handle).columns
+        columns = proof_in_time(study, answer, running).columns
     else:
         table = study.question.csv(study)[stem]
         columns = kind_of(answer).columns[table](answer)
     n_rows = max((len(column) for column in columns.values()), default=0)
     if n_rows > MOST_ROWS:
-        raise BadQuestion(f"a table of {n_rows:,} rows; NetCDF holds them in less")
+        raise BadRequest(f"a table of {n_rows:,} rows; NetCDF holds them in less")
     return lambda path: write_columns(columns, path, record)
 
 
-def _picture(study: Study, extension: str, handle: Handle) -> Callable[[Path], None]:
+def _picture(study: Study, extension: str, running: RunningRequest) -> Callable[[Path], None]:
     from percuss.io.figures import write_figure
     from percuss.io.record import make_record
     from percuss.plotting.style import offscreen_figure, style
 
-    answer = _answer(study, handle)
+    answer = _answer(study, running)
     record = make_record(answer, study=study.text())
     ((_, draw),) = study.question.pictures(study).items()
 

@@ -1,4 +1,4 @@
-"""One motion as the page shows it: curve, portrait, impacts and spectrum."""
+"""A motion as the page shows it: curve, portrait, impacts and spectrum."""
 
 from __future__ import annotations
 
@@ -24,35 +24,35 @@ from percuss.plotting.samples import (
 )
 from percuss.studies.study import Study
 from percuss.web.frame import frame
-from percuss.web.handle import Handle
-from percuss.web.question import BadQuestion, PageQuestion, motion_of, study_of
+from percuss.web.request import BadRequest, PageRequest, RunningRequest, motion_of, study_of
 
 __all__ = ["answer_explore", "followed", "moving"]
 
 
-# A slider is not kept waiting for longer [s]; what is done by then is shown, and so many impacts.
+# A slider waits no longer [s], and for no more impacts; the motion up to there is shown.
 PATIENCE = 1.0
 MOST_IMPACTS = 50_000
-# Terms of the formulas that are evaluated for a curve: some 0.2 s of work.
+# Terms of the formulas that are evaluated for a curve: some 0.2 s of computing.
 MOST_TERMS = 1_600_000
-# Of the spectrum: points of the transform, and how far it is shown, in the highest frequency.
+# Points of the transform of a spectrum; frequencies up to so many times the highest of the motion
+# are shown.
 TRANSFORMED, REACH = 4096, 8.0
-# Impacts that are shown in the section: the last ones.
+# Number of impacts in the section: the last ones.
 SHOWN_IMPACTS = 4000
 
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """A motion, and how long its computing took [s]."""
+    """A motion, and its computing time [s]."""
 
     run: Trajectory
     seconds: float
 
 
-def followed(study: Study, handle: Handle | None = None) -> Followed:
+def followed(study: Study, running: RunningRequest | None = None) -> Followed:
     """Follow the motion of a study for as long as a slider can wait."""
-    handle = handle or Handle()
-    began = handle.seconds()
+    running = running or RunningRequest()
+    began = running.seconds()
     motion = motion_of(study)
     limit = min(motion.limits.max_impacts or MOST_IMPACTS, MOST_IMPACTS)
     start = motion.start
@@ -64,44 +64,44 @@ def followed(study: Study, handle: Handle | None = None) -> Followed:
         start.t0,
         t_end=motion.end(study.forcing),
         max_impacts=limit,
-        progress=handle.part(0.0, 0.0, PATIENCE),
+        progress=running.progress(0.0, 0.0, PATIENCE),
     )
-    return Followed(run, handle.seconds() - began)
+    return Followed(run, running.seconds() - began)
 
 
-def answer_explore(question: PageQuestion, handle: Handle | None = None) -> bytes:
+def answer_explore(request: PageRequest, running: RunningRequest | None = None) -> bytes:
     """Return the curves of a motion.
 
     Parameters
     ----------
-    question
+    request
         With the option ``points`` (of a curve) and, for a part of the run, ``window``.
-    handle
-        Where others get their turns.
+    running
+        State of the answer; default: a new one.
 
     Returns
     -------
     bytes
-        A frame: t, x of the curve in the window; portrait_t, portrait_x, portrait_v of its end; cycle, speed,
-        stop and event_t of the impacts; omega, amplitude of the spectrum.
+        A frame: t, x of the curve in the window; portrait_t, portrait_x, portrait_v of its end;
+        cycle, speed, stop and event_t of the impacts; omega, amplitude of the spectrum.
 
     Raises
     ------
-    StudyError, BadQuestion
+    StudyError, BadRequest
         If there is no such motion.
     """
-    points = int(question.number("points", 4000, 100, 20_000))
-    study = study_of(question.tables)
-    found = followed(study, handle)
-    run = found.run
-    window = _window(question, run)
+    points = int(request.number("points", 4000, 100, 20_000))
+    study = study_of(request.tables)
+    motion = followed(study, running)
+    run = motion.run
+    window = _window(request, run)
     curve, is_band = _curve(run, window)
     t, x, _ = reduce_to_columns(curve.t, curve.x, curve.jumps, columns=points // 2, most=points)
     end = sample_curve(run, _end_of(run, window, points)) if is_band else curve
     tail = moving(end)[-points:]
     header = {
-        "id": question.id,
-        "kind": question.kind,
+        "id": request.id,
+        "kind": request.kind,
         "t0": run.t0,
         "t_end": run.t_end,
         "window": window,
@@ -114,7 +114,7 @@ def answer_explore(question: PageQuestion, handle: Handle | None = None) -> byte
         "n_grazes": len(run.grazes),
         "impact_times": _class_of(run),
         "contacts": _contacts(run),
-        "milliseconds": 1e3 * found.seconds,
+        "milliseconds": 1e3 * motion.seconds,
     }
     arrays = {
         "t": t,
@@ -128,27 +128,27 @@ def answer_explore(question: PageQuestion, handle: Handle | None = None) -> byte
     return frame(header, arrays)
 
 
-def _window(question: PageQuestion, run: Trajectory) -> tuple[float, float] | None:
-    """Return the part of the run that is asked for, None for all of it."""
-    given = question.options.get("window")
+def _window(request: PageRequest, run: Trajectory) -> tuple[float, float] | None:
+    """Return the requested part of the run, None for all of it."""
+    given = request.options.get("window")
     if given is None:
         return None
     if not isinstance(given, list) or len(given) != 2:
-        raise BadQuestion("the window is not a pair of times")
+        raise BadRequest("the window is not a pair of times")
     low, high = given
     if any(isinstance(time, bool) or not isinstance(time, int | float) for time in given):
-        raise BadQuestion("the window is not a pair of times")
+        raise BadRequest("the window is not a pair of times")
     if not all(abs(time) < LARGEST for time in given):
-        raise BadQuestion("the window is not a pair of finite times")
-    # A window of an earlier motion, of which nothing may be left.
+        raise BadRequest("the window is not a pair of finite times")
+    # The window may be that of an earlier motion, and lie outside of this one.
     low, high = max(float(low), run.t0), min(float(high), run.t_end)
     return (low, high) if low < high else None
 
 
 def _curve(run: Trajectory, window: tuple[float, float] | None) -> tuple[SampledMotion, bool]:
-    """Return each piece of the motion; where there is no time for it, a band, and that it is one.
+    """Return each piece of the motion, or where that takes too long a band, and whether it is one.
 
-    There is more motion in a band than there are pixels: points anywhere show it.
+    A band has more cycles than there are pixels: points at any times show it.
     """
     low, high = window or (run.t0, run.t_end)
     events = _events(run)
@@ -174,31 +174,31 @@ def _end_of(
     events = _events(run)
     last = int(np.searchsorted(events, high))
     first = last - points // FEWEST_POINTS - 2
-    lasting = 2.0 * np.pi * points / (POINTS_PER_CYCLE * _fastest(run))
-    begin = max(low, high - lasting, float(events[first]) if first >= 0 else low)
+    duration = 2.0 * np.pi * points / (POINTS_PER_CYCLE * _fastest(run))
+    begin = max(low, high - duration, float(events[first]) if first >= 0 else low)
     return (begin, high) if begin < high else window
 
 
 def moving(curve: SampledMotion) -> NDArray[np.intp]:
-    """Return the points of a curve without the insides of rests: in a portrait they are one dot."""
+    """Return the indices of a curve without the insides of rests, one dot in a portrait."""
     rests = np.zeros(len(curve.t), dtype=np.bool_)
-    still = curve.v == 0.0
-    rests[1:-1] = still[:-2] & still[1:-1] & still[2:]
+    at_rest = curve.v == 0.0
+    rests[1:-1] = at_rest[:-2] & at_rest[1:-1] & at_rest[2:]
     return np.flatnonzero(~rests)
 
 
 def _events(run: Trajectory) -> Floats:
-    """Return when the motion passes from one formula to another."""
+    """Return the times at which one formula of the motion ends and another begins."""
     return np.sort(np.concatenate([run.impacts.t, run.crossings.t, run.contacts.start]))
 
 
 def _class_of(run: Trajectory) -> dict[str, object]:
-    found = classify_impact_times(run)
+    pattern = classify_impact_times(run)
     return {
-        "kind": found.kind,
-        "n_impacts": found.n_impacts,
-        "n_periods": found.n_periods,
-        "rate": found.rate if math.isfinite(found.rate) else None,
+        "kind": pattern.kind,
+        "n_impacts": pattern.n_impacts,
+        "n_periods": pattern.n_periods,
+        "rate": pattern.rate if math.isfinite(pattern.rate) else None,
     }
 
 
@@ -236,7 +236,7 @@ def _section(run: Trajectory) -> dict[str, Floats]:
 
 
 def _spectrum(run: Trajectory) -> dict[str, Floats]:
-    """Return the amplitudes of the later part of the run, as long as the points allow."""
+    """Return the amplitudes of the later half of the run, or of what the points can resolve."""
     fastest = _fastest(run)
     longest = TRANSFORMED * np.pi / (2.0 * REACH * fastest)
     half = 0.5 * (run.t_end - run.t0)
@@ -252,6 +252,9 @@ def _spectrum(run: Trajectory) -> dict[str, Floats]:
 
 def _fastest(run: Trajectory) -> float:
     """Return the highest frequency of forcing and spring."""
-    own = as_float(run.oscillator.stiffness)
+    stiffness = as_float(run.oscillator.stiffness)
     harmonics = () if run.forcing is None else run.forcing.components()
-    return max([own**0.5 if own > 0.0 else 0.0, *(as_float(h.omega) for h in harmonics)]) or 1.0
+    return (
+        max([stiffness**0.5 if stiffness > 0.0 else 0.0, *(as_float(h.omega) for h in harmonics)])
+        or 1.0
+    )

@@ -1,4 +1,4 @@
-"""What percuss knows of a motion beside its curves: the nearest periodic orbit."""
+"""Facts about a motion beyond its curves: the nearest periodic orbit, the Lyapunov exponent."""
 
 from __future__ import annotations
 
@@ -19,12 +19,10 @@ from percuss.orbits.finding.find import find_formal_orbit
 from percuss.plotting.samples import sample_curve
 from percuss.studies.study import Study
 from percuss.web.explore import moving
-from percuss.web.exponent import exponent_of
 from percuss.web.frame import frame
-from percuss.web.handle import Handle
-from percuss.web.question import PageQuestion, motion_of, study_of
+from percuss.web.request import PageRequest, RunningRequest, motion_of, study_of
 
-__all__ = ["answer_facts"]
+__all__ = ["answer_facts", "exponent_of"]
 
 # Periods after which a motion is near its attractor, and those looked at for a return.
 SETTLING, LOOKED_AT = 200, 64
@@ -39,52 +37,120 @@ MARGIN_ERRORS = 100.0
 HITS = (("impact", Wall), ("entry", SoftStop))
 # Motions whose periods are very long or very full are followed for so long [s].
 PATIENCE = 1.0
+# Forcing periods left out, and those that the exponent is taken over.
+TRANSIENT, PERIODS = 200, 1000
+# Events times harmonics in the run to the attractor: motions with more take too long.
+MOST_TERMS = 200_000
+# So many standard errors are no chance; and neighbours that separate by a power of the time, t^2
+# at most, seem to have the exponent 2 ln T / T after a time T.
+CERTAIN, POWER = 5.0, 2.0
 
 
-def answer_facts(question: PageQuestion, handle: Handle | None = None) -> bytes:
+def answer_facts(request: PageRequest, running: RunningRequest | None = None) -> bytes:
     """Return the periodic orbit that the motion comes nearest to, with its stability.
 
     Parameters
     ----------
-    question
+    request
         With a study.
-    handle
-        Where others get their turns.
+    running
+        State of the answer; default: a new one.
 
     Returns
     -------
     bytes
         A frame: `orbit`, its counts, multipliers and clearance, None where none was found; x, v of
-        one round of it; `hits`, whether its count is of impacts, of entries, or of both;
-        `exponent`, as `percuss.web.exponent.exponent_of` returns it.
+        one period of it; `hits`, whether its count is of impacts, of entries, or of both;
+        `exponent`, as `exponent_of` returns it.
 
     Raises
     ------
-    StudyError, BadQuestion
+    StudyError, BadRequest
         If there is no such motion.
     """
-    study = study_of(question.tables)
-    header: dict[str, object] = {"id": question.id, "kind": "facts"}
+    study = study_of(request.tables)
+    header: dict[str, object] = {"id": request.id, "kind": "facts"}
     if study.forcing is None or study.forcing.period is None:
         return frame({**header, "orbit": None, "exponent": None})
-    run = _settled(study, handle or Handle())
+    run = _settled(study, running or RunningRequest())
     orbit = _nearest(study, run)
     stops = study.oscillator.stops
     header |= {
         "hits": [name for name, kind in HITS if any(isinstance(stop, kind) for stop in stops)],
-        "orbit": None if orbit is None else _told(orbit),
+        "orbit": None if orbit is None else _orbit_header(orbit),
         "exponent": exponent_of(study, run),
     }
     if orbit is None:
         return frame(header)
-    once = sample_curve(orbit.trajectory())
-    kept = moving(once)
+    curve = sample_curve(orbit.trajectory())
+    shown = moving(curve)
     # Closed: the last impact leads to the first point.
-    x, v = (np.append(column[kept], column[0]) for column in (once.x, once.v))
+    x, v = (np.append(column[shown], column[0]) for column in (curve.x, curve.v))
     return frame(header, {"orbit_x": x, "orbit_v": v})
 
 
-def _told(orbit: PeriodicOrbit) -> dict[str, object]:
+def exponent_of(study: Study, run: Trajectory) -> dict[str, object] | None:
+    """Return the largest Lyapunov exponent of a motion over a finite time.
+
+    Parameters
+    ----------
+    study
+        The motion.
+    run
+        The same, followed to its attractor.
+
+    Returns
+    -------
+    dict or None
+        `value` [1/time], None for minus infinity: a contact ends all memory; `error`, its standard
+        error; `is_chaotic`, whether it is above 0 beyond that error and beyond what a growth by a
+        power of the time makes; `is_settling`, whether it is as far below 0; `n_periods`, what it
+        is taken over. None where it takes too long or there is none.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> from percuss.studies import Limits, Motion
+    >>> question = Motion(pc.Start(0, "0.5"), Limits(periods=10))
+    >>> study = Study(pc.impact_oscillator("0.8", side="above"), pc.cosine("2.8"), question)
+    >>> run = pc.simulate(study.oscillator, study.forcing, v0="0.5", periods=10)
+    >>> exponent_of(study, run)["is_chaotic"]
+    True
+    """
+    from percuss.ensembles import lyapunov_exponents
+
+    force = study.forcing
+    if force is None or force.period is None:
+        return None
+    if run.outcome in (Outcome.interrupted, Outcome.overflow):
+        return None
+    events = len(run.impacts) + len(run.crossings) + len(run.contacts)
+    if events * (1 + len(force.components())) > MOST_TERMS:
+        return None
+    try:
+        result = lyapunov_exponents(
+            study.oscillator,
+            force,
+            start=motion_of(study).start,
+            transient=TRANSIENT,
+            periods=PERIODS,
+        )
+    except PercussError:
+        return None
+    value, error = float(result.exponents[0]), float(result.errors[0])
+    duration = PERIODS * force.period
+    growth = POWER * math.log(duration) / duration if duration > 1.0 else 0.0
+    least = max(CERTAIN * error, growth)
+    return {
+        "value": value if math.isfinite(value) else None,
+        "error": error,
+        "is_chaotic": bool(value > least),
+        "is_settling": bool(value < -least),
+        "n_periods": PERIODS,
+    }
+
+
+def _orbit_header(orbit: PeriodicOrbit) -> dict[str, object]:
     # A clearance below the error of the orbit is none.
     grazes = abs(orbit.grazing_margin) <= MARGIN_ERRORS * max(orbit.residual, np.spacing(1.0))
     return {
@@ -115,18 +181,18 @@ def _nearest(study: Study, run: Trajectory) -> PeriodicOrbit | None:
         # A search follows such periods again and again: there is no time for it.
         return None
     formal = None
-    for found in _returns(run, force.period):
+    for near_return in _returns(run, force.period):
         try:
             orbit = find_formal_orbit(
                 study.oscillator,
                 force,
-                n_impacts=found.n_impacts,
-                n_periods=found.n_periods,
-                guess=found.guess,
+                n_impacts=near_return.n_impacts,
+                n_periods=near_return.n_periods,
+                guess=near_return.guess,
             )
         except PercussError:
             continue
-        if not _is_near(orbit, found.speed):
+        if not _is_near(orbit, near_return.speed):
             continue
         if orbit.admissible:
             return orbit
@@ -158,7 +224,7 @@ def _is_near(orbit: PeriodicOrbit, speed: float) -> bool:
     )
 
 
-def _settled(study: Study, handle: Handle) -> Trajectory:
+def _settled(study: Study, running: RunningRequest) -> Trajectory:
     start = motion_of(study).start
     return simulate(
         study.oscillator,
@@ -168,7 +234,7 @@ def _settled(study: Study, handle: Handle) -> Trajectory:
         start.t0,
         periods=SETTLING + LOOKED_AT,
         max_impacts=MOST_IMPACTS,
-        progress=handle.part(0.0, 0.0, PATIENCE),
+        progress=running.progress(0.0, 0.0, PATIENCE),
     )
 
 
@@ -177,7 +243,7 @@ def _returns(run: Trajectory, period: float) -> Iterator[Return]:
     begin = max(run.t_end - LOOKED_AT * period, run.t0)
     release = run.contacts.release
     if (np.isfinite(release) & (run.contacts.start >= begin)).any():
-        # Infinitely many impacts each time: the contact tells where.
+        # Infinitely many impacts each time: the search begins at the contact.
         yield from (Return(math.inf, n_periods, run, 0.0) for n_periods in range(1, TRIES))
     t, v = _entries(run)
     recent = t >= begin
@@ -186,19 +252,19 @@ def _returns(run: Trajectory, period: float) -> Iterator[Return]:
         yield Return(0, 1, run, 0.0)
         return
     scale = float(np.abs(v).max()) or 1.0
-    found: list[tuple[float, int, int, int]] = []
+    near_returns: list[tuple[float, int, int, int]] = []
     for count in range(1, min(len(t) - 1, 4 * LONGEST) + 1):
-        lasting = (t[count:] - t[:-count]) / period
-        whole = np.rint(lasting)
-        apart = np.abs(lasting - whole) + np.abs(v[count:] - v[:-count]) / scale
-        apart[(whole < 1) | (whole > LONGEST)] = np.inf
-        best = int(np.argmin(apart))
-        if np.isfinite(apart[best]):
-            found.append((float(apart[best]), int(whole[best]), count, best))
+        duration = (t[count:] - t[:-count]) / period
+        whole = np.rint(duration)
+        distance = np.abs(duration - whole) + np.abs(v[count:] - v[:-count]) / scale
+        distance[(whole < 1) | (whole > LONGEST)] = np.inf
+        best = int(np.argmin(distance))
+        if np.isfinite(distance[best]):
+            near_returns.append((float(distance[best]), int(whole[best]), count, best))
     # A short return that is as close as rounding is the period itself; its multiples are no closer.
-    found.sort(key=lambda row: (max(row[0], 1e-6), row[1], row[2]))
-    for _, n_periods, n_impacts, k in found[:TRIES]:
-        # Of soft stops the edges are met, not walls: the run itself tells where.
+    near_returns.sort(key=lambda row: (max(row[0], 1e-6), row[1], row[2]))
+    for _, n_periods, n_impacts, k in near_returns[:TRIES]:
+        # The orbit enters soft stops: the search begins from the run itself.
         at = (t[k] / period) % 1.0, v[k]
         guess = run if len(run.crossings) else (float(at[0]), float(at[1]))
         yield Return(n_impacts, n_periods, guess, float(abs(v[k])))

@@ -1,4 +1,4 @@
-"""Answers as bytes: a header in JSON and arrays of single precision after it."""
+"""Answers as bytes: a header in JSON, and arrays in single precision after it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["frame", "plain"]
+__all__ = ["frame"]
 
 # Arrays begin at multiples of this, as the browser's typed arrays want it.
 ALIGNED = 4
@@ -26,7 +26,7 @@ def frame(header: Mapping[str, object], arrays: Mapping[str, ArrayLike] | None =
     Parameters
     ----------
     header
-        What is small: numbers, texts, lists. Numbers that are not finite become null.
+        Small values: numbers, texts, lists. Numbers that are not finite become null.
     arrays
         Arrays of one dimension by name.
 
@@ -46,20 +46,20 @@ def frame(header: Mapping[str, object], arrays: Mapping[str, ArrayLike] | None =
     with np.errstate(over="ignore"):
         columns = {name: np.asarray(row, dtype="<f4") for name, row in (arrays or {}).items()}
     whole = {**header, "arrays": [[name, len(column)] for name, column in columns.items()]}
-    text = json.dumps(plain(whole), separators=(",", ":"), allow_nan=False).encode()
+    text = json.dumps(_json_value(whole), separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % ALIGNED)
     parts = [len(text).to_bytes(4, "little"), text]
     return b"".join([*parts, *(column.tobytes() for column in columns.values())])
 
 
-def plain(value: object) -> object:
-    """Return a value as JSON can hold it."""
+def _json_value(value: object) -> object:
+    """Return a value that JSON can hold."""
     if isinstance(value, Mapping):
-        return {str(name): plain(part) for name, part in value.items()}
+        return {str(name): _json_value(part) for name, part in value.items()}
     if isinstance(value, list | tuple | np.ndarray):
-        return [plain(part) for part in value]
+        return [_json_value(part) for part in value]
     if isinstance(value, np.generic):
-        return plain(value.item())
+        return _json_value(value.item())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

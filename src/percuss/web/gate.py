@@ -11,7 +11,7 @@ from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from percuss.web.question import MOST_BYTES
+from percuss.web.request import MOST_BYTES
 
 __all__ = ["TOKEN", "Gate"]
 
@@ -23,19 +23,20 @@ READING = ("GET", "HEAD", "OPTIONS")
 
 
 class Gate:
-    """Lets through what a page of this server asks, with a body of a bounded size.
+    """Middleware that refuses requests of other sites, without the token, or with large bodies.
 
-    A request that names where it comes from (`Origin`, `Sec-Fetch-Site`) has to come from here;
-    programs name nothing, and may ask.
+    A request that names its origin (`Origin`, `Sec-Fetch-Site`) must come from a page of this
+    server; programs other than browsers name none, and may ask.
 
     Parameters
     ----------
     app
-        What answers.
+        The application behind it.
     hosts
-        Names under which it answers; "*" for any. Pages of others may let their names lead here.
+        Names under which the server answers; "*" for any. A name of another site may resolve to
+        this machine (DNS rebinding).
     token
-        What an address or a cookie has to hold, or None.
+        Token that the address or a cookie must hold, or None.
     """
 
     def __init__(
@@ -46,12 +47,12 @@ class Gate:
         self.token = token
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer, or say in a sentence why not."""
+        """Pass a request on, or answer with the reason why not."""
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        asked = HTTPConnection(scope)
-        fault = self._fault(asked)
+        connection = HTTPConnection(scope)
+        fault = self._fault(connection)
         if scope["type"] == "websocket":
             if fault is None:
                 await self.app(scope, receive, send)
@@ -62,59 +63,63 @@ class Gate:
         if fault is None:
             try:
                 async with asyncio.timeout(PATIENCE):
-                    body = await _body(asked, receive)
+                    body = await _body(connection, receive)
             except TimeoutError:
                 fault = 408, f"the request took longer than {PATIENCE:g} s"
             except _TooLargeError as error:
                 fault = 413, str(error)
         if fault is not None:
-            # What may still be coming is not taken.
+            # The rest of the body is not read.
             headers = {"connection": "close"}
             answer = JSONResponse({"fault": fault[1]}, fault[0], headers)
             await answer(scope, receive, send)
-        elif self.token is not None and scope["method"] == "GET" and TOKEN in asked.query_params:
-            await self._welcome(asked)(scope, receive, send)
+        elif (
+            self.token is not None and scope["method"] == "GET" and TOKEN in connection.query_params
+        ):
+            await self._welcome(connection)(scope, receive, send)
         else:
-            await self.app(scope, _again(body, receive), send)
+            await self.app(scope, _replay(body, receive), send)
 
-    def _fault(self, asked: HTTPConnection) -> tuple[int, str] | None:
-        """Return the status and the sentence for who may not ask, None for who may."""
-        host = asked.headers.get("host", "")
-        if "*" not in self.hosts and _name(host) not in {_name(it) for it in self.hosts}:
+    def _fault(self, connection: HTTPConnection) -> tuple[int, str] | None:
+        """Return status and reason of a refusal; None where the request is allowed."""
+        host = connection.headers.get("host", "")
+        if "*" not in self.hosts and _name(host) not in {_name(name) for name in self.hosts}:
             return 400, f"host = {host!r:.80}: not a name of this server"
-        acts = asked.scope["type"] == "websocket" or asked.scope["method"] not in READING
-        origin, site = (asked.headers.get(name) for name in ("origin", "sec-fetch-site"))
+        acts = connection.scope["type"] == "websocket" or connection.scope["method"] not in READING
+        origin, site = (connection.headers.get(name) for name in ("origin", "sec-fetch-site"))
         is_ours = origin is None or _netloc(origin) == host.lower()
         if acts and not (is_ours and site in (None, "same-origin", "none")):
             return 403, "a page of another server asks"
-        if self.token is not None and not self._has_token(asked, self.token):
+        if self.token is not None and not self._has_token(connection, self.token):
             return 403, "open the address that percuss serve has printed: it holds a token"
         return None
 
-    def _has_token(self, asked: HTTPConnection, token: str) -> bool:
-        given = asked.query_params.get(TOKEN) or asked.cookies.get(_cookie(asked), "")
-        # In a time that does not tell how much of it is right.
+    def _has_token(self, connection: HTTPConnection, token: str) -> bool:
+        given = connection.query_params.get(TOKEN) or connection.cookies.get(
+            _cookie(connection), ""
+        )
+        # The time of the comparison does not depend on how much of the token is right.
         return hmac.compare_digest(given.encode(), token.encode())
 
-    def _welcome(self, asked: HTTPConnection) -> RedirectResponse:
-        """Keep the token in a cookie, and lead to the address without it."""
+    def _welcome(self, connection: HTTPConnection) -> RedirectResponse:
+        """Set the token as a cookie, and redirect to the address without it."""
         assert self.token is not None
-        rest = [it for it in parse_qsl(asked.url.query) if it[0] != TOKEN]
-        path = "/" + asked.url.path.lstrip("/")
+        rest = [pair for pair in parse_qsl(connection.url.query) if pair[0] != TOKEN]
+        path = "/" + connection.url.path.lstrip("/")
         answer = RedirectResponse(f"{path}?{urlencode(rest)}" if rest else path, 303)
-        answer.set_cookie(_cookie(asked), self.token, httponly=True, samesite="strict")
+        answer.set_cookie(_cookie(connection), self.token, httponly=True, samesite="strict")
         return answer
 
 
 class _TooLargeError(Exception):
-    """A body that is not taken."""
+    """A body beyond the limit."""
 
 
-async def _body(asked: HTTPConnection, receive: Receive) -> bytes:
-    """Return the body of a request, counted as it comes, whatever is said of its length."""
-    told = asked.headers.get("content-length", "")
-    if told.isdecimal() and len(told) < 20 and int(told) > MOST_BYTES:
-        raise _TooLargeError(f"a request of {told} bytes; {MOST_BYTES} are the most")
+async def _body(connection: HTTPConnection, receive: Receive) -> bytes:
+    """Return the body of a request, counted as it arrives: its header may be wrong."""
+    length = connection.headers.get("content-length", "")
+    if length.isdecimal() and len(length) < 20 and int(length) > MOST_BYTES:
+        raise _TooLargeError(f"a request of {length} bytes; {MOST_BYTES} are the most")
     body = bytearray()
     more = True
     while more:
@@ -128,19 +133,19 @@ async def _body(asked: HTTPConnection, receive: Receive) -> bytes:
     return bytes(body)
 
 
-def _again(body: bytes, receive: Receive) -> Receive:
-    """Return what gives a body that has been read, and then what comes after it."""
+def _replay(body: bytes, receive: Receive) -> Receive:
+    """Return a `receive` that gives a body again, and then what comes after it."""
     waiting: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
 
-    async def again() -> Message:
+    async def replay() -> Message:
         return waiting.pop() if waiting else await receive()
 
-    return again
+    return replay
 
 
-def _cookie(asked: HTTPConnection) -> str:
-    # Cookies are of a host, whatever the port.
-    server = asked.scope.get("server")
+def _cookie(connection: HTTPConnection) -> str:
+    # A cookie belongs to a host, whatever the port: the name holds the port.
+    server = connection.scope.get("server")
     return f"percuss-{server[1] if server else 0}"
 
 

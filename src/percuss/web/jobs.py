@@ -1,8 +1,9 @@
-"""What takes long, in growing resolution: diagrams, response charts and basins."""
+"""Long answers in growing resolution: diagrams, response charts and basins."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,15 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Floats
+from percuss.errors import PercussError
 from percuss.execution import Execution
+from percuss.model.paths import replace_parameter
+from percuss.orbits import Branch, PeriodicOrbit, continue_orbit, find_orbits
+from percuss.orbits.orbit.extremes import extremes_of
 from percuss.studies.axes import axis_values
 from percuss.studies.kinds.diagram import Diagram
-from percuss.web.asked import asked_study, check_size
-from percuss.web.charts import answer_response
+from percuss.studies.kinds.response import Response
+from percuss.studies.study import Study
+from percuss.web.answer_cache import ANSWERS
 from percuss.web.frame import frame
-from percuss.web.handle import Handle
-from percuss.web.kept import KEPT
-from percuss.web.question import PageQuestion, range_of
+from percuss.web.request import PageRequest, RunningRequest, path_of, range_of, study_of
+from percuss.web.view_study import check_size, study_of_view
 from percuss.web.wording import plain
 
 if TYPE_CHECKING:
@@ -30,138 +35,259 @@ __all__ = ["JOBS", "answer_job"]
 
 # Each level has so many times the values of the one before.
 FINER = 4
-# Of a diagram: the values of the first level. Of basins: the starts along a side.
+# Values of the first level of a diagram; starts along a side of the first level of basins.
 FIRST_VALUES, FIRST_STARTS = 64, 48
+# The first families of a chart: at which parts of the range they are looked for, how far and how
+# long each is followed [orbits each way, s], and their part of the work.
+FIRST_PLACES = (0.5, 1 / 6, 5 / 6)
+MOST_ORBITS = 200
+PATIENCE = 8.0
+FIRST_SHARE = 0.2
+# Orbits of one kind are the same if their amplitudes differ by less than this part.
+SAME = 0.03
+# Without impacts the steps have to be small: no unknown tells how a resonance bends.
+LARGEST_STEP, SMALL_STEP = 0.02, 0.005
 
 
-def answer_job(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
-    """Return the frames of a long answer, each finer than the one before.
-
-    Parameters
-    ----------
-    question
-        Of one of the kinds in `JOBS`.
-    handle
-        Where progress is told, and where the client's change of mind is seen.
-
-    Returns
-    -------
-    iterator of bytes
-        Frames; the last one says ``done``.
+def answer_job(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+    """Return the frames of a long answer, each finer than the one before; the last says ``done``.
 
     Raises
     ------
-    PercussError, BadQuestion
+    PercussError, BadRequest
         If there is no answer.
     """
-    return JOBS[question.kind](question, handle)
+    return JOBS[request.kind](request, running)
 
 
-def _diagram(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
+def _diagram(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
     """Yield the points of the attractors over a parameter: x and v once a forcing period."""
-    check_size(question)
-    asked = asked_study(question)
-    own = asked.question
-    assert isinstance(own, Diagram)
-    ((path, axis),) = own.over.items()
+    check_size(request)
+    study = study_of_view(request)
+    diagram = study.question
+    assert isinstance(diagram, Diagram)
+    ((path, axis),) = diagram.over.items()
     values = axis_values(axis)
-    low, high = range_of(question, "low", "high")
+    low, high = range_of(request, "low", "high")
     origin = 0.5 * (low + high)
-    header = {"path": path, "n_points": own.points, "low": low, "high": high, "origin": origin}
-    done, parts, failed, reason = 0, [], 0, ""
+    header = {"path": path, "n_points": diagram.points, "low": low, "high": high, "origin": origin}
+    n_done, levels, n_failed, reason = 0, [], 0, ""
     for level in levels_of(np.arange(len(values)), FIRST_VALUES):
-        begin, done = done / len(values), done + len(level)
-        share = done / len(values)
-        some = replace(own, over={path: tuple(values[i] for i in level)})
-        found = some.answer(asked, Execution(progress=handle.part(begin, share)))
-        if handle.is_stopped:
+        begin, n_done = n_done / len(values), n_done + len(level)
+        share, is_last = n_done / len(values), n_done == len(values)
+        part = replace(diagram, over={path: tuple(values[i] for i in level)})
+        data = part.answer(study, Execution(progress=running.progress(begin, share)))
+        if running.is_cancelled:
             return
-        parts.append(found)
-        reasons = [str(text) for text in found["reason"].values.ravel() if text]
-        failed, reason = failed + len(reasons), reason or next(iter(reasons), "")
-        told = {"failed": failed, "reason": plain(reason)}
+        levels.append(data)
+        reasons = [str(text) for text in data["reason"].values.ravel() if text]
+        n_failed, reason = n_failed + len(reasons), reason or next(iter(reasons), "")
         arrays = {
-            "value": found[path].values - origin,
-            "period": found["period"].values[0],
-            **{name: found[name].values[0].ravel() for name in ("x", "v")},
+            "value": data[path].values - origin,
+            "period": data["period"].values[0],
+            **{name: data[name].values[0].ravel() for name in ("x", "v")},
         }
-        if done == len(values):
-            KEPT.put(asked, _joined(parts, path))
-        yield frame(
-            _header(question, done=done == len(values), share=share) | header | told, arrays
-        )
+        if is_last:
+            ANSWERS.put(study, _joined(levels, path))
+        header |= {"failed": n_failed, "reason": plain(reason)}
+        yield frame(_header(request, done=is_last, share=share) | header, arrays)
 
 
-def _joined(parts: list[Dataset], path: str) -> Dataset:
+def _joined(levels: list[Dataset], path: str) -> Dataset:
     """Return the levels of a diagram as one."""
     import xarray
 
-    whole = xarray.concat(parts, dim=path).sortby(path)
+    whole = xarray.concat(levels, dim=path).sortby(path)
     for name in ("n_impacts", "failed"):
-        whole.attrs[name] = sum(part.attrs[name] for part in parts)
+        whole.attrs[name] = sum(level.attrs[name] for level in levels)
     return whole
 
 
-def _basins(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
+def _response(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+    """Yield the families of periodic orbits over a parameter: the first one by one, then all.
+
+    `percuss.response_curve` has no families before its end: those that a search at a few values
+    finds are followed first, and shown as they come.
+
+    Parameters
+    ----------
+    request
+        With ``path``, ``low``, ``high``, ``max_impacts`` and ``max_periods``.
+    running
+        State of the answer.
+
+    Yields
+    ------
+    bytes
+        A frame: `origin`, from which values are counted; `families`, each with its special points;
+        for the i-th of them arrays ``value{i}``, ``amplitude{i}``, ``speed{i}``, ``impacts{i}``,
+        ``periods{i}``, ``stable{i}``, ``admissible{i}`` and a start on each orbit, ``x{i}``,
+        ``v{i}``, ``t{i}``.
+
+    Raises
+    ------
+    PercussError, BadRequest
+        If there is no answer.
+    """
+    check_size(request)
+    study = study_of_view(request)
+    low, high = range_of(request, "low", "high")
+    path = path_of(request, study_of(request.tables))
+    origin = 0.5 * (low + high)
+    header = {"path": path, "low": low, "high": high, "origin": origin}
+    branches: list[Branch] = []
+    for branch, share in _first_families(study, path, (low, high), running):
+        branches.append(branch)
+        families, arrays = _columns(branches, origin)
+        header["families"] = families
+        yield frame(_header(request, done=False, share=share) | header, arrays)
+    if running.is_cancelled:
+        return
+    chart = study.question.answer(study, Execution(progress=running.progress(FIRST_SHARE, 1.0)))
+    if running.is_cancelled:
+        return
+    ANSWERS.put(study, chart)
+    families, arrays = _columns(chart.branches, origin, chart.amplitude)
+    header |= {"families": families, "n_missed": len(chart.missed)}
+    yield frame(_header(request, done=True, share=1.0) | header, arrays)
+
+
+def _first_families(
+    study: Study, path: str, ends: tuple[float, float], running: RunningRequest
+) -> Iterator[tuple[Branch, float]]:
+    """Yield families through the orbits at a few values, each with the share of the work done."""
+    question = study.question
+    assert isinstance(question, Response)
+    until = running.seconds() + PATIENCE
+    branches: list[Branch] = []
+
+    def go_on(_done: float, _total: float) -> bool:
+        return running.checkpoint() and running.seconds() < until
+
+    for k, part in enumerate(FIRST_PLACES):
+        value = ends[0] + part * (ends[1] - ends[0])
+        osc, force, _ = replace_parameter(study.oscillator, study.forcing, None, path, value)
+        for orbit in find_orbits(osc, force, question.max_impacts, question.max_periods):
+            if not go_on(0.0, 1.0):
+                return
+            is_known = any(_contains(branch, orbit, value) for branch in branches)
+            if is_known or math.isinf(orbit.n_impacts):
+                continue
+            step = LARGEST_STEP if orbit.n_impacts else SMALL_STEP
+            try:
+                branch = continue_orbit(
+                    orbit, {path: ends}, max_points=MOST_ORBITS, largest_step=step, progress=go_on
+                )
+            except PercussError:
+                # The complete chart reports what cannot be followed.
+                continue
+            branches.append(branch)
+            yield branch, FIRST_SHARE * (k + 0.5) / len(FIRST_PLACES)
+
+
+def _contains(branch: Branch, orbit: PeriodicOrbit, value: float) -> bool:
+    """Return whether an orbit is one of a branch, judged by its counts and amplitude."""
+    offset = branch.values - value
+    wanted = extremes_of(orbit).amplitude
+    for k in np.flatnonzero(offset[:-1] * offset[1:] <= 0.0).tolist():
+        if (branch[k].n_impacts, branch[k].n_periods) != (orbit.n_impacts, orbit.n_periods):
+            continue
+        sizes = [extremes_of(branch[i]).amplitude for i in (k, k + 1)]
+        steps = branch.values[k + 1] - branch.values[k]
+        share = (value - branch.values[k]) / steps if steps else 0.0
+        amplitude = sizes[0] + share * (sizes[1] - sizes[0])
+        if orbit.n_impacts == 0 or abs(amplitude - wanted) <= SAME * wanted:
+            return True
+    return False
+
+
+def _columns(
+    branches: Sequence[Branch], origin: float, amplitudes: Sequence[Floats] | None = None
+) -> tuple[list[dict[str, object]], dict[str, Floats]]:
+    """Return the families of a chart, and their numbered columns with values from an origin."""
+    families: list[dict[str, object]] = []
+    arrays: dict[str, Floats] = {}
+    for i, branch in enumerate(branches):
+        families.append({"special": [[p.kind, p.value, p.row] for p in branch.special_points]})
+        speeds = np.nan_to_num(branch.impact_velocity, nan=-np.inf).max(axis=1, initial=-np.inf)
+        columns = {
+            "value": branch.values - origin,
+            "amplitude": amplitudes[i] if amplitudes else _amplitudes(branch),
+            "speed": np.where(np.isfinite(speeds), speeds, np.nan),
+            "stable": branch.is_stable,
+            "admissible": branch.admissible,
+            "impacts": [orbit.n_impacts for orbit in branch],
+            "periods": [orbit.n_periods for orbit in branch],
+            "x": [orbit.x0 for orbit in branch],
+            "v": [orbit.v0 for orbit in branch],
+            "t": [orbit.t0 for orbit in branch],
+        }
+        arrays |= {f"{name}{i}": np.asarray(column, float) for name, column in columns.items()}
+    return families, arrays
+
+
+def _amplitudes(branch: Branch) -> list[float]:
+    return [extremes_of(orbit).amplitude for orbit in branch]
+
+
+def _basins(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
     """Yield which attractor each start goes to."""
-    check_size(question)
-    x_low, x_high = range_of(question, "x_low", "x_high")
-    v_low, v_high = range_of(question, "v_low", "v_high")
+    check_size(request)
+    x_low, x_high = range_of(request, "x_low", "x_high")
+    v_low, v_high = range_of(request, "v_low", "v_high")
     edges = {"x_low": x_low, "x_high": x_high, "v_low": v_low, "v_high": v_high}
-    finest = int(question.number("starts", 384, 16, 1e9))
+    finest = int(request.number("starts", 384, 16, 1e9))
     sizes = [finest]
     while sizes[0] > FIRST_STARTS:
         sizes.insert(0, max(FIRST_STARTS, sizes[0] // 2))
-    whole, done = sum(size * size for size in sizes), 0
+    n_starts, n_done = sum(size * size for size in sizes), 0
     for size in sizes:
-        begin, done = done / whole, done + size * size
-        asked = asked_study(replace(question, options={**question.options, "starts": size}))
-        found = asked.question.answer(asked, Execution(progress=handle.part(begin, done / whole)))
-        if handle.is_stopped:
+        begin, n_done = n_done / n_starts, n_done + size * size
+        share = n_done / n_starts
+        study = study_of_view(replace(request, options={**request.options, "starts": size}))
+        data = study.question.answer(study, Execution(progress=running.progress(begin, share)))
+        if running.is_cancelled:
             return
         if size == finest:
-            KEPT.put(asked, found)
-        yield frame(
-            _header(question, done=size == finest, share=done / whole)
-            | {"size": size, "attractors": _attractors(found)}
-            | edges,
-            {"basin": found.basin.values.ravel(), **_points(found)},
-        )
+            ANSWERS.put(study, data)
+        header = _header(request, done=size == finest, share=share) | edges
+        header |= {"size": size, "attractors": _attractors(data)}
+        yield frame(header, {"basin": data.basin.values.ravel(), **_points(data)})
 
 
-def _attractors(found: Dataset) -> list[dict[str, object]]:
+def _attractors(data: Dataset) -> list[dict[str, object]]:
     return [
         {
-            "kind": str(found.kind.values[k]),
-            "name": str(found.name.values[k]),
-            "n_periods": int(found.n_periods.values[k]),
-            "n_impacts": float(found.n_impacts.values[k]),
-            "fraction": float(found.fraction.values[k]),
-            "error": float(found.fraction_error.values[k]),
+            "kind": str(data.kind.values[k]),
+            "name": str(data.name.values[k]),
+            "n_periods": int(data.n_periods.values[k]),
+            "n_impacts": float(data.n_impacts.values[k]),
+            "fraction": float(data.fraction.values[k]),
+            "error": float(data.fraction_error.values[k]),
         }
-        for k in range(found.sizes["attractor"])
+        for k in range(data.sizes["attractor"])
     ]
 
 
-def _points(found: Dataset) -> dict[str, Floats]:
-    """Return the points of each attractor, seen once a forcing period."""
+def _points(data: Dataset) -> dict[str, Floats]:
+    """Return the points of each attractor, one a forcing period."""
     points: dict[str, Floats] = {}
-    for k in range(found.sizes["attractor"]):
-        x, v = found.attractor_x0.values[k], found.attractor_v0.values[k]
-        there = np.isfinite(x) & np.isfinite(v)
-        points |= {f"x{k}": x[there], f"v{k}": v[there]}
+    for k in range(data.sizes["attractor"]):
+        x, v = data.attractor_x0.values[k], data.attractor_v0.values[k]
+        finite = np.isfinite(x) & np.isfinite(v)
+        points |= {f"x{k}": x[finite], f"v{k}": v[finite]}
     return points
 
 
-JOBS: dict[str, Callable[[PageQuestion, Handle], Iterator[bytes]]] = {
+JOBS: dict[str, Callable[[PageRequest, RunningRequest], Iterator[bytes]]] = {
     "diagram": _diagram,
-    "response": answer_response,
+    "response": _response,
     "basins": _basins,
 }
 
 
-def _header(question: PageQuestion, *, done: bool, share: float) -> dict[str, object]:
-    return {"id": question.id, "kind": question.kind, "done": done, "share": share}
+def _header(request: PageRequest, *, done: bool, share: float) -> dict[str, object]:
+    return {"id": request.id, "kind": request.kind, "done": done, "share": share}
 
 
 def levels_of(values: NDArray[np.generic], first: int) -> list[NDArray[np.generic]]:

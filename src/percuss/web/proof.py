@@ -1,4 +1,4 @@
-"""A motion proven in ball arithmetic, as far as the page can wait."""
+"""A motion proven in ball arithmetic, within the time that the page waits."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from percuss.studies.study import Study
 from percuss.studies.tables import Certify
 from percuss.web.explore import followed
 from percuss.web.frame import frame
-from percuss.web.handle import Handle
-from percuss.web.question import MOST_DIGITS, PageQuestion, digits_of, study_of
+from percuss.web.request import MOST_DIGITS, PageRequest, RunningRequest, digits_of, study_of
 
 if TYPE_CHECKING:
     # Needs python-flint.
@@ -24,11 +23,11 @@ if TYPE_CHECKING:
 
 __all__ = ["MOST_DIGITS", "answer_certify", "can_certify", "proof_in_time"]
 
-# A proof may take so long [s]; what is proven by then is told.
+# A proof may take so long [s]; what is proven by then is shown.
 PATIENCE = 10.0
-# Impacts that are told in all their digits: the last ones.
+# Number of impacts that are shown in all their digits: the last ones.
 SHOWN = 3
-# Double precision is told to follow the motion while its impacts are so near [forcing periods].
+# Double precision follows the motion while its impacts are so near the proven [forcing periods].
 NEAR = 1e-3
 
 
@@ -37,22 +36,10 @@ def can_certify() -> bool:
     return find_spec("flint") is not None
 
 
-def proof_in_time(study: Study, run: Trajectory, handle: Handle | None = None) -> ProofOfStudy:
-    """Return what is proven of a run in a limited time.
-
-    Parameters
-    ----------
-    study
-        Its study, with the digits wanted.
-    run
-        The run.
-    handle
-        As in `percuss.web.jobs.answer_job`.
-
-    Returns
-    -------
-    Proof
-        Up to where it came.
+def proof_in_time(
+    study: Study, run: Trajectory, running: RunningRequest | None = None
+) -> ProofOfStudy:
+    """Return what can be proven of the run of a study in a limited time.
 
     Raises
     ------
@@ -60,18 +47,18 @@ def proof_in_time(study: Study, run: Trajectory, handle: Handle | None = None) -
         If python-flint is not there.
     """
     check_certify(study)
-    return proof_of(study, run, (handle or Handle()).part(0.0, 1.0, PATIENCE))
+    return proof_of(study, run, (running or RunningRequest()).progress(0.0, 1.0, PATIENCE))
 
 
-def answer_certify(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
+def answer_certify(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
     """Yield what is proven of a motion.
 
     Parameters
     ----------
-    question
+    request
         With the option ``digits``.
-    handle
-        As in `percuss.web.jobs.answer_job`.
+    running
+        State of the answer.
 
     Yields
     ------
@@ -82,18 +69,18 @@ def answer_certify(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
 
     Raises
     ------
-    PercussError, BadQuestion
+    PercussError, BadRequest
         If there is no such motion.
     """
-    digits = digits_of(question)
-    study = replace(study_of(question.tables), certify=Certify(digits or 12))
-    run = followed(study, handle).run
-    proof = proof_in_time(study, run, handle)
-    if handle.is_stopped:
+    digits = digits_of(request)
+    study = replace(study_of(request.tables), certify=Certify(digits or 12))
+    run = followed(study, running).run
+    proof = proof_in_time(study, run, running)
+    if running.is_cancelled:
         return
     proven: CertifiedRun = proof.result
     header = {
-        "id": question.id,
+        "id": request.id,
         "kind": "certify",
         "done": True,
         "share": 1.0,
@@ -120,7 +107,7 @@ def _lines(proven: CertifiedRun) -> list[list[str]]:
 
 
 def _followed(run: Trajectory, proven: CertifiedRun) -> dict[str, object] | None:
-    """Return how many of the proven impacts double precision has, too; None if there are none."""
+    """Return how many of the proven impacts double precision follows; None if there are none."""
     count = min(len(run.impacts), len(proven.impacts))
     if count == 0:
         return None

@@ -1,4 +1,4 @@
-"""The report of the paper, computed once in a process of its own while the page is open."""
+"""The report on the paper, computed once in a process of its own while the page is open."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from percuss.web.front import scripts_of
+from percuss.web.page_data import scripts_of
 
 __all__ = ["ReportJob"]
 
@@ -24,7 +24,7 @@ PATIENCE = 600.0
 
 
 class ReportJob:
-    """A report that is there, or can be computed.
+    """A report that exists, or can be computed.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class ReportJob:
     """
 
     def __init__(self, given: Path | None = None) -> None:
-        # Made when it is needed.
+        # The folder is created when the report is started.
         own = Path(tempfile.gettempdir()) / f"percuss-report-{secrets.token_hex(8)}"
         self._own = None if given is not None else own
         self.folder = own / "report" if given is None else given
@@ -59,7 +59,7 @@ class ReportJob:
         self._lock = threading.Lock()
 
     def start(self) -> None:
-        """Begin to compute it, unless it is there or in work."""
+        """Start the process, unless it runs or the report exists."""
         with self._lock:
             if self.is_there or self._process is not None:
                 return
@@ -70,14 +70,14 @@ class ReportJob:
                 [*COMMAND, str(self.folder)],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
-                # With the processes that it starts it is ended from here.
+                # A session of its own: its whole group of processes can be killed.
                 start_new_session=True,
             )
 
     def state(self) -> dict[str, object]:
-        """Return `state`, "none", "working", "done" or "failed", and how long it has taken [s]."""
+        """Return `state`, "none", "working", "done" or "failed", with its seconds or reason."""
         with self._lock:
-            self._look()
+            self._poll()
             if self._process is not None:
                 seconds = round(time.monotonic() - self._began)
                 return {"state": "working", "seconds": seconds}
@@ -86,25 +86,25 @@ class ReportJob:
             return {"state": "failed" if self._failure else "none", "reason": self._failure}
 
     def close(self) -> None:
-        """End it, and remove what it has written."""
+        """Kill the process, and remove what it has written."""
         with self._lock:
             if self._process is not None:
-                _end(self._process)
+                _kill(self._process)
                 self._process = None
             if self._own is not None:
                 shutil.rmtree(self._own, ignore_errors=True)
 
-    def _look(self) -> None:
-        """See whether it has ended by now."""
+    def _poll(self) -> None:
+        """Note whether the process has ended, and kill it when its time is up."""
         process = self._process
         if process is None:
             return
         if process.poll() is None and time.monotonic() - self._began > PATIENCE:
-            _end(process)
+            _kill(process)
         if process.poll() is None:
             return
         self._process = None
-        # Verdicts that contradict the paper end it with another code, and are worth reading.
+        # The exit code says whether verdicts contradict the paper; the report exists either way.
         if (self.folder / "index.html").is_file():
             self.scripts.extend(scripts_of(self.folder))
             self.is_there = True
@@ -112,8 +112,8 @@ class ReportJob:
             self._failure = "percuss paper wrote no report; the terminal tells why"
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a process and those that it has started."""
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process and those that it has started."""
     if hasattr(os, "killpg"):
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)

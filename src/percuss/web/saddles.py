@@ -1,4 +1,4 @@
-"""Saddle orbits and their stable manifolds, which part the basins."""
+"""Saddle orbits and their stable manifolds, which separate the basins."""
 
 from __future__ import annotations
 
@@ -11,29 +11,28 @@ from percuss.errors import PercussError
 from percuss.model.exact import as_float
 from percuss.orbits import Manifolds, PeriodicOrbit, find_orbits, manifolds
 from percuss.web.frame import frame
-from percuss.web.handle import Handle
-from percuss.web.question import BadQuestion, PageQuestion, motion_of, study_of
+from percuss.web.request import BadRequest, PageRequest, RunningRequest, motion_of, study_of
 
-__all__ = ["MOST_ROUNDS", "answer_saddles"]
+__all__ = ["SADDLE_LIMIT", "answer_saddles"]
 
 
-# Impacts and forcing periods of a round of the saddles: those that `percuss run` draws, too.
-MOST_ROUNDS = 2
+# Most impacts and forcing periods of the saddles: as `percuss run` draws them.
+SADDLE_LIMIT = 2
 # Manifolds may take so long to grow [s].
 PATIENCE = 20.0
-# The part of the work that is the search.
-SEARCH = 0.2
+# Share of the work that is the search.
+SEARCH_SHARE = 0.2
 
 
-def answer_saddles(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
+def answer_saddles(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
     """Yield the saddle orbits and their stable manifolds, one after another.
 
     Parameters
     ----------
-    question
-        With a study, whose start tells the instant of the section.
-    handle
-        As in `percuss.web.jobs.answer_job`.
+    request
+        With a study; the time of its start is the instant of the section.
+    running
+        State of the answer.
 
     Yields
     ------
@@ -44,39 +43,33 @@ def answer_saddles(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
 
     Raises
     ------
-    PercussError, BadQuestion
+    PercussError, BadRequest
         If there is no answer.
     """
-    study = study_of(question.tables)
+    study = study_of(request.tables)
     force = study.forcing
     if force is None or force.period is None:
-        raise BadQuestion("basins need a periodic forcing")
-    end = handle.seconds() + PATIENCE
+        raise BadRequest("basins need a periodic forcing")
+    end = running.seconds() + PATIENCE
     cycle = (as_float(motion_of(study).start.t0) / force.period) % 1.0
-    header = {"id": question.id, "kind": "saddles"}
-    found = find_orbits(study.oscillator, force, MOST_ROUNDS, MOST_ROUNDS)
-    saddles = [orbit for orbit in found if _is_saddle(orbit)]
+    header: dict[str, object] = {"id": request.id, "kind": "saddles"}
+    orbits = find_orbits(study.oscillator, force, SADDLE_LIMIT, SADDLE_LIMIT)
+    saddles = [orbit for orbit in orbits if _is_saddle(orbit)]
     late = False
     for k, orbit in enumerate(saddles):
-        share = [SEARCH + (1.0 - SEARCH) * i / len(saddles) for i in (k, k + 1)]
-        told = handle.part(*share)
-
-        def go_on(done: float, total: float, told: object = told) -> bool:
-            assert callable(told)
-            return bool(told(done, total)) and handle.seconds() < end
-
+        begin, share = (SEARCH_SHARE + (1 - SEARCH_SHARE) * i / len(saddles) for i in (k, k + 1))
+        progress = running.progress(begin, share, end - running.seconds())
         try:
-            grown = manifolds(orbit, cycle=cycle, kinds=("stable",), progress=go_on)
-            arrays, reason = _columns(grown), ""
+            stable = manifolds(orbit, cycle=cycle, kinds=("stable",), progress=progress)
+            arrays, reason = _columns(stable), ""
         except PercussError as error:
-            # The basins are worth a look without it.
+            # The basins are shown without this manifold.
             arrays, reason = {}, str(error)
-        late = handle.seconds() >= end
-        if handle.is_stopped:
+        late = running.seconds() >= end
+        if running.is_cancelled:
             return
-        yield frame(
-            {**header, "done": False, "share": share[1], "reason": reason, **_told(orbit)}, arrays
-        )
+        state = {"done": False, "share": share, "reason": reason}
+        yield frame(header | state | _orbit_header(orbit), arrays)
         if late:
             break
     yield frame({**header, "done": True, "share": 1.0, "n_saddles": len(saddles), "late": late})
@@ -87,7 +80,7 @@ def _is_saddle(orbit: PeriodicOrbit) -> bool:
     return bool(0.0 < inside < 1.0 < outside)
 
 
-def _told(orbit: PeriodicOrbit) -> dict[str, object]:
+def _orbit_header(orbit: PeriodicOrbit) -> dict[str, object]:
     return {
         "n_impacts": orbit.n_impacts,
         "n_periods": orbit.n_periods,
@@ -95,14 +88,14 @@ def _told(orbit: PeriodicOrbit) -> dict[str, object]:
     }
 
 
-def _columns(grown: Manifolds) -> dict[str, Floats]:
+def _columns(curves: Manifolds) -> dict[str, Floats]:
     """Return the points of a saddle and its stable manifold."""
     gap = np.full((1, 2), np.nan)
-    pieces = [part for branch in grown.stable for piece in branch.pieces for part in (piece, gap)]
+    pieces = [part for branch in curves.stable for piece in branch.pieces for part in (piece, gap)]
     curve = np.concatenate(pieces) if pieces else gap
     return {
-        "x": grown.saddles[:, 0],
-        "v": grown.saddles[:, 1],
+        "x": curves.saddles[:, 0],
+        "v": curves.saddles[:, 1],
         "curve_x": curve[:, 0],
         "curve_v": curve[:, 1],
     }

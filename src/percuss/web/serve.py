@@ -1,4 +1,4 @@
-"""Opening the workbench on this machine."""
+"""The workbench served on this machine."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ __all__ = ["LOCAL", "addresses_of", "is_loopback", "serve", "server_of"]
 
 LAST_PORT = 2**16 - 1
 LOCAL = "127.0.0.1"
-# Names of this machine for itself; others would be pages that pretend to be it.
+# Names of this machine for itself; any other would be DNS rebinding by a foreign page.
 LOCAL_NAMES = ("127.0.0.1", "localhost", "[::1]")
-# All addresses of this machine: nobody can open these.
+# Addresses that stand for all of this machine: they can be listened at, not opened.
 ANY = {"0.0.0.0": socket.AF_INET, "": socket.AF_INET, "::": socket.AF_INET6}
 
 
@@ -50,7 +50,7 @@ def serve(
     open_page
         Whether to open the page in a browser.
     say
-        Where the address is told.
+        Called with lines for the user: the addresses.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def serve(
     if report is not None and not (report / "index.html").is_file():
         raise OutputError(report, "holds no report; write one with percuss paper --out")
     listening = _listening(host, port)
-    # Whoever reaches this machine alone is its user. Others have to know a word.
+    # Only users of this machine reach a loopback address; elsewhere a token is required.
     token = None if is_loopback(host) else secrets.token_urlsafe(24)
     hosts = (*LOCAL_NAMES, _in_address(host)) if token is None else ("*",)
     server = server_of(create_app(report=report, hosts=hosts, token=token))
@@ -100,7 +100,7 @@ def is_loopback(host: str) -> bool:
 
 
 def addresses_of(host: str, port: int, token: str | None) -> list[str]:
-    """Return the addresses to be opened: the one for other machines first.
+    """Return the addresses to open: the one for other machines first.
 
     Examples
     --------
@@ -122,7 +122,7 @@ def own_address(family: socket.AddressFamily) -> str | None:
     far = "192.0.2.1" if family is socket.AF_INET else "2001:db8::1"
     try:
         with socket.socket(family, socket.SOCK_DGRAM) as asking:
-            # Nothing is sent: the system only chooses the way there.
+            # Nothing is sent: the system only chooses the route.
             asking.connect((far, 9))
             return str(asking.getsockname()[0])
     except OSError:
@@ -134,16 +134,16 @@ def _in_address(host: str) -> str:
 
 
 def server_of(app: Starlette) -> uvicorn.Server:
-    """Return a server of the page: its requests come in time, and it ends when it is told to."""
+    """Return a server with time limits on requests that ends its tasks at once on shutdown."""
     import uvicorn
 
     from percuss.web.connections import BoundedProtocol
 
     class Server(uvicorn.Server):
-        """Ends what is in work as soon as it is told to end."""
+        """Cancels all tasks as soon as it shuts down."""
 
         async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-            app.state.pools.close()
+            app.state.schedulers.close()
             await super().shutdown(sockets)
 
     config = uvicorn.Config(
@@ -151,7 +151,7 @@ def server_of(app: Starlette) -> uvicorn.Server:
         http=BoundedProtocol,
         log_level="warning",
         ws_max_size=1 << 20,
-        # Numbers hardly shrink, and a slider would wait for it.
+        # Floats compress badly, and a slider would wait for it.
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=1,
     )
@@ -159,15 +159,15 @@ def server_of(app: Starlette) -> uvicorn.Server:
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """Return a socket at the address, before anything is told."""
+    """Return a listening socket, before the address is shown."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listening = socket.socket(family)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((host, port))
-        # Whoever hears the address may come at once, and waits until the page is there.
+        # A browser may connect at once, and waits until the server runs.
         listening.listen()
-    # A name that cannot be one is no OSError.
+    # An invalid name raises no OSError.
     except (OSError, UnicodeError, ValueError) as error:
         listening.close()
         words = getattr(error, "strerror", None) or str(error)

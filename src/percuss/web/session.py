@@ -1,4 +1,4 @@
-"""One client's questions: in each lane one in work and one waiting."""
+"""The requests of one client: each queue holds one that runs and one that waits."""
 
 from __future__ import annotations
 
@@ -12,104 +12,105 @@ from percuss.errors import ParameterError, PercussError, StudyError
 from percuss.web.explore import answer_explore
 from percuss.web.facts import answer_facts
 from percuss.web.frame import frame
-from percuss.web.handle import Handle
 from percuss.web.jobs import JOBS, answer_job
 from percuss.web.proof import answer_certify
-from percuss.web.question import BadQuestion, PageQuestion, read_question
+from percuss.web.request import BadRequest, PageRequest, RunningRequest, read_request
 from percuss.web.saddles import answer_saddles
-from percuss.web.turns import Turn, Turns
+from percuss.web.scheduler import Scheduler, Task
 from percuss.web.wording import plain
 
-__all__ = ["FAILED", "Pools", "Session"]
+__all__ = ["FAILED", "Schedulers", "Session"]
 
 SendBytes = Callable[[bytes], Awaitable[None]]
-# Seconds between two reports of progress.
-TELLING = 0.3
-# Seconds after which a share that has not grown is told again: the work goes on.
-QUIET = 3.0
-# What a newer question of its kind ends.
+# Seconds between two reports of progress, and after which a share that has not grown is sent
+# again: the client sees that the server is still computing.
+PROGRESS_INTERVAL, HEARTBEAT = 0.3, 3.0
+# A newer request of these kinds cancels the one that runs in the same queue.
 LONG = (*JOBS, "saddles", "certify")
 FAILED = "percuss could not compute this; the terminal of the server says more"
 
 
 @dataclass(frozen=True, slots=True)
-class Pools:
-    """Where answers are computed: what a slider waits for, what takes a moment, what takes long."""
+class Schedulers:
+    """Where answers are computed: motions under a slider, quick facts, and long jobs."""
 
-    short: Turns
-    facts: Turns
-    long: Turns
+    short: Scheduler
+    facts: Scheduler
+    long: Scheduler
 
     @classmethod
-    def made(cls) -> Pools:
-        """Return pools for a machine of any size.
+    def create(cls) -> Schedulers:
+        """Return schedulers for a machine of any size.
 
-        One thread at a time computes what sliders wait for: two would wait for each other's lock.
+        One thread at a time computes motions under sliders: two would wait for each other's lock.
         """
-        return cls(Turns(1), Turns(1), Turns(2))
+        return cls(Scheduler(1), Scheduler(1), Scheduler(2))
 
     def close(self) -> None:
-        """End all work, without waiting for it."""
-        for turns in (self.short, self.facts, self.long):
-            turns.close()
+        """Cancel all tasks, without waiting for them."""
+        for scheduler in (self.short, self.facts, self.long):
+            scheduler.close()
 
 
 class Session:
-    """The questions of one client, answered one after another in each lane.
+    """The requests of one client, answered one after another in each queue.
 
     Parameters
     ----------
     send
-        Takes a frame to the client; the next one of a lane waits for it.
-    pools
+        Sends a frame to the client; the next one of a queue waits for it.
+    schedulers
         Where the answers are computed.
     report
-        Called with an exception that should not have been.
+        Called with each unexpected exception.
     """
 
     def __init__(
-        self, send: SendBytes, pools: Pools, report: Callable[[BaseException], None] | None = None
+        self,
+        send: SendBytes,
+        schedulers: Schedulers,
+        report: Callable[[BaseException], None] | None = None,
     ) -> None:
         self._report = report
-        self._lanes = {
-            "explore": Lane(send, pools.short, _once(answer_explore), self._failed),
-            "thumb": Lane(send, pools.short, _once(answer_explore), self._failed),
-            "facts": Lane(send, pools.facts, _once(answer_facts), self._failed),
-            "job": Lane(send, pools.long, answer_job, self._failed),
-            "saddles": Lane(send, pools.long, answer_saddles, self._failed),
-            "certify": Lane(send, pools.long, answer_certify, self._failed),
-        }
         self._send = send
+        short, facts, long = schedulers.short, schedulers.facts, schedulers.long
+        self._queues = {
+            "explore": RequestQueue(send, short, _once(answer_explore), self._failed),
+            "thumb": RequestQueue(send, short, _once(answer_explore), self._failed),
+            "facts": RequestQueue(send, facts, _once(answer_facts), self._failed),
+            "job": RequestQueue(send, long, answer_job, self._failed),
+            "saddles": RequestQueue(send, long, answer_saddles, self._failed),
+            "certify": RequestQueue(send, long, answer_certify, self._failed),
+        }
 
     async def receive(self, text: str | bytes) -> None:
-        """Take a message; what it asks is answered when its lane is free."""
+        """Put the request in a message into its queue."""
         try:
-            question = read_question(text, ("explore", "thumb", "facts", "cancel", *LONG))
-            lane = question.choice("lane", ("job", "saddles", "certify"))
-        except BadQuestion as error:
-            await self._send(
-                frame({"kind": "fault", "faults": [{"path": "", "reason": str(error)}]})
-            )
+            request = read_request(text, ("explore", "thumb", "facts", "cancel", *LONG))
+            name = request.choice("queue", ("job", "saddles", "certify"))
+        except BadRequest as error:
+            faults = [{"path": "", "reason": str(error)}]
+            await self._send(frame({"kind": "fault", "faults": faults}))
             return
-        if question.kind == "cancel":
-            self._lanes[lane].cancel()
+        if request.kind == "cancel":
+            self._queues[name].cancel()
         else:
-            self._lanes[question.kind if question.kind in self._lanes else "job"].ask(question)
+            self._queues[request.kind if request.kind in self._queues else "job"].put(request)
 
     async def close(self) -> None:
-        """Drop what is waiting, and wait for what is in work."""
-        for lane in self._lanes.values():
-            await lane.close()
+        """Cancel all requests, and wait until none runs."""
+        for queue in self._queues.values():
+            await queue.close()
 
-    def _failed(self, question: PageQuestion, error: BaseException) -> bytes:
-        """Return the frame for a question that has no answer."""
-        header = {"id": question.id, "kind": "fault", "of": question.kind}
+    def _failed(self, request: PageRequest, error: BaseException) -> bytes:
+        """Return the frame for a request that has no answer."""
+        header = {"id": request.id, "kind": "fault", "of": request.kind}
         if isinstance(error, StudyError):
             return frame({**header, "faults": [_fault(fault) for fault in error.faults]})
         if isinstance(error, ParameterError):
             row = {"path": error.name, "reason": f"{error.value!r:.60}: {plain(error.reason)}"}
             return frame({**header, "faults": [row]})
-        if isinstance(error, BadQuestion | PercussError):
+        if isinstance(error, BadRequest | PercussError):
             return frame({**header, "faults": [{"path": "", "reason": plain(str(error))}]})
         if self._report is not None:
             self._report(error)
@@ -124,99 +125,98 @@ def _fault(fault: object) -> dict[str, str]:
 
 
 def _once(
-    answer: Callable[[PageQuestion, Handle], bytes],
-) -> Callable[[PageQuestion, Handle], Iterator[bytes]]:
-    """Return an answer of one frame as one of many."""
+    answer: Callable[[PageRequest, RunningRequest], bytes],
+) -> Callable[[PageRequest, RunningRequest], Iterator[bytes]]:
+    """Return a function that yields the one frame of an answer."""
 
-    def frames(question: PageQuestion, handle: Handle) -> Iterator[bytes]:
-        yield answer(question, handle)
+    def frames(request: PageRequest, running: RunningRequest) -> Iterator[bytes]:
+        yield answer(request, running)
 
     return frames
 
 
 @dataclass(slots=True)
-class Lane:
-    """Answers one question after another; a newer one replaces the one that waits.
+class RequestQueue:
+    """Answers one request after another; a newer one replaces the one that waits.
 
     Parameters
     ----------
-    send, pool
+    send, scheduler
         As in `Session`.
     answer
-        From a question to the frames of its answer.
+        Yields the frames of the answer to a request.
     failed
-        From a question and what it raised to a frame.
+        Returns the frame for a request and the exception that it raised.
     """
 
     send: SendBytes
-    pool: Turns
-    answer: Callable[[PageQuestion, Handle], Iterator[bytes]]
-    failed: Callable[[PageQuestion, BaseException], bytes]
-    waiting: PageQuestion | None = None
-    # In work: None until its turn has begun, so that the newest is answered and not the one that
-    # was newest a round ago.
-    question: PageQuestion | None = None
+    scheduler: Scheduler
+    answer: Callable[[PageRequest, RunningRequest], Iterator[bytes]]
+    failed: Callable[[PageRequest, BaseException], bytes]
+    waiting: PageRequest | None = None
+    # The request that runs. It is taken from `waiting` only when its first slice begins, so that
+    # the newest one is answered and not the one that was newest when the task was submitted.
+    request: PageRequest | None = None
     frames: Iterator[bytes] = field(default_factory=lambda: iter(()))
-    handle: Handle = field(default_factory=Handle)
-    task: asyncio.Task[None] | None = None
+    running: RunningRequest = field(default_factory=RunningRequest)
+    loop: asyncio.Task[None] | None = None
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def ask(self, question: PageQuestion) -> None:
-        """Put a question in the place of the one that waits."""
+    def put(self, request: PageRequest) -> None:
+        """Replace the request that waits; cancel the one that runs if the new one is long."""
         with self.lock:
-            self.waiting = question
-            if question.kind in LONG and self.question is not None:
-                # The answer to the one before is wanted no more.
-                self.handle.is_stopped = True
-        if self.task is None or self.task.done():
-            self.task = asyncio.get_running_loop().create_task(self._work())
+            self.waiting = request
+            if request.kind in LONG and self.request is not None:
+                self.running.is_cancelled = True
+        if self.loop is None or self.loop.done():
+            self.loop = asyncio.get_running_loop().create_task(self._answer_all())
 
     def cancel(self) -> None:
-        """End what is in work, and drop what waits."""
+        """Cancel the request that runs, and drop the one that waits."""
         with self.lock:
-            self.waiting, self.handle.is_stopped = None, True
+            self.waiting, self.running.is_cancelled = None, True
 
     async def close(self) -> None:
-        """End what is in work, and wait for its end."""
+        """Cancel all requests, and wait until none runs."""
         self.cancel()
-        if self.task is not None:
-            await asyncio.gather(self.task, return_exceptions=True)
+        if self.loop is not None:
+            await asyncio.gather(self.loop, return_exceptions=True)
 
-    async def _work(self) -> None:
+    async def _answer_all(self) -> None:
         while self.waiting is not None:
             with self.lock:
-                self.question, handle = None, Handle()
-                self.handle = handle
-            while not handle.is_stopped and (data := await self._frame(handle)) is not None:
-                if not handle.is_stopped:
+                self.request, self.running = None, RunningRequest()
+                running = self.running
+            while not running.is_cancelled and (data := await self._frame(running)) is not None:
+                if not running.is_cancelled:
                     await self.send(data)
 
-    async def _frame(self, handle: Handle) -> bytes | None:
-        """Return the next frame of an answer, None after the last; tell the progress meanwhile."""
-        work = asyncio.wrap_future(self.pool.submit(lambda turn: self._next(handle, turn)))
-        told, when = handle.share, time.monotonic()
+    async def _frame(self, running: RunningRequest) -> bytes | None:
+        """Return the next frame of an answer, None after the last; send progress meanwhile."""
+        work = asyncio.wrap_future(self.scheduler.submit(lambda task: self._next(running, task)))
+        sent, when = running.share, time.monotonic()
         while True:
-            done, _ = await asyncio.wait([work], timeout=TELLING)
+            done, _ = await asyncio.wait([work], timeout=PROGRESS_INTERVAL)
             if done:
                 return work.result()
-            is_news = handle.share > told or time.monotonic() - when > QUIET
-            if self.question is not None and is_news and not handle.is_stopped:
-                told, when = handle.share, time.monotonic()
-                header = {"id": self.question.id, "kind": "progress", "share": told}
+            is_due = running.share > sent or time.monotonic() - when > HEARTBEAT
+            if self.request is not None and is_due and not running.is_cancelled:
+                sent, when = running.share, time.monotonic()
+                header = {"id": self.request.id, "kind": "progress", "share": sent}
                 await self.send(frame(header))
 
-    def _next(self, handle: Handle, turn: Turn) -> bytes | None:
+    def _next(self, running: RunningRequest, task: Task) -> bytes | None:
         """Return the next frame of an answer, None after the last."""
         with self.lock:
-            if handle.is_stopped:
+            if running.is_cancelled:
                 return None
-            if self.question is None:
-                self.question, self.waiting = self.waiting, None
-                assert self.question is not None
-                self.frames = self.answer(self.question, handle)
-            question = self.question
-        with handle.during(turn):
+            if self.request is None:
+                self.request, self.waiting = self.waiting, None
+                assert self.request is not None
+                self.frames = self.answer(self.request, running)
+            request = self.request
+        with running.in_task(task):
             try:
                 return next(self.frames, None)
-            except Exception as error:  # noqa: BLE001 - told to the client, and reported
-                return self.failed(question, error)
+            except Exception as error:  # noqa: BLE001 - reported, and sent to the client
+                return self.failed(request, error)

@@ -1,4 +1,4 @@
-"""Sentences of the package in the words of the page: what is said there of code and files."""
+"""Messages of the package in the words of the page, without code and names of files."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ _ROWS = {"stops": "stop", "harmonics": "harmonic"}
 
 
 def plain(sentence: str) -> str:
-    """Return a sentence without what only those who write code or study files know.
+    """Return a message in words that need no knowledge of code or study files.
 
     Examples
     --------
     >>> plain("below the wall at x = 0.0; use a SoftStop for a compliant one")
     'below the wall at x = 0.0; a soft stop can be entered, a wall cannot'
     """
-    for ours, theirs in _WORDS:
-        sentence = sentence.replace(ours, theirs)
+    for words, on_page in _WORDS:
+        sentence = sentence.replace(words, on_page)
     return sentence
 
 
@@ -48,15 +48,15 @@ def axis_name(label: str) -> str:
     >>> axis_name("oscillator.stops.1.restitution")
     'restitution of stop 2'
     """
-    found = _PATH.match(label)
-    if found is None:
+    match = _PATH.match(label)
+    if match is None:
         return label
-    rows, number, name = found.groups()
+    rows, number, name = match.groups()
     if label.startswith("start."):
         name += " at the start"
     elif rows:
         name += f" of {_ROWS[rows]} {int(number) + 1}"
-    return name + label[found.end() :]
+    return name + label[match.end() :]
 
 
 def name_axes(figure: Figure, study: Study) -> None:

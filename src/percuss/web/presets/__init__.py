@@ -63,8 +63,8 @@ def presets() -> tuple[Preset, ...]:
     'first_impacts'
     """
     files = [file for file in resources.files(__name__).iterdir() if file.name.endswith(".toml")]
-    found = [_preset(file.name.removesuffix(".toml"), file.read_text("utf-8")) for file in files]
-    return tuple(sorted(found, key=lambda it: (it.name != "first_impacts", it.name)))
+    every = [_preset(file.name.removesuffix(".toml"), file.read_text("utf-8")) for file in files]
+    return tuple(sorted(every, key=lambda preset: (preset.name != "first_impacts", preset.name)))
 
 
 def _preset(name: str, text: str) -> Preset:

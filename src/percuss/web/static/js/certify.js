@@ -1,4 +1,4 @@
-// A run proven in ball arithmetic: to how many digits, up to where, and why no further.
+// A run proven in ball arithmetic: its digits, how far it is proven, and why no further.
 
 import { button, element, shown } from "./dom.js";
 
@@ -6,9 +6,9 @@ const DIGITS = 12;
 const MOST_DIGITS = 100;
 const NAMES = { certified: "Proven", proof: "The proof", digits: "Digits" };
 
-/** The strip under the cards; hidden until it is asked for. */
+/** The strip under the cards; hidden until it is opened. */
 export class Certify {
-  /** `onProven` hears up to which time the motion is proven, null for no proof. */
+  /** `onProven` is called with the time up to which the motion is proven, null for no proof. */
   constructor(app, onProven) {
     this.app = app;
     this.onProven = onProven;
@@ -35,7 +35,7 @@ export class Certify {
     });
   }
 
-  /** The way to the server is open: a link may have asked for a proof. */
+  /** The connection is open: a link may hold a proof. */
   connected() {
     if (this.isDue) this.#run();
   }
@@ -60,13 +60,13 @@ export class Certify {
     this.isDue = false;
     const digits = this.box.valueAsNumber;
     const { study } = this.app.store.value;
-    // It is in the link, in study.toml and in the code from now on.
+    // The digits are in the link, in study.toml and in the code from now on.
     this.app.store.set({ digits }, "digits");
     this.#clear();
     this.status.textContent = "proving …";
     this.stop.hidden = this.bar.hidden = false;
     this.bar.removeAttribute("value");
-    this.app.questions.replace("certify", { kind: "certify", study, digits }, {
+    this.app.requests.replace("certify", { kind: "certify", study, digits }, {
       answer: (header) => {
         if (this.app.store.value.study === study) this.#show(header);
       },
@@ -76,13 +76,13 @@ export class Certify {
   }
 
   #cancel() {
-    this.app.questions.cancel("certify");
+    this.app.requests.cancel("certify");
     this.#say("cancelled");
   }
 
   /** Another motion: nothing is proven of it, unless a link asks for it. */
   #forget(digits) {
-    if (!this.stop.hidden) this.app.questions.cancel("certify");
+    if (!this.stop.hidden) this.app.requests.cancel("certify");
     // A slider moves: nothing is done where nothing is said.
     if (this.status.textContent !== "") {
       this.#clear();

@@ -17,7 +17,7 @@ export function familiesOf(header, arrays, of) {
   });
   for (const it of rows) {
     const names = Array.from(it.value, (_, k) => kindOf(it, k));
-    // Those that are formal all along are not drawn.
+    // Families of formal orbits only are not drawn.
     for (const name of new Set(names.filter((_, k) => it.real[k] > 0))) {
       if (!kinds.has(name)) kinds.set(name, COLOURS[kinds.size % COLOURS.length]);
       const colour = kinds.get(name);
@@ -34,7 +34,7 @@ export function familiesOf(header, arrays, of) {
   return { layers, kinds, rows, marks };
 }
 
-/** Return the orbit that is nearest to a place, {row of families, k}; null if none is near. */
+/** Return the orbit nearest to a place, {row of families, k}; null if none is near. */
 export function nearestOrbit(rows, { x, y }, limits) {
   const [width, height] = [limits.x[1] - limits.x[0], limits.y[1] - limits.y[0]];
   let best = null;
@@ -59,7 +59,7 @@ export function nearestMark(marks, { x, y }, limits) {
   return best !== null && apart(best) < 0.015 ? best : null;
 }
 
-/** Say which orbit it is. */
+/** Return the text of an orbit. */
 export function orbitText({ it, k }) {
   return `${kindOf(it, k)} ${it.stable[k] > 0 ? "stable" : "not stable"}`;
 }
@@ -68,7 +68,7 @@ function kindOf({ impacts, periods }, k) {
   return `(${Number.isFinite(impacts[k]) ? impacts[k] : "∞"}, ${periods[k]})`;
 }
 
-/** Return values where they are wanted, and one beside, so that pieces meet; NaN elsewhere. */
+/** Return values where a test holds, and one beside, so that pieces meet; NaN elsewhere. */
 function masked(y, keep) {
   return Float32Array.from(y, (value, k) => (keep(k) || (k > 0 && keep(k - 1)) ? value : Number.NaN));
 }

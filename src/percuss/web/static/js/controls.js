@@ -5,9 +5,9 @@ import { MODELS, modelOf, newHarmonic, newStop, parametersOf, withModel, without
 import { Row } from "./row.js";
 import { get, put } from "./state.js";
 
-/** Build the panel; it follows the store, and puts what the user sets into it. */
+/** Build the panel; it follows the store, and writes what the user sets into it. */
 export class Panel {
-  /** `prefix` makes the ids its own, `onRelease` hears when a hand leaves a slider. */
+  /** `prefix` makes the ids unique, `onRelease` is called when a slider is released. */
   constructor(store, prefix, onRelease) {
     this.store = store;
     this.prefix = prefix;
@@ -33,12 +33,12 @@ export class Panel {
     for (const name of ["pointerup", "pointercancel"]) addEventListener(name, release);
   }
 
-  /** End it. */
+  /** Remove its listeners. */
   close() {
     for (const name of ["pointerup", "pointercancel"]) removeEventListener(name, this.release);
   }
 
-  /** Show the values; build the rows anew where there are others. */
+  /** Show the values; rebuild the rows where the parameters have changed. */
   update() {
     const { study } = this.store.value;
     const groups = parametersOf(study);
@@ -53,12 +53,12 @@ export class Panel {
     this.ranges = ranges;
   }
 
-  /** The server has taken a study: its values may widen the sliders. */
+  /** The server has accepted a study: its values may widen the sliders. */
   accept(study) {
     for (const row of this.rows.values()) row.accept(get(study, row.path));
   }
 
-  /** Show what is wrong beside the fields; return what belongs to none. */
+  /** Show faults beside their fields; return those that belong to none. */
   showFaults(faults) {
     for (const row of this.rows.values()) row.fault("");
     const rest = [];

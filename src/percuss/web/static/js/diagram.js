@@ -3,12 +3,11 @@
 import { familiesOf, nearestMark, nearestOrbit, orbitText } from "./chart.js";
 import { element, say, shown } from "./dom.js";
 import { checkRange, choiceField, numberField } from "./fields.js";
-import { Job } from "./job.js";
-import { changedSince, sampledAt } from "./made_of.js";
+import { JobView } from "./job_view.js";
 import { limitsOf, numberOf, pathsOf, startAt } from "./models.js";
-import { Plot } from "./plots.js";
+import { sampledAt } from "./provenance.js";
 import { digitsOf } from "./scales.js";
-import { get, isStudy, put, settingsOf } from "./state.js";
+import { get, put } from "./state.js";
 
 const KINDS = [
   ["diagram", "bifurcation diagram"],
@@ -25,108 +24,59 @@ const ABOUT = {
 };
 const DEFAULTS = { kind: "diagram", path: "", low: 1, high: 4, values: 1600, points: 128, of: "x", max_impacts: 3, max_periods: 2, isComputed: false };
 
-export class Diagram {
+export class Diagram extends JobView {
   constructor(app) {
-    this.app = app;
+    super(app, { name: "diagram", title: "Diagram", defaults: DEFAULTS, x: "parameter", y: "x" });
     this.levels = [];
-    this.form = element("form", { class: "settings", onsubmit: (event) => event.preventDefault() });
-    this.job = new Job(app, () => this.#ask(), (header, arrays, isFirst) => this.#take(header, arrays, isFirst), this.form);
     this.job.mark = (fault) => this.#mark(fault);
-    this.zoomed = element("button", { type: "button", hidden: true, onclick: () => this.#refine() }, "Compute what is shown");
-    this.job.root.append(this.zoomed);
-    this.plot = new Plot({
-      title: "Diagram", x: "parameter", y: "x", kind: "points",
-      read: (x, y) => this.#read(x, y),
-      onClick: (x, y) => this.#open(x, y),
-      onZoom: (zoom) => {
-        this.zoomed.hidden = zoom === null;
-        app.keepZoom("diagram", zoom);
-      },
-    });
-    this.stale = element("p", { class: "stale-note", role: "status", hidden: true });
-    this.legend = element("ul", { class: "legend" });
-    this.hint = element("p", { class: "hint" });
-    this.root = element(
-      "section",
-      { class: "wide", "aria-label": "Diagram" },
-      this.form, this.job.root, this.stale, this.plot.root, this.legend, this.hint,
-    );
     this.restore(app.store.value);
-    app.store.watch(() => this.#changed());
   }
 
-  recolour() {
-    this.plot.recolour();
+  get hasPicture() {
+    return this.levels.length > 0;
   }
 
-  close() {
-    this.plot.close();
+  /** The parameter of the diagram may be any: it is marked in the picture. Orbits have no start. */
+  scope({ kind, path }) {
+    return { path, ...(kind === "response" && { parts: [] }) };
   }
 
-  /** Take the settings of a link. */
-  restore({ diagram, study, zooms }) {
-    this.settings = settingsOf(DEFAULTS, diagram);
-    this.due = this.settings.isComputed ? { zoom: zooms?.diagram ?? null, study: isStudy(diagram.study) ? diagram.study : study } : null;
+  restore(state) {
+    super.restore(state);
     if (!(this.settings.kind in OF)) this.settings.kind = "diagram";
     if (!OF[this.settings.kind].some(([name]) => name === this.settings.of)) this.settings.of = OF[this.settings.kind][0][0];
     this.key = "";
-    this.#fields(study);
+    this.#fields(state.study);
   }
 
-  /** Another motion: nothing is known of it. */
   begin(state) {
-    this.job.clear();
     this.levels = [];
-    this.asked = this.families = null;
-    this.stale.hidden = true;
-    this.legend.replaceChildren();
-    this.restore(state);
+    this.families = null;
+    super.begin(state);
   }
 
-  /** A link shows the picture that it was made of. */
-  shown() {
-    if (this.due === null || !this.app.isOpen) return;
-    const { zoom, study } = this.due;
-    this.due = null;
-    if (this.levels.length > 0 && JSON.stringify(this.asked) === JSON.stringify(this.#questionOf(study))) return;
-    this.firstZoom = zoom;
-    this.#run(study);
-  }
-
-  /** Return what the picture shows, or is to show, as the server knows it: files are of that. */
-  question() {
-    return this.levels.length > 0 && this.asked ? this.asked : this.#questionOf(this.app.store.value.study);
-  }
-
-  #questionOf(study) {
+  requestOf(study) {
     const { kind, path, low, high, values, points, max_impacts, max_periods } = this.settings;
-    const own = kind === "diagram" ? { values, points } : { max_impacts, max_periods };
-    return { kind, study, path, low, high, ...own };
+    const sizes = kind === "diagram" ? { values, points } : { max_impacts, max_periods };
+    return { kind, study, path, low, high, ...sizes };
+  }
+
+  isComputed({ study: _, ...rest }) {
+    return Object.entries(rest).every(([name, value]) => value === this.settings[name]);
   }
 
   /** A value of the range that the parameter cannot have: mark the end that it is nearer to. */
   #mark({ path, reason }) {
-    if (!this.coming || !path.startsWith("over.") || !path.includes(this.coming.path)) return;
+    if (!this.pending || !path.startsWith("over.") || !path.includes(this.pending.path)) return;
     const value = Number.parseFloat(reason);
-    const { low, high } = this.coming;
+    const { low, high } = this.pending;
     this.ends[Math.abs(value - low) <= Math.abs(value - high) ? "low" : "high"].complain(reason);
   }
 
-  /** Compute with another study than the one that is set. */
-  #run(study) {
-    this.base = study;
-    this.job.run();
-    this.base = null;
-  }
-
-  #changed() {
-    const { study } = this.app.store.value;
-    this.#fields(study);
-    if (!this.asked) return;
-    // The parameter of the diagram may be any: it is marked in the picture. Orbits have no start.
-    const { kind, path, study: made } = this.asked;
-    this.stale.textContent = changedSince(made, study, { path, ...(kind === "response" && { parts: [] }) });
-    this.stale.hidden = this.stale.textContent === "";
+  changed() {
+    this.#fields(this.app.store.value.study);
+    super.changed();
+    if (this.current === null) return;
     this.plot.lines = this.#here();
     this.plot.redraw();
   }
@@ -169,14 +119,8 @@ export class Diagram {
     Object.assign(this.settings, parts, "of" in parts && !isOther ? {} : { isComputed: false });
     if (isOther) this.key = "";
     if ("low" in parts || "high" in parts) checkRange(this.ends.high, this.settings.low, this.settings.high);
-    this.#keep();
+    this.keep();
     this.#wait();
-  }
-
-  /** Keep in the link what is set, and what a picture was made of. */
-  #keep() {
-    const made = this.settings.isComputed && this.asked ? { study: this.asked.study } : {};
-    this.app.store.set({ diagram: { ...this.settings, ...made } }, "diagram");
   }
 
   #wait() {
@@ -200,42 +144,17 @@ export class Diagram {
     }
   }
 
-  #ask() {
-    this.due = null;
-    this.coming = this.#questionOf(this.base ?? this.app.store.value.study);
-    return this.coming;
-  }
-
-  /** The first of another picture has come: from now on it is the one that is shown. */
-  #begin() {
-    this.asked = this.coming;
-    // What is computed is kept in the link, unless something else is set by now.
-    const { kind, path, low, high, values, points, max_impacts, max_periods } = this.asked;
-    const isSet = Object.entries({ kind, path, low, high, values, points, max_impacts, max_periods }).every(([name, value]) => value === undefined || value === this.settings[name]);
-    if (isSet) this.settings.isComputed = true;
-    this.#keep();
-    this.#changed();
-  }
-
-  /** Compute the part that is zoomed into. */
-  #refine() {
+  refine() {
     const ends = this.plot.limits.x;
     const [low, high] = ends.map((end) => Number(end.toPrecision(Math.max(8, digitsOf(ends)))));
-    Object.assign(this.settings, { low, high, path: this.asked.path });
+    Object.assign(this.settings, { low, high, path: this.current.path });
     this.key = "";
     this.#fields(this.app.store.value.study);
-    this.#run(this.asked.study);
+    this.run(this.current.study);
   }
 
-  #take(header, arrays, isFirst) {
+  receive(header, arrays, isFirst) {
     if (isFirst || header.kind === "response") this.levels = [];
-    if (isFirst) {
-      this.#begin();
-      this.plot.take(this.firstZoom ?? null);
-      this.zoomed.hidden = this.plot.zoom === null;
-      if (this.plot.zoom === null) this.app.keepZoom("diagram", null);
-      this.firstZoom = null;
-    }
     this.levels.push({ header, arrays });
     this.#draw();
   }
@@ -246,7 +165,7 @@ export class Diagram {
     // What is chosen may be of the other kind, which is not computed yet.
     const of = OF[header.kind].some(([name]) => name === this.settings.of) ? this.settings.of : OF[header.kind][0][0];
     this.drawn = of;
-    this.plot.label(this.#name(header.path), this.#quantity(of, this.asked.study));
+    this.plot.label(this.#name(header.path), this.#quantity(of, this.current.study));
     if (header.kind === "diagram") this.#drawPoints(header, of);
     else this.#drawFamilies(header, of);
   }
@@ -294,24 +213,24 @@ export class Diagram {
 
   /** A line at the value that Explore shows. */
   #here() {
-    const value = this.asked ? numberOf(get(this.app.store.value.study, this.asked.path)) : Number.NaN;
-    return value >= this.asked?.low && value <= this.asked?.high ? [{ x: value, colour: "--faint" }] : [];
+    const value = this.current ? numberOf(get(this.app.store.value.study, this.current.path)) : Number.NaN;
+    return value >= this.current?.low && value <= this.current?.high ? [{ x: value, colour: "--faint" }] : [];
   }
 
   #legendHere() {
-    return this.#here().length > 0 ? [element("li", { class: "note" }, "dashed upright line: the value that Explore shows")] : [];
+    return this.#here().length > 0 ? [element("li", { class: "note" }, "dashed vertical line: the value that Explore shows")] : [];
   }
 
   #name(path) {
-    return pathsOf(this.asked?.study ?? this.app.store.value.study).find((it) => it.path === path)?.name ?? path;
+    return pathsOf(this.current?.study ?? this.app.store.value.study).find((it) => it.path === path)?.name ?? path;
   }
 
   #quantity(of, study) {
     return of === "x" || of === "v" ? `${LABELS[of]} ${sampledAt(study)}` : LABELS[of];
   }
 
-  #read(x, y) {
-    const name = this.asked?.path.split(".").at(-1) ?? "parameter";
+  read(x, y) {
+    const name = this.current?.path.split(".").at(-1) ?? "parameter";
     const place = (at) => `${name} = ${shown(at.x, digitsOf(this.plot.limits.x))}, ${this.drawn ?? "y"} = ${shown(at.y, 5)}`;
     if (!this.families) return place({ x, y });
     const mark = nearestMark(this.families.marks, { x, y }, this.plot.limits);
@@ -320,13 +239,13 @@ export class Diagram {
     return near ? `${place({ x, y })}: ${orbitText(near)}` : place({ x, y });
   }
 
-  #open(x, y) {
-    if (!this.asked || this.levels.length === 0) return;
-    const { path, study } = this.asked;
+  open(x, y) {
+    if (!this.current || this.levels.length === 0) return;
+    const { path, study } = this.current;
     const found = this.families ? this.#orbitNear(x, y) : this.#pointNear(x, y);
     const value = found?.value ?? x;
     // Arrays hold seven digits of the range, bifurcations come in double.
-    const digits = digitsOf([this.asked.low, this.asked.high], 1e-6);
+    const digits = digitsOf([this.current.low, this.current.high], 1e-6);
     const next = put(study, path, String(Number(value.toPrecision(found?.isMark ? Math.max(12, digits) : digits))));
     const start = found && !path.startsWith("start.") ? { start: { ...next.start, ...found.start } } : {};
     this.app.open({ ...next, ...start });
@@ -339,7 +258,7 @@ export class Diagram {
     const near = mark?.at ?? nearestOrbit(this.families.rows, { x, y }, this.plot.limits);
     if (near === null) return null;
     const { it, k } = near;
-    return { value: mark?.x ?? it.value[k], isMark: mark !== null, start: startAt(this.asked.study, it.x0[k], it.v0[k], { t0: String(Number(it.t0[k].toPrecision(8))) }) };
+    return { value: mark?.x ?? it.value[k], isMark: mark !== null, start: startAt(this.current.study, it.x0[k], it.v0[k], { t0: String(Number(it.t0[k].toPrecision(8))) }) };
   }
 
   /** Return value, x and v of the point of the diagram that is nearest. */
@@ -356,7 +275,7 @@ export class Diagram {
           const apart = across + Math.abs(arrays[this.drawn][k] - y) / height;
           if (apart < least) {
             least = apart;
-            best = { value, start: startAt(this.asked.study, arrays.x[k], arrays.v[k]) };
+            best = { value, start: startAt(this.current.study, arrays.x[k], arrays.v[k]) };
           }
         }
       });

@@ -29,7 +29,7 @@ export function button(label, onclick, attributes = {}) {
 
 let toast = null;
 
-/** Say something for a moment at the foot of a page. */
+/** Show a message for a moment at the foot of a page. */
 export function say(root, text) {
   toast?.remove();
   toast = element("div", { class: "toast", role: "status" }, text);

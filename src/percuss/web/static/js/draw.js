@@ -66,7 +66,7 @@ function crosses(context, { unit, px, py }, { x, y, size, width }, colour) {
   context.stroke();
 }
 
-/** Many points as shades: the more on a pixel the darker; few are drawn larger. */
+/** Many points as shades, darker where a pixel has more of them; few points are drawn larger. */
 function density(context, scales, { x, y, rows, isSparse }, colour) {
   const { left, top } = scales;
   const width = Math.max(1, Math.round(scales.width));

@@ -1,4 +1,4 @@
-// One motion: x(t), phase portrait, impacts and spectrum, and what percuss knows of it.
+// One motion: x(t), phase portrait, impacts, spectrum, and facts about it.
 
 import { Certify } from "./certify.js";
 import { Panel } from "./controls.js";
@@ -9,9 +9,9 @@ import { Plot } from "./plots.js";
 import { bisect } from "./scales.js";
 
 const POINTS = 4000;
-// A slider that rests so long asks for the orbit too [ms].
+// The facts are requested once a slider has rested so long [ms].
 const RESTED = 250;
-// The first answer of all may wait for the compiler [ms].
+// After so long without a first answer the server is taken to compile [ms].
 const COMPILING = 1500;
 
 /** Build the view. */
@@ -80,7 +80,7 @@ export class Explore {
     this.plots = [this.motion, this.portrait, this.section, this.spectrum];
   }
 
-  /** Show the parts that a link tells. */
+  /** Zoom to the parts that a link holds. */
   #takeZooms() {
     const { zooms = {} } = this.store.value;
     for (const name of ["motion", "portrait", "section", "spectrum"]) this[name].take(zooms[name] ?? null);
@@ -91,7 +91,7 @@ export class Explore {
     for (const plot of this.plots) plot.recolour();
   }
 
-  /** No hand is on a slider any more. */
+  /** All sliders are released. */
   #settle() {
     for (const plot of this.plots) plot.settle();
   }
@@ -103,12 +103,12 @@ export class Explore {
     for (const plot of this.plots) plot.close();
   }
 
-  /** Ask for the motion as it is set now. */
+  /** Request the motion as it is set now. */
   ask(isNew) {
     if (isNew) this.#takeZooms();
     const { study } = this.store.value;
     this.asked = performance.now();
-    this.app.questions.ask(
+    this.app.requests.put(
       "explore",
       { kind: "explore", study, points: POINTS, window: this.window },
       { answer: (header, arrays) => this.#show(study, header, arrays), fault: (faults) => this.#faults(faults) },
@@ -123,7 +123,7 @@ export class Explore {
   }
 
   #askFacts(study) {
-    this.app.questions.ask(
+    this.app.requests.put(
       "facts",
       { kind: "facts", study },
       {
@@ -137,7 +137,7 @@ export class Explore {
           this.#drawPortrait();
         },
         fault: () => {
-          // After a wrong value the cards are of the motion before.
+          // After a wrong value the cards keep the facts of the motion before.
           if (!this.root.classList.contains("stale")) this.facts.showOrbit(null);
         },
       },
@@ -169,12 +169,12 @@ export class Explore {
     this.facts.showMotion(header);
     this.facts.isKnown(known !== null);
     if (known !== null) this.facts.showExponent(known.header);
-    // For whoever measures how long a slider takes.
+    // Tests measure the delay of a slider by this event.
     this.root.dataset.drawn = String(performance.now());
     this.root.dispatchEvent(new CustomEvent("drawn", { detail: { asked: this.asked }, bubbles: true }));
   }
 
-  /** Take the orbit near the motion that is shown: it may be known before the curve, or not at all. */
+  /** Take the orbit near the motion that is shown; its answer may come before the curve, or never. */
   #takeOrbit() {
     const known = this.known?.study === this.study ? this.known : null;
     this.orbit = known?.header.orbit ? known.arrays : null;
@@ -207,7 +207,7 @@ export class Explore {
     this.portrait.show(layers, this.walls.map(({ at, colour }) => ({ x: at, colour })), null, isHeld);
   }
 
-  /** Mark in the other plots where the motion is at a time; among the impacts the nearest one. */
+  /** Mark the state at a time in the other plots; among the impacts the nearest one. */
   #link(time, from) {
     const { curve } = this;
     const mark = (plot, times, xs, ys) => {
@@ -230,6 +230,6 @@ export class Explore {
 function sectionLimits({ speed }) {
   let high = 0;
   for (const value of speed) high = Math.max(high, value);
-  // A little more, so that dots on the edge are seen whole.
+  // A margin, so that dots on the edge are not cut off.
   return { x: [-0.015, 1.015], y: [0, high > 0 ? 1.08 * high : 1] };
 }

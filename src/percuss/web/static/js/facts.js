@@ -1,4 +1,4 @@
-// What percuss knows of a motion, in a line of cards.
+// Facts about a motion, in a line of cards.
 
 import { element, shown } from "./dom.js";
 
@@ -12,7 +12,7 @@ const KINDS = {
   too_few: "too few to tell",
   no_period_found: "no period found",
 };
-// In the words of the page.
+// Names on the page.
 const OUTCOMES = {
   "the run reached t_end": "followed to its end",
   "the run reached max_impacts (impacts and entries into soft stops)": "followed to its last impact",
@@ -57,7 +57,7 @@ export class Facts {
     this.summary.textContent = parts.filter((part) => part).join("; ");
   }
 
-  /** Say how fast neighbours part, and of impact times without a period whether that is chaos. */
+  /** Show how fast neighbours separate, and without a period of the impacts whether that is chaos. */
   showExponent({ exponent, orbit }) {
     const parts = this.pattern ? [this.pattern] : [];
     let name = KINDS[this.kind] ?? this.kind;
@@ -77,7 +77,7 @@ export class Facts {
     this.#summarise(name, near, parts[0]);
   }
 
-  /** Grey what is known of an earlier motion alone. */
+  /** Grey the facts of an earlier motion. */
   isKnown(isKnown) {
     this.orbit.root.classList.toggle("stale", !isKnown);
   }
@@ -94,14 +94,14 @@ export class Facts {
     const clearance = orbit.grazes ? "grazes" : orbit.grazing_margin === null ? "no turning point near a stop" : `clearance ${shown(orbit.grazing_margin, 3)}`;
     const formal = orbit.admissible ? "" : "formal, no motion follows it: it passes through a stop; ";
     const passed = orbit.stability === "unstable" ? "the motion cannot stay on it; " : "";
-    this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${roundOf(orbit, counted)}; ${passed}${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
+    this.orbit.show(`${name} ${STABLE[orbit.stability] ?? orbit.stability}`, `${countsOf(orbit, counted)}; ${passed}${formal}multipliers ${multipliers.join(", ")}; ${clearance}`, unitCircle(orbit.multipliers));
   }
 }
 
 const nameOf = ({ sticks, n_impacts: impacts, n_periods: periods }) => `(${sticks ? "∞" : impacts}, ${periods})`;
 
-/** Say what happens in one round of an orbit. */
-function roundOf({ sticks, n_impacts: impacts, n_periods: periods }, counted) {
+/** Return the counts of one period of an orbit. */
+function countsOf({ sticks, n_impacts: impacts, n_periods: periods }, counted) {
   return `${sticks ? "chatter and contact" : hits(impacts, counted)} in ${count(periods, "forcing period")}`;
 }
 
@@ -115,7 +115,7 @@ function hits(n, counted = ["impact"]) {
 function exponentText({ value, error }) {
   if (value === null) return "largest exponent −∞: each contact ends all memory of the start";
   const sign = value > 0 ? "+" : value < 0 ? "−" : "";
-  // An error far below the digits that are shown says nothing more.
+  // An error far below the digits that are shown is left out.
   const doubt = error > 1e-3 * Math.abs(value) ? ` ± ${shown(error, 1)}` : "";
   return `largest exponent ${sign}${shown(Math.abs(value), 3)}${doubt}`;
 }

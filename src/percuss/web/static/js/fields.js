@@ -1,4 +1,4 @@
-// Fields of the long questions.
+// Fields of the forms of long requests.
 
 import { element } from "./dom.js";
 import { numberOf } from "./models.js";

@@ -10,7 +10,7 @@ export function decode(buffer) {
   let at = 4 + size;
   for (const [name, length] of header.arrays) {
     const column = new Float32Array(buffer, at, length);
-    // Values of a parameter are told from the middle of their range.
+    // Values of a parameter are offsets from the middle of their range.
     const isFrom = header.origin !== undefined && name.startsWith("value");
     arrays[name] = isFrom ? Float64Array.from(column, (value) => value + header.origin) : column;
     at += 4 * length;

@@ -21,7 +21,7 @@ export class Gallery {
     this.isDrawn = false;
   }
 
-  /** Draw the portraits, one after another, the first time that they are seen. */
+  /** Draw the portraits, one after another, when they are first seen. */
   shown() {
     if (this.isDrawn) return;
     this.isDrawn = true;
@@ -35,7 +35,7 @@ export class Gallery {
   #next(k) {
     const card = this.cards[k];
     if (!card) return;
-    this.app.questions.ask(
+    this.app.requests.put(
       "thumb",
       { kind: "thumb", study: card.preset.study, points: 1500 },
       {

@@ -14,7 +14,7 @@ const KEYS = {
 KEYS["="] = KEYS["+"];
 
 /**
- * Let hands move the limits of a plot.
+ * Move the limits of a plot by pointers and keys.
  *
  * plot: host (element), over() (element of the plotting area), limits, isLog, at(x, y) from pixels,
  * setZoom(x, y), reset().
@@ -50,7 +50,7 @@ export function attach(plot) {
   twoFingers(plot, move);
 }
 
-/** Shift and drag: the picture follows the hand. */
+/** Shift and drag: the picture follows the pointer. */
 function dragging(plot, move) {
   plot.host.addEventListener("pointerdown", (event) => {
     if (!event.shiftKey || event.button !== 0 || event.pointerType === "touch") return;

@@ -16,7 +16,7 @@ const HELP = [
   ["Keys", "? shows this. Arrow keys move between tabs. The link in the address holds all that is set."],
 ];
 
-/** Return the tabs of views; `choose(name)` is called with the one that is wanted. */
+/** Return the tabs of views; `choose(name)` is called with the chosen one. */
 export function makeTabs(names, prefix, choose) {
   const tabs = new Map(
     names.map((name) => [
@@ -47,7 +47,7 @@ export function makeTabs(names, prefix, choose) {
   };
 }
 
-/** Return the files of a kind of question: [extension, table or null, label]. */
+/** Return the files of a kind of request: [extension, table or null, label]. */
 export function filesOf({ kind, study, digits }) {
   const hasSoft = (study.oscillator.stops ?? []).some((stop) => stop.type === "soft");
   const tables = {
@@ -66,7 +66,7 @@ export function filesOf({ kind, study, digits }) {
   ];
 }
 
-/** Say how the tables are read. */
+/** Return how the tables are read. */
 function readingOf(kind) {
   const nc = kind === "motion" ? 'xarray.open_datatree("motion.nc"): motion, impacts, … are its groups' : `xarray.open_dataset("${kind}.nc")`;
   return [`csv: pandas.read_csv(name)`, `nc: ${nc}`];
@@ -77,20 +77,20 @@ const NOTES = { motion: "of the motion in Explore", diagram: "of the diagram", r
 /**
  * Return the menu of files; it closes by Escape, by a choice and by a click elsewhere.
  *
- * asked() returns the question whose files are offered, download(extension, table) is called.
+ * requested() returns the request whose files are offered; a choice calls download(extension, table).
  */
-export function makeMenu(asked, download) {
+export function makeMenu(requested, download) {
   const list = element("div", {});
   const summary = element("summary", {}, "Files");
   const root = element("details", { class: "menu" }, summary, list);
   root.addEventListener("toggle", () => {
     if (!root.open) return;
-    const question = asked();
-    const items = filesOf(question).map(([extension, table, label]) =>
+    const request = requested();
+    const items = filesOf(request).map(([extension, table, label]) =>
       button(label, () => download(extension, table), { "data-file": table ? `${table}.csv` : extension }),
     );
-    const reading = readingOf(question.kind).map((text) => element("p", { class: "hint reading" }, text));
-    list.replaceChildren(element("p", { class: "hint" }, NOTES[question.kind]), ...items, ...reading);
+    const reading = readingOf(request.kind).map((text) => element("p", { class: "hint reading" }, text));
+    list.replaceChildren(element("p", { class: "hint" }, NOTES[request.kind]), ...items, ...reading);
   });
   root.addEventListener("click", (event) => {
     if (event.target.tagName === "BUTTON") root.open = false;
@@ -119,7 +119,7 @@ export function makeMenu(asked, download) {
 export function makeHelp() {
   const rows = HELP.flatMap(([name, text]) => [element("dt", {}, name), element("dd", {}, text)]);
   const dialog = element("dialog", { class: "help", "aria-label": "Help" });
-  // It takes the focus, so that the help opens at its begin.
+  // It takes the focus, so that the help opens at its top.
   dialog.append(element("h2", { tabindex: "-1", autofocus: true }, "How to use the workbench"), element("dl", {}, ...rows), button("Close", () => dialog.close(), { class: "primary" }));
   dialog.addEventListener("click", (event) => {
     if (event.target === dialog) dialog.close();

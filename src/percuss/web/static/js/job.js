@@ -1,17 +1,17 @@
-// A long question: its button, its progress, and cancelling it.
+// A long request: its buttons and its progress.
 
 import { button, element } from "./dom.js";
 
-/** Start, cancel and progress of one kind of long question. */
+/** Start, cancel and progress of one kind of long request. */
 export class Job {
   /**
-   * `question()` returns what to ask, `show(header, arrays, isFirst)` takes the frames, form: its
-   * fields, of which none may have a fault.
+   * `request()` returns the request, `show(header, arrays, isFirst)` is called with each frame, form:
+   * the fields of the view, of which none may have a fault.
    */
-  constructor(app, question, show, form = null) {
+  constructor(app, request, show, form = null) {
     this.app = app;
     this.form = form;
-    this.question = question;
+    this.request = request;
     this.show = show;
     this.start = button("Compute", () => this.run(), { class: "primary" });
     this.stop = button("Cancel", () => this.cancel(), { hidden: true });
@@ -34,22 +34,21 @@ export class Job {
     this.bar.removeAttribute("value");
     this.#say("computing …");
     let share = 0;
-    // The bar and the text tell the same.
-    const tell = (next) => {
+    const report = (next) => {
       share = Math.max(share, next);
       this.bar.value = share;
       this.status.textContent = `${Math.round(100 * share)} %, ${((performance.now() - began) / 1000).toFixed(1)} s`;
     };
-    this.app.questions.replace("job", this.question(), {
+    this.app.requests.replace("job", this.request(), {
       answer: (header, arrays) => {
         this.show(header, arrays, isFirst);
         isFirst = false;
-        tell(header.share);
+        report(header.share);
         if (!header.done) return;
         this.status.textContent = `done in ${((performance.now() - began) / 1000).toFixed(1)} s`;
         this.#busy(false);
       },
-      progress: tell,
+      progress: report,
       fault: (faults) => {
         for (const fault of faults) this.mark?.(fault);
         this.#say(faults.map((fault) => (fault.path ? `${nameOf(fault.path)}: ${fault.reason}` : fault.reason)).join("; "), true);
@@ -59,18 +58,18 @@ export class Job {
   }
 
   cancel() {
-    this.app.questions.cancel("job");
+    this.app.requests.cancel("job");
     this.#say("cancelled");
     this.#busy(false);
   }
 
-  /** Forget what was asked before. */
+  /** Cancel the request, and forget its status. */
   clear() {
     if (!this.stop.hidden) this.cancel();
     this.#say("");
   }
 
-  /** No answer will come any more: the reason is a sentence. */
+  /** Say why no answer will come any more. */
   lost(reason) {
     if (this.stop.hidden) return;
     this.#say(reason, true);

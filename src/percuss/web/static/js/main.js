@@ -10,17 +10,17 @@ import { Paper } from "./paper.js";
 import { digitsOf } from "./scales.js";
 import { decodeLink, encode, Store } from "./state.js";
 
-export { Questions } from "./transport.js";
+export { Requests } from "./transport.js";
 
-// A slider that moves writes the address this seldom [ms]: browsers allow few changes a second.
+// Least time between two changes of the address [ms]: browsers allow few a second.
 const LINKING = 250;
 
 /**
  * Put the workbench into an element.
  *
- * connect(onState) returns the questions; facts: {version, presets, report, figures};
- * file(extension, question) resolves to {name, blob}; hasLinks: whether the address holds the state;
- * prefix makes the ids its own; study: what to begin with; onStudy(study) hears of every change.
+ * connect(onState) returns the requests; facts: {version, presets, report, figures};
+ * file(extension, request) resolves to {name, blob}; hasLinks: whether the address holds the state;
+ * prefix makes the ids unique; study: what to begin with; onStudy(study) is called at every change.
  */
 export function mount(root, options) {
   return new App(root, { prefix: "p", ...options });
@@ -39,21 +39,21 @@ class App {
     const linked = options.hasLinks ? decodeLink(location.hash.slice(1)) : null;
     this.store = new Store({ ...first, ...linked });
     this.ends = [];
-    this.questions = options.connect((isOpen) => this.#connection(isOpen));
+    this.requests = options.connect((isOpen) => this.#connection(isOpen));
     this.#build();
     this.#listen();
     this.#showView();
     if (options.hasLinks && linked === null && location.hash.length > 1) say(root, "the link holds no motion");
   }
 
-  /** Begin with another motion in Explore; what was set and computed for the one before is gone. */
+  /** Begin with another motion in Explore, without the settings and pictures of the one before. */
   begin(study) {
     const state = { study, view: "explore", ranges: {}, zooms: {}, diagram: undefined, basins: undefined, digits: undefined };
     for (const view of Object.values(this.views)) view.begin?.(state);
     this.store.set(state, "all");
   }
 
-  /** Show in Explore a motion that was found in another view. */
+  /** Show in Explore a motion picked in another view. */
   open(study) {
     const { diagram, basins } = this.store.value.zooms ?? {};
     this.store.set({ study, view: "explore", digits: undefined, zooms: { ...(diagram && { diagram }), ...(basins && { basins }) } }, "all");
@@ -66,12 +66,12 @@ class App {
     this.store.set({ zooms: zoom === null ? rest : { ...rest, [name]: { x: rounded(zoom.x), y: rounded(zoom.y) } } }, "zoom");
   }
 
-  /** The long answer that a view waited for is computed no more: another one has begun. */
+  /** Tell the other views that their long answers are cancelled by this job. */
   supersede(job) {
     for (const view of Object.values(this.views)) if (view.job && view.job !== job) view.job.lost("another computation has begun; compute again");
   }
 
-  /** End everything: the element is shown no more. */
+  /** Remove all listeners and elements. */
   close() {
     for (const end of this.ends) end();
     for (const view of Object.values(this.views)) view.close?.();
@@ -100,7 +100,7 @@ class App {
   }
 
   #tools() {
-    this.menu = makeMenu(() => this.#asked(), (extension, table) => this.#download(extension, table));
+    this.menu = makeMenu(() => this.#request(), (extension, table) => this.#download(extension, table));
     this.ends.push(() => this.menu.close());
     return element(
       "div",
@@ -192,10 +192,10 @@ class App {
     this.isFollowing = false;
   }
 
-  /** What files are asked of: the motion, or the long question of the view that is shown. */
-  #asked() {
+  /** Return the request whose files are offered: the motion, or the long request of the view. */
+  #request() {
     const { view, study, digits } = this.store.value;
-    return this.views[view]?.question?.() ?? { kind: "motion", study, digits };
+    return this.views[view]?.request?.() ?? { kind: "motion", study, digits };
   }
 
   #copyLink() {
@@ -205,7 +205,7 @@ class App {
 
   async #copyPython() {
     try {
-      const { blob } = await this.options.file("py", this.#asked());
+      const { blob } = await this.options.file("py", this.#request());
       await this.#copy(await blob.text(), "Python copied");
     } catch (error) {
       say(this.root, error.message);
@@ -230,7 +230,7 @@ class App {
   async #download(extension, table) {
     try {
       say(this.root, "making the file …");
-      const { name, blob } = await this.options.file(extension, { ...this.#asked(), ...(table && { table }) });
+      const { name, blob } = await this.options.file(extension, { ...this.#request(), ...(table && { table }) });
       const address = URL.createObjectURL(blob);
       element("a", { href: address, download: name }).click();
       setTimeout(() => URL.revokeObjectURL(address), 10_000);

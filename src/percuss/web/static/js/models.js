@@ -1,4 +1,4 @@
-// Which parameters a study has, what they are called and how far their sliders go.
+// The parameters of a study: their names and the ranges of their sliders.
 
 const HARMONIC = { amplitude: 1, omega: 2, phase: 0 };
 const WALL = { type: "wall", at: 0, side: "below", restitution: "0.8" };
@@ -57,7 +57,7 @@ export function withoutHarmonic(study, index) {
   return { ...study, forcing, run: { ...run, t_end: Number.isFinite(time) && time > 0 ? Number(time.toPrecision(3)) : 100 } };
 }
 
-/** Return the groups of parameters of a study: what the panel shows. */
+/** Return the groups of parameters of a study, as the panel shows them. */
 export function parametersOf(study) {
   const oscillator = study.oscillator;
   const groups = [
@@ -129,7 +129,7 @@ export function numberOf(value) {
   return ((match[1] === "-" ? -1 : 1) * size) / Number(match[4] ?? 1);
 }
 
-/** Tell whether two studies differ in their starts and lengths alone. */
+/** Return whether two studies differ in their starts and lengths alone. */
 export function sameMotion(one, other) {
   const model = ({ oscillator, forcing }) => JSON.stringify([oscillator, forcing]);
   return one === other || model(one) === model(other);
@@ -142,7 +142,7 @@ export function limitsOf({ oscillator }) {
   return ends;
 }
 
-/** Return where a motion starts, off the walls and of few digits: what comes over the wire is rounded. */
+/** Return a start of few digits off the walls: frames hold single precision. */
 export function startAt(study, x, v, rest = {}) {
   const [low, high] = limitsOf(study);
   const at = (side) => study.oscillator.stops.findLast((stop) => stop.type === "wall" && stop.side === side).at;

@@ -5,11 +5,11 @@ import { overSocket } from "./transport.js";
 
 const root = document.getElementById("percuss");
 
-async function file(extension, question) {
+async function file(extension, request) {
   const response = await fetch(`/api/file/${extension}`, {
     method: "POST",
     headers: { "content-type": "application/json" },
-    body: JSON.stringify(question),
+    body: JSON.stringify(request),
   });
   if (!response.ok) throw new Error((await response.json().catch(() => ({}))).fault ?? "the server gave no file");
   const name = /filename="([^"]+)"/.exec(response.headers.get("content-disposition"))?.[1] ?? `motion.${extension}`;

@@ -3,10 +3,10 @@
 import { button, element } from "./dom.js";
 
 const REPORT = "/report/index.html";
-// What a verdict rests on.
+// The grounds of a verdict.
 const GRADES = { derived: "a proof covers all cases", certified: "proven in ball arithmetic for the numbers of the paper", numerical: "double precision, with its error estimated" };
 
-/** Say which paper it is, and what of it is checked. */
+/** Return the heading: which paper it is, and what of it is checked. */
 function about() {
   return [
     element("h2", {}, "The paper behind the package"),
@@ -24,7 +24,7 @@ function about() {
   ];
 }
 
-/** A button that has the server compute the report, and says how long it has been at it. */
+/** A button that starts the report on the server, and shows its elapsed time. */
 function makeReport() {
   const status = element("output", { role: "status" });
   const look = async (method) => {
@@ -71,7 +71,7 @@ export class Paper {
     );
   }
 
-  /** How certain the verdicts are, and each of them. */
+  /** The counts of verdicts by their grounds, and the list of them. */
   #verdicts(claims) {
     const of = (grade) => claims.filter((it) => it.grade === grade);
     const counts = Object.entries(GRADES)

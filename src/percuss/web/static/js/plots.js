@@ -1,4 +1,4 @@
-// Plots: uPlot draws axes and takes the zoom, the curves are drawn here.
+// Plots: uPlot draws axes and handles the zoom, the curves are drawn here.
 
 import uPlot from "../vendor/uPlot.esm.js";
 import { element, shown } from "./dom.js";
@@ -8,7 +8,7 @@ import { bisect, digitsOf, extentOf, grown, isAxis, logTexts, tickTexts, ticksOf
 
 const css = (root, name) => getComputedStyle(root).getPropertyValue(name).trim();
 const FACE = 'system-ui, "Segoe UI", Roboto, sans-serif';
-// Of the page's text on screens of the usual size [pixels].
+// Size of the text of the page on usual screens [pixels].
 const TEXT = 14;
 
 /** One plot with its title and its read-out. */
@@ -56,14 +56,14 @@ export class Plot {
     this.empty.hidden = true;
     const tight = this.options.kind === "line";
     this.fitted = limits ?? extentOf(layers, lines, { logY: this.isLog, tight });
-    // While a hand is on a slider the axes stand still, as far as they can.
+    // While a slider is held the axes stand still, as far as they can.
     if (isHeld && this.home) this.home = { x: grown(this.home.x, this.fitted.x, false), y: grown(this.home.y, this.fitted.y, this.isLog) };
     else this.home = this.fitted;
     if (this.zoom === null) this.limits = this.home;
     this.redraw();
   }
 
-  /** Show nothing but axes, and say why. */
+  /** Show axes only, with the reason. */
   wait(text, limits) {
     this.layers = [];
     this.lines = [];
@@ -73,19 +73,19 @@ export class Plot {
     this.redraw();
   }
 
-  /** Give it another title. */
+  /** Set the title. */
   rename(title) {
     this.key.title = this.key.textContent;
     this.root.querySelector("figcaption strong").textContent = title;
   }
 
-  /** Say something over the axes. */
+  /** Show a message over the axes. */
   say(text) {
     this.empty.textContent = text;
     this.empty.hidden = false;
   }
 
-  /** Fit the axes: no hand holds them any more. */
+  /** Fit the axes: the slider is released. */
   settle() {
     if (!this.fitted || this.home === this.fitted) return;
     this.home = this.fitted;
@@ -94,7 +94,7 @@ export class Plot {
     this.redraw();
   }
 
-  /** Show a part from now on, as a link tells it; null for all. */
+  /** Zoom to a part, as a link holds it; null for all. */
   take(zoom) {
     this.zoom = zoom !== null && isAxis(zoom.x, false) && isAxis(zoom.y, this.isLog) ? zoom : null;
     if (this.zoom !== null) this.limits = this.zoom;
@@ -110,7 +110,7 @@ export class Plot {
     this.#guarded(() => this.#redraw());
   }
 
-  /** What fails in one plot is told in its place, and leaves the others. */
+  /** A plot that fails shows the reason, and leaves the others alone. */
   #guarded(work) {
     try {
       work();
@@ -122,7 +122,7 @@ export class Plot {
 
   #redraw() {
     if (this.chart === null) return;
-    // An axis without two finite ends would never be done.
+    // An axis without two finite ends would make endless ticks.
     if (!isAxis(this.limits.x, false)) this.limits = { ...this.limits, x: [0, 1] };
     if (!isAxis(this.limits.y, this.isLog)) this.limits = { ...this.limits, y: this.isLog ? [1e-6, 1] : [0, 1] };
     const { x, y } = this.limits;
@@ -131,12 +131,12 @@ export class Plot {
       this.chart.setScale("y", { min: y[0], max: y[1] });
     });
     this.chart.redraw(false, true);
-    // For whoever wants to know what is shown, and cannot read pictures.
+    // A description of the picture for screen readers and tests.
     this.host.dataset.limits = JSON.stringify(this.limits);
     this.root.dataset.y = this.options.y;
   }
 
-  /** Take the colours of the theme, and the labels, anew. */
+  /** Draw again with the colours of the theme and the labels. */
   recolour() {
     this.colours.clear();
     this.chart?.destroy();
@@ -144,7 +144,7 @@ export class Plot {
     this.#guarded(() => this.#fit());
   }
 
-  /** End it: it is shown no more. */
+  /** Remove the plot and its listeners. */
   close() {
     this.observer.disconnect();
     this.chart?.destroy();
@@ -168,7 +168,7 @@ export class Plot {
     return [this.chart.posToVal(clientX - box.left, "x"), this.chart.posToVal(clientY - box.top, "y")];
   }
 
-  /** Show all again. */
+  /** Zoom out to all. */
   reset() {
     if (this.zoom === null) return;
     this.zoom = null;

@@ -3,7 +3,7 @@
 import { button, element } from "./dom.js";
 import { numberOf } from "./models.js";
 
-// With Shift a slider follows the hand so many times slower.
+// With Shift a slider follows the pointer so many times slower.
 const FINER = 20;
 
 export class Row {
@@ -56,7 +56,7 @@ export class Row {
     this.slider.setAttribute("aria-valuetext", text);
   }
 
-  /** The server has taken a value. */
+  /** The server has accepted a value. */
   accept(value) {
     const text = String(value ?? 0);
     if (text === this.accepted) return;
@@ -64,21 +64,21 @@ export class Row {
     this.show(this.value);
   }
 
-  /** A value beyond the slider's end moves the end while it lasts, unless a hand is on it. */
+  /** A value beyond the end of the slider moves that end for its time, unless the slider is held. */
   #widen(number) {
     const beyond = Math.sign(number) * Math.min(1.5 * Math.abs(number), Number.MAX_VALUE);
     if (number > this.range[1]) this.range[1] = number > 0 ? beyond : 0;
     if (number < this.range[0]) this.range[0] = number < 0 ? beyond : 0;
   }
 
-  /** Make room for all digits of the value, and of all that the slider can set: it keeps its place. */
+  /** Reserve the width of all digits that the slider can set, so that it does not move. */
   #fit(text) {
     const [low, high] = this.range;
     const unit = this.step ?? 10 ** (Math.floor(Math.log10((high - low) / FINER)) - 3);
     const digits = Math.max(0, -Math.floor(Math.log10(unit) + 1e-9));
     const whole = Math.max(...this.range.map((end) => String(Math.trunc(end)).length + (end < 0 && end > -1 ? 1 : 0)));
     const most = Math.max(text.length, digits === 0 ? whole : whole + 1 + Math.min(15, digits));
-    // Also where a fine range is wanted: a slider across the panel is finer, and does not move then.
+    // Also for a fine range: a slider across the panel is finer, and does not move then.
     this.root.classList.toggle("long", most > 7 || !this.ends.hidden);
     this.box.classList.toggle("small", most > 20);
   }
@@ -143,7 +143,7 @@ export class Row {
     return typed(String(Number(value.toFixed(Math.min(digits, 15)))));
   }
 
-  /** A slow slider: it follows a part of the way that the hand goes. */
+  /** A slow slider: it follows a part of the distance that the pointer moves. */
   #finely(event) {
     if (!event.shiftKey) return;
     event.preventDefault();

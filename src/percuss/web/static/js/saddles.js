@@ -1,9 +1,9 @@
-// Saddle orbits and their stable manifolds, asked for when the basins are there.
+// Saddle orbits and their stable manifolds, computed once the basins are there.
 
 import { element } from "./dom.js";
 
 export class Saddles {
-  /** `onChange` hears when another one has come. */
+  /** `onChange` is called when another one has come. */
   constructor(app, onChange) {
     this.app = app;
     this.onChange = onChange;
@@ -12,13 +12,13 @@ export class Saddles {
     this.isBusy = false;
   }
 
-  /** Look for them; each is drawn as soon as it is there. */
-  ask(study) {
+  /** Find them; each is drawn as soon as it has come. */
+  find(study) {
     this.clear();
     this.isBusy = true;
     this.text = "looking for saddles …";
     this.onChange();
-    this.app.questions.replace("saddles", { kind: "saddles", study }, {
+    this.app.requests.replace("saddles", { kind: "saddles", study }, {
       answer: (header, arrays) => {
         if (!header.done) this.found.push({ header, arrays });
         else this.#finish(header);
@@ -32,15 +32,15 @@ export class Saddles {
     });
   }
 
-  /** Forget them, and look no further. */
+  /** Forget them, and cancel the search. */
   clear() {
-    if (this.isBusy) this.app.questions.cancel("saddles");
+    if (this.isBusy) this.app.requests.cancel("saddles");
     this.isBusy = false;
     this.found = [];
     this.text = "";
   }
 
-  /** Return what the legend says of them. */
+  /** Return their rows of the legend. */
   legend() {
     const names = this.found.map(({ header: it }) => `(${it.n_impacts}, ${it.n_periods})${it.reason ? ` without manifold: ${it.reason}` : ""}`);
     const rows = names.length > 0 ? [element("li", { "data-saddles": String(names.length) }, element("b", { class: "cross" }, "×"), `saddles ${names.join(", ")} and their stable manifolds`)] : [];

@@ -2,7 +2,7 @@
 
 import { shown } from "./dom.js";
 
-/** Return the index of the value in an increasing array that is nearest. */
+/** Return the index of the nearest value in an increasing array. */
 export function bisect(values, wanted) {
   let low = 0;
   let high = values.length - 1;
@@ -14,13 +14,13 @@ export function bisect(values, wanted) {
   return wanted - values[low] < values[high] - wanted ? low : high;
 }
 
-/** Return how many digits tell values of a range apart that are a part of its width apart. */
+/** Return how many digits distinguish values of a range that differ by a part of its width. */
 export function digitsOf([low, high], part = 1e-4) {
   const size = Math.max(Math.abs(low), Math.abs(high)) / ((high - low) * part);
   return Number.isFinite(size) ? Math.min(16, Math.max(6, Math.ceil(Math.log10(size)) + 1)) : 6;
 }
 
-/** Return ticks with the digits that tell them apart. */
+/** Return ticks with the digits that distinguish them. */
 export function tickTexts(ticks) {
   const digits = ticks.length > 1 ? digitsOf([ticks[0], ticks.at(-1)], 0.5 / (ticks.length - 1)) : 6;
   return ticks.map((tick) => shown(tick, digits));
@@ -93,7 +93,7 @@ function power(tick) {
 /** Return the labels of the ticks of a logarithmic axis. */
 export const logTexts = (ticks) => (ticks.every((tick) => power(tick) !== "") ? ticks.map(power) : tickTexts(ticks));
 
-/** Tell whether an axis can have these ends. */
+/** Return whether an axis can have these ends. */
 export const isAxis = ([low, high], log) => low < high && Number.isFinite(high - low) && (!log || (low >= 1e-300 && high <= 1e300));
 
 // Ticks of an axis, at most.

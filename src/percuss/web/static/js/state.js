@@ -1,13 +1,13 @@
-// What the page shows, as one value that fits into a link.
+// The state of the page, as one value that fits into a link.
 
-/** A value that tells those who watch it when it changes. */
+/** A value that calls its watchers when it changes. */
 export class Store {
   constructor(value) {
     this.value = value;
     this.watchers = new Set();
   }
 
-  /** Replace parts of the value; `why` names the change for those who watch. */
+  /** Replace parts of the value; `why` names the change for the watchers. */
   set(parts, why = "") {
     this.value = { ...this.value, ...parts };
     for (const watch of this.watchers) watch(this.value, why);
@@ -65,7 +65,7 @@ export function decodeLink(text) {
 const isTable = (it) => it !== null && typeof it === "object" && !Array.isArray(it);
 const isRows = (it) => Array.isArray(it) && it.every(isTable);
 
-/** Tell whether the panel can show it; whether it is right is for the server to say. */
+/** Return whether the panel can show a study; the server checks the rest. */
 export function isStudy(study) {
   if (!isTable(study)) return false;
   const { oscillator, forcing, start, run } = study;

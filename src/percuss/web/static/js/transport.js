@@ -1,52 +1,52 @@
-// The way to the server: one question of a lane in flight, one waiting.
+// Requests to the server: in each queue one is in flight and one waits.
 
 import { decode } from "./frame.js";
 
 const RETRY = [300, 700, 1500, 3000, 5000];
 
-/** Questions over anything that carries texts there and frames back. */
-export class Questions {
-  /** `post` sends a text; `lanes` maps a lane to what is in flight and what waits. */
+/** Sends requests as texts, and hands the frames of their answers to whoever sent them. */
+export class Requests {
+  /** `post` sends a text; `queues` maps a name to the request in flight and the one that waits. */
   constructor(post) {
     this.post = post;
     this.lastId = 0;
-    this.lanes = new Map();
+    this.queues = new Map();
     this.handlers = new Map();
   }
 
-  /** Ask once the lane is free; a question that still waits there is replaced. */
-  ask(lane, message, handlers) {
-    const at = this.lanes.get(lane) ?? { inFlight: null, waiting: null };
-    this.lanes.set(lane, at);
+  /** Send a request once its queue is free; one that still waits there is replaced. */
+  put(queue, message, handlers) {
+    const at = this.queues.get(queue) ?? { inFlight: null, waiting: null };
+    this.queues.set(queue, at);
     if (at.inFlight !== null) at.waiting = { message, handlers };
-    else this.#send(lane, at, message, handlers);
+    else this.#send(queue, at, message, handlers);
   }
 
-  /** Ask at once, in place of what the lane was doing. */
-  replace(lane, message, handlers) {
-    this.lanes.delete(lane);
-    this.ask(lane, message, handlers);
+  /** Send a request at once, in place of the one in flight. */
+  replace(queue, message, handlers) {
+    this.queues.delete(queue);
+    this.put(queue, message, handlers);
   }
 
-  /** Want no more answers of a lane. */
-  cancel(lane) {
-    this.lanes.delete(lane);
-    this.post(JSON.stringify({ id: 0, kind: "cancel", lane }));
+  /** Cancel the requests of a queue. */
+  cancel(queue) {
+    this.queues.delete(queue);
+    this.post(JSON.stringify({ id: 0, kind: "cancel", queue }));
   }
 
-  /** Forget what was in flight: the way to the server was lost. */
+  /** Forget what was in flight: the connection was lost. */
   forget() {
     this.handlers.clear();
-    this.lanes.clear();
+    this.queues.clear();
   }
 
-  /** Take a frame, and hand it to whoever asked for it. */
+  /** Hand a frame to the handlers of its request. */
   receive(buffer) {
     const { header, arrays } = decode(buffer);
-    const found = this.handlers.get(header.id);
-    if (found === undefined) return;
-    const { lane, handlers } = found;
-    const at = this.lanes.get(lane);
+    const entry = this.handlers.get(header.id);
+    if (entry === undefined) return;
+    const { queue, handlers } = entry;
+    const at = this.queues.get(queue);
     const isCurrent = at?.inFlight === header.id;
     if (header.kind === "progress") {
       if (isCurrent) handlers.progress?.(header.share);
@@ -62,23 +62,23 @@ export class Questions {
     if (at.waiting !== null) {
       const next = at.waiting;
       at.waiting = null;
-      this.#send(lane, at, next.message, next.handlers);
+      this.#send(queue, at, next.message, next.handlers);
     }
   }
 
-  #send(lane, at, message, handlers) {
+  #send(queue, at, message, handlers) {
     const id = (this.lastId += 1);
     at.inFlight = id;
-    this.handlers.set(id, { lane, handlers });
+    this.handlers.set(id, { queue, handlers });
     this.post(JSON.stringify({ id, ...message }));
   }
 }
 
-/** Open a socket that comes back when it is lost; return the questions over it. */
+/** Open a socket that reconnects when it is lost; return the requests over it. */
 export function overSocket(address, onState) {
   let socket = null;
   let tries = 0;
-  const questions = new Questions((text) => {
+  const requests = new Requests((text) => {
     if (socket?.readyState === WebSocket.OPEN) socket.send(text);
   });
   const open = () => {
@@ -86,10 +86,10 @@ export function overSocket(address, onState) {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       tries = 0;
-      questions.forget();
+      requests.forget();
       onState(true);
     };
-    socket.onmessage = (event) => questions.receive(event.data);
+    socket.onmessage = (event) => requests.receive(event.data);
     socket.onclose = () => {
       onState(false);
       setTimeout(open, RETRY[Math.min(tries, RETRY.length - 1)]);
@@ -97,5 +97,5 @@ export function overSocket(address, onState) {
     };
   };
   open();
-  return questions;
+  return requests;
 }

@@ -16,16 +16,16 @@ async function importTexts(modules) {
 }
 
 async function render({ model, el }) {
-  const { mount, Questions } = await importTexts(model.get("modules"));
+  const { mount, Requests } = await importTexts(model.get("modules"));
   const files = new Map();
   // A motion may be shown in several cells, each of which hears the answers to all.
   const mine = crypto.getRandomValues(new Uint32Array(1))[0].toString(36);
   let lastFile = 0;
-  const questions = new Questions((text) => model.send({ kind: "ask", view: mine, text }));
+  const requests = new Requests((text) => model.send({ kind: "request", view: mine, text }));
   const take = (message, buffers) => {
     if (message.kind === "frame" && message.view === mine) {
       const view = buffers[0];
-      questions.receive(view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength));
+      requests.receive(view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength));
     } else if (message.kind === "file") {
       const { resolve, reject } = files.get(message.id) ?? {};
       files.delete(message.id);
@@ -34,12 +34,12 @@ async function render({ model, el }) {
     }
   };
   model.on("msg:custom", take);
-  const file = (extension, question) =>
+  const file = (extension, request) =>
     new Promise((resolve, reject) => {
       lastFile += 1;
       const id = `${mine}-${lastFile}`;
       files.set(id, { resolve, reject });
-      model.send({ kind: "file", id, extension, question });
+      model.send({ kind: "file", id, extension, request });
     });
   const root = document.createElement("div");
   root.classList.add("in-cell");
@@ -50,7 +50,7 @@ async function render({ model, el }) {
     prefix: `p${mine}`,
     connect: (onState) => {
       queueMicrotask(() => onState(true));
-      return questions;
+      return requests;
     },
     facts: model.get("facts"),
     file,

@@ -1,4 +1,4 @@
-"""What the page has to know before it asks anything."""
+"""What the page is given when it opens: presets, and the figures and claims of a report."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from percuss.version import __version__
 from percuss.web.presets import FIGURES, presets
 from percuss.web.proof import can_certify
 
-__all__ = ["claims_of", "facts_of_page", "scripts_of"]
+__all__ = ["claims_of", "page_data", "scripts_of"]
 
-# Of a statement of the report: what the page shows of it.
+# Columns of the claims of a report that the page shows.
 CLAIM = ("id", "reference", "claim", "verdict", "grade")
 
 
-def facts_of_page(report: Path | None = None) -> dict[str, object]:
-    """Return what the page begins with.
+def page_data(report: Path | None = None) -> dict[str, object]:
+    """Return what the page is given when it opens.
 
     Parameters
     ----------
@@ -28,16 +28,16 @@ def facts_of_page(report: Path | None = None) -> dict[str, object]:
     -------
     dict
         The version, the presets, whether there is a report, its figures by their presets and its
-        statements with their verdicts, and whether runs can be certified here.
+        claims with their verdicts, and whether runs can be certified here.
 
     Examples
     --------
-    >>> facts_of_page()["presets"][0]["name"]
+    >>> page_data()["presets"][0]["name"]
     'first_impacts'
     """
     rows = [
-        {"name": it.name, "title": it.title, "caption": it.caption, "study": it.tables}
-        for it in presets()
+        {"name": row.name, "title": row.title, "caption": row.caption, "study": row.tables}
+        for row in presets()
     ]
     return {
         "version": __version__,
@@ -50,7 +50,7 @@ def facts_of_page(report: Path | None = None) -> dict[str, object]:
 
 
 def claims_of(report: Path) -> list[dict[str, str]]:
-    """Return the statements of a report with their verdicts; none where they cannot be read."""
+    """Return the claims of a report with their verdicts; none where they cannot be read."""
     try:
         rows = json.loads((report / "claims.json").read_text("utf-8"))
         return [{name: str(row[name]) for name in CLAIM} for row in rows]
@@ -59,6 +59,6 @@ def claims_of(report: Path) -> list[dict[str, str]]:
 
 
 def scripts_of(report: Path) -> list[str]:
-    """Return the scripts that stand in a report."""
+    """Return the texts of the scripts in a report."""
     file = report / "index.html"
     return re.findall("<script>(.*?)</script>", file.read_text("utf-8"), re.DOTALL)

@@ -1,4 +1,4 @@
-"""Work in turns: nobody waits for all that somebody else asks."""
+"""Time slices: no client waits for all requests of another."""
 
 from __future__ import annotations
 
@@ -15,79 +15,79 @@ from tests.loops import run
 from tests.web.frames import read_frame
 from tests.web.test_server import fetched
 
-from percuss.web.handle import Handle
-from percuss.web.turns import Turn, Turns
+from percuss.web.request import RunningRequest
+from percuss.web.scheduler import Scheduler, Task
 
 
-def test_whoever_needs_little_does_not_wait_for_those_who_need_much() -> None:
-    turns = Turns(1)
+def test_short_tasks_do_not_wait_for_long_ones() -> None:
+    scheduler = Scheduler(1)
     is_over = threading.Event()
 
-    def much(turn: Turn) -> int:
+    def much(task: Task) -> int:
         n = 0
-        while not is_over.is_set() and turn.pause():
+        while not is_over.is_set() and task.checkpoint():
             time.sleep(0.002)
             n += 1
         return n
 
-    greedy = [turns.submit(much) for _ in range(10)]
+    greedy = [scheduler.submit(much) for _ in range(10)]
     time.sleep(0.3)
     for _ in range(5):
-        assert turns.submit(lambda _turn: "little").result(timeout=10) == "little"
+        assert scheduler.submit(lambda _task: "little").result(timeout=10) == "little"
     assert not any(it.done() for it in greedy)
     is_over.set()
     # Each had a part of the time.
     assert all(it.result(timeout=10) > 2 for it in greedy)
 
 
-def test_one_works_at_a_time_and_each_is_told_what_it_has_worked() -> None:
-    turns = Turns(1)
+def test_one_task_runs_at_a_time_and_each_knows_its_own_time() -> None:
+    scheduler = Scheduler(1)
     at_work = []
     most = []
 
-    def work(turn: Turn) -> float:
+    def work(task: Task) -> float:
         for _ in range(30):
             at_work.append(1)
             most.append(len(at_work))
             time.sleep(0.003)
             at_work.pop()
-            turn.pause()
-        return turn.seconds()
+            task.checkpoint()
+        return task.seconds()
 
     began = time.monotonic()
-    seconds = [it.result(timeout=20) for it in [turns.submit(work) for _ in range(5)]]
+    seconds = [it.result(timeout=20) for it in [scheduler.submit(work) for _ in range(5)]]
     assert max(most) == 1
     assert sum(seconds) <= time.monotonic() - began + 0.01
 
 
-def test_what_fails_is_told_and_frees_its_place() -> None:
-    turns = Turns(1)
+def test_a_task_that_fails_raises_in_its_future_and_frees_its_place() -> None:
+    scheduler = Scheduler(1)
 
-    def fail(_turn: Turn) -> None:
+    def fail(_task: Task) -> None:
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        turns.submit(fail).result(timeout=10)
-    assert turns.submit(lambda _turn: 1).result(timeout=10) == 1
+        scheduler.submit(fail).result(timeout=10)
+    assert scheduler.submit(lambda _task: 1).result(timeout=10) == 1
 
 
-def test_closed_turns_end_what_is_in_work_and_what_waits() -> None:
-    turns = Turns(1)
+def test_a_closed_scheduler_ends_running_and_waiting_tasks() -> None:
+    scheduler = Scheduler(1)
     ended = threading.Event()
 
-    def endless(turn: Turn) -> None:
-        handle = Handle()
-        with handle.during(turn):
-            while handle.part(0.0, 1.0)(0.0, 1.0):
+    def endless(task: Task) -> None:
+        running = RunningRequest()
+        with running.in_task(task):
+            while running.progress(0.0, 1.0)(0.0, 1.0):
                 time.sleep(0.001)
         ended.set()
 
-    works = [turns.submit(endless) for _ in range(3)]
+    works = [scheduler.submit(endless) for _ in range(3)]
     time.sleep(0.2)
-    turns.close()
+    scheduler.close()
     assert all(it.cancelled() for it in works)
     assert ended.wait(10)
-    assert turns.submit(lambda _turn: 1).cancelled()
+    assert scheduler.submit(lambda _task: 1).cancelled()
 
 
 def slow(study: dict[str, Any]) -> dict[str, Any]:
@@ -132,18 +132,18 @@ def test_ten_clients_with_endless_motions_do_not_hold_up_a_slider(
     assert sorted(delays)[len(delays) // 2] < 3.0
 
 
-def test_a_file_whose_asker_has_gone_is_not_made_to_its_end(
+def test_a_file_is_cancelled_when_its_client_disconnects(
     address: str, study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from percuss.web import app
 
-    seen: list[Handle] = []
+    seen: list[RunningRequest] = []
 
-    def endless(_question: object, _extension: str, handle: Handle) -> None:
-        seen.append(handle)
-        while handle.go_on():
+    def endless(_question: object, _extension: str, running: RunningRequest) -> None:
+        seen.append(running)
+        while running.checkpoint():
             time.sleep(0.005)
-        seen.append(handle)
+        seen.append(running)
 
     monkeypatch.setattr(app, "file_of", endless)
     body = json.dumps({"kind": "motion", "study": study}).encode()
@@ -162,10 +162,10 @@ def test_a_file_whose_asker_has_gone_is_not_made_to_its_end(
             await asyncio.sleep(0.01)
 
     run(leave())
-    assert seen[0].is_stopped
+    assert seen[0].is_cancelled
 
 
-def test_nobody_waits_for_more_than_a_few_files_at_once(
+def test_a_client_requests_only_a_few_files_at_once(
     address: str, study: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from percuss.web import app

@@ -1,4 +1,4 @@
-// What a picture was made of, and what has been changed since.
+// The study that a picture was computed from, and what has been changed since.
 
 import { numberOf, sameMotion } from "./models.js";
 import { get, put } from "./state.js";
@@ -24,7 +24,7 @@ export function changedSince(made, now, { path = null, parts = ["x0", "v0", "t0"
 
 const timeOf = (study) => Number(numberOf(study?.start?.t0 ?? 0).toPrecision(4));
 
-/** Return at which times a picture sees the motion once a forcing period. */
+/** Return at which times a picture samples the motion once a forcing period. */
 export function sampledAt(study) {
   const t0 = timeOf(study);
   return t0 === 0 ? "at whole periods" : `at t = ${t0} + whole periods`;

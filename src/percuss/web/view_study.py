@@ -1,0 +1,158 @@
+"""The study behind a view of the page: its motion, diagram, response chart or basins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from percuss.io.study_text import number
+from percuss.studies.axes import Span
+from percuss.studies.kinds.diagram import Diagram
+from percuss.studies.study import Study
+from percuss.studies.tables import Certify, Draw
+from percuss.web.request import (
+    BadRequest,
+    PageRequest,
+    checked_study,
+    digits_of,
+    motion_of,
+    path_of,
+    range_of,
+    study_of,
+)
+
+__all__ = [
+    "MOST_IMPACTS",
+    "MOST_PERIODS",
+    "MOST_STARTS",
+    "SETTLING",
+    "VIEWS",
+    "check_size",
+    "study_of_view",
+]
+
+# Forcing periods in which the points of a diagram settle.
+SETTLING = 200
+# What the page computes itself: values and points of a diagram, starts along a side of basins,
+# the longest orbits of a chart.
+MOST_VALUES, MOST_POINTS = 8192, 2_000_000
+MOST_STARTS = 1024
+MOST_IMPACTS, MOST_PERIODS = 6, 6
+MODEL = ("oscillator", "forcing")
+NAMES = {
+    "diagram": "a diagram needs",
+    "response": "a response chart needs",
+    "basins": "basins need",
+}
+
+
+def study_of_view(request: PageRequest) -> Study:
+    """Return the study whose answer a view shows.
+
+    Parameters
+    ----------
+    request
+        Request of one of the kinds in `VIEWS`, with the options of the view.
+
+    Returns
+    -------
+    Study
+        As `percuss run` takes it.
+
+    Raises
+    ------
+    StudyError, BadRequest
+        If there is no such study.
+
+    Examples
+    --------
+    >>> from percuss.web.presets import presets
+    >>> options = {"path": "forcing.omega", "low": 2, "high": 3, "values": 50, "points": 8}
+    >>> study = study_of_view(PageRequest(0, "diagram", presets()[0].tables, options))
+    >>> study.kind, study.question.points
+    ('diagram', 8)
+    """
+    motion = study_of(request.tables)
+    if request.kind == "motion":
+        digits = digits_of(request)
+        return motion if digits is None else replace(motion, certify=Certify(digits))
+    if not request.tables.get("forcing", {}).get("harmonics"):
+        raise BadRequest(f"{NAMES[request.kind]} a periodic force: add a harmonic in Explore")
+    model = {name: request.tables[name] for name in MODEL if name in request.tables}
+    tables = VIEWS[request.kind](request, motion)
+    study = checked_study({"study": {"kind": request.kind}, **model, **tables})
+    if isinstance(study.question, Diagram):
+        study = replace(study, question=_with_all_values(request, study.question))
+    has_manifolds = request.kind == "basins" and request.options.get("manifolds") is True
+    return replace(study, draw=Draw(manifolds=True)) if has_manifolds else study
+
+
+def check_size(request: PageRequest) -> None:
+    """Refuse what is too large for the page to compute.
+
+    Raises
+    ------
+    BadRequest
+        If it is; its study may still go to `percuss run`.
+    """
+    if request.kind == "diagram":
+        values = int(request.number("values", 2048, 2, MOST_VALUES))
+        points = int(request.number("points", 128, 2, 1024))
+        if values * points > MOST_POINTS:
+            raise BadRequest(f"{values * points} points; {MOST_POINTS} are the most")
+    elif request.kind == "basins":
+        request.number("starts", 384, 16, MOST_STARTS)
+    elif request.kind == "response":
+        request.number("max_impacts", 3, 1, MOST_IMPACTS)
+        request.number("max_periods", 2, 1, MOST_PERIODS)
+
+
+def _diagram(request: PageRequest, motion: Study) -> Mapping[str, Any]:
+    low, high = range_of(request, "low", "high")
+    start = motion_of(motion).start
+    return {
+        # Only the two ends are checked now; values without a motion are counted in the answer.
+        "over": {path_of(request, motion): {"from": low, "to": high, "count": 2}},
+        "diagram": {
+            "starts": [[number(value) for value in (start.x0, start.v0, start.t0)]],
+            "follow": [],
+            "transient": SETTLING,
+            "points": int(request.number("points", 128, 2, 1_000_000)),
+        },
+    }
+
+
+def _with_all_values(request: PageRequest, diagram: Diagram) -> Diagram:
+    """Return a diagram with the requested number of values between its two ends."""
+    ((path, axis),) = diagram.over.items()
+    assert isinstance(axis, Span)
+    count = int(request.number("values", 2048, 2, 1_000_000))
+    return replace(diagram, over={path: replace(axis, count=count)})
+
+
+def _response(request: PageRequest, motion: Study) -> Mapping[str, Any]:
+    path = path_of(request, motion)
+    if path.startswith("start."):
+        raise BadRequest("periodic orbits do not depend on a start; choose another parameter")
+    return {
+        "over": {path: list(range_of(request, "low", "high"))},
+        "response": {
+            name: int(request.number(name, default, 1, 100))
+            for name, default in (("max_impacts", 3), ("max_periods", 2))
+        },
+    }
+
+
+def _basins(request: PageRequest, motion: Study) -> Mapping[str, Any]:
+    count = int(request.number("starts", 384, 2, 1_000_000))
+    axes: dict[str, object] = {}
+    for name, ends in (("x0", ("x_low", "x_high")), ("v0", ("v_low", "v_high"))):
+        low, high = range_of(request, *ends)
+        # The page takes the centres of cells.
+        half = 0.5 * (high - low) / count
+        axes[name] = {"from": low + half, "to": high - half, "count": count}
+    return {"basins": axes | {"t0": number(motion_of(motion).start.t0)}}
+
+
+VIEWS = {"diagram": _diagram, "response": _response, "basins": _basins}
