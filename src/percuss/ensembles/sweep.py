@@ -303,7 +303,7 @@ class Called:
         return self.grid.dimensions
 
     def identity(self) -> dict[str, object]:
-        """Return what makes it this study; of the function its code and what it stands on."""
+        """Return what makes it this study; the function by its fingerprint."""
         return identity_of(self.grid) | {
             "kind": "sweep",
             "measure": [getattr(self.measure, "__qualname__", repr(type(self.measure)))],
