@@ -54,8 +54,8 @@ def test_built_in_measures_are_those_of_a_run() -> None:
         np.testing.assert_allclose(found[name], own[measure.__name__], rtol=1e-7)
 
 
-def test_a_round_of_a_periodic_orbit_loses_what_its_impact_loses() -> None:
-    """Undamped and one impact a round: (1 - r^2) v^2 / 2."""
+def test_a_period_of_an_orbit_loses_what_its_impact_loses() -> None:
+    """Undamped and one impact a period: (1 - r^2) v^2 / 2."""
     found = pc.sweep(
         ["dissipated_energy", "peak_impact_velocity", "impacts_per_period"],
         OSC,

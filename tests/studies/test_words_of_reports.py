@@ -11,7 +11,7 @@ import pytest
 import percuss as pc
 from percuss.studies.kinds.basins import Basins
 from percuss.studies.kinds.response import Response
-from percuss.studies.words import failure_rows
+from percuss.studies.study import failure_rows
 
 
 def response(missed: int) -> Any:

@@ -128,8 +128,7 @@ def run(
     folder = Path(study.stem) if out is None else out
     instead = f"--force replaces the results in {folder}, --out writes into another folder"
     with faults_on_stderr(instead=instead):
-        from percuss.cli.progress_bar import ProgressBar
-        from percuss.cli.report import print_report
+        from percuss.cli.terminal import ProgressBar, print_report
         from percuss.studies.reading import load_study
         from percuss.studies.tables import Certify
 
@@ -141,7 +140,7 @@ def run(
         # Only now: what draws and saves takes a second to import.
         from percuss.studies.running import run_study
 
-        with ProgressBar(asked.question.doing, of_chunks=asked.question.is_ensemble) as watch:
+        with ProgressBar(asked.question.doing, of_chunks=asked.question.is_ensemble) as progress:
             result = run_study(
                 asked,
                 folder,
@@ -149,8 +148,8 @@ def run(
                 force=force,
                 store=store,
                 engine=engine,
-                progress=watch,
-                on_write=watch.writing,
+                progress=progress,
+                on_write=progress.writing,
             )
         print_report(asked, result)
         if not result.is_whole and store is not None:
@@ -186,15 +185,14 @@ def paper(
 ) -> None:
     """Recompute Dyskin, Pasternak & Pelinovsky (2012) and judge it, statement by statement."""
     with faults_on_stderr(f"the finished figures are in {out}, without a report"):
-        from percuss.cli.progress_bar import ProgressBar
-        from percuss.cli.report import print_verdicts
+        from percuss.cli.terminal import ProgressBar, print_verdicts
         from percuss.paper.run import run_paper
 
         options = ["--only", only] if only is not None else []
         options += ["--out", str(out), *(["--force"] if force else [])]
         command = shlex.join(["percuss", "paper", *options])
-        with ProgressBar("recomputing the paper") as watch:
-            result = run_paper(out, only=only, command=command, force=force, progress=watch)
+        with ProgressBar("recomputing the paper") as progress:
+            result = run_paper(out, only=only, command=command, force=force, progress=progress)
         print_verdicts(result)
     if result.is_interrupted:
         raise typer.Exit(INTERRUPTED)

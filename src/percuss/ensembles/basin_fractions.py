@@ -21,12 +21,11 @@ from percuss.ensembles.basins import (
     warn_without_starts,
 )
 from percuss.ensembles.classification import STAGE, Arrays, Classification, Rules
-from percuss.ensembles.datasets import attributes_of, coordinates_of, motion_of
+from percuss.ensembles.datasets import attributes_of, coordinates_of
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Dimension
-from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
@@ -140,7 +139,7 @@ def basin_fractions(
         raise ParameterError("over", given, reason)
     box = (_range("x0", x0), _range("v0", v0))
     rules = Rules(as_float(t0), False, periods, escape)
-    identity = identity_of(grid) | {
+    identity = grid.identity() | {
         "kind": "basin fractions", "box": repr(box), "n_starts": n_starts, "seed": seed,
     }  # fmt: skip
     drawn = Scattered(grid, box, n_starts, seed)
@@ -251,7 +250,7 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Da
     return xarray.Dataset(
         data,
         coords=coordinates_of(grid.dimensions),
-        attrs=attributes_of(motion_of(grid), answer) | {"failed": no_starts(answer)},
+        attrs=attributes_of(grid.motion(), answer) | {"failed": no_starts(answer)},
     )
 
 

@@ -13,12 +13,11 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, label_starts
 from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
-from percuss.ensembles.datasets import attributes_of, motion_of, warn_of_failures
+from percuss.ensembles.datasets import attributes_of, warn_of_failures
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
-from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.kernels.law import PERIOD
 from percuss.model.exact import Phase, as_float, real
@@ -131,7 +130,7 @@ def basins(
     grid, at_wall = _grid(osc, force, (x0, v0), (cycle, v), stop, t0)
     begin = 0.0 if at_wall is not None else as_float(t0)
     rules = Rules(begin, at_wall is not None, periods, escape)
-    identity = identity_of(grid) | {"kind": "basins", "stop": at_wall}
+    identity = grid.identity() | {"kind": "basins", "stop": at_wall}
     starts = grid if at_wall is None else AtWall(grid, at_wall)
     answer = run_job(Classification(starts, rules, tuple(identity.items())), execution)
     warn_without_starts(starts, answer)
@@ -291,7 +290,7 @@ def _dataset(
         data[f"attractor_{short}"] = (
             ("attractor", "point"), points[:, :, i], {"units": axis.units}
         )  # fmt: skip
-    attrs = attributes_of(motion_of(grid), answer) | {
+    attrs = attributes_of(grid.motion(), answer) | {
         "failed": no_starts(answer), "undecided": undecided, "n_starts": n,
     }  # fmt: skip
     return xarray.Dataset(data, coords=coords, attrs=attrs)

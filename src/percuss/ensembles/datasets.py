@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.ensembles.grid import Grid
 from percuss.ensembles.job import Answer, Column, Dimension
 
 if TYPE_CHECKING:
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from xarray import Dataset, DataTree
 
 __all__ = [
-    "attributes_of", "commonest", "coordinates_of", "dataset_of", "motion_of", "warn_of_failures",
+    "attributes_of", "commonest", "coordinates_of", "dataset_of", "warn_of_failures",
     "warn_of_some", "write_whole",
 ]  # fmt: skip
 
@@ -35,25 +34,40 @@ def dataset_of(
     columns: Mapping[str, Column],
     answer: Answer,
     attributes: Mapping[str, object],
+    *,
+    with_reasons: bool = True,
 ) -> Dataset:
-    """Return an answer with one number a point as a dataset over its dimensions."""
+    """Return an answer as a dataset over its dimensions and those of its columns.
+
+    Parameters
+    ----------
+    dimensions, columns, answer
+        The dimensions, columns and answer of a job.
+    attributes
+        The attributes of the dataset.
+    with_reasons
+        Whether it says which points have no answer, and why.
+    """
     import xarray
 
     axes = tuple(dimensions)
-    names, shape = tuple(it.name for it in axes), tuple(len(it.values) for it in axes)
+    names, shape = [axis.name for axis in axes], [len(axis.values) for axis in axes]
     data: dict[str, Any] = {}
     for name, column in columns.items():
+        values = answer.arrays[name]
+        dims = column.dims or [f"{name}_{i}" for i in range(values.ndim - 1)]
         about = {"units": column.units, "long_name": column.meaning}
         known = {key: text for key, text in about.items() if text}
-        data[name] = (names, answer.arrays[name].reshape(shape), known)
-    return xarray.Dataset(
-        data | _failures(answer), coords=coordinates_of(axes), attrs=dict(attributes)
-    )
+        data[name] = ((*names, *dims), values.reshape((*shape, *values.shape[1:])), known)
+    data |= _failures(answer) if with_reasons else {}
+    return xarray.Dataset(data, coords=coordinates_of(axes), attrs=dict(attributes))
 
 
 def coordinates_of(dimensions: Iterable[Dimension]) -> dict[str, Any]:
     """Return a coordinate for each axis."""
-    return {it.name: (it.name, np.array(it.values), {"units": it.units}) for it in dimensions}
+    return {
+        axis.name: (axis.name, np.array(axis.values), {"units": axis.units}) for axis in dimensions
+    }
 
 
 def _failures(answer: Answer) -> dict[str, Any]:
@@ -66,28 +80,19 @@ def _failures(answer: Answer) -> dict[str, Any]:
     }
 
 
-def motion_of(grid: Grid) -> dict[str, str]:
-    """Return what moves and from where, in words."""
-    return {
-        "oscillator": repr(grid.osc),
-        "forcing": repr(grid.force),
-        "start": repr(grid.start),
-    }
-
-
 def attributes_of(
     motion: Mapping[str, str], answer: Answer, version: str | None = None
 ) -> dict[str, object]:
-    """Return what was studied, with what, whether to its end, and how many points have failed.
+    """Return the attributes of a dataset: the study, the version, and how it ended.
 
     Parameters
     ----------
     motion
-        What `motion_of` returns.
+        The oscillator, the forcing and the start in words.
     answer
-        What came of it.
+        The answer.
     version
-        That of percuss which has computed it; default: this one.
+        The version of percuss that has computed it; default: this one.
     """
     return {
         **motion,

@@ -15,7 +15,6 @@ from percuss.ensembles.batch import MOST_IMPACTS, Plan, follow_batch, reason_of
 from percuss.ensembles.datasets import (
     attributes_of,
     coordinates_of,
-    motion_of,
     warn_of_failures,
     warn_of_some,
 )
@@ -32,7 +31,7 @@ from percuss.ensembles.store import (
     make_folder,
     own_attributes,
 )
-from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK, identity_of
+from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
 from percuss.kernels import survey
@@ -276,7 +275,7 @@ def _dataset(grids: list[Grid], names: list[str], section: str, answers: list[An
     return xarray.Dataset(
         data,
         coords=coordinates_of(grid.dimensions) | {"branch": names},
-        attrs=attributes_of(motion_of(grid), Answer({}, {}, total, complete))
+        attrs=attributes_of(grid.motion(), Answer({}, {}, total, complete))
         | {"section": section, "failed": failed_values(parts)},
     )
 
@@ -343,7 +342,7 @@ class FreshBranches:
     def identity(self) -> dict[str, object]:
         """Return what makes it this study."""
         starts = [repr(grid.start) for grid in self.grids]
-        return identity_of(self.grids[0]) | _identity(self) | {"starts": starts}
+        return self.grids[0].identity() | _identity(self) | {"starts": starts}
 
     def compute(self, first: int, last: int) -> Block:
         """Follow the points of a chunk."""
@@ -400,7 +399,7 @@ class FollowedBranches:
 
     def identity(self) -> dict[str, object]:
         """Return what makes it this study."""
-        return identity_of(self.grid) | _identity(self) | {"follow": list(self.follow)}
+        return self.grid.identity() | _identity(self) | {"follow": list(self.follow)}
 
     def compute(self, first: int, last: int) -> Block:
         """Follow a branch; a value that has no motion is passed over."""

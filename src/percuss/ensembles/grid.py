@@ -138,6 +138,19 @@ class Grid:
         """
         return Maker(self).point(self._where(i))
 
+    def motion(self) -> dict[str, str]:
+        """Return the oscillator, the forcing and the start in words."""
+        return {
+            "oscillator": repr(self.osc),
+            "forcing": repr(self.force),
+            "start": repr(self.start),
+        }
+
+    def identity(self) -> dict[str, object]:
+        """Return the grid as JSON can hold it: what was given, exactly."""
+        axes = {axis.path: [repr(value) for value in axis.given] for axis in self.axes}
+        return {**self.motion(), "over": axes}
+
     def words(self, i: int) -> str:
         """Return the values of the axes at a point, to be read."""
         where = zip(self.axes, self._where(i), strict=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.ensembles.basins import no_starts
-from percuss.ensembles.datasets import attributes_of, coordinates_of, dataset_of
+from percuss.ensembles.datasets import attributes_of, dataset_of
 from percuss.ensembles.diagram import failed_values
 from percuss.ensembles.execution import folder_of
 from percuss.ensembles.job import Answer, Column, Dimension
@@ -265,37 +265,12 @@ def _load_part(path: Path) -> Dataset:
     chunks = _chunks(path, own)
     answer, columns = chunks.answer(), chunks.columns
     study = own["study"]
-    if study["kind"] == "sweep":
-        motion = {name: study[name] for name in ("oscillator", "forcing", "start")}
-        about = attributes_of(motion, answer, own["version"])
-        return dataset_of(dimensions, columns, answer, about)
-    return _columns_of(dimensions, columns, answer, own)
-
-
-def _columns_of(
-    dimensions: Sequence[Dimension],
-    columns: Mapping[str, Column],
-    answer: Answer,
-    own: Mapping[str, Any],
-) -> Dataset:
-    """Return the columns as they are stored, over the axes of the study."""
-    import xarray
-
-    names, shape = [it.name for it in dimensions], [len(it.values) for it in dimensions]
-    data: dict[str, Any] = {}
-    for name, column in columns.items():
-        values = answer.arrays[name]
-        dims = column.dims or [f"{name}_{i}" for i in range(values.ndim - 1)]
-        units = {"units": column.units}
-        data[name] = ((*names, *dims), values.reshape(*shape, *values.shape[1:]), units)
-    attrs = {
-        **{key: str(value) for key, value in own["study"].items() if key != "over"},
-        "percuss": own["version"],
-        "n_impacts": answer.n_impacts,
-        "complete": int(answer.complete),
-        "failed": _failed(answer),
-    }
-    return xarray.Dataset(data, coords=coordinates_of(dimensions), attrs=attrs)
+    is_sweep = study["kind"] == "sweep"
+    names = ("oscillator", "forcing", "start") if is_sweep else study.keys() - {"over"}
+    words = {name: str(value) for name, value in study.items() if name in names}
+    about = attributes_of(words, answer, own["version"])
+    about |= {} if is_sweep else {"failed": _failed(answer)}
+    return dataset_of(dimensions, columns, answer, about, with_reasons=is_sweep)
 
 
 def _failed(answer: Answer) -> int:

@@ -17,7 +17,6 @@ from percuss.ensembles.batch import MOST_IMPACTS
 from percuss.ensembles.datasets import (
     attributes_of,
     dataset_of,
-    motion_of,
     warn_of_failures,
     warn_of_some,
 )
@@ -158,7 +157,7 @@ def sweep(
             [*answer.reasons.values(), *silent],
         )
     # It needs no result of its own in its store: all of it is in the columns there.
-    about = attributes_of(motion_of(grid), answer)
+    about = attributes_of(grid.motion(), answer)
     return dataset_of(work.dimensions, work.columns, answer, about)
 
 
@@ -203,25 +202,30 @@ def _work(
     return Measured(grid, tuple(names), window, max_impacts)
 
 
-def identity_of(grid: Grid) -> dict[str, object]:
-    """Return the grid as JSON can hold it: what was given, exactly."""
-    axes = {axis.path: [repr(value) for value in axis.given] for axis in grid.axes}
-    return {**motion_of(grid), "over": axes}
-
-
 @dataclass(frozen=True, slots=True)
-class Measured:
-    """The job of built-in measures."""
+class OverGrid:
+    """What the jobs of a sweep share: the points of a grid."""
 
     grid: Grid
-    names: tuple[str, ...]
-    window: Window
-    max_impacts: int
 
     @property
     def size(self) -> int:
         """Number of points."""
         return self.grid.size
+
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """The axes of the grid."""
+        return self.grid.dimensions
+
+
+@dataclass(frozen=True, slots=True)
+class Measured(OverGrid):
+    """The job of built-in measures."""
+
+    names: tuple[str, ...]
+    window: Window
+    max_impacts: int
 
     @property
     def chunk(self) -> int:
@@ -240,14 +244,9 @@ class Measured:
             for name in self.names
         }
 
-    @property
-    def dimensions(self) -> tuple[Dimension, ...]:
-        """The axes of the grid."""
-        return self.grid.dimensions
-
     def identity(self) -> dict[str, object]:
         """Return what makes it this study."""
-        return identity_of(self.grid) | {
+        return self.grid.identity() | {
             "kind": "sweep",
             "measure": list(self.names),
             "transient": self.window.transient,
@@ -269,10 +268,9 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True)
-class Called:
+class Called(OverGrid):
     """The job of a measure that is a function of the user's."""
 
-    grid: Grid
     measure: Callable[..., float]
     window: Window
 
@@ -281,11 +279,6 @@ class Called:
         """The function's name."""
         name = getattr(self.measure, "__name__", "measure")
         return ("measure" if name == "<lambda>" else name,)
-
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        return self.grid.size
 
     @property
     def chunk(self) -> int:
@@ -297,14 +290,9 @@ class Called:
         """One number."""
         return {self.names[0]: Column(units="")}
 
-    @property
-    def dimensions(self) -> tuple[Dimension, ...]:
-        """The axes of the grid."""
-        return self.grid.dimensions
-
     def identity(self) -> dict[str, object]:
         """Return what makes it this study; the function by its fingerprint."""
-        return identity_of(self.grid) | {
+        return self.grid.identity() | {
             "kind": "sweep",
             "measure": [getattr(self.measure, "__qualname__", repr(type(self.measure)))],
             "transient": self.window.transient,

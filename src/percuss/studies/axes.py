@@ -18,9 +18,17 @@ from percuss.model.exact import Phase, PiTimes, angle, as_float, phase_problem
 from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
 from percuss.numerics import exp, log
-from percuss.studies.faults import NO_PHASE, Path, shown, unknown_key, words_of_file
 from percuss.studies.study import StudyDraft
-from percuss.studies.tables import exact_phase, raw_table, table_only
+from percuss.studies.tables import (
+    NO_PHASE,
+    Path,
+    exact_phase,
+    raw_table,
+    shown,
+    table_only,
+    unknown_key,
+    words_of_file,
+)
 
 __all__ = [
     "AxisValues",

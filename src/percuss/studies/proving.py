@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
 from percuss.progress import Report
-from percuss.studies.words import counted
+from percuss.studies.study import counted
 
 if TYPE_CHECKING:
     # Needs python-flint.

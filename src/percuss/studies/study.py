@@ -2,34 +2,40 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
 
 from percuss.execution import Execution
-from percuss.io.study_text import model_tables, toml_text
+from percuss.io.study_text import forcing_table, model_tables, number, stop_table, toml_text
+from percuss.model import exact
 from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
 from percuss.model.stops import Stop
-from percuss.studies.faults import MISSING, StudyFaults
-from percuss.studies.model_tables import EngineersModel
 from percuss.studies.tables import (
     DRAW_ALL,
+    MISSING,
     SAVE_ALL,
     Certify,
     Draw,
     RawTable,
     Save,
+    StudyFaults,
     as_written,
     values_of,
 )
 
+if TYPE_CHECKING:
+    from xarray import Dataset
+
 __all__ = [
-    "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft", "check_start",
+    "AT_REST", "TABLES", "EngineersModel", "Picture", "Question", "Study", "StudyDraft",
+    "check_start", "counted", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
     "kind_named", "kind_names", "known_walls", "study_text", "titled_axes",
 ]  # fmt: skip
 
@@ -54,6 +60,8 @@ _KINDS = (
 # in the table of the kind.
 TABLES = {"start": "start", "limits": "run", "sought": "orbit", "over": "over", "steps": "branch"}
 _PLACE = ("at", "side")
+# The last part of a traceback says most.
+LONGEST_REASON = 160
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +196,96 @@ def titled_axes(study: Study, figure: Any, width: float, height: float) -> Any:
     figure.set_size_inches(width, height)
     figure.suptitle(study.title, parse_math=False)
     return figure.add_subplot()
+
+
+def counted(n: float, thing: str) -> str:
+    """Return a number and what it counts.
+
+    Examples
+    --------
+    >>> counted(1, "impact"), counted(1200.0, "impact")
+    ('1 impact', '1,200 impacts')
+    """
+    return f"{int(n):,} {thing}" + ("" if n == 1 else "s")
+
+
+def impacts_in_words(n_impacts: float) -> str:
+    """Return a number of impacts in words."""
+    return "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
+
+
+def intervals_in_words(intervals: Any) -> str:
+    """Return intervals of a parameter in words."""
+    return ", ".join(f"{low:.6g} to {high:.6g}" for low, high in intervals)
+
+
+def failure_rows(reasons: list[str], n_points: int) -> dict[str, str]:
+    """Return how many points have no answer, and why."""
+    if not reasons:
+        return {}
+    from percuss.ensembles.datasets import commonest
+
+    reason, count, others = commonest(reasons)
+    more = f"; other reasons: {others}" if others else ""
+    words = f"{len(reasons)} of {n_points}: {reason[:LONGEST_REASON]} ({count}){more}"
+    return {"without answer": words}
+
+
+def ends_of(data: Dataset) -> str:
+    """Return the axes of a dataset with their ends."""
+    return ", ".join(
+        f"{dim} from {float(values.min()):.6g} to {float(values.max()):.6g} ({values.size})"
+        for dim, values in ((dim, data[dim].values) for dim in data.coords)
+        if values.dtype.kind == "f"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class EngineersModel:
+    """An oscillator and its forcing in engineers' units, before they are divided by the mass.
+
+    Parameters
+    ----------
+    mass, stiffness, damping_coefficient, damping_ratio, stops
+        As `Oscillator.from_mass` takes them.
+    forcing
+        The force on the mass [force]; or None.
+
+    Examples
+    --------
+    >>> from percuss.model import cosine
+    >>> model = EngineersModel(mass=2.0, stiffness=50.0, forcing=cosine(3.0, amplitude=5.0))
+    >>> model.oscillator().stiffness, model.forcing_per_mass().harmonics[0].amplitude
+    (25.0, 2.5)
+    """
+
+    mass: exact.Exact
+    stiffness: exact.Exact
+    damping_coefficient: exact.Exact | None = None
+    damping_ratio: exact.Exact | None = None
+    stops: tuple[Stop, ...] = ()
+    forcing: Forcing | None = None
+
+    def oscillator(self) -> Oscillator:
+        """Return the oscillator of unit mass."""
+        return Oscillator.from_mass(
+            self.mass, self.stiffness, self.damping_coefficient, self.damping_ratio, self.stops
+        )
+
+    def forcing_per_mass(self) -> Forcing | None:
+        """Return the forcing divided by the mass."""
+        return None if self.forcing is None else self.forcing.per_mass(self.mass)
+
+    def tables(self) -> dict[str, object]:
+        """Return the model as the tables of a study."""
+        names = ("mass", "stiffness", "damping_coefficient", "damping_ratio")
+        given = {name: getattr(self, name) for name in names}
+        row = {name: number(value) for name, value in given.items() if value is not None}
+        stops = [stop_table(stop) for stop in self.stops] or None
+        tables: dict[str, object] = {"oscillator": {**row, "stops": stops}}
+        if self.forcing is not None:
+            tables["forcing"] = forcing_table(self.forcing)
+        return tables
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,10 @@ from typing import Any
 from percuss.errors import StudyError
 from percuss.io.study_text import number
 from percuss.studies.axes import Span
-from percuss.studies.faults import StudyFaults
 from percuss.studies.kinds.diagram import Diagram
 from percuss.studies.reading import build_study
 from percuss.studies.study import Study
-from percuss.studies.tables import Certify, Draw
+from percuss.studies.tables import Certify, Draw, StudyFaults
 from percuss.web.question import (
     BadQuestion,
     PageQuestion,

@@ -16,9 +16,15 @@ from percuss.model.exact import as_float
 from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.stops import Wall
 from percuss.studies.axes import AxisValues, StartAxis, axes_of, over_of
-from percuss.studies.study import Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import (
+    Picture,
+    Question,
+    StudyDraft,
+    counted,
+    impacts_in_words,
+    titled_axes,
+)
 from percuss.studies.tables import NumberKey, PhaseKey, Whole, default, table
-from percuss.studies.words import counted, impacts_in_words
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -10,11 +10,10 @@ from percuss.execution import Execution
 from percuss.model.paths import long_form
 from percuss.orbits import continue_curve
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
-from percuss.studies.faults import shown
 from percuss.studies.kinds.branch import Steps, follow
 from percuss.studies.kinds.orbit import Sought
 from percuss.studies.study import Picture, Question, StudyDraft, titled_axes
-from percuss.studies.tables import Text, table
+from percuss.studies.tables import Text, shown, table
 
 if TYPE_CHECKING:
     from percuss.orbits import Curve as CurveResult

@@ -15,17 +15,17 @@ from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
 from percuss.studies.axes import OverAxes, over_of, values_over
-from percuss.studies.faults import shown, words_of_file
 from percuss.studies.study import (
     AT_REST,
     Picture,
     Question,
     StudyDraft,
+    ends_of,
+    failure_rows,
     known_walls,
     titled_axes,
 )
-from percuss.studies.tables import PhaseKey, Whole, default, raw_table, table
-from percuss.studies.words import ends_of, failure_rows
+from percuss.studies.tables import PhaseKey, Whole, default, raw_table, shown, table, words_of_file
 
 if TYPE_CHECKING:
     from xarray import Dataset

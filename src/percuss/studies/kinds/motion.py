@@ -14,9 +14,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.stops import SoftStop
-from percuss.studies.faults import shown
 from percuss.studies.study import Picture, Question, StudyDraft, known_walls
-from percuss.studies.tables import NumberKey, PhaseKey, StartState, table
+from percuss.studies.tables import NumberKey, PhaseKey, StartState, shown, table
 
 if TYPE_CHECKING:
     from percuss.motion.impact_times import ImpactTimes

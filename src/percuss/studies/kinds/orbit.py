@@ -11,9 +11,8 @@ from pydantic_core import PydanticCustomError
 from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import number_faults
-from percuss.studies.study import Picture, Question, StudyDraft
+from percuss.studies.study import Picture, Question, StudyDraft, counted, impacts_in_words
 from percuss.studies.tables import Count, NumberKey, Whole, table
-from percuss.studies.words import counted, impacts_in_words
 
 if TYPE_CHECKING:
     from percuss.orbits import PeriodicOrbit

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from percuss.execution import Execution
 from percuss.orbits import response_curve
 from percuss.studies.axes import OverRanges, ranges_over
-from percuss.studies.study import Picture, Question, StudyDraft
+from percuss.studies.study import Picture, Question, StudyDraft, intervals_in_words
 from percuss.studies.tables import Count, Whole, default, table
-from percuss.studies.words import intervals_in_words
 
 if TYPE_CHECKING:
     from percuss.orbits import Response as ResponseResult
