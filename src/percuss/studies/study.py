@@ -109,11 +109,11 @@ class Question(ABC):
     Attributes
     ----------
     kind
-        Its name in ``[study]``.
+        Its name in ``[study]``: that of the class, in lower case.
     doing
         What is being done while it is answered, before a bar.
     stem
-        Name of the NetCDF file, without suffix.
+        Name of the NetCDF file, without suffix; default: the kind.
     is_ensemble
         Whether it is answered chunk by chunk, into a store and on an engine where wanted.
     is_certifiable
@@ -138,6 +138,10 @@ class Question(ABC):
     draw_keys: ClassVar[tuple[str, ...]] = ()
     columns: ClassVar[Mapping[str, str]] = {}
 
+    def __init_subclass__(cls) -> None:
+        cls.kind = cls.__name__.lower()
+        cls.stem = cls.__dict__.get("stem", cls.kind)
+
     def tables(self) -> dict[str, object]:
         """Return the tables of its own in a study file."""
         keys = as_written(self)
@@ -152,9 +156,13 @@ class Question(ABC):
         """Return the tables saved as CSV, by the stem of the file."""
         return self.columns
 
-    @abstractmethod
-    def pictures(self, study: Study) -> Mapping[str, Picture]:
+    def pictures(self, study: Study) -> Mapping[str, Picture]:  # noqa: ARG002
         """Return what draws its pictures, by the stem of the file."""
+        return {self.stem: self.draw}
+
+    def draw(self, result: Any, study: Study, figure: Any) -> None:
+        """Draw the picture that most kinds have on an empty figure."""
+        raise NotImplementedError
 
     @abstractmethod
     def answer(self, study: Study, execution: Execution) -> Any:

@@ -17,7 +17,6 @@ from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.stops import Wall
 from percuss.studies.axes import AxisValues, StartAxis, axes_of, over_of
 from percuss.studies.study import (
-    Picture,
     Question,
     StudyDraft,
     counted,
@@ -51,9 +50,7 @@ class Basins(Question):
         As there.
     """
 
-    kind: ClassVar = "basins"
     doing: ClassVar = "following the starts"
-    stem: ClassVar = "basins"
     is_ensemble: ClassVar = True
     needed: ClassVar = ("basins",)
     draw_keys: ClassVar = ("manifolds",)
@@ -102,9 +99,13 @@ class Basins(Question):
         arguments |= over_of(axes) | {"escape": as_float(self.escape)} | execution.keywords()
         return basins(study.oscillator, study.forcing, **arguments)
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the basins in the plane of the starts."""
-        return {"basins": _draw}
+    def draw(self, result: Dataset, study: Study, figure: Any) -> None:
+        """Draw the basins in the plane of the starts."""
+        from percuss.plotting import plot_basins
+
+        curves = _manifolds(study) if study.draw.manifolds else ()
+        axes = titled_axes(study, figure, 7.4, 5.6)
+        plot_basins(result, axes, manifolds=curves, units=study.draw.units())
 
     def report(self, result: Dataset) -> dict[str, str]:
         """Return the attractors and how many of the starts go to each."""
@@ -137,14 +138,6 @@ def _check_pair(given: dict[str, Any], study: StudyDraft) -> None:
         (missing,) = set(STATES if of_state else IMPACTS) - set(given) or ("",)
         if missing:
             study.faults.add(("basins", missing), "missing")
-
-
-def _draw(result: Dataset, study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_basins
-
-    curves = _manifolds(study) if study.draw.manifolds else ()
-    axes = titled_axes(study, figure, 7.4, 5.6)
-    plot_basins(result, axes, manifolds=curves, units=study.draw.units())
 
 
 def _manifolds(study: Study) -> list[Manifolds]:

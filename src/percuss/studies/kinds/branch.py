@@ -11,7 +11,7 @@ from percuss.execution import Execution
 from percuss.orbits import continue_orbit
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.study import Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Question, StudyDraft, titled_axes
 from percuss.studies.tables import Count, default, table, values_of
 
 if TYPE_CHECKING:
@@ -57,9 +57,7 @@ class Branch(Question):
         How it is followed.
     """
 
-    kind: ClassVar = "branch"
     doing: ClassVar = "following the orbit"
-    stem: ClassVar = "branch"
     is_certifiable: ClassVar = True
     needed: ClassVar = ("over",)
     draw_keys: ClassVar = ("quantity",)
@@ -78,9 +76,12 @@ class Branch(Question):
         """Find the orbit and follow it."""
         return follow(study, self.sought, self.over, self.steps, execution)
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the branch over its parameter."""
-        return {"branch": _draw}
+    def draw(self, result: BranchResult, study: Study, figure: Any) -> None:
+        """Draw the branch over its parameter."""
+        from percuss.plotting import plot_branch
+
+        axes = titled_axes(study, figure, 7.0, 4.6)
+        plot_branch(result, axes, quantity=study.draw.quantity, units=study.draw.units())
 
     def report(self, result: BranchResult) -> dict[str, str]:
         """Return the branch, its special points and why it ends."""
@@ -96,10 +97,3 @@ class Branch(Question):
             "special points": "\n".join(points) or "none",
             "ends": result.end_reason,
         }
-
-
-def _draw(branch: BranchResult, study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_branch
-
-    axes = titled_axes(study, figure, 7.0, 4.6)
-    plot_branch(branch, axes, quantity=study.draw.quantity, units=study.draw.units())

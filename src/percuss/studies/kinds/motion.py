@@ -14,7 +14,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.stops import SoftStop
-from percuss.studies.study import Picture, Question, StudyDraft, known_walls
+from percuss.studies.study import Question, StudyDraft, known_walls
 from percuss.studies.tables import NumberKey, PhaseKey, StartState, shown, table
 
 if TYPE_CHECKING:
@@ -56,9 +56,7 @@ class Motion(Question):
         How long.
     """
 
-    kind: ClassVar = "motion"
     doing: ClassVar = "simulating"
-    stem: ClassVar = "motion"
     is_certifiable: ClassVar = True
     needed: ClassVar = ("start", "run")
     save_keys: ClassVar = ("samples",)
@@ -159,9 +157,16 @@ class Motion(Question):
         names = ["impacts", *(["crossings"] if soft else []), "motion"]
         return {name: name for name in names}
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the one with four panels."""
-        return {"motion": _draw}
+    def draw(self, result: Trajectory, study: Study, figure: Any) -> None:
+        """Draw displacement, velocity, phase plane and section."""
+        from percuss.plotting.motion_plot import plot_motion
+
+        window = None
+        if study.draw.window is not None:
+            first, last = (as_float(time) for time in study.draw.window)
+            # A run may end before the window begins: it was interrupted, or came to rest.
+            window = (first, last) if first < result.t_end and last > result.t0 else None
+        plot_motion(result, figure, title=study.title, window=window, units=study.draw.units())
 
     def report(self, result: Trajectory) -> dict[str, str]:
         """Return the events, the class of the impact times, and how it ended."""
@@ -197,14 +202,3 @@ def impact_times_words(times: ImpactTimes) -> str:
         "no_period_found": f"no period found in {times.n_used}",
         "too_few": f"too few to tell: {times.n_used}",
     }[times.kind]
-
-
-def _draw(run: Trajectory, study: Study, figure: Any) -> None:
-    from percuss.plotting.motion_plot import plot_motion
-
-    window = None
-    if study.draw.window is not None:
-        first, last = (as_float(time) for time in study.draw.window)
-        # A run may end before the window begins: it was interrupted, or came to rest.
-        window = (first, last) if first < run.t_end and last > run.t0 else None
-    plot_motion(run, figure, title=study.title, window=window, units=study.draw.units())

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import number_faults
-from percuss.studies.study import Picture, Question, StudyDraft, counted, impacts_in_words
+from percuss.studies.study import Question, StudyDraft, counted, impacts_in_words
 from percuss.studies.tables import Count, NumberKey, Whole, table
 
 if TYPE_CHECKING:
@@ -115,9 +115,7 @@ class Orbit(Question):
         Which one.
     """
 
-    kind: ClassVar = "orbit"
     doing: ClassVar = "looking for the orbit"
-    stem: ClassVar = "orbit"
     is_certifiable: ClassVar = True
     needed: ClassVar = ("orbit",)
     save_keys: ClassVar = ("samples",)
@@ -135,9 +133,15 @@ class Orbit(Question):
         """Find it."""
         return self.sought.find(study)
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the orbit in the plane, and its multipliers."""
-        return {"orbit": _draw}
+    def draw(self, result: PeriodicOrbit, study: Study, figure: Any) -> None:
+        """Draw the orbit in the plane, and its multipliers."""
+        from percuss.plotting import plot_multipliers, plot_orbit
+
+        figure.set_size_inches(9.6, 4.8)
+        left, right = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
+        plot_orbit(result, left, units=study.draw.units())
+        plot_multipliers(result, right)
+        figure.suptitle(study.title, parse_math=False)
 
     def report(self, result: PeriodicOrbit) -> dict[str, str]:
         """Return what it is and how stable."""
@@ -163,13 +167,3 @@ class Orbit(Question):
 
 def _shown(value: complex) -> str:
     return f"{value.real:.6g}" if value.imag == 0.0 else f"{value.real:.6g}{value.imag:+.6g}i"
-
-
-def _draw(orbit: PeriodicOrbit, study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_multipliers, plot_orbit
-
-    figure.set_size_inches(9.6, 4.8)
-    left, right = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
-    plot_orbit(orbit, left, units=study.draw.units())
-    plot_multipliers(orbit, right)
-    figure.suptitle(study.title, parse_math=False)

@@ -63,9 +63,7 @@ class Sweep(Question):
         As there; None is the default.
     """
 
-    kind: ClassVar = "sweep"
     doing: ClassVar = "measuring"
-    stem: ClassVar = "sweep"
     is_ensemble: ClassVar = True
     needed: ClassVar = ("over", "sweep")
     columns: ClassVar = {"sweep": "table"}
