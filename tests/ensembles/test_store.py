@@ -153,7 +153,7 @@ def test_a_full_disk_is_told_and_what_was_finished_is_kept(
 
     def fail(self: store_module.Store, number: int, block: Block) -> None:
         if len(written) == 2:
-            with store_module.faults_told(self.path):
+            with store_module.store_faults(self.path):
                 raise OSError(28, "No space left on device")
         written.append(number)
         write(self, number, block)

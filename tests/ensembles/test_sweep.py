@@ -8,7 +8,7 @@ from tests.ensembles.studies import failing
 
 import percuss as pc
 from percuss.ensembles.grid import Axis, Grid
-from percuss.ensembles.measures import STRETCHES, Window
+from percuss.ensembles.measures import INTERVALS, Window
 from percuss.ensembles.sweep import Measured
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter
@@ -115,7 +115,7 @@ def test_growth_is_told_from_the_fastest_impact_of_each_stretch() -> None:
     found = pc.sweep("growth_exponent", osc, force, over={}, start=(0.0, 1.0), transient=0,
                      periods=periods)  # fmt: skip
     run = pc.simulate(osc, force, v0=1.0, periods=periods)
-    edges = STRETCHES * run.t_end
+    edges = INTERVALS * run.t_end
     stretch = np.searchsorted(edges, run.impacts.t, side="right") - 1
     peaks = [np.abs(run.impacts.v_before[stretch == k]).max(initial=0.0) for k in range(24)]
     middle = np.sqrt(edges[1:] * edges[:-1])

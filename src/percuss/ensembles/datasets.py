@@ -1,4 +1,4 @@
-"""Answers as labelled arrays and as files, and the warning of points without an answer."""
+"""Answers as labelled arrays and as files, and warnings of points without an answer."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = [
     "warn_of_some", "write_whole",
 ]  # fmt: skip
 
-# Reasons that differ in their numbers only are one.
+# Reasons that differ only in their numbers count as one.
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 
 
@@ -71,7 +71,7 @@ def coordinates_of(dimensions: Iterable[Dimension]) -> dict[str, Any]:
 
 
 def _failures(answer: Answer) -> dict[str, Any]:
-    """Return which points have no answer, and why."""
+    """Return the points without an answer and the reasons, as variables of a dataset."""
     points = np.array(list(answer.reasons), dtype=np.int64)
     reasons = np.array(list(answer.reasons.values()), dtype=object)
     return {
@@ -104,22 +104,10 @@ def attributes_of(
 
 
 def write_whole(result: Dataset | DataTree, path: Path) -> None:
-    """Write a dataset or a tree of them as a NetCDF file.
+    """Write a dataset or a tree of datasets as a NetCDF file.
 
-    HDF5 that writes to a full disk by itself ends the whole process when it closes the file. So it
-    writes to memory, and the file is written at once by Python, which raises.
-
-    Parameters
-    ----------
-    result
-        What to write.
-    path
-        The file.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
+    HDF5 ends the whole process where the disk is full when it closes a file. So HDF5 writes to
+    memory, and Python, which raises an OSError, writes the file.
     """
     with _without_cluster():
         content = result.to_netcdf(engine="h5netcdf")
@@ -127,13 +115,13 @@ def write_whole(result: Dataset | DataTree, path: Path) -> None:
 
 
 def _without_cluster() -> contextlib.AbstractContextManager[Any]:
-    """Have xarray write by itself: it asks for Dask's scheduler, which may be lost by now."""
+    """Make xarray write without the scheduler of Dask, which may be lost by now."""
     config = sys.modules.get("dask.config")
     return contextlib.nullcontext() if config is None else config.set(scheduler="synchronous")
 
 
 def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
-    """Return the commonest reason, of how many points it is one, and how many others there are.
+    """Return the commonest reason, its number of points, and the number of other reasons.
 
     Parameters
     ----------
@@ -143,7 +131,7 @@ def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
     Returns
     -------
     tuple of str, int and int
-        Reasons that differ in their numbers only are one; the first of them stands for all.
+        Of reasons that differ only in their numbers, the first stands for all.
 
     Examples
     --------
@@ -157,25 +145,11 @@ def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
 
 
 def warn_of_some(
-    those: str, reasons: Iterable[str], total: int, first: str, stacklevel: int = 3
+    things: str, reasons: Iterable[str], total: int, first: str, stacklevel: int = 3
 ) -> None:
-    """Warn that some have no answer: how many of how many, where the first is, and why.
-
-    Parameters
-    ----------
-    those
-        What they are, in the plural.
-    reasons
-        One for each of them, at least one.
-    total
-        How many there are with the others.
-    first
-        The parameters of the first of them.
-    stacklevel
-        As in `warn_of_failures`.
-    """
+    """Warn that some of many things have no answer, with the parameters of the first."""
     given = list(reasons)
-    what = f"{len(given):,} of {total:,} {those} have no answer, the first at {first}"
+    what = f"{len(given):,} of {total:,} {things} have no answer, the first at {first}"
     warn_of_failures(what, given, stacklevel + 1)
 
 
@@ -187,9 +161,9 @@ def warn_of_failures(what: str, reasons: Iterable[str], stacklevel: int = 3) -> 
     what
         The beginning of the sentence: what has no answer, and for how many points.
     reasons
-        One for each of them.
+        One for each of these points.
     stacklevel
-        As `warnings.warn` takes it; by default whoever calls the function that calls this one.
+        As `warnings.warn` takes it; default: the caller of the function that calls this one.
     """
     given = list(reasons)
     reason, count, others = commonest(given)

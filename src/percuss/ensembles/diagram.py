@@ -26,10 +26,10 @@ from percuss.ensembles.measures import SAME, Window, period_of
 from percuss.ensembles.store import (
     Store,
     check_vacant,
-    faults_told,
     has_store,
     make_folder,
     own_attributes,
+    store_faults,
 )
 from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK
 from percuss.errors import OutputError, ParameterError
@@ -169,7 +169,7 @@ def _make_ready(
     """Make the stores of all parts at once: how much there is to do is known from the beginning."""
     store = execution.store
     if store is not None and has_store(store):
-        with faults_told(store):
+        with store_faults(store):
             own_attributes(store)
         raise OutputError(store, "holds another study, no diagram; choose another name")
     for job in parts.values():
