@@ -35,7 +35,7 @@ CALLS: dict[str, tuple[Callable[[Path], object], str]] = {
         lambda path: pc.sweep(
             "period", OSC, FORCE, over={"forcing.omega": [2.0]}, periods=10**25, store=path
         ),
-        r"^periods = 1.*told from a strobe in each; 1 point, whose answer takes",
+        r"^periods = 1.*found from a strobe in each; 1 point, whose answer takes",
     ),
     "diagram": (
         lambda path: pc.bifurcation_diagram(

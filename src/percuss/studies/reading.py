@@ -1,4 +1,4 @@
-"""Study files to studies; every fault of a file is found in one reading."""
+"""Studies from study files, with all faults of a file in one reading."""
 
 from __future__ import annotations
 
@@ -56,17 +56,17 @@ from percuss.studies.tables import (
 
 _RESULTS = (".nc", ".csv", ".png", ".svg")
 _MOST_SYNTAX_FAULTS = 20
-# So many lines that are not TOML, and half of those that were read: it is another kind of file.
+# A file with so many lines that are not TOML, and no more that are, is of another kind.
 _OF_ANOTHER_KIND = 3
 _TWICE = re.compile(r"cannot declare \((?P<path>.*)\) twice", re.IGNORECASE)
-# A value that begins like a word, a fraction or a multiple of pi, and is none of TOML's words.
+# A value without quotes that begins like a word, a fraction or a multiple of pi.
 _UNQUOTED = re.compile(
     r"\s*(?P<key>[\w.-]+)\s*=\s*(?!(?:(?i:true|false)|[+-]?inf|[+-]?nan)\s*(?:#|$))"
     r"(?P<value>[+-]?(?:[^\W\d]|\d[\d.]*\s*[*/])[^\"'#]*?)\s*(?:#.*)?"
 )
 _PLACE = re.compile(r"\s*\(at (?:line (?P<line>\d+), column \d+|end of document)\)$")
 
-# Tables and keys that files of all kinds may have.
+# Tables and keys of the files of all kinds.
 _OF_ALL = ("study", "oscillator", "forcing", "save", "draw")
 _SAVE, _DRAW = ("netcdf", "csv"), ("png", "svg", "length_unit", "time_unit")
 
@@ -133,8 +133,8 @@ def parse_study(text: str, name: str = "study") -> Study:
     Raises
     ------
     StudyError
-        With all faults of the text: its syntax, unknown and missing keys, wrong types, and
-        what the model cannot take; each with its line and its dotted path.
+        With all faults of the text: its syntax, unknown and missing keys, wrong types, and values
+        that the model cannot take; each with its line and its dotted path.
 
     Examples
     --------
@@ -152,7 +152,7 @@ def parse_study(text: str, name: str = "study") -> Study:
         raise StudyError(syntax)
     faults = StudyFaults(name, key_lines("\n".join(lines)), list(syntax))
     study = build_study(document, faults)
-    # A line that could not be read may hold what seems to be missing.
+    # A key that seems to be missing may stand in a line that could not be read.
     certain = (f for f in faults.faults if not (syntax and f.reason.startswith("missing")))
     ordered = sorted(certain, key=lambda fault: (fault.line or 0, fault.path))
     if ordered or study is None:
@@ -161,7 +161,7 @@ def parse_study(text: str, name: str = "study") -> Study:
 
 
 def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
-    """Return the study of a document, None if it has faults; add the faults to those found.
+    """Return the study of a document, None if it has faults; add these.
 
     Parameters
     ----------
@@ -193,12 +193,12 @@ def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
 
 
 def known_keys(kind: type[Question] | None) -> dict[str, list[str]]:
-    """Return the tables that files of a kind have besides the model, with their keys.
+    """Return the tables of the files of a kind besides the model, with their keys.
 
     Parameters
     ----------
     kind
-        The kind; None: what files of all kinds have.
+        The kind; None: those of the files of all kinds.
     """
     if kind is None:
         return {"save": [*_SAVE], "draw": [*_DRAW]}
@@ -228,7 +228,7 @@ def _table_keys(kind: type[Question], name: str) -> list[str]:
 
 
 def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults) -> Question:
-    """Return the question of a document, and add what is wrong with its shape."""
+    """Return the question of a document, and add the faults of its shape."""
     given: dict[str, Any] = {}
     for name, info in kind.__pydantic_fields__.items():  # type: ignore[attr-defined]
         table = TABLES.get(name)
@@ -236,7 +236,7 @@ def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults
             continue
         raw = raw_table(document, table)
         shape = StartTable if name == "start" else info.annotation
-        # What the ranges and axes in [over] may be is a question to the model.
+        # The ranges and axes in [over] are checked against the model.
         value = dict(raw) if name == "over" else read(shape, raw, faults, (table,))
         given[name] = draft(Start, **values_of(value)) if name == "start" else value
     own = raw_table(document, kind.kind)
@@ -245,7 +245,7 @@ def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults
 
 
 def _check_tables(document: RawTable, kind: type[Question] | None, faults: StudyFaults) -> None:
-    """Add tables that are unknown, missing, or none."""
+    """Add tables that are unknown, missing or not tables."""
     known = [*_OF_ALL, *(_table_names(kind) if kind is not None else ())]
     of_some_kinds = {*TABLES.values(), *kind_names(), "certify"} - {"motion"}
     for name, table in document.items():
@@ -263,7 +263,7 @@ def _check_tables(document: RawTable, kind: type[Question] | None, faults: Study
 
 
 class _Shape(BaseModel):
-    """A table of the model that knows all its keys; its numbers are the model's question."""
+    """The shape of a table of the model: its keys and their types; the model checks the numbers."""
 
     model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
 
@@ -314,7 +314,7 @@ _STOPS: dict[object, type[_Shape]] = {"wall": _WallShape, "soft": _SoftShape}
 def read_model(
     document: RawTable, faults: StudyFaults
 ) -> tuple[Oscillator, Forcing | None, EngineersModel | None]:
-    """Return the model of a document, and add what is wrong with it.
+    """Return the model of a document, and add its faults.
 
     Parameters
     ----------
@@ -326,8 +326,8 @@ def read_model(
     Returns
     -------
     Oscillator, Forcing or None, EngineersModel or None
-        What moves under what force, drafts where they have faults; and both in engineers' units
-        if a mass is given and nothing is wrong.
+        The model, drafts where they have faults; and the model in engineers' units if a mass is
+        given and nothing is wrong.
     """
     for name in _SHAPES:
         if isinstance(document.get(name), Mapping):
@@ -373,7 +373,7 @@ def _check_shape(name: str, table: RawTable, faults: StudyFaults) -> None:
 
 
 def _add_missing_type(path: tuple[str | int, ...], stop: RawTable, faults: StudyFaults) -> None:
-    """Add what is wrong with a stop without a type, whose other keys are not checked yet."""
+    """Add the faults of a stop without a type, whose other keys are not checked yet."""
     known = list(dict.fromkeys(key for shape in _STOPS.values() for key in shape.model_fields))
     for key in stop:
         if key not in known:
@@ -395,7 +395,7 @@ def _stop(row: Any) -> Wall | SoftStop:
     kind = row.get("type") if isinstance(row, Mapping) else None
     if kind == "soft":
         return _drafted(SoftStop, row, {**needed, "stiffness": MISSING, "damping": 0.0})
-    # What is neither has a fault already; as a wall without a place it gets no second one.
+    # A stop of another type has a fault already; as a wall without a place it gets no second one.
     return _drafted(Wall, row, {**needed, "restitution": 1.0})
 
 
@@ -426,7 +426,7 @@ def _engineers_model(
 
 
 def _per_mass(given: EngineersModel, faults: StudyFaults) -> tuple[Oscillator, Forcing | None]:
-    """Return the oscillator and the forcing of unit mass; add what the division makes wrong."""
+    """Return the oscillator and the forcing of unit mass; add the faults of the division."""
     oscillator, forcing = Oscillator(stops=given.stops), given.forcing
     owner = "oscillator"
     try:
@@ -483,16 +483,16 @@ def _rows(table: RawTable, name: str) -> list[Any]:
 
 
 def _drafted(kind: type[ModelPart], row: Any, defaults: RawTable) -> ModelPart:
-    """Return a part of the model from the keys that a row has, not checked."""
+    """Return a part of the model, not checked, from the keys of a row."""
     given = row if isinstance(row, Mapping) else {}
     return draft(kind, **{name: given.get(name, value) for name, value in defaults.items()})
 
 
 def _is_no_toml(lines: list[str], faults: list[StudyFault]) -> bool:
-    """Return whether so many lines are not TOML that it is another kind of file."""
+    """Return whether too many lines are not TOML: it is another kind of file."""
     if len(faults) < _OF_ANOTHER_KIND:
         return False
-    # Lines with faults have been emptied, but for the last one where the reading ended there.
+    # Lines with faults have been emptied, except a last one at which the reading ended.
     last = faults[-1].line or 0
     right = sum(
         1 for line in lines[: last - 1] if line.strip() and not line.lstrip().startswith("#")
@@ -506,9 +506,9 @@ def _no_toml(name: str, first: StudyFault) -> StudyFault:
 
 
 def _document(text: str, name: str) -> tuple[dict[str, object] | None, list[str], list[StudyFault]]:
-    """Read a text, leaving out the lines that are not TOML; return it, its lines and faults.
+    """Read a text without the lines that are not TOML; return it, its lines and the faults.
 
-    The document is None where what is left out may change the meaning of the rest.
+    The document is None where a line left out may change the meaning of the others.
     """
     lines = text.replace("\r\n", "\n").split("\n")
     faults: list[StudyFault] = []
@@ -531,7 +531,7 @@ def _document(text: str, name: str) -> tuple[dict[str, object] | None, list[str]
 
 
 def _syntax_reason(words: str, line: str) -> str:
-    """Return what is wrong with a line that is not TOML, and what may have been meant."""
+    """Return the fault of a line that is not TOML, and the correction that may be meant."""
     reason = f"{words[:1].lower()}{words[1:]}: {shown(line.strip())}"
     twice = _TWICE.search(words)
     if twice is not None:
@@ -562,7 +562,7 @@ _OPENING, _CLOSING = ("[", "{"), ("]", "}")
 
 @dataclass(slots=True)
 class _Scanner:
-    """A walk over the tokens of a valid TOML text that notes where keys stand."""
+    """A pass over the tokens of a valid TOML text that notes the lines of keys."""
 
     tokens: list[tuple[str, int]]
     position: int = 0
@@ -629,7 +629,7 @@ class _Scanner:
         self.value(path)
 
     def value(self, path: Path) -> None:
-        """Take a value, and note the lines of what is inside it."""
+        """Take a value, and note the lines of its items."""
         opening = self.peek()
         if opening not in _OPENING:
             while self.peek() not in ("\n", ",", *_CLOSING, ""):

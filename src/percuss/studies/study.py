@@ -1,4 +1,4 @@
-"""A study as a frozen value: a model, a question of some kind, what to keep of the answer."""
+"""A study as a frozen value: a model, a question of some kind, and what is kept of the answer."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ __all__ = [
     "kind_named", "kind_names", "known_walls", "study_text", "titled_axes",
 ]  # fmt: skip
 
-# Draws a result of a study on an empty figure.
+# Draws the result of a study on an empty figure.
 Picture: TypeAlias = "Callable[[Any, Study, Any], None]"
 
 AT_REST = Start(0.0, 0.0)
@@ -66,7 +66,7 @@ LONGEST_REASON = 160
 
 @dataclass(frozen=True, slots=True)
 class StudyDraft:
-    """A study while its file is read: what a question is checked against.
+    """A study while its file is read, against which its question is checked.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class StudyDraft:
     oscillator, forcing
         The model; drafts where they have faults.
     draw
-        What is drawn.
+        The pictures.
     faults
         The faults found so far.
     """
@@ -102,7 +102,7 @@ class StudyDraft:
 
 
 class Question(ABC):
-    """What a study asks, with all it needs besides the model: a frozen table.
+    """The question of a study, with all it needs besides the model: a frozen table.
 
     Its fields are the keys of its file and the arguments of the library function that answers it.
 
@@ -111,15 +111,15 @@ class Question(ABC):
     kind
         Its name in ``[study]``: that of the class, in lower case.
     doing
-        What is being done while it is answered, before a bar.
+        What is done while it is answered, before a progress bar.
     stem
         Name of the NetCDF file, without suffix; default: the kind.
     is_ensemble
-        Whether it is answered chunk by chunk, into a store and on an engine where wanted.
+        Whether it is computed in chunks, for which there are stores and engines.
     is_certifiable
         Whether its file may ask for a proof.
     needed
-        Tables without which there is no such file.
+        Tables that its file must have.
     save_keys, draw_keys
         Keys of ``[save]`` and ``[draw]`` beyond those of all kinds.
     columns
@@ -143,7 +143,7 @@ class Question(ABC):
         cls.stem = cls.__dict__.get("stem", cls.kind)
 
     def tables(self) -> dict[str, object]:
-        """Return the tables of its own in a study file."""
+        """Return the tables of the question in a study file."""
         keys = as_written(self)
         tables = {table: keys.pop(name) for name, table in TABLES.items() if name in keys}
         return {**tables, self.kind: keys} if keys else tables
@@ -170,15 +170,15 @@ class Question(ABC):
 
     @abstractmethod
     def report(self, result: Any) -> dict[str, str]:
-        """Return what was found, in a few lines: words by what they are about."""
+        """Return the results in a few lines: words by their names."""
 
     @abstractmethod
     def checked(self, study: StudyDraft) -> Self:
-        """Return the question as it is asked of a model, and add what is wrong with it there."""
+        """Return the question with what depends on the model, and add its faults there."""
 
 
 def check_start(start: Start, study: StudyDraft) -> None:
-    """Add what is wrong with a start without a limit of its own."""
+    """Add the faults of a start."""
     is_given = "start" in study.document
     walls = draft(Oscillator, stops=known_walls(study))
     place = "start" if is_given else None
@@ -190,7 +190,7 @@ def check_start(start: Start, study: StudyDraft) -> None:
 
 
 def known_walls(study: StudyDraft) -> tuple[Stop, ...]:
-    """Return the stops whose place is known: only in such a wall can a start be."""
+    """Return the stops whose place is known: only in these walls can a start lie."""
     return tuple(
         stop
         for index, stop in enumerate(study.oscillator.stops)
@@ -298,23 +298,23 @@ class EngineersModel:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A model, what is asked about it, and what to keep of the answer.
+    """A model, a question about it, and what is kept of the answer.
 
     Parameters
     ----------
     oscillator, forcing
-        What is moving, under what force (None: free).
+        The oscillator and the force on it (None: free).
     question
-        What is asked: a value of `percuss.studies.kinds`, such as `Motion`.
+        The question: a value of `percuss.studies.kinds`, such as `Motion`.
     title
-        A line about it.
+        A line for reports and pictures.
     save, draw
-        Files and pictures.
+        The files and pictures.
     given
         The model in the engineers' units of the study file, if it names a mass; `oscillator` and
         `forcing` are then those of unit mass that follow from it.
     certify
-        To how many digits the answer is proven, of a motion, an orbit or a branch; None: not.
+        The digits to which a motion, an orbit or a branch is proven; None: no proof.
 
     Examples
     --------

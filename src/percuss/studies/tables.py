@@ -44,13 +44,13 @@ __all__ = [
 # Keys, and indices into lists.
 Path: TypeAlias = tuple[str | int, ...]
 
-# In place of a key that is needed and has a fault already.
+# In place of a required key that has a fault already.
 MISSING: Any = object()
 NO_NUMBER = 'not a number; write 2.8, or "2.8" for that decimal, "1/3" for that fraction'
 NO_PHASE = f'{NO_NUMBER}, "pi/2" for that multiple of pi'
-# What the model says, and what it is called in a file.
+# Faults of the model in the words of a study file.
 _WORDS_OF_FILE = {NOT_A_NUMBER: NO_NUMBER, NOT_A_PHASE: NO_PHASE}
-# Longer values are cut in messages: about what a line of a terminal holds beside the sentence.
+# Longer values are cut in messages, so that value and sentence fit into a line.
 _LONGEST_VALUE = 60
 RawTable: TypeAlias = Mapping[str, Any]
 T = TypeVar("T")
@@ -62,7 +62,7 @@ MOST_SAMPLES = 100_000_000
 
 DrawnQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
 
-# What pydantic calls an error, and what we say; {} stands for its context.
+# Our sentences for the errors of pydantic; {} stands for their context.
 _REASONS = {
     "bool_type": "neither true nor false",
     "int_type": "not a whole number",
@@ -123,7 +123,7 @@ class StudyFault:
 
 @dataclass(slots=True)
 class StudyFaults:
-    """The faults of one file as they are collected, and the lines of its keys."""
+    """The faults of one file while they are collected, and the lines of its keys."""
 
     file: str
     lines: dict[Path, int]
@@ -139,7 +139,7 @@ class StudyFaults:
             self.faults.append(StudyFault(self.file, line, dotted, reason, value))
 
     def add_from_model(self, faults: Iterable[Fault]) -> None:
-        """Add faults that the model reports, in the words of a file."""
+        """Add faults of the model, in the words of a file."""
         for fault in faults:
             if fault.value is not MISSING:
                 names = fault.name.split(".")
@@ -163,12 +163,12 @@ def line_of(lines: dict[Path, int], path: Sequence[str | int]) -> int | None:
 
 
 def words_of_file(reason: str) -> str:
-    """Return what the model says of a value in the words of a file."""
+    """Return a sentence of the model in the words of a file."""
     return _WORDS_OF_FILE.get(reason, reason)
 
 
 def unknown_key(key: object, known: list[str]) -> str:
-    """Return which of the known keys another one may have been meant to be."""
+    """Return the sentence about an unknown key, with the known key that resembles it."""
     close = difflib.get_close_matches(str(key).lower(), known, n=1)
     if close:
         return f'unknown key; did you mean "{close[0]}"?'
@@ -176,14 +176,14 @@ def unknown_key(key: object, known: list[str]) -> str:
 
 
 def unknown_value(value: object, known: list[str]) -> str:
-    """Return which of the known values another one may have been meant to be."""
+    """Return the sentence about an unknown value, with the known value that resembles it."""
     close = difflib.get_close_matches(str(value).lower(), known, n=1)
     listed = f"{', '.join(known[:-1])} or {known[-1]}"
     return f'did you mean "{close[0]}"? There are {listed}' if close else f"not {listed}"
 
 
 def shown(value: object) -> str:
-    """Return a value as it is shown in a message.
+    """Return a value as messages show it.
 
     Examples
     --------
@@ -196,7 +196,7 @@ def shown(value: object) -> str:
 
 
 def _on_one_line(text: str) -> str:
-    """Return a text without line ends and marks of control, cut where it is long."""
+    """Return a text without line ends and control characters, cut where it is long."""
     text = text.encode("unicode_escape").decode("ascii") if not text.isprintable() else text
     return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 4]} ..."
 
@@ -214,9 +214,9 @@ def sentence(error: Any) -> str:
 
 @dataclass_transform(frozen_default=True, field_specifiers=(Field,))
 def table(kind: type[T]) -> type[T]:
-    """Make a class a frozen table: its fields are its keys, their types the checks.
+    """Make a class a frozen table: its fields are the keys, their types the checks.
 
-    What pydantic refuses is a `ParameterError` in Python, and a fault in a file (`read`).
+    A value that pydantic refuses is a `ParameterError` in Python, and a fault in a file (`read`).
     """
     config = ConfigDict(arbitrary_types_allowed=True)
     made: Any = pydantic_dataclass(frozen=True, slots=True, config=config)(kind)
@@ -225,7 +225,7 @@ def table(kind: type[T]) -> type[T]:
     @functools.wraps(construct)
     def checked(self: Any, *values: Any, **named: Any) -> None:
         if len(values) <= len(keys_of(made)):
-            # So that pydantic knows the name of what is wrong.
+            # Named, so that the error of pydantic has the name of the field.
             values, named = (), dict(zip(keys_of(made), values, strict=False)) | named
         try:
             construct(self, *values, **named)
@@ -266,23 +266,23 @@ def read(
     known: list[str] | None = None,
     given: RawTable | None = None,
 ) -> T:
-    """Return the table of raw values, and add what is wrong with them.
+    """Return the table of raw values, and add their faults.
 
     Parameters
     ----------
     kind
         The table.
     raw
-        The keys as `tomllib` reads them. A wrong one counts as left out; what then is missing is
+        The keys as `tomllib` reads them. A wrong one counts as left out; a required one is then
         `MISSING`.
     faults
         The faults found so far.
     path
         Where the table stands in the file.
     known
-        The keys that there are in this file; default: all of the table.
+        The keys that this file may have; default: all of the table.
     given
-        Fields that do not stand in the table.
+        Fields that do not stand in the table of the file.
     """
     known = keys_of(kind) if known is None else known
     for key in raw:
@@ -326,7 +326,7 @@ def exact_phase(value: Any) -> Any:
 
 
 def _is_number(value: object) -> bool:
-    # Whether a text is a number is the model's question; true is an int for Python only.
+    # The model decides whether a text is a number; true is an int in Python only.
     is_given = isinstance(value, str) or hasattr(value, "__float__") or value is MISSING
     return is_given and not isinstance(value, bool)
 
@@ -350,7 +350,7 @@ def _digits(value: object) -> object:
 
 
 def table_only(value: object) -> object:
-    """Return a value that is a table; what stands in it is read where the model is known."""
+    """Return a value that is a table; its content is read once the model is known."""
     if not isinstance(value, Mapping):
         raise PydanticCustomError("dict_type", "not a table")
     return value
@@ -367,7 +367,7 @@ Text = Annotated[str, Field(strict=True)]
 
 @table
 class StudyTable:
-    """``[study]``: what is asked."""
+    """``[study]``: the kind of study and its title."""
 
     kind: Text = "motion"
     title: Text = ""
@@ -385,7 +385,7 @@ class StartTable:
 def _start(value: Any) -> Start:
     if isinstance(value, Start):
         return value
-    # Not checked yet: a wall of the model may be in its way, which is one fault, not two.
+    # Checked later, against the walls of the model: one fault, not two.
     return draft(Start, **values_of(TypeAdapter(StartTable).validate_python(value)))
 
 
@@ -428,7 +428,7 @@ class Draw:
     length_unit, time_unit
         Units on the axes; empty for dimensionless ones.
     quantity
-        What of a branch is drawn over its parameter, as in `percuss.plotting.plot_branch`.
+        The quantity of a branch drawn over its parameter, as in `percuss.plotting.plot_branch`.
     manifolds
         Whether the stable manifolds of saddles are drawn into basins.
     """
@@ -450,7 +450,7 @@ class Draw:
 
 @table
 class Certify:
-    """To how many digits the answer of a study is proven in ball arithmetic.
+    """The digits to which the answer of a study is proven in ball arithmetic.
 
     Parameters
     ----------
@@ -460,7 +460,7 @@ class Certify:
     Raises
     ------
     ParameterError
-        If they are fewer or more.
+        If they are out of this range.
     """
 
     digits: Annotated[int, PlainValidator(_digits)] = 12
