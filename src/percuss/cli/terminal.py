@@ -1,4 +1,4 @@
-"""What a command shows in the terminal: a bar while it runs, tables of what came out."""
+"""The output of a command in the terminal: a bar while it runs, then its results."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ WORDS: dict[ClaimKind, str] = {
     "fails": "fails",
     "undecided": "undecided",
 }
-# Columns are as wide as the longest of the usual names.
+# The width of the usual names.
 WIDTH = len("special points") + 2
 
 
@@ -52,15 +52,15 @@ class ProgressBar:
     Parameters
     ----------
     doing
-        What is being done, before the bar.
+        The work in progress, in words before the bar.
     of_chunks
-        Whether it is done in chunks, which see to Ctrl-C themselves: those at work are kept.
+        Whether it is done in chunks, whose engines handle Ctrl-C themselves.
     """
 
     def __init__(self, doing: str = RUNNING, *, of_chunks: bool = False) -> None:
         self._doing = doing
         self._of_chunks = of_chunks
-        # By a clock of its own: the first run of all compiles the engine and reports nothing yet.
+        # A thread of its own: the first run compiles the kernels and reports nothing yet.
         self._clock = threading.Thread(target=self._show, name="percuss-progress", daemon=True)
         self._is_over = threading.Event()
         self._began = time.monotonic()
@@ -73,7 +73,7 @@ class ProgressBar:
         self.is_stopped = False
 
     def __call__(self, done: float, total: float) -> bool:
-        """Note the progress, and return whether to go on."""
+        """Take the progress, and return whether to go on."""
         self._has_begun = True
         self._done, self._total = done, total
         if self._bar is not None:
@@ -82,7 +82,7 @@ class ProgressBar:
 
     def writing(self, file: Path) -> None:
         """Show that the run is over and that a file is being written."""
-        # What is written is dropped by the Ctrl-C of before.
+        # While files are written, the original Ctrl-C drops them.
         signal.signal(signal.SIGINT, self._handler)
         if self.is_stopped and not self._has_said:
             self._has_said = True
@@ -104,7 +104,7 @@ class ProgressBar:
                 return
 
     def _line(self) -> str:
-        """Return how far the run is, in a line of a log."""
+        """Return the progress of the run as a line of a log."""
         share = f" {min(1.0, self._done / self._total):6.1%}," if self._total > 0.0 else ","
         doing = self._doing if self._has_begun else STARTING
         return f"{doing}{share} {time.monotonic() - self._began:.0f} s so far"
@@ -147,7 +147,7 @@ class ProgressBar:
 
 
 def print_report(study: Study, result: StudyResult) -> None:
-    """Print what was found, how long it took and the files."""
+    """Print the results of a study, the time it took and the files."""
     rows = {
         **result.report,
         "computed": f"in {result.seconds:.3g} s",
@@ -164,7 +164,7 @@ def print_report(study: Study, result: StudyResult) -> None:
 
 
 def print_verdicts(result: PaperResult) -> None:
-    """Print the verdicts, the figures, what is missing, and where the report is."""
+    """Print the verdicts, the figures, the missing items, and the folder of the report."""
     console = Console(highlight=False)
     claims = [
         result.claims[item.name]

@@ -46,8 +46,8 @@ __all__ = ["Attractor", "Chaos", "StrobedSystem", "impacts_at", "label_starts", 
 SETTLING, AGAIN = 500, 20
 # Long transients that seemed periodic or chaotic are expensive: so many of each are tried.
 MOST_FAILURES, MOST_TRANSIENTS = 1000, 100
-# Starts compared with an orbit at a time: for a million at once each intermediate array would take a
-# third of the memory of the answer.
+# Starts compared with an orbit at a time: for a million at once each intermediate array would take
+# a third of the memory of the answer.
 AT_ONCE = 65_536
 # Orbits that are distinguished where every start has its own, as without a spring or damping.
 MOST_ORBITS = 1000
@@ -228,9 +228,9 @@ def _unbounded(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoO
     yield rows, Attractor("unbounded")
 
 
-# Largest distance between strobes of the same periodic orbit, relative to its size: motions classified
-# as periodic repeat themselves to 1e-6 from one period to the next, and one that spirals around its
-# orbit may be a hundred times as far from it.
+# Largest distance between strobes of the same periodic orbit, relative to its size: motions that
+# are classified as periodic repeat themselves to 1e-6 from one period to the next, and one that
+# spirals around its orbit may be a hundred times as far from it.
 NEAR = 3e-4
 # Periods of the run from which Newton's method starts.
 ORBIT_PERIODS = 3
@@ -317,7 +317,7 @@ def _candidates(
 
 
 def strobes_of_orbit(system: StrobedSystem, orbit: PeriodicOrbit, near: Floats) -> Floats:
-    """Return x and v at the strobes of an orbit, (n_periods, 2) array, the nearest to a place first."""
+    """Return x and v at the strobes of an orbit, (n_periods, 2) array, beginning near a place."""
     period = system.period
     first = system.t0 + math.ceil((orbit.t0 - system.t0) / period) * period
     t = first + np.arange(orbit.n_periods) * period
@@ -335,8 +335,8 @@ def impacts_at(
     return np.stack([impacts.cycle[at_stop], np.abs(impacts.v_after[at_stop])], axis=1)
 
 
-# Strobes that cover a chaotic attractor, strobes of a motion that is compared with it, and the cells
-# along each axis in which they are compared.
+# Strobes that cover a chaotic attractor, strobes of a motion that is compared with it, and the
+# cells along each axis in which they are compared.
 FILLING, COMPARED, CELLS = 4000, 40, 50
 # The least share of the strobes of a motion on the attractor in or next to its cells.
 LEAST_SHARE = 0.95

@@ -28,13 +28,13 @@ __all__ = [
 ]
 
 
-# Searches of a motion in the batch before it is treated by itself, and how often that is repeated.
+# Searches of a motion in the batch before it is treated alone, and how often that is repeated.
 PATIENCE = 20_000
 MOST_SEARCHES = 50
 # Results whose points are put in order at a time.
 AT_ONCE = 256
-# Impacts after which a motion is abandoned: a few hundred periods have hundreds, but elastic hops on
-# a wall, or a fast motion between two walls, have any number.
+# Impacts after which a motion is abandoned: a few hundred periods have hundreds, but elastic hops
+# on a wall, or a fast motion between two walls, have any number.
 MOST_IMPACTS = 1_000_000
 
 

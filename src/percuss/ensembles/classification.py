@@ -181,8 +181,9 @@ class Rules:
         per_period = result.tallies[:, survey.IMPACTS] / compared
         classes["n_impacts"][rows[periodic]] = np.round((per_period * n_periods)[periodic])
         # The strobe of a mass at rest is its place.
-        held = rest[:, np.newaxis]
-        place = np.where(held, result.state[:, [columns.X, columns.V]], strobes[:, -1])
+        place = np.where(
+            rest[:, np.newaxis], result.state[:, [columns.X, columns.V]], strobes[:, -1]
+        )
         bounded = (rest | periodic) & ~unbounded
         classes["strobe"][rows[bounded]] = place[bounded]
         return np.asarray(rest | unbounded | periodic)

@@ -313,7 +313,7 @@ def _plan(group: Group, section: str, window: Window) -> Plan:
 
 @dataclass(frozen=True, slots=True)
 class FreshBranches:
-    """The job of the branches that begin at a start at each value; the values are the fastest axis."""
+    """The job of the branches that begin at a start at each value; values are the fastest axis."""
 
     part: ClassVar = "afresh"
     grids: tuple[Grid, ...]

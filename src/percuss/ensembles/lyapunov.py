@@ -37,8 +37,8 @@ __all__ = ["LyapunovExponents", "lyapunov_exponents"]
 
 # The longest period of an orbit that is considered, in forcing periods.
 LONGEST = 16
-# Periods of an orbit that its exponents are taken from, and the relative difference up to which areas
-# shrink alike in them.
+# Periods of an orbit from which its exponents are taken, and the relative difference up to which
+# areas shrink alike in them.
 ORBIT_PERIODS, ALIKE = 3, 1e-6
 # Impacts of a motion for each period; the default limit.
 IMPACTS_OF_A_PERIOD = 100

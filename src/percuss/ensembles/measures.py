@@ -28,8 +28,8 @@ __all__ = ["MEASURES", "Measure", "Window", "measure_group", "period_of"]
 
 # Strobes that differ by less than this part of the motion's size are the same.
 SAME = 1e-6
-# The strobes of an orbit of p periods differ by more than 100 times that; smaller differences are the
-# end of a transient that turns by about 1/p.
+# The strobes of an orbit of p periods differ by more than 100 times that; smaller differences are
+# the end of a transient that turns by about 1/p.
 SETTLED = 100.0
 # Edges of intervals that are equal in the logarithm of time, as parts of the whole: the growth
 # exponent is fitted to their fastest impacts.

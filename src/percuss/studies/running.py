@@ -265,8 +265,8 @@ def _write(
         if file.suffix == ".nc":
             write_netcdf(answer, path, record, samples=study.save.samples)
         elif file.suffix == ".csv":
-            beside = paths[record_file(file)]
-            write_columns(tables[file.stem], path, record, **units, beside=beside)
+            record_path = paths[record_file(file)]
+            write_columns(tables[file.stem], path, record, **units, record_path=record_path)
         else:
             if file.stem not in figures:
                 figures[file.stem] = _figure(file.stem, answer, study, proof)

@@ -40,7 +40,7 @@ MOST_IMPACTS = MOST_PERIODS = 2
 
 @table
 class Basins(Question):
-    """To which attractor each start of a grid goes, as `percuss.basins` takes it.
+    """The attractor of each start of a grid, as `percuss.basins` finds it.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Basins(Question):
         return replace(self, **axes)
 
     def _check_impacts(self, axes: dict[str, AxisValues], study: StudyDraft) -> None:
-        """Add what is wrong with starts at a wall."""
+        """Add the faults of starts at a wall."""
         if not set(axes) & set(IMPACTS) or study.faults.is_wrong("oscillator"):
             return
         stops = study.oscillator.stops
@@ -93,7 +93,7 @@ class Basins(Question):
                 study.faults.add(("basins", name), reason)
 
     def answer(self, study: Study, execution: Execution) -> Dataset:
-        """Return to which attractor each start goes."""
+        """Return the attractor of each start."""
         arguments = {name: value for name, value in self.arguments().items() if value is not None}
         axes = {name: arguments[name] for name in (*STATES, *IMPACTS) if name in arguments}
         arguments |= over_of(axes) | {"escape": as_float(self.escape)} | execution.keywords()
@@ -108,7 +108,7 @@ class Basins(Question):
         plot_basins(result, axes, manifolds=curves, units=study.draw.units())
 
     def report(self, result: Dataset) -> dict[str, str]:
-        """Return the attractors and how many of the starts go to each."""
+        """Return the attractors and the fraction of the starts that go to each."""
         basin = result.basin.values
         inside = int((basin == -2).sum())
         rows = {"starts": f"{basin.size - inside:,}"}
@@ -126,7 +126,7 @@ class Basins(Question):
 
 
 def _check_pair(given: dict[str, Any], study: StudyDraft) -> None:
-    """Add axes that are missing, or of both pairs."""
+    """Add the faults of missing axes, or of axes of both pairs."""
     of_state, of_impact = ([name for name in pair if name in given] for pair in (STATES, IMPACTS))
     if of_state and of_impact:
         reason = "given together with x0 or v0; give x0 and v0, or these"
@@ -145,7 +145,7 @@ def _manifolds(study: Study) -> list[Manifolds]:
     from percuss.orbits import find_orbits, manifolds
 
     question = study.question
-    # Studies of basins alone come here, with a period.
+    # Only studies of basins, with a period, are drawn here.
     assert isinstance(question, Basins)
     assert study.forcing is not None
     assert study.forcing.period is not None
@@ -156,7 +156,7 @@ def _manifolds(study: Study) -> list[Manifolds]:
         inside, outside = sorted(abs(orbit.multipliers))
         if not 0.0 < inside < 1.0 < outside:
             continue
-        # Where one cannot be grown, the basins are worth a picture without it.
+        # Where a manifold cannot be computed, the picture shows the basins without it.
         with suppress(PercussError):
             curves.append(
                 manifolds(

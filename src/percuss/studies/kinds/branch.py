@@ -38,7 +38,7 @@ def follow(
     steps: Steps,
     execution: Execution,
 ) -> BranchResult:
-    """Find the orbit that a study is about, and follow it along a parameter."""
+    """Find the orbit of a study, and follow it along a parameter."""
     orbit = sought.find(study)
     return continue_orbit(orbit, over, **values_of(steps), progress=execution.progress)
 
@@ -68,7 +68,7 @@ class Branch(Question):
     steps: Steps = Steps()
 
     def checked(self, study: StudyDraft) -> Self:
-        """Check which orbit is looked for, and read the range."""
+        """Check the orbit sought, and read the range."""
         self.sought.check(study)
         return replace(self, over=ranges_over(study, 1, holds_own=True))
 

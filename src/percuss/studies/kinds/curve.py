@@ -55,13 +55,13 @@ class Curve(Question):
     steps: Steps = Steps()
 
     def checked(self, study: StudyDraft) -> Self:
-        """Check which orbit is looked for, and read the ranges and which comes first."""
+        """Check the orbit sought, and read the ranges and the parameter of the branch."""
         self.sought.check(study)
         over = ranges_over(study, 2, holds_own=True)
         return replace(self, over=over, along=self._first_of(over, study))
 
     def _first_of(self, over: dict[str, ParameterRange], study: StudyDraft) -> str:
-        """Return the parameter of the branch, and add what is wrong with it."""
+        """Return the parameter of the branch, and add its faults."""
         given = self.along
         if given is None or len(over) < 2:
             return given or next(iter(over), "")

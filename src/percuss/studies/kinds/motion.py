@@ -1,4 +1,4 @@
-"""Studies of one motion: where it starts, how long it is followed."""
+"""Studies of one motion: its start and its end."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["Limits", "Motion"]
 
 @table
 class Limits:
-    """How long a motion is followed.
+    """The end of a motion.
 
     Parameters
     ----------
@@ -51,9 +51,9 @@ class Motion(Question):
     Parameters
     ----------
     start
-        From where.
+        The state in which it begins.
     limits
-        How long.
+        Its end.
     """
 
     doing: ClassVar = "simulating"
@@ -75,7 +75,7 @@ class Motion(Question):
         return end_after_periods(forcing, self.start.t0, limits.periods)
 
     def t_end(self, forcing: Forcing | None) -> float | None:
-        """Return the same as a float."""
+        """Return the time of the end as a float."""
         end = self.end(forcing)
         return None if end is None else as_float(end)
 
@@ -83,7 +83,7 @@ class Motion(Question):
         """Check the start, the limits, and the part that is drawn."""
         limits, faults = self.limits, study.faults
         if limits.periods is not None:
-            # Of a forcing with faults it is not known whether it has a period.
+            # A forcing with faults may have no period.
             faults.add_from_model(
                 positive_faults("run.periods", limits.periods)
                 if faults.is_wrong("forcing")
@@ -99,7 +99,7 @@ class Motion(Question):
         start, limits, faults = self.start, self.limits, study.faults
         t_end = limits.t_end
         if limits.periods is not None:
-            # Any end will do where the periods, the forcing or t0 have faults of their own.
+            # Unknown where the periods, the forcing or t0 have faults.
             is_right = not any(map(faults.is_wrong, ("run", "forcing", "start.t0")))
             is_right = is_right and phase_problem(start.t0) is None
             t_end = self.end(study.forcing) if is_right else None
@@ -136,7 +136,7 @@ class Motion(Question):
             faults.add(path, "outside the run", shown(list(window)))
 
     def answer(self, study: Study, execution: Execution) -> Trajectory:
-        """Simulate."""
+        """Compute the motion."""
         from percuss.motion.simulate import simulate
 
         start = self.start

@@ -1,4 +1,4 @@
-"""Studies of one periodic orbit: which one is looked for, and from where."""
+"""Studies of one periodic orbit: the orbit sought, and the guess."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ ImpactCount = Annotated[
 
 @table
 class Sought:
-    """Which orbit is looked for, as `percuss.find_orbit` takes it.
+    """The orbit sought, as `percuss.find_orbit` takes it.
 
     Parameters
     ----------
     impacts, periods, sequence, seed
-        As there; infinitely many impacts are sticking.
+        As there; infinitely many impacts stand for sticking.
     cycle, v_after
-        The guess: those of an impact, both or none.
+        The guess, an impact: both or none.
     """
 
     impacts: ImpactCount = 1
@@ -60,7 +60,7 @@ class Sought:
         return as_float(self.cycle), as_float(self.v_after)
 
     def check(self, study: StudyDraft) -> None:
-        """Add what is wrong with the guess, with the stops, and with the forcing."""
+        """Add the faults of the guess, the sequence and the forcing."""
         faults, guess = study.faults, {"cycle": self.cycle, "v_after": self.v_after}
         for name, value in guess.items():
             if value is not None:
@@ -90,8 +90,8 @@ class Sought:
             faults.add(path, reason, str(list(sequence)))
 
     def find(self, study: Study) -> PeriodicOrbit:
-        """Find the orbit that a study is about."""
-        # The report and the files say where an orbit is formal.
+        """Find the orbit of a study."""
+        # Without a warning: the report and the files say where an orbit is formal.
         from percuss.orbits.finding.find import find_formal_orbit
 
         return find_formal_orbit(
@@ -112,7 +112,7 @@ class Orbit(Question):
     Parameters
     ----------
     sought
-        Which one.
+        The orbit sought.
     """
 
     doing: ClassVar = "looking for the orbit"
@@ -125,12 +125,12 @@ class Orbit(Question):
     sought: Sought = Sought()
 
     def checked(self, study: StudyDraft) -> Self:
-        """Check which orbit is looked for."""
+        """Check the orbit sought."""
         self.sought.check(study)
         return self
 
     def answer(self, study: Study, execution: Execution) -> PeriodicOrbit:  # noqa: ARG002
-        """Find it."""
+        """Find the orbit."""
         return self.sought.find(study)
 
     def draw(self, result: PeriodicOrbit, study: Study, figure: Any) -> None:
@@ -144,7 +144,7 @@ class Orbit(Question):
         figure.suptitle(study.title, parse_math=False)
 
     def report(self, result: PeriodicOrbit) -> dict[str, str]:
-        """Return what it is and how stable."""
+        """Return the orbit and its stability."""
         turns = f" in {counted(result.n_periods, 'forcing period')}" if result.n_periods else ""
         values = ", ".join(_shown(value) for value in result.multipliers)
         rows = {
