@@ -129,7 +129,7 @@ MAKERS: dict[str, Callable[[Any], Callable[..., float]]] = {
 
 
 @pytest.mark.parametrize("how", MAKERS)
-def test_what_a_function_stands_on_counts(how: str) -> None:
+def test_every_value_that_a_function_reads_counts(how: str) -> None:
     make = MAKERS[how]
 
     assert fingerprint(make(3.0)) == fingerprint(make(3.0))
@@ -163,7 +163,7 @@ def test_what_a_function_stands_on_counts(how: str) -> None:
         (nested(1.0), nested(2.0)),
     ],
 )
-def test_values_of_many_kinds_are_told_apart(one: Any, other: Any) -> None:
+def test_values_of_many_kinds_are_distinguished(one: Any, other: Any) -> None:
     assert fingerprint(closed(one)) == fingerprint(closed(one))
     assert fingerprint(closed(one)) != fingerprint(closed(other))
 
@@ -175,7 +175,7 @@ def test_a_variable_of_the_module_counts_through_a_helper(monkeypatch: pytest.Mo
     assert fingerprint(by_helper) != before
 
 
-def test_functions_on_one_line_and_without_text_are_told_apart() -> None:
+def test_functions_on_one_line_and_without_text_are_distinguished() -> None:
     one, other = lambda osc, force: 1.0, lambda osc, force: 2.0  # noqa: ARG005
     # As in a session, where there is no file to read the text from.
     first, second = (eval(compile(f"lambda o, f: {k}.0", "<session>", "eval")) for k in (1, 2))

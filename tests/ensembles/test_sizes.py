@@ -86,7 +86,7 @@ def test_an_answer_beyond_memory_needs_a_store_and_is_read_from_its_disk(
     assert pc.load_store(tmp_path / "a").identical(expected)
 
 
-def test_a_large_answer_is_told_before_the_work(
+def test_a_large_answer_is_announced_before_the_work(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(execution, "LARGE", 1000)

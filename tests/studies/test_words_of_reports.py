@@ -25,7 +25,7 @@ def response(missed: int) -> Any:
     )
 
 
-def test_a_response_is_told_without_double_negations() -> None:
+def test_a_response_is_reported_without_double_negations() -> None:
     rows = Response(over={}).report(response(0))
 
     assert rows["(0, 1)"] == "formal everywhere: each orbit would pass through a stop"
