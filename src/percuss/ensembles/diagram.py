@@ -143,8 +143,8 @@ def bifurcation_diagram(
     grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
     _check(grids, force, section, follow, points)
     window = Window(transient, points - 1)
-    followed = FollowedBranches(grids[0], tuple(follow), section, window)
-    afresh = FreshBranches(tuple(grids), section, window)
+    followed = FollowedBranches(section, window, grids[0], tuple(follow))
+    afresh = FreshBranches(section, window, tuple(grids))
     parts = {job.part: job for job in (followed, afresh) if job.size}
     _make_ready(parts, execution)
     answers: list[Answer] = []
@@ -298,27 +298,72 @@ def _reasons(grids: list[Grid], status: NDArray[np.generic]) -> NDArray[np.objec
     return reasons
 
 
-def _plan(group: Group, section: str, window: Window) -> Plan:
-    period = group.laws[group.which, 0, PERIOD]
-    since = group.starts[:, 2] + window.transient * period
-    return Plan(
-        since,
-        period,
-        since + window.periods * period,
-        section=SECTIONS[section],
-        n_points=window.periods + 1,
-        max_impacts=MOST_IMPACTS,
-    )
+@dataclass(frozen=True, slots=True)
+class Branches:
+    """The jobs of a diagram: the section and the points kept at each value of the parameter."""
+
+    part: ClassVar[str]
+    section: str
+    window: Window
+
+    @property
+    def of_value(self) -> dict[str, Column]:
+        """The columns of one value: points of the section, the period, the status."""
+        return {
+            "points": Column(
+                (self.window.periods + 1, survey.POINT_COLUMNS), dims=("sample", "entry")
+            ),
+            "period": Column(dtype="i8"),
+            "status": Column(dtype="i8"),
+        }
+
+    def empty(self, n: int) -> Block:
+        """Return a block for n values without a motion."""
+        block = Block({name: column.empty(n) for name, column in self.of_value.items()})
+        block.arrays["status"][:] = FAULTY
+        return block
+
+    def settings(self) -> dict[str, object]:
+        """Return what tells this diagram from others of the same grid."""
+        return {
+            "kind": f"diagram, {self.part}",
+            "section": self.section,
+            "transient": self.window.transient,
+            "points": self.window.periods + 1,
+        }
+
+    def fill(self, block: Block, group: Group, rows: Integers) -> Floats:
+        """Follow motions, fill rows of a block with their points, and return where they end."""
+        period = group.laws[group.which, 0, PERIOD]
+        since = group.starts[:, 2] + self.window.transient * period
+        plan = Plan(
+            since,
+            period,
+            since + self.window.periods * period,
+            section=SECTIONS[self.section],
+            n_points=self.window.periods + 1,
+            max_impacts=MOST_IMPACTS,
+        )
+        result = follow_batch(group.laws, group.which, group.starts, plan)
+        bad = np.array([reason_of(int(status), plan) is not None for status in result.status])
+        points = result.points.copy()
+        points[bad] = np.nan
+        n_periods = _period(result.tallies, points, self.section)
+        block.arrays["points"][rows] = points
+        block.arrays["period"][rows] = np.where(bad, NO_PERIOD, n_periods)
+        block.arrays["status"][rows] = result.status
+        block.n_impacts += int(result.n_impacts.sum())
+        for i in np.flatnonzero(bad):
+            block.reasons[int(rows[i])] = str(reason_of(int(result.status[i]), plan))
+        return np.asarray(result.tallies[:, [survey.END_X, survey.END_V]])
 
 
 @dataclass(frozen=True, slots=True)
-class FreshBranches:
+class FreshBranches(Branches):
     """The job of the branches that begin at a start at each value; values are the fastest axis."""
 
     part: ClassVar = "afresh"
     grids: tuple[Grid, ...]
-    section: str
-    window: Window
 
     @property
     def size(self) -> int:
@@ -334,7 +379,7 @@ class FreshBranches:
     @property
     def columns(self) -> dict[str, Column]:
         """Points of the section, and the period."""
-        return _columns(self.window)
+        return self.of_value
 
     @property
     def dimensions(self) -> tuple[Dimension, ...]:
@@ -345,31 +390,29 @@ class FreshBranches:
     def identity(self) -> dict[str, object]:
         """Return what tells this study from others."""
         starts = [repr(grid.start) for grid in self.grids]
-        return self.grids[0].identity() | _identity(self) | {"starts": starts}
+        return self.grids[0].identity() | self.settings() | {"starts": starts}
 
     def compute(self, first: int, last: int) -> Block:
         """Follow the points of a chunk."""
         n = self.grids[0].size
-        block = _empty(self, last - first)
+        block = self.empty(last - first)
         for number in range(first // n, (last - 1) // n + 1):
             low, high = max(first - number * n, 0), min(last - number * n, n)
             groups, faults = self.grids[number].groups(low, high)
             place = number * n + low - first
             block.reasons |= {place + i: text for i, text in faults.items()}
             for group in groups:
-                _fill(block, group, place + group.rows, self.section, self.window)
+                self.fill(block, group, place + group.rows)
         return block
 
 
 @dataclass(frozen=True, slots=True)
-class FollowedBranches:
+class FollowedBranches(Branches):
     """The job of the followed branches; each is one point and one chunk."""
 
     part: ClassVar = "followed"
     grid: Grid
     follow: tuple[str, ...]
-    section: str
-    window: Window
 
     @property
     def size(self) -> int:
@@ -392,7 +435,7 @@ class FollowedBranches:
         n, path = self.grid.size, self.grid.axes[0].path
         return {
             name: Column((n, *column.tail), column.dtype, (path, *column.dims))
-            for name, column in _columns(self.window).items()
+            for name, column in self.of_value.items()
         }
 
     @property
@@ -402,7 +445,7 @@ class FollowedBranches:
 
     def identity(self) -> dict[str, object]:
         """Return what tells this study from others."""
-        return self.grid.identity() | _identity(self) | {"follow": list(self.follow)}
+        return self.grid.identity() | self.settings() | {"follow": list(self.follow)}
 
     def compute(self, first: int, last: int) -> Block:
         """Follow a branch; values without a motion are skipped."""
@@ -432,8 +475,8 @@ class FollowedBranches:
             starts = group.starts.copy()
             starts[0, :2] = min(max(begin[0], low[0]), high[0]), begin[1]
             group = replace(group, starts=starts)
-        step = _empty(self, 1)
-        ends = _fill(step, group, np.zeros(1, dtype=np.int64), self.section, self.window)
+        step = self.empty(1)
+        ends = self.fill(step, group, np.zeros(1, dtype=np.int64))
         for name, array in step.arrays.items():
             block.arrays[name][row, k] = array[0]
         block.n_impacts += step.n_impacts
@@ -452,50 +495,9 @@ def _between_walls(grid: Grid, k: int, x: float) -> float:
     return x
 
 
-def _columns(window: Window) -> dict[str, Column]:
-    return {
-        "points": Column((window.periods + 1, survey.POINT_COLUMNS), dims=("sample", "entry")),
-        "period": Column(dtype="i8"),
-        "status": Column(dtype="i8"),
-    }
-
-
-def _empty(job: FreshBranches | FollowedBranches, n: int) -> Block:
-    block = Block({name: column.empty(n) for name, column in _columns(job.window).items()})
-    block.arrays["status"][:] = FAULTY
-    return block
-
-
 def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
     """Return the number of values, of all branches, that are done and have no motion."""
     return int(((arrays["period"] == NO_PERIOD) & (arrays["status"] != NOT_DONE)).sum())
-
-
-def _identity(job: FreshBranches | FollowedBranches) -> dict[str, object]:
-    return {
-        "kind": f"diagram, {job.part}",
-        "section": job.section,
-        "transient": job.window.transient,
-        "points": job.window.periods + 1,
-    }
-
-
-def _fill(block: Block, group: Group, rows: Integers, section: str, window: Window) -> Floats:
-    """Follow motions, fill rows of a block with their points, and return where they end."""
-    plan = _plan(group, section, window)
-    result = follow_batch(group.laws, group.which, group.starts, plan)
-    bad = np.array([reason_of(int(status), plan) is not None for status in result.status])
-    points = result.points.copy()
-    points[bad] = np.nan
-    block.arrays["points"][rows] = points
-    block.arrays["period"][rows] = np.where(
-        bad, NO_PERIOD, _period(result.tallies, points, section)
-    )
-    block.arrays["status"][rows] = result.status
-    block.n_impacts += int(result.n_impacts.sum())
-    for i in np.flatnonzero(bad):
-        block.reasons[int(rows[i])] = str(reason_of(int(result.status[i]), plan))
-    return np.asarray(result.tallies[:, [survey.END_X, survey.END_V]])
 
 
 def _period(tallies: Floats, points: Floats, section: str) -> Integers:
