@@ -100,6 +100,11 @@ def helper() -> float:
     return float(SCALE)
 
 
+def with_an_attribute(osc: Any, force: Any) -> float:  # noqa: ARG001
+    """Its attribute has the name of a variable of the module that it does not read."""
+    return float(np.zeros((2, 2))[..., 0].sum()) + float(osc.LOCK)
+
+
 def by_helper(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
     return helper()
 
@@ -153,6 +158,8 @@ def test_every_value_that_a_function_reads_counts(how: str) -> None:
         (np.sin, np.cos),
         ({"a": [1, {"b": (2, 3)}]}, {"a": [1, {"b": (2, 4)}]}),
         (range(3), range(4)),
+        (Path("a"), Path("b")),
+        (slice(3), slice(4)),
         (np, np.linalg),
         (pc.sweep, pc.basins),
         (dict, list),
@@ -228,6 +235,10 @@ def test_the_code_that_runs_counts_and_not_a_newer_text(
 
     assert still == before
     assert fingerprint(module.measure) != before
+
+
+def test_an_attribute_is_no_variable_of_the_module() -> None:
+    assert set(fingerprint(with_an_attribute)) == {"measure.code", "measure.np"}
 
 
 def test_a_function_that_calls_itself_has_a_fingerprint() -> None:

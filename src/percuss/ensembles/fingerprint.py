@@ -31,7 +31,8 @@ CODE = ("kernels", "model", "motion", "ensembles")
 FOLDERS = (*map(sysconfig.get_path, ("stdlib", "platstdlib", "purelib", "platlib")), str(PACKAGE))
 INSTALLED = tuple(f"{Path(folder).resolve()}{os.sep}" for folder in FOLDERS)
 # Values whose representation is exact.
-PLAIN = (bool, int, float, complex, str, bytes, range, Fraction, Decimal, type(None))
+PLAIN = (bool, int, float, complex, str, bytes, range, slice, Fraction, Decimal, type(Path()),
+         type(None), type(...))  # fmt: skip
 
 
 def fingerprint(function: Callable[..., Any]) -> dict[str, str]:
@@ -99,31 +100,39 @@ def _parts(function: Any) -> Iterator[tuple[str, Any]]:
                 if parameter.default is not parameter.empty:
                     yield parameter.name, parameter.default
             yield from sorted(vars(function).items())
-            names, imported = _names(code)
-            yield from _variables(names, {name: import_module(name) for name in imported})
-            yield from _variables(names, function.__globals__)
+            steps = [step for inner in _codes(code) for step in dis.get_instructions(inner)]
+            names = {
+                step.argval for step in steps if "GLOBAL" in step.opname or "_NAME" in step.opname
+            }
+            imported = {step.argval for step in steps if step.opname == "IMPORT_NAME"}
+            attributes = {name for inner in _codes(code) for name in inner.co_names}
+            modules = {name: import_module(name) for name in imported}
+            yield from _variables(imported, modules, attributes)
+            yield from _variables(names, function.__globals__, attributes)
     else:
         yield "code", function
 
 
-def _names(code: types.CodeType) -> tuple[set[str], set[str]]:
-    """Return the names of globals and attributes in a function, and of modules it imports."""
-    steps = dis.get_instructions(code)
-    names, imported = set(code.co_names), {i.argval for i in steps if i.opname == "IMPORT_NAME"}
-    for inner in code.co_consts:
-        if isinstance(inner, types.CodeType):
-            names, imported = (x | y for x, y in zip((names, imported), _names(inner), strict=True))
-    return names, imported
+def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
+    """Yield the code of a function and of those inside it."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _codes(constant)
 
 
-def _variables(names: set[str], of: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the variables of a module that are among these names, and those of its modules."""
+def _variables(
+    names: set[str], of: Mapping[str, Any], attributes: set[str], path: str = ""
+) -> Iterator[tuple[str, Any]]:
+    """Yield the variables of these names; of a module of the user's those of the attributes."""
     for name in sorted(names & of.keys()):
-        if isinstance(of[name], types.ModuleType) and not _is_installed(of[name]):
+        value = of[name]
+        if isinstance(value, types.ModuleType) and not _is_installed(value):
             # Without its own name: two modules may import each other.
-            yield from _variables(names - {name}, vars(of[name]), f"{path}{name}.")
+            inner = attributes - {name}
+            yield from _variables(inner, vars(value), inner, f"{path}{name}.")
         else:
-            yield path + name, of[name]
+            yield path + name, value
 
 
 def _content(value: Any, visited: list[Any]) -> object:
