@@ -152,7 +152,9 @@ def _content(value: Any, visited: list[Any]) -> object:
         constants = _content(value.co_consts, visited)
         return value.co_code, value.co_exceptiontable, constants, names, counts, value.co_flags
     if kind is types.CellType:
-        return _content(value.cell_contents, visited)
+        # An empty cell: the variable is named before it has a value.
+        is_empty = value == types.CellType()
+        return "empty" if is_empty else _content(value.cell_contents, visited)
     if kind in (tuple, list, dict, set, frozenset):
         items = [_content(item, visited) for item in (value.items() if kind is dict else value)]
         return kind, sorted(items, key=repr) if kind in (set, frozenset) else items
