@@ -6,15 +6,20 @@ Lower a number here when you lower its count; where nothing is left, delete the 
 from __future__ import annotations
 
 import ast
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from types import FrameType
 
 import grimp
 import pytest
 
 import percuss
+from percuss.cli import app
+from percuss.kernels import march
+from percuss.studies import running
 
 ROOT = Path(percuss.__file__).parent
 
@@ -32,6 +37,8 @@ TYPES = {"Branch": 2, "Curve": 2, "Response": 2}
 CIRCLES = [
     {"percuss.paper.report.page", "percuss.paper.run"},
 ]
+# Modules that a motion study runs through from the command line to the first call of the kernel.
+MODULES_OF_A_STUDY = 25
 # What NamedTuple gives to all, behind an underscore that keeps it apart from the fields.
 PUBLIC = {"_asdict", "_field_defaults", "_fields", "_make", "_replace"}
 
@@ -121,6 +128,44 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
     }
 
     assert [circle for circle in circles if len(circle) > 1 and circle not in CIRCLES] == []
+
+
+class EnteredKernel(BaseException):
+    """Ends a run where the kernel would begin; no handler of the command line stops it."""
+
+
+def test_a_study_runs_through_few_modules_on_its_way_to_the_kernel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files: set[Path] = set()
+    importing = 0
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        nonlocal importing
+        if frame.f_code.co_name == "<module>":
+            # What runs when a module is imported does so whatever is asked.
+            importing += {"call": 1, "return": -1}.get(event, 0)
+        elif event == "call" and not importing:
+            file = Path(frame.f_code.co_filename)
+            if file.is_relative_to(ROOT):
+                files.add(file.relative_to(ROOT))
+
+    def enter(*_: object) -> None:
+        raise EnteredKernel
+
+    monkeypatch.setattr(march, "march", enter)
+    # A motion of its own, which compiles the kernels.
+    monkeypatch.setattr(running, "simulate", lambda *_, **__: None)
+    study = ROOT.parents[1] / "examples" / "mooring.toml"
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        with pytest.raises(EnteredKernel):
+            app(["run", str(study), "--out", str(tmp_path / "out")], standalone_mode=False)
+    finally:
+        sys.setprofile(before)
+
+    assert len(files) <= MODULES_OF_A_STUDY, "\n".join(sorted(map(str, files)))
 
 
 def test_a_private_read_is_found_wherever_it_stands() -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from percuss.cli import progress_bar
+from percuss.cli import terminal
 
 
 @pytest.fixture(autouse=True)
 def _no_lines_by_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a command says does not depend on how fast the machine is."""
-    monkeypatch.setattr(progress_bar, "PATIENCE", 3600.0)
+    monkeypatch.setattr(terminal, "PATIENCE", 3600.0)

@@ -45,7 +45,7 @@ def percuss(*arguments: str) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
-def test_run_writes_into_a_folder_of_the_studys_name_and_tells_what_happened() -> None:
+def test_run_writes_into_a_folder_of_the_studys_name_and_reports() -> None:
     status, out, err = percuss("run", "study.toml")
 
     assert (status, err) == (0, "")
@@ -188,7 +188,7 @@ def test_new_makes_no_folders() -> None:
     assert not Path("no").exists()
 
 
-def test_the_templates_are_told_in_the_help_and_in_a_list() -> None:
+def test_the_templates_are_named_in_the_help_and_in_a_list() -> None:
     _, shown, _ = percuss("new", "--help")
     status, listed, _ = percuss("new", "--list")
 

@@ -54,7 +54,7 @@ def percuss(*arguments: str) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
-def test_a_branch_is_told_with_its_special_points() -> None:
+def test_a_branch_is_reported_with_its_special_points() -> None:
     status, out, err = percuss("run", "branch.toml")
 
     assert (status, err) == (0, "")

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from percuss.cli import progress_bar
-from percuss.cli.progress_bar import INTERRUPTED, STARTING, ProgressBar
+from percuss.cli import terminal
+from percuss.cli.terminal import INTERRUPTED, STARTING, ProgressBar
 
 
 def test_a_log_gets_lines_by_the_clock_from_the_start_on(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(progress_bar, "PATIENCE", 0.0)
-    monkeypatch.setattr(progress_bar, "RENEWED_IN_A_LOG", 0.01)
+    monkeypatch.setattr(terminal, "PATIENCE", 0.0)
+    monkeypatch.setattr(terminal, "RENEWED_IN_A_LOG", 0.01)
 
     def next_line() -> str:
         while not (text := capfd.readouterr().err):

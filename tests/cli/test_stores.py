@@ -29,7 +29,7 @@ def sweep(path: Path, *, stop: bool = False) -> xr.Dataset:
     return found
 
 
-def test_status_tells_how_far_a_store_is(tmp_path: Path) -> None:
+def test_status_shows_how_far_a_store_is(tmp_path: Path) -> None:
     path = tmp_path / "run.zarr"
     sweep(path, stop=True)
     begun = RUNNER.invoke(app, ["status", str(path)])
@@ -88,7 +88,7 @@ def test_export_says_where_the_data_lie_for_other_programs(tmp_path: Path) -> No
         np.testing.assert_array_equal(again.peak_impact_velocity, found.peak_impact_velocity)
 
 
-def test_status_tells_of_each_store_in_a_folder_by_itself(tmp_path: Path) -> None:
+def test_status_shows_each_store_in_a_folder_by_itself(tmp_path: Path) -> None:
     sweep(tmp_path / "a.zarr", stop=True)
     sweep(tmp_path / "b.zarr")
     pc.bifurcation_diagram(

@@ -54,7 +54,7 @@ def test_attractors_are_refined_to_full_accuracy_and_named() -> None:
     assert float(slow.residual[0]) < 1e-14
 
 
-def test_sticking_and_long_rounds_have_their_names() -> None:
+def test_sticking_and_long_orbits_have_their_names() -> None:
     """At 2.74 a motion repeats itself after 18 periods only."""
     osc, x0, v0 = pc.impact_oscillator(0.8), np.linspace(0.0, 3.0, 5), np.linspace(-3.0, 3.0, 5)
 
@@ -90,7 +90,7 @@ def test_the_same_numbers_for_any_number_of_workers() -> None:
     assert one.identical(two)
 
 
-def test_chaos_is_told_from_order() -> None:
+def test_chaos_is_distinguished_from_order() -> None:
     osc, x0, v0 = pc.impact_oscillator(restitution=0.8), [0.0, 0.5], [1.0, -0.3]
 
     chaos = pc.basins(osc, pc.cosine(2.8), x0=x0, v0=v0)
@@ -125,7 +125,7 @@ def test_chaotic_motions_with_another_exponent_or_place_are_on_another_attractor
     assert other.tolist() == [False, False]
 
 
-def test_where_every_start_has_its_own_motion_a_few_are_told_apart(
+def test_where_every_start_has_its_own_motion_a_few_are_distinguished(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Without a spring a damped mass stays wherever it came to."""

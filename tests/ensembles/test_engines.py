@@ -62,7 +62,7 @@ def whose(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
     return float(os.getpid())
 
 
-def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_told(
+def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_reported(
     tmp_path: Path,
 ) -> None:
     distributed = pytest.importorskip("distributed")
@@ -96,7 +96,7 @@ def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_told
     assert 1 <= pc.status_of_store(store)["done"] < 100
 
 
-def test_what_cannot_be_sent_to_a_worker_is_told() -> None:
+def test_a_function_that_cannot_be_sent_to_a_worker_is_refused() -> None:
     pytest.importorskip("distributed")
     lock = threading.Lock()
 
@@ -116,7 +116,7 @@ def test_what_cannot_be_sent_to_a_worker_is_told() -> None:
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1", "foo://127.0.0.1:9", "tls://127.0.0.1:9"])
-def test_an_address_that_is_none_is_told(address: str) -> None:
+def test_a_wrong_address_is_refused(address: str) -> None:
     pytest.importorskip("distributed")
 
     with pytest.raises(EngineError, match=f"no Dask scheduler answers at {address}: "):
@@ -124,7 +124,7 @@ def test_an_address_that_is_none_is_told(address: str) -> None:
 
 
 @pytest.mark.parametrize("n", [0, -1, 1.5, True])
-def test_a_number_of_workers_that_is_none_is_told(n: object, tmp_path: Path) -> None:
+def test_a_wrong_number_of_workers_is_refused(n: object, tmp_path: Path) -> None:
     over = {"forcing.omega": [2.0]}
 
     with pytest.raises(pc.ParameterError, match="n_workers"):
@@ -132,7 +132,7 @@ def test_a_number_of_workers_that_is_none_is_told(n: object, tmp_path: Path) -> 
     assert not (tmp_path / "a.zarr").exists()
 
 
-def test_a_cluster_that_does_not_answer_is_told(
+def test_a_cluster_that_does_not_answer_is_reported(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     pytest.importorskip("distributed")
@@ -144,7 +144,7 @@ def test_a_cluster_that_does_not_answer_is_told(
     assert not (tmp_path / "a.zarr").exists()
 
 
-def test_a_cluster_without_workers_is_told_and_waited_for(
+def test_a_cluster_without_workers_is_reported_and_waited_for(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     distributed = pytest.importorskip("distributed")
@@ -164,7 +164,7 @@ def test_a_cluster_without_workers_is_told_and_waited_for(
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
-def test_workers_that_are_frozen_are_told_and_the_run_goes_on_when_they_return(
+def test_workers_that_are_frozen_are_reported_and_the_run_goes_on_when_they_return(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     distributed = pytest.importorskip("distributed")
@@ -225,6 +225,6 @@ def test_a_scheduler_that_is_gone_ends_the_run_with_a_sentence(tmp_path: Path) -
                      progress=lose)  # fmt: skip
 
 
-def test_an_engine_that_is_none_is_told() -> None:
+def test_a_wrong_engine_is_refused() -> None:
     with pytest.raises(pc.ParameterError, match="neither"):
         chart(engine="gpu")

@@ -25,7 +25,7 @@ def test_a_built_in_measure_without_any_answer_warns_with_the_reason_and_its_cou
         pc.sweep("period", OSC, FORCE, over={"forcing.omega": [2, 3]}, start=(-1, 0))
 
 
-def test_the_commonest_of_several_reasons_is_told_once_for_all_its_numbers() -> None:
+def test_the_commonest_of_several_reasons_is_reported_once_for_all_its_numbers() -> None:
     over = {"oscillator.damping": [-1.0, 0.1], "start.x0": [-0.5, -0.25]}
 
     with pytest.warns(UserWarning, match=r"the commonest reason \(2 of 4\)"):
@@ -40,7 +40,7 @@ def test_of_several_measures_those_without_any_answer_are_named() -> None:
         pc.sweep(names, free, FORCE, over={"forcing.omega": [2.0]}, transient=5, periods=5)
 
 
-def test_a_function_that_returns_nan_everywhere_is_told() -> None:
+def test_a_function_that_returns_nan_everywhere_is_reported() -> None:
     def nothing(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
         return math.nan
 

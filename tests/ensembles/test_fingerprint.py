@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import json
 import subprocess
 import sys
@@ -84,8 +85,24 @@ def three(k: Any, osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG0
     return float(k)
 
 
+def nested_in(inner: Callable[..., float]) -> Callable[..., float]:
+    def measure(osc: pc.Oscillator, force: pc.Forcing) -> float:
+        return inner(osc, force)
+
+    return measure
+
+
+def helper_of_one(x: float) -> float:
+    return x / 3.0
+
+
 def helper() -> float:
     return float(SCALE)
+
+
+def with_an_attribute(osc: Any, force: Any) -> float:  # noqa: ARG001
+    """Its attribute has the name of a variable of the module that it does not read."""
+    return float(np.zeros((2, 2))[..., 0].sum()) + float(osc.LOCK)
 
 
 def by_helper(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
@@ -111,15 +128,13 @@ MAKERS: dict[str, Callable[[Any], Callable[..., float]]] = {
     "default": with_default,
     "partial": lambda k: functools.partial(three, k),
     "partial by name": lambda k: functools.partial(with_default(0), k=k),
-    "state of an object": Scaled,
-    "state of a method's object": lambda k: Counter(k).take,
     "numba": lambda k: numba.njit(closed(k)),
-    "lru_cache": lambda k: functools.lru_cache(closed(k)),
+    "numba in a closure": lambda k: nested_in(numba.njit(closed(k))),
 }
 
 
 @pytest.mark.parametrize("how", MAKERS)
-def test_what_a_function_stands_on_counts(how: str) -> None:
+def test_every_value_that_a_function_reads_counts(how: str) -> None:
     make = MAKERS[how]
 
     assert fingerprint(make(3.0)) == fingerprint(make(3.0))
@@ -138,20 +153,24 @@ def test_what_a_function_stands_on_counts(how: str) -> None:
         (np.arange(4), np.arange(4).reshape(2, 2)),
         (np.float32(1.0), np.float64(1.0)),
         (Fraction(1, 3), Fraction(1, 2)),
-        (Scaled(1), Scaled(2)),
-        (Counter(1), Counter(2)),
-        (Pair(1, 2), Pair(1, 3)),
-        (Colour.red, Colour.green),
         (OSC, pc.impact_oscillator("0.9")),
         (0.0, -0.0),
         (np.sin, np.cos),
-        (Scaled, Counter),
         ({"a": [1, {"b": (2, 3)}]}, {"a": [1, {"b": (2, 4)}]}),
         (range(3), range(4)),
-        (np.random.default_rng(1), np.random.default_rng(2)),
+        (Path("a"), Path("b")),
+        (slice(3), slice(4)),
+        (np, np.linalg),
+        (pc.sweep, pc.basins),
+        (dict, list),
+        (lambda a, b: a, lambda a, *, b: a),  # noqa: ARG005
+        (np.arange(6).reshape(2, 3), np.arange(6).reshape(2, 3).T.copy()),
+        (numba.njit(helper_of_one), numba.njit(helper_of_one, fastmath=True)),
+        (functools.partial(three, 1.0), functools.partial(three, 2.0)),
+        (nested(1.0), nested(2.0)),
     ],
 )
-def test_values_of_many_kinds_are_told_apart(one: Any, other: Any) -> None:
+def test_values_of_many_kinds_are_distinguished(one: Any, other: Any) -> None:
     assert fingerprint(closed(one)) == fingerprint(closed(one))
     assert fingerprint(closed(one)) != fingerprint(closed(other))
 
@@ -163,7 +182,7 @@ def test_a_variable_of_the_module_counts_through_a_helper(monkeypatch: pytest.Mo
     assert fingerprint(by_helper) != before
 
 
-def test_functions_on_one_line_and_without_text_are_told_apart() -> None:
+def test_functions_on_one_line_and_without_text_are_distinguished() -> None:
     one, other = lambda osc, force: 1.0, lambda osc, force: 2.0  # noqa: ARG005
     # As in a session, where there is no file to read the text from.
     first, second = (eval(compile(f"lambda o, f: {k}.0", "<session>", "eval")) for k in (1, 2))
@@ -172,11 +191,58 @@ def test_functions_on_one_line_and_without_text_are_told_apart() -> None:
     assert fingerprint(first) != fingerprint(second)
 
 
-def test_what_names_itself_is_told() -> None:
+@pytest.mark.parametrize("read", ["late.law", "folder.late.law", "late", "from late"])
+def test_functions_of_the_users_modules_count_however_they_are_reached(
+    read: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the name of their module, in a folder without an __init__, or imported in the call."""
+    (tmp_path / "folder").mkdir()
+    for file in (tmp_path / "late.py", tmp_path / "folder" / "late.py"):
+        file.write_text("def law(): return 1.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    spaces: list[dict[str, Any]] = [{}, {}]
+    text = {
+        "late.law": "import late\ndef measure(osc, force): return late.law()",
+        "folder.late.law": "import folder.late\ndef measure(o, f): return folder.late.law()",
+        "late": "def measure(osc, force):\n import late\n return late.law()",
+        "from late": "def measure(osc, force):\n from late import law\n return law()",
+    }[read]
+    for space in spaces:
+        exec(text, space)  # noqa: S102
+    one, same = (fingerprint(space["measure"]) for space in spaces)
+    module = sys.modules["folder.late" if read.startswith("folder") else "late"]
+    exec("def law(): return 2.0", vars(module))  # noqa: S102
+    other = fingerprint(spaces[0]["measure"])
+    for name in ("late", "folder", "folder.late"):
+        sys.modules.pop(name, None)
+
+    assert one == same
+    assert one != other
+
+
+def test_the_code_that_runs_counts_and_not_a_newer_text(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "edited.py"
+    file.write_text("def measure(osc, force): return 1.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    module = importlib.import_module("edited")
+    monkeypatch.setitem(sys.modules, "edited", module)
+    before = fingerprint(module.measure)
+    file.write_text("# A remark.\ndef measure(osc, force): return 23.0\n")
+    still = fingerprint(module.measure)
+    exec(compile(file.read_text(), str(file), "exec"), vars(module))  # noqa: S102
+
+    assert still == before
+    assert fingerprint(module.measure) != before
+
+
+def test_an_attribute_is_no_variable_of_the_module() -> None:
+    assert set(fingerprint(with_an_attribute)) == {"measure.code", "measure.np"}
+
+
+def test_a_function_that_calls_itself_has_a_fingerprint() -> None:
     assert fingerprint(recursive) == fingerprint(recursive)
-    loop: list[Any] = []
-    loop.append(loop)
-    assert fingerprint(closed(loop)) == fingerprint(closed(loop))
 
 
 def test_it_is_the_same_in_another_process() -> None:
@@ -200,26 +266,52 @@ def test_it_is_the_same_in_another_process() -> None:
 
 def samples() -> list[Callable[..., float]]:
     words = {"one", "two", "three", "four", "five"}
-    values = (words, {"k": words}, OSC, Scaled(words), Colour.red, Pair(1, words), np.arange(3))
+    values = (words, {"k": words}, OSC, (1, words), np.arange(3), nested(1.0), Fraction(1, 3))
     made = [closed(value) for value in values]
-    return [*made, by_helper, recursive, with_numpy, Counter(1).take, Scaled(Counter)]
+    return [*made, by_helper, recursive, with_numpy, numba.njit(closed(words))]
+
+
+def in_itself() -> list[Any]:
+    loop: list[Any] = []
+    loop.append(loop)
+    return loop
 
 
 @pytest.mark.parametrize(
-    "measure",
-    [locked, closed(threading.Lock()), closed(str(x) for x in range(2))],
-    ids=["global", "lock", "generator"],
+    "value",
+    [
+        threading.Lock(),
+        (str(x) for x in range(2)),
+        {1: threading.Lock()},
+        Scaled(1.0),
+        Scaled,
+        Counter(1).take,
+        Pair(1, 2),
+        Colour.red,
+        functools.lru_cache(helper),
+        np.random.default_rng(1),
+        [].append,
+        np.array([Fraction(1, 3)], dtype=object),
+        np.ma.masked_array([1.0, 2.0], [True, False]),
+        in_itself(),
+    ],
+    ids=lambda value: type(value).__name__,
 )
-def test_what_cannot_be_told_is_refused_with_a_store_alone(
-    measure: Callable[..., float], tmp_path: Path
-) -> None:
-    if measure is locked:
-        assert pc.sweep(measure, OSC, FORCE, over=OVER).attrs["complete"] == 1
-        with pytest.raises(pc.ParameterError, match=r"stands on 'LOCK', a lock.*leave out store="):
-            pc.sweep(measure, OSC, FORCE, over=OVER, store=tmp_path / "a.zarr")
-    else:
-        with pytest.raises(pc.ParameterError, match="stands on 'k', a"):
-            pc.sweep(measure, OSC, FORCE, over=OVER, store=tmp_path / "a.zarr")
+def test_a_value_without_comparable_content_is_refused(value: Any) -> None:
+    with pytest.raises(pc.ParameterError, match=r"reads 'k', .*leave out store="):
+        fingerprint(closed(value))
+
+
+@pytest.mark.parametrize("measure", [Scaled(1.0), Counter(1).take, functools.lru_cache(by_helper)])
+def test_a_measure_that_is_no_function_is_refused(measure: Any) -> None:
+    with pytest.raises(pc.ParameterError, match=r"is a .*leave out store="):
+        fingerprint(measure)
+
+
+def test_only_a_store_needs_the_fingerprint(tmp_path: Path) -> None:
+    assert pc.sweep(locked, OSC, FORCE, over=OVER).attrs["complete"] == 1
+    with pytest.raises(pc.ParameterError, match=r"reads 'LOCK', a lock, .*leave out store="):
+        pc.sweep(locked, OSC, FORCE, over=OVER, store=tmp_path / "a.zarr")
     assert not (tmp_path / "a.zarr").exists()
 
 

@@ -47,7 +47,7 @@ def test_the_sum_rule_holds(damping: float) -> None:
 
 
 @pytest.mark.parametrize(("transient", "periods"), [(20_000, 64), (20_000, 66), (1000, 2000)])
-def test_on_a_long_orbit_impacts_and_exponents_are_of_the_same_rounds(
+def test_on_a_long_orbit_impacts_and_exponents_are_of_the_same_periods(
     transient: int, periods: int
 ) -> None:
     """An orbit with six impacts in six periods: 64 periods are no whole number of rounds."""

@@ -57,7 +57,7 @@ def test_a_terminal_sees_one_line_with_rate_and_time_left(
     assert lines[3].endswith("\n")
 
 
-def test_followed_branches_are_told_as_such(
+def test_followed_branches_are_reported_as_such(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(progress, "PATIENCE", -1.0)
@@ -123,7 +123,9 @@ def napping(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
 
 
 @pytest.mark.parametrize("engine", ["threads", "processes", "cluster"])
-def test_whatever_a_chunk_costs_progress_is_told_and_heard_within_two_seconds(engine: str) -> None:
+def test_progress_is_reported_and_obeyed_within_two_seconds_for_chunks_of_any_length(
+    engine: str,
+) -> None:
     calls: list[float] = []
     over = {"forcing.omega": np.linspace(2.0, 3.0, 64)}
 
@@ -172,7 +174,7 @@ def test_a_long_chunk_of_compiled_motions_is_given_up_where_it_is() -> None:
     assert not at_work() - before
 
 
-def test_long_work_is_told_once_where_no_progress_was_asked_for(
+def test_long_work_is_announced_once_without_progress(
     clock: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:
     for report, told in ((None, 1), (False, 0)):

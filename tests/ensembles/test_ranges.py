@@ -58,11 +58,11 @@ def test_every_call_takes_ranges() -> None:
         ("12", "nor a range"),
     ],
 )
-def test_what_is_no_range_is_told(values: object, message: str) -> None:
+def test_a_wrong_range_is_refused(values: object, message: str) -> None:
     with pytest.raises(pc.ParameterError, match=message):
         make_grid(OSC, FORCE, None, {"forcing.omega": values})
 
 
-def test_over_that_is_no_mapping_is_told() -> None:
+def test_over_that_is_no_mapping_is_refused() -> None:
     with pytest.raises(pc.ParameterError, match="path: values"):
         pc.sweep("period", OSC, FORCE, over=["forcing.omega"])  # type: ignore[arg-type]

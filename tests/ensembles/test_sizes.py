@@ -35,7 +35,7 @@ CALLS: dict[str, tuple[Callable[[Path], object], str]] = {
         lambda path: pc.sweep(
             "period", OSC, FORCE, over={"forcing.omega": [2.0]}, periods=10**25, store=path
         ),
-        r"^periods = 1.*told from a strobe in each; 1 point, whose answer takes",
+        r"^periods = 1.*found from a strobe in each; 1 point, whose answer takes",
     ),
     "diagram": (
         lambda path: pc.bifurcation_diagram(
@@ -86,7 +86,7 @@ def test_an_answer_beyond_memory_needs_a_store_and_is_read_from_its_disk(
     assert pc.load_store(tmp_path / "a").identical(expected)
 
 
-def test_a_large_answer_is_told_before_the_work(
+def test_a_large_answer_is_announced_before_the_work(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(execution, "LARGE", 1000)

@@ -133,7 +133,7 @@ def test_what_is_no_store_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "notes" / "text").read_text(encoding="utf-8") == "mine"
 
 
-def test_a_lost_description_is_told_and_mended_by_the_same_call(tmp_path: Path) -> None:
+def test_a_lost_description_is_reported_and_mended_by_the_same_call(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
     chart(str(path), progress=lambda now, _: now == 0)
     (path / "period" / "zarr.json").write_text("{", encoding="utf-8")
@@ -144,7 +144,7 @@ def test_a_lost_description_is_told_and_mended_by_the_same_call(tmp_path: Path) 
     assert pc.status_of_store(path)["points_done"] == 300
 
 
-def test_a_full_disk_is_told_and_what_was_finished_is_kept(
+def test_a_full_disk_is_reported_and_what_was_finished_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.zarr"
@@ -153,7 +153,7 @@ def test_a_full_disk_is_told_and_what_was_finished_is_kept(
 
     def fail(self: store_module.Store, number: int, block: Block) -> None:
         if len(written) == 2:
-            with store_module.faults_told(self.path):
+            with store_module.store_faults(self.path):
                 raise OSError(28, "No space left on device")
         written.append(number)
         write(self, number, block)

@@ -116,7 +116,7 @@ def test_a_cut_description_is_named(tmp_path: Path) -> None:
             call(path)
 
 
-def test_a_cut_result_is_told_and_written_again(tmp_path: Path) -> None:
+def test_a_cut_result_is_reported_and_written_again(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
 
     def found() -> xr.Dataset:
@@ -144,7 +144,7 @@ def test_a_copy_has_the_rate_of_what_it_was_copied_from(tmp_path: Path) -> None:
     assert one["impacts_per_second"] > 0.0
 
 
-def test_a_store_that_was_killed_while_it_was_made_is_told_as_begun(
+def test_a_store_that_was_killed_while_it_was_made_is_reported_as_begun(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.zarr"

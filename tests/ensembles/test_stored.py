@@ -86,7 +86,7 @@ def test_a_store_that_is_not_finished_gives_what_is_done(tmp_path: Path) -> None
     assert pc.load_store(path).attrs["complete"] == 1
 
 
-def test_a_diagram_that_is_not_finished_can_be_looked_at(tmp_path: Path) -> None:
+def test_an_unfinished_diagram_can_be_loaded(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
     over = {"forcing.omega": np.linspace(2.5, 2.6, 40)}
 
@@ -128,7 +128,7 @@ def test_a_chunk_that_was_cut_off_is_done_again_and_nothing_else(tmp_path: Path)
     assert count.done == [184.0, 200.0]
 
 
-def test_a_store_that_lost_a_part_is_told_and_mended_by_the_same_call(tmp_path: Path) -> None:
+def test_a_store_that_lost_a_part_is_reported_and_mended_by_the_same_call(tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
     whole = small(tmp_path / "b.zarr")
     small(path, progress=stop_after(2))
@@ -141,7 +141,7 @@ def test_a_store_that_lost_a_part_is_told_and_mended_by_the_same_call(tmp_path: 
 
 
 @pytest.mark.parametrize("what", ["cut", "other format", "not ours"])
-def test_what_is_no_store_of_this_version_is_told(what: str, tmp_path: Path) -> None:
+def test_a_store_of_another_version_is_refused(what: str, tmp_path: Path) -> None:
     path = tmp_path / "a.zarr"
     small(path, progress=stop_after(1))
     meta = path / "zarr.json"

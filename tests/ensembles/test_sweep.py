@@ -8,7 +8,7 @@ from tests.ensembles.studies import failing
 
 import percuss as pc
 from percuss.ensembles.grid import Axis, Grid
-from percuss.ensembles.measures import STRETCHES, Window
+from percuss.ensembles.measures import INTERVALS, Window
 from percuss.ensembles.sweep import Measured
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter
@@ -54,8 +54,8 @@ def test_built_in_measures_are_those_of_a_run() -> None:
         np.testing.assert_allclose(found[name], own[measure.__name__], rtol=1e-7)
 
 
-def test_a_round_of_a_periodic_orbit_loses_what_its_impact_loses() -> None:
-    """Undamped and one impact a round: (1 - r^2) v^2 / 2."""
+def test_a_period_of_an_orbit_loses_what_its_impact_loses() -> None:
+    """Undamped and one impact a period: (1 - r^2) v^2 / 2."""
     found = pc.sweep(
         ["dissipated_energy", "peak_impact_velocity", "impacts_per_period"],
         OSC,
@@ -84,7 +84,7 @@ def test_the_main_resonance_grows_linearly() -> None:
     np.testing.assert_allclose(found.growth_exponent, 1.0, atol=0.01)
 
 
-def test_each_motion_is_followed_once_for_all_measures_but_a_period_beside_an_exponent() -> None:
+def test_each_motion_is_followed_once_for_all_measures_except_a_period_with_an_exponent() -> None:
     """What is counted is what was done, and a measure does not depend on its company."""
     over = {"forcing.omega": [2.5, 2.8], "start.v0": [0.5, 1.0]}
     window = {"transient": 20, "periods": 128}
@@ -109,13 +109,13 @@ def test_each_motion_is_followed_once_for_all_measures_but_a_period_beside_an_ex
             np.testing.assert_array_equal(together[name], alone[name][name])
 
 
-def test_growth_is_told_from_the_fastest_impact_of_each_stretch() -> None:
+def test_growth_is_fitted_to_the_fastest_impact_of_each_interval() -> None:
     """Held against the impacts of the run itself."""
     osc, force, periods = pc.impact_oscillator(restitution=0.9), pc.cosine(2.8), 400
     found = pc.sweep("growth_exponent", osc, force, over={}, start=(0.0, 1.0), transient=0,
                      periods=periods)  # fmt: skip
     run = pc.simulate(osc, force, v0=1.0, periods=periods)
-    edges = STRETCHES * run.t_end
+    edges = INTERVALS * run.t_end
     stretch = np.searchsorted(edges, run.impacts.t, side="right") - 1
     peaks = [np.abs(run.impacts.v_before[stretch == k]).max(initial=0.0) for k in range(24)]
     middle = np.sqrt(edges[1:] * edges[:-1])
@@ -189,7 +189,7 @@ def test_a_motion_with_too_many_impacts_is_given_up() -> None:
     assert found.reason.values[0] == "more than 50 impacts before the end"
 
 
-def test_a_term_of_a_fourier_sum_may_vanish_on_the_way() -> None:
+def test_a_term_of_a_fourier_sum_may_vanish_inside_a_range() -> None:
     force = pc.fourier(2.5, cos=(1.0, 0.2))
 
     found = pc.sweep(

@@ -171,7 +171,7 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path: Path) -> None:
     assert everything_in(tmp_path) == sorted(["a.txt", running.name, other.name, elsewhere.name])
 
 
-def test_a_large_file_is_told_with_its_size_before_it_is_written(
+def test_the_size_of_a_large_file_is_announced_before_it_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run = pc.simulate(pc.impact_oscillator(0.9), pc.cosine(2.8), v0=1.0, periods=400)
@@ -186,7 +186,7 @@ def test_a_large_file_is_told_with_its_size_before_it_is_written(
     assert [name for name, _ in told] == ["run.csv", "run.nc"]
 
 
-def test_the_size_that_is_told_is_that_of_the_file(
+def test_the_announced_size_is_that_of_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = pc.simulate(pc.impact_oscillator(0.9), pc.cosine(2.8), v0=1.0, periods=4000)

@@ -161,7 +161,7 @@ def test_another_picture_format_is_refused(run: Trajectory, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("name", [*SAVERS, "run.txt"])
-def test_a_foreign_file_is_told_in_one_sentence(name: str, tmp_path: Path) -> None:
+def test_a_foreign_file_is_reported_in_one_sentence(name: str, tmp_path: Path) -> None:
     path = tmp_path / name
     path.write_bytes(b"# nothing of ours\n\x00\x01")
 
@@ -212,7 +212,7 @@ def test_pandas_and_spreadsheets_find_the_header_first(run: Trajectory, tmp_path
         np.testing.assert_array_equal(found[name], sample[name])
 
 
-def test_a_csv_file_of_an_older_version_still_tells_its_record(
+def test_the_record_in_a_csv_file_of_an_older_version_is_read(
     run: Trajectory, tmp_path: Path
 ) -> None:
     record = make_record(run, command="c")

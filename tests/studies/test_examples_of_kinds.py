@@ -83,7 +83,7 @@ def test_the_basins_are_those_of_two_orbits() -> None:
     assert float(basins.n_impacts[int(inside)]) == 0.0
 
 
-def test_the_chart_tells_periods_and_exponents() -> None:
+def test_the_chart_shows_periods_and_exponents() -> None:
     chart = answer("chart", **{
         "oscillator.stops.0.restitution": '"oscillator.stops.0.restitution" = ["0.5", "0.8"]',
         "forcing.omega": '"forcing.omega" = [2, 4]',

@@ -200,7 +200,7 @@ def test_one_fault_is_one_sentence_with_its_line_and_path(text: str, fault: str)
     assert faults_of(text) == [fault]
 
 
-def test_all_faults_of_a_file_are_told_at_once_in_the_order_of_lines() -> None:
+def test_all_faults_of_a_file_are_reported_at_once_in_the_order_of_lines() -> None:
     text = """\
 [oscillator]
 stifness = 1
@@ -257,7 +257,7 @@ def test_faults_of_the_syntax_do_not_hide_the_others() -> None:
     ]
 
 
-def test_a_start_is_held_against_the_walls_that_are_right() -> None:
+def test_a_start_is_checked_against_the_walls_that_are_right() -> None:
     text = HEAD.replace("x0 = 0", "x0 = 3") + RUN
     text += '[[oscillator.stops]]\ntype = "wall"\nat = 2\nside = "above"\nrestitution = 7\n'
 

@@ -212,7 +212,7 @@ def test_one_fault_is_one_sentence_with_its_line_and_path(kind: str, own: str, f
     assert faults_of(text_of(kind, own)) == [fault]
 
 
-def test_all_faults_of_tables_and_model_are_told_at_once() -> None:
+def test_all_faults_of_tables_and_model_are_reported_at_once() -> None:
     own = """\
 [sweep]
 measure = ["period", "speed"]
@@ -276,7 +276,7 @@ def test_a_start_that_is_left_out_must_be_one() -> None:
         ("at = 1", 'at = "x"', "oscillator.stops.0.att"),
     ],
 )
-def test_a_wrong_path_is_told_beside_a_wrong_value_of_the_model(
+def test_a_wrong_path_is_reported_with_a_wrong_value_of_the_model(
     right: str, wrong: str, path: str
 ) -> None:
     own = f'[over]\n"{path}" = [1, 2]\n[sweep]\nmeasure = "period"\n'
@@ -326,7 +326,7 @@ def test_a_fault_stays_on_one_line_whatever_the_key_and_however_long_the_value()
     assert any(r"study.ti\ntle: unknown key" in fault for fault in faults)
 
 
-def test_a_step_in_quotes_is_told_to_be_written_without() -> None:
+def test_a_step_in_quotes_is_to_be_written_without() -> None:
     text = f'[study]\nkind = "branch"\n{FREE}[over]\n"forcing.omega" = [1, 2]\n[branch]\n'
 
     assert 's.toml:10: branch.largest_step = "0.1": not a number; write 2.8, without quotes' in (

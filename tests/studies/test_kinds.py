@@ -99,7 +99,7 @@ def test_a_picture_is_drawn(kind: str, done: Done) -> None:
 
 
 @pytest.mark.parametrize("kind", kind_names())
-def test_the_report_tells_something_in_short_lines(kind: str, done: Done) -> None:
+def test_the_report_has_short_lines(kind: str, done: Done) -> None:
     report = done[kind][1].report
 
     assert report

@@ -62,12 +62,12 @@ def problems(first: int, last: int) -> dict[int, tuple[tuple[str, ...], str]]:
     return found
 
 
-def test_every_fault_of_a_mutant_is_told_with_its_key() -> None:
+def test_every_fault_of_a_mutant_is_reported_with_its_key() -> None:
     assert problems(0, 1000) == {}
 
 
 @pytest.mark.nightly
-def test_every_fault_of_ten_thousand_mutants_is_told_with_its_key() -> None:
+def test_every_fault_of_ten_thousand_mutants_is_reported_with_its_key() -> None:
     assert problems(1000, 11_000) == {}
 
 

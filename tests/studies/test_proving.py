@@ -104,7 +104,7 @@ def test_events_of_all_kinds_are_in_the_order_of_time(tmp_path: Path) -> None:
     assert rows[-1]["v_after"] == rows[-1]["v_after_radius"] == ""
 
 
-def test_end_of_a_proof_is_told_with_its_reason(tmp_path: Path) -> None:
+def test_end_of_a_proof_is_reported_with_its_reason(tmp_path: Path) -> None:
     question = Motion(pc.Start(1, 0), Limits(t_end=20))
     osc = pc.impact_oscillator("1/2", wall=-1)
     study = Study(osc, None, question, draw=NO_PICTURES, certify=Certify(2))

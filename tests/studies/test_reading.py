@@ -90,7 +90,7 @@ def test_a_folder_is_no_study(tmp_path: Path) -> None:
         load_study(tmp_path)
 
 
-def test_bytes_that_are_no_text_are_told_with_their_line(tmp_path: Path) -> None:
+def test_bytes_that_are_no_text_are_reported_with_their_line(tmp_path: Path) -> None:
     path = tmp_path / "latin.toml"
     path.write_bytes(b"[study]\ntitle = 'caf\xe9'\n")
 

@@ -153,7 +153,7 @@ def test_a_run_that_ends_before_its_window_is_drawn_whole(tmp_path: Path) -> Non
     assert names_in(tmp_path / "out") == {"motion.nc", "motion.png"}
 
 
-def test_a_table_longer_than_a_spreadsheet_is_left_out_and_told(
+def test_a_table_longer_than_a_spreadsheet_is_left_out_and_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(running, "MOST_ROWS", 3)

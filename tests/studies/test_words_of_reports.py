@@ -11,7 +11,7 @@ import pytest
 import percuss as pc
 from percuss.studies.kinds.basins import Basins
 from percuss.studies.kinds.response import Response
-from percuss.studies.words import failure_rows
+from percuss.studies.study import failure_rows
 
 
 def response(missed: int) -> Any:
@@ -25,7 +25,7 @@ def response(missed: int) -> Any:
     )
 
 
-def test_a_response_is_told_without_double_negations() -> None:
+def test_a_response_is_reported_without_double_negations() -> None:
     rows = Response(over={}).report(response(0))
 
     assert rows["(0, 1)"] == "formal everywhere: each orbit would pass through a stop"

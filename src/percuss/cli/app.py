@@ -1,4 +1,4 @@
-"""The commands and their options; each loads what it needs when it is called."""
+"""The commands and their options; each imports what it needs when it is called."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ app = typer.Typer(
 def main() -> None:
     """Run the command line."""
     for stream in (sys.stdout, sys.stderr):
-        # A title may hold letters that the terminal's code page lacks: they are replaced.
+        # Letters of a title that the code page of the terminal lacks are replaced.
         if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="replace")
     app(prog_name="percuss")
@@ -74,13 +74,13 @@ def main() -> None:
 def faults_on_stderr(
     written: str = "nothing was written", instead: str = "--force replaces it"
 ) -> Iterator[None]:
-    """Turn what percuss raises into one line a fault and the exit status 2.
+    """Turn the errors of percuss into one line a fault and the exit status 2.
 
-    `instead` says what to do where a file exists already.
+    `instead` is the advice where a file exists already.
     """
     try:
         with warnings.catch_warnings():
-            # A sentence; where in the code it stands is no business of a command's.
+            # The sentence alone, without the place in the code.
             warnings.showwarning = lambda message, *_: typer.echo(f"warning: {message}", err=True)
             yield
     except PercussError as error:
@@ -128,8 +128,7 @@ def run(
     folder = Path(study.stem) if out is None else out
     instead = f"--force replaces the results in {folder}, --out writes into another folder"
     with faults_on_stderr(instead=instead):
-        from percuss.cli.progress_bar import ProgressBar
-        from percuss.cli.report import print_report
+        from percuss.cli.terminal import ProgressBar, print_report
         from percuss.studies.reading import load_study
         from percuss.studies.tables import Certify
 
@@ -138,10 +137,10 @@ def run(
         asked = load_study(study)
         if certify is not None:
             asked = replace(asked, certify=Certify(certify))
-        # Only now: what draws and saves takes a second to import.
+        # Only now: drawing and saving take a second to import.
         from percuss.studies.running import run_study
 
-        with ProgressBar(asked.question.doing, of_chunks=asked.question.is_ensemble) as watch:
+        with ProgressBar(asked.question.doing, of_chunks=asked.question.is_ensemble) as progress:
             result = run_study(
                 asked,
                 folder,
@@ -149,8 +148,8 @@ def run(
                 force=force,
                 store=store,
                 engine=engine,
-                progress=watch,
-                on_write=watch.writing,
+                progress=progress,
+                on_write=progress.writing,
             )
         print_report(asked, result)
         if not result.is_whole and store is not None:
@@ -160,7 +159,7 @@ def run(
 
 
 def _command(study: Path, given: Mapping[str, object]) -> str:
-    """Return the command line of a run, as it is kept with its results."""
+    """Return the command line of a run, for the record in its results."""
     options: list[str] = []
     for name, value in given.items():
         if value is True:
@@ -186,15 +185,14 @@ def paper(
 ) -> None:
     """Recompute Dyskin, Pasternak & Pelinovsky (2012) and judge it, statement by statement."""
     with faults_on_stderr(f"the finished figures are in {out}, without a report"):
-        from percuss.cli.progress_bar import ProgressBar
-        from percuss.cli.report import print_verdicts
+        from percuss.cli.terminal import ProgressBar, print_verdicts
         from percuss.paper.run import run_paper
 
         options = ["--only", only] if only is not None else []
         options += ["--out", str(out), *(["--force"] if force else [])]
         command = shlex.join(["percuss", "paper", *options])
-        with ProgressBar("recomputing the paper") as watch:
-            result = run_paper(out, only=only, command=command, force=force, progress=watch)
+        with ProgressBar("recomputing the paper") as progress:
+            result = run_paper(out, only=only, command=command, force=force, progress=progress)
         print_verdicts(result)
     if result.is_interrupted:
         raise typer.Exit(INTERRUPTED)
@@ -285,7 +283,7 @@ def _size(data: Any) -> str:
 
 
 def _rows(store: Path, status: dict[str, Any]) -> dict[str, str]:
-    """Return what is shown, by its name."""
+    """Return the lines of a status by their names."""
     from percuss.progress import duration_text
 
     study = status["study"]
@@ -334,5 +332,5 @@ def serve(
 
 
 def _say(text: str) -> None:
-    # At once, also into a pipe: whoever started the page waits for its address.
+    # Without delay, also into a pipe: the program that starts the page waits for its address.
     print(text, flush=True)  # noqa: T201

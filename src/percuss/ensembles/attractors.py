@@ -1,4 +1,4 @@
-"""Which motions of many have gone to the same attractor, and what these attractors are."""
+"""The attractors of many motions, and the attractor of each motion."""
 
 from __future__ import annotations
 
@@ -41,38 +41,37 @@ from percuss.orbits.orbit.sticking import sticking_orbits
 __all__ = ["Attractor", "Chaos", "StrobedSystem", "impacts_at", "label_starts", "same_chaos"]
 
 
-# Forcing periods after which an orbit has come to its limit, and how often it is given as many
-# again: a weakly damped motion turns about its limit for long.
+# Forcing periods in which a motion settles on its orbit, and how often as many are added: a weakly
+# damped motion spirals around its orbit for long.
 SETTLING, AGAIN = 500, 20
-# A motion that turns out to be the slow beginning of something else costs a while: so many
-# periodic ones are tried, and so many chaotic ones.
+# Long transients that seemed periodic or chaotic are expensive: so many of each are tried.
 MOST_FAILURES, MOST_TRANSIENTS = 1000, 100
-# Starts that are compared with an orbit at a time: of a million, each array on the way would take
-# as much memory as a third of the answer.
+# Starts compared with an orbit at a time: for a million at once each intermediate array would take
+# a third of the memory of the answer.
 AT_ONCE = 65_536
-# Where every start has an orbit of its own, as without a spring or without damping, these many are
-# distinguished.
+# Orbits that are distinguished where every start has its own, as without a spring or damping.
 MOST_ORBITS = 1000
 
 
 @dataclass(frozen=True, slots=True)
 class Attractor:
-    """One attractor, or what motions do that have none.
+    """An attractor, or the unbounded motions.
 
     Attributes
     ----------
     kind
         "periodic", "chaotic", "rest" or "unbounded".
     n_periods, n_impacts
-        Forcing periods and impacts in one period of the orbit, inf with sticking; 0 and NaN where it is not
-        periodic.
+        Forcing periods and impacts in one period of the orbit, infinitely many impacts with
+        sticking; 0 and NaN where it is not periodic.
     strobes
-        (n, 2) array, x and v once a forcing period: over one period of the orbit, or many of a chaotic motion.
+        (n, 2) array, x and v once a forcing period, over one period of an orbit or many of a
+        chaotic motion.
     exponent, error
         Largest Lyapunov exponent, of an orbit from its multipliers, and its standard error where
-        it is taken from a motion [1/time]; NaN where it is not known.
+        it is taken from a motion [1/time]; NaN where unknown.
     orbit
-        The periodic orbit, to full accuracy; None where it is not periodic or was not found.
+        The periodic orbit, to full accuracy; None where there is none or Newton's method failed.
     """
 
     kind: str
@@ -104,22 +103,22 @@ def label_starts(
 ) -> tuple[Integers, list[Attractor]]:
     """Return the number of each start's attractor, and the attractors.
 
-    Integers are given in the order of the starts, so they depend on nothing else. A start that was
-    not decided has -1, one that is none -2.
+    Attractors are numbered in the order of their first starts. Undecided starts have -1, starts
+    inside a wall -2.
 
     Parameters
     ----------
     system
-        What moves; the same for all starts.
+        The system of all starts.
     arrays
-        What has become of each, by the names of `CLASS_COLUMNS`.
+        The classes of the starts, by the names of `CLASS_COLUMNS`.
     go_on
-        Called before each attractor is looked for; where it returns False the starts that are
-        left stay undecided.
+        Called before each attractor is computed; where it returns False the starts that are left
+        stay undecided.
     """
     kind = arrays["kind"]
     labels = np.where(kind == NO_START, NO_START, -1).astype(np.int64)
-    found: list[tuple[int, Attractor]] = []
+    attractors: list[tuple[int, Attractor]] = []
     for value, members in (
         (PERIODIC, _periodic),
         (CHAOTIC, _chaotic),
@@ -127,33 +126,33 @@ def label_starts(
         (UNBOUNDED, _unbounded),
     ):
         rows = np.flatnonzero(kind == value)
-        for those, attractor in members(system, arrays, rows, go_on) if len(rows) else ():
-            found.append((int(those[0]), attractor))
-            labels[those] = -3 - len(found)
+        for own_rows, attractor in members(system, arrays, rows, go_on) if len(rows) else ():
+            attractors.append((int(own_rows[0]), attractor))
+            labels[own_rows] = -3 - len(attractors)
     # By the first start that goes there.
-    order = sorted(range(len(found)), key=lambda i: found[i][0])
-    # All at once: with many starts and many attractors one at a time would take long.
-    number = np.zeros(len(found) + 4, dtype=np.int64)
+    order = sorted(range(len(attractors)), key=lambda i: attractors[i][0])
+    # In one array operation: many starts times many attractors would take long.
+    number = np.zeros(len(attractors) + 4, dtype=np.int64)
     number[[i + 4 for i in order]] = np.arange(len(order))
     attracted = labels <= -4
     labels[attracted] = number[-labels[attracted]]
-    return labels, [found[i][1] for i in order]
+    return labels, [attractors[i][1] for i in order]
 
 
 def _periodic(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:
-    """Match motions with one another by the strobes over one period of the orbit, followed to its limit."""
-    left, failures, found = rows, 0, 0
-    while len(left) and failures < MOST_FAILURES and found < MOST_ORBITS and go_on():
+    """Group periodic motions by the strobes of the orbits on which they settle."""
+    left, failures, n_orbits = rows, 0, 0
+    while len(left) and failures < MOST_FAILURES and n_orbits < MOST_ORBITS and go_on():
         strobe = np.asarray(arrays["strobe"][left[0]], dtype=np.float64)
         is_long = int(arrays["n_periods"][left[0]]) > LONGEST
         attractor = _orbit_of(system, strobe, LONGEST_OF_ALL if is_long else LONGEST)
         same = _are_near(np.asarray(arrays["strobe"]), left, attractor.strobes)
         if attractor.n_periods == 0 or not same[0]:
-            # It was the slow beginning of something else: not decided.
+            # A long transient: it stays undecided.
             left, failures = left[1:], failures + 1
             continue
         yield left[same], attractor
-        left, found = left[~same], found + 1
+        left, n_orbits = left[~same], n_orbits + 1
 
 
 def _are_near(strobes: Floats, rows: Integers, orbit: Floats) -> Flags:
@@ -168,7 +167,7 @@ def _are_near(strobes: Floats, rows: Integers, orbit: Floats) -> Flags:
 
 
 def _orbit_of(system: StrobedSystem, strobe: Floats, longest: int) -> Attractor:
-    """Return the attractor that a periodic motion settles on, refined where it can be."""
+    """Return the attractor on which a periodic motion settles, refined where possible."""
     strobes, n_impacts = _settled_strobes(system, strobe, longest)
     n_periods = len(strobes)
     if n_periods == 0:
@@ -183,7 +182,7 @@ def _orbit_of(system: StrobedSystem, strobe: Floats, longest: int) -> Attractor:
 
 
 def _settled_strobes(system: StrobedSystem, strobe: Floats, longest: int) -> tuple[Floats, float]:
-    """Return strobes and impacts over one period of a periodic motion after a long time."""
+    """Return strobes and impacts over one period of a motion after it has settled."""
     which, every = np.zeros(1, dtype=np.int64), np.array([system.period])
     since = np.array([system.t0 + SETTLING * system.period])
     until = since + 2 * longest * system.period
@@ -201,12 +200,12 @@ def _settled_strobes(system: StrobedSystem, strobe: Floats, longest: int) -> tup
 
 
 def _chaotic(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoOn) -> Members:
-    """Match motions by their strobes and their largest exponents."""
+    """Group chaotic motions by their strobes and largest exponents."""
     left, failures = rows, 0
     while len(left) and failures < MOST_TRANSIENTS and go_on():
         chaos = Chaos.of(system, np.asarray(arrays["strobe"][left[0]], dtype=np.float64))
         if not chaos.persists:
-            # It was a transient: not decided.
+            # A transient: it stays undecided.
             left, failures = left[1:], failures + 1
             continue
         same = same_chaos(system, chaos, arrays, left)
@@ -229,26 +228,26 @@ def _unbounded(system: StrobedSystem, arrays: Arrays, rows: Integers, go_on: GoO
     yield rows, Attractor("unbounded")
 
 
-# Strobes of the same periodic orbit are nearer to one another than this part of its size: motions
-# that were called periodic agree with themselves to 1e-6 from one period to the next, and one that turns
-# about its limit may be a hundred times as far from it.
+# Largest distance between strobes of the same periodic orbit, relative to its size: motions that
+# are classified as periodic repeat themselves to 1e-6 from one period to the next, and one that
+# spirals around its orbit may be a hundred times as far from it.
 NEAR = 3e-4
-# Periods of an orbit that a run covers, from which Newton's method starts.
+# Periods of the run from which Newton's method starts.
 ORBIT_PERIODS = 3
 
 
 @dataclass(frozen=True, slots=True)
 class StrobedSystem:
-    """What moves, and when its strobes are taken.
+    """A periodically forced oscillator, and the times of its strobes.
 
     Attributes
     ----------
     osc, force
-        What moves; the forcing has a period.
+        The oscillator, and a forcing with a period.
     law
-        Its law.
+        Their law.
     t0
-        An instant of a strobe [time].
+        The time of a strobe [time].
     """
 
     osc: Oscillator
@@ -267,7 +266,7 @@ class StrobedSystem:
         return float(self.law[0, PERIOD])
 
     def run(self, strobe: Floats, periods: int) -> Trajectory:
-        """Return the motion from a strobe on over so many forcing periods."""
+        """Return the motion over so many forcing periods from a strobe."""
         x, v = (float(part) for part in strobe)
         return simulate(self.osc, self.force, x, v, self.t0, t_end=self.t0 + periods * self.period)
 
@@ -275,21 +274,16 @@ class StrobedSystem:
 def refined_orbit(
     system: StrobedSystem, strobe: Floats, n_periods: int, n_impacts: float
 ) -> PeriodicOrbit | None:
-    """Return the periodic orbit that a motion has settled on, None where none is found there.
+    """Return the periodic orbit on which a motion has settled, None where Newton's method fails.
 
     Parameters
     ----------
     system
-        What moves.
+        The system.
     strobe
         (2,) array, x and v of the motion at a strobe.
     n_periods, n_impacts
         Forcing periods and impacts in one period of the orbit.
-
-    Returns
-    -------
-    PeriodicOrbit or None
-        The orbit, whose strobes lie where the motion's do.
     """
     try:
         for orbit in _candidates(system, strobe, n_periods, n_impacts):
@@ -298,7 +292,7 @@ def refined_orbit(
             if orbit.admissible and np.abs(strobes[0] - strobe).max() <= NEAR * size:
                 return orbit
     except (ConvergenceError, ParameterError):
-        # It has not settled enough, or lies where impacts accumulate.
+        # The motion has not settled, or its impacts accumulate.
         return None
     return None
 
@@ -323,13 +317,7 @@ def _candidates(
 
 
 def strobes_of_orbit(system: StrobedSystem, orbit: PeriodicOrbit, near: Floats) -> Floats:
-    """Return x and v of an orbit at all of its strobes, the one nearest to a place first.
-
-    Returns
-    -------
-    (n_periods, 2) array
-        In the order of time.
-    """
+    """Return x and v at the strobes of an orbit, (n_periods, 2) array, beginning near a place."""
     period = system.period
     first = system.t0 + math.ceil((orbit.t0 - system.t0) / period) * period
     t = first + np.arange(orbit.n_periods) * period
@@ -341,34 +329,28 @@ def strobes_of_orbit(system: StrobedSystem, orbit: PeriodicOrbit, near: Floats) 
 def impacts_at(
     system: StrobedSystem, stop: int, strobe: Floats, orbit: PeriodicOrbit | None, periods: int
 ) -> Floats:
-    """Return cycle and speed after the impacts at a stop, of an orbit or of a motion.
-
-    Returns
-    -------
-    (n, 2) array
-        One row an impact.
-    """
+    """Return cycle and speed after the impacts of an orbit or a motion at a stop, (n, 2) array."""
     impacts = orbit.impacts if orbit is not None else system.run(strobe, periods).impacts
-    there = impacts.stop == stop
-    return np.stack([impacts.cycle[there], np.abs(impacts.v_after[there])], axis=1)
+    at_stop = impacts.stop == stop
+    return np.stack([impacts.cycle[at_stop], np.abs(impacts.v_after[at_stop])], axis=1)
 
 
-# Strobes that fill an attractor, those of a motion that is asked for its attractor, and the cells
-# along each axis in which they are compared.
-FILLING, ASKED, CELLS = 4000, 40, 50
-# Most strobes of a motion lie in a cell of the attractor or next to one.
-MOST = 0.95
-# Forcing periods of the exponent of an attractor, and of a motion that seems to have another.
+# Strobes that cover a chaotic attractor, strobes of a motion that is compared with it, and the
+# cells along each axis in which they are compared.
+FILLING, COMPARED, CELLS = 4000, 40, 50
+# The least share of the strobes of a motion on the attractor in or next to its cells.
+LEAST_SHARE = 0.95
+# Forcing periods of the exponent of an attractor, and of a motion whose exponent seems to differ.
 LONG = 16_384
-# Exponents that differ by more than so many standard errors are not the same.
+# Exponents differ if they are farther apart than so many standard errors.
 DIFFERENT = 6.0
-# Motions that are asked at a time.
+# Motions that are compared at a time.
 MOTIONS_AT_ONCE = 4096
 
 
 @dataclass(frozen=True, slots=True)
 class Chaos:
-    """A chaotic motion that has gone over its attractor.
+    """A chaotic motion that has covered its attractor.
 
     Attributes
     ----------
@@ -377,7 +359,7 @@ class Chaos:
     exponent, error
         Largest Lyapunov exponent and its standard error [1/time].
     persists
-        Whether it is still chaotic at the end of a long time.
+        Whether it is still chaotic after a long time.
     """
 
     strobes: Floats
@@ -387,7 +369,7 @@ class Chaos:
 
     @classmethod
     def of(cls, system: StrobedSystem, strobe: Floats) -> Chaos:
-        """Follow a chaotic motion from a strobe on."""
+        """Follow a chaotic motion from a strobe."""
         strobes = _strobes(system, strobe[np.newaxis], FILLING)[0]
         largest, error = _exponents(system, strobe[np.newaxis], LONG)
         end = strobes[-1:]
@@ -400,33 +382,33 @@ class Chaos:
 
 
 def same_chaos(system: StrobedSystem, chaos: Chaos, arrays: Arrays, rows: Integers) -> Flags:
-    """Return which chaotic motions are on an attractor.
+    """Return which chaotic motions are on the attractor that one of them has covered.
 
     Parameters
     ----------
     system
-        What moves.
+        The system.
     chaos
-        A motion that has gone over the attractor.
+        The motion that has covered the attractor.
     arrays
-        What has become of each start, by the names of `CLASS_COLUMNS`.
+        The classes of the starts, by the names of `CLASS_COLUMNS`.
     rows
-        (n,) array, the starts that are asked.
+        (n,) array, the starts of the motions.
 
     Returns
     -------
     (n,) array
-        True where strobes lie among those of the attractor and the exponents agree.
+        True where the strobes lie among those of the attractor and the exponents agree.
     """
     cells = _Cells(chaos.strobes)
     same = np.zeros(len(rows), dtype=np.bool_)
     for first in range(0, len(rows), MOTIONS_AT_ONCE):
-        those = rows[first : first + MOTIONS_AT_ONCE]
-        starts = np.asarray(arrays["strobe"], dtype=np.float64)[those]
-        among = cells.share(_strobes(system, starts, ASKED)) > MOST
-        own = np.asarray(arrays["exponent"], dtype=np.float64)[those]
-        agree = _agree(chaos, own, np.asarray(arrays["exponent_error"], dtype=np.float64)[those])
-        # A long look: of many motions some are beyond the errors of short ones by chance.
+        part = rows[first : first + MOTIONS_AT_ONCE]
+        starts = np.asarray(arrays["strobe"], dtype=np.float64)[part]
+        among = cells.share(_strobes(system, starts, COMPARED)) > LEAST_SHARE
+        own = np.asarray(arrays["exponent"], dtype=np.float64)[part]
+        agree = _agree(chaos, own, np.asarray(arrays["exponent_error"], dtype=np.float64)[part])
+        # A longer run decides: of many short ones some differ beyond their errors by chance.
         doubtful = np.flatnonzero(among & ~agree)
         if len(doubtful):
             agree[doubtful] = _agree(chaos, *_exponents(system, starts[doubtful], LONG))
@@ -440,14 +422,14 @@ def _agree(chaos: Chaos, exponents: Floats, errors: Floats) -> Flags:
 
 
 class _Cells:
-    """The cells of the plane that an attractor lies in, and those next to them."""
+    """The cells of the plane that contain an attractor, and their neighbours."""
 
     def __init__(self, cloud: Floats) -> None:
         cloud = cloud[np.isfinite(cloud).all(axis=1)]
         self._low = cloud.min(axis=0)
         width = np.ptp(cloud, axis=0)
         self._size = np.where(width > 0.0, width, 1.0) / CELLS
-        # Two cells of room on all sides: a place outside is in the outermost, which are empty.
+        # With two more cells on all sides: places outside fall into the outermost, which are empty.
         i, j = self._cell(cloud)
         full = np.zeros((CELLS + 5, CELLS + 5), dtype=np.bool_)
         for di in (-1, 0, 1):
@@ -461,12 +443,12 @@ class _Cells:
         return number[..., 0], number[..., 1]
 
     def share(self, places: Floats) -> Floats:
-        """Return which part of the places (n, m, 2) of each motion lies there."""
+        """Return the share of the places (n, m, 2) of each motion that lie in the cells."""
         return np.asarray(self._full[self._cell(places)].mean(axis=1))
 
 
 def _strobes(system: StrobedSystem, starts: Floats, count: int) -> Floats:
-    """Return so many strobes (n, count, 2) of each motion from one on, that one included."""
+    """Return strobes (n, count, 2) of motions, the first one included."""
     since = np.full(len(starts), system.t0)
     every = np.full(len(starts), system.period)
     plan = Plan(since, every, since + (count - 1) * every, survey.STROBES, count)
@@ -474,7 +456,7 @@ def _strobes(system: StrobedSystem, starts: Floats, count: int) -> Floats:
 
 
 def _exponents(system: StrobedSystem, starts: Floats, periods: int) -> tuple[Floats, Floats]:
-    """Return the largest exponent of each motion and its standard error."""
+    """Return the largest exponents of motions and their standard errors."""
     since = np.full(len(starts), system.t0)
     plan = tangent_plan(np.full(len(starts), system.period), since, 0, periods)
     largest, _, error, _ = exponents_of(_follow(system, starts, plan), plan)

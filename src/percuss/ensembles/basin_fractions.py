@@ -1,4 +1,4 @@
-"""Basin fractions over one parameter or two, each attractor followed from value to value."""
+"""Basin fractions over one parameter or two, with attractors matched from value to value."""
 
 from __future__ import annotations
 
@@ -21,12 +21,11 @@ from percuss.ensembles.basins import (
     warn_without_starts,
 )
 from percuss.ensembles.classification import STAGE, Arrays, Classification, Rules
-from percuss.ensembles.datasets import attributes_of, coordinates_of, motion_of
+from percuss.ensembles.datasets import attributes_of, coordinates_of
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Dimension
-from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
@@ -63,33 +62,32 @@ def basin_fractions(
     n_workers: int | None = None,
     progress: Report = None,
 ) -> Dataset:
-    """Return which part of random starts goes to which attractor, over one parameter or two.
+    """Return the fractions of random starts in each basin, over one parameter or two.
 
-    The same starts are taken at each value of the parameter. An attractor is carried on from one
-    value to the next: its points at the one are followed at the other, and where they go is the
-    same attractor, through changes of its period and into chaos. Of two that go to the same one,
-    the nearer is carried on and the other has ended. So an attractor is found, too, whose basin
-    holds none of the starts: its fraction is 0 until it ends.
+    The same starts are taken at each value of the parameter. An attractor is continued from one
+    value to the next: the motion from its points at one value leads to the same attractor at the
+    next, through changes of its period and into chaos. Where two lead to the same attractor, the
+    nearer is continued and the other has ended. An attractor whose basin holds none of the starts
+    is continued as well: its fraction is 0 until it ends.
 
-    Over two parameters it is carried on along both. What has appeared at two places and meets is
-    one attractor, unless both are somewhere at the same values.
+    Over two parameters attractors are continued along both. Two that appear at different places and
+    meet are one attractor, unless both exist at the same values somewhere.
 
     Parameters
     ----------
     osc, force
-        What moves; the forcing has a period.
+        The oscillator, and a forcing with a period.
     over
-        One path or two, and for each a range (low, high), which is taken in 51 values, or in 21
+        One path or two, and for each a range (low, high), which stands for 51 values, or for 21
         where there are two, or the values themselves.
     x0, v0
-        Ranges (low, high) in which the starts are drawn, all places equally likely [length],
-        [length/time].
+        Ranges (low, high) in which the starts are drawn uniformly [length], [length/time].
     t0
         Time of the starts [time].
     n_starts
-        How many starts, >= 1. Those inside a wall count for nothing.
+        Number of starts, >= 1. Those inside a wall do not count.
     seed
-        Of the random numbers.
+        Seed of the random numbers.
     periods, escape
         As in `basins`.
     store, engine, n_workers, progress
@@ -101,19 +99,19 @@ def basin_fractions(
         Over the attractors and the paths: `fraction`, and `fraction_error`, its standard error;
         `exists`; `kind`, `name`, `n_periods`, `n_impacts`, `x`, `v_strobe`, `exponent`,
         `exponent_error` and `residual` as in `basins`, NaN and empty where it does not exist.
-        Over the paths: `undecided`, the part of the starts that was not decided, and `n_starts`,
-        those outside the walls. Attractors are numbered as they appear. The attribute `failed`
-        counts the starts inside walls, at all values.
+        Over the paths: `undecided`, the undecided part of the starts, and `n_starts`, those outside
+        the walls. Attractors are numbered as they appear. The attribute `failed` counts the starts
+        inside walls, at all values.
 
     Warns
     -----
     UserWarning
-        If no start is outside the walls at any value.
+        If all starts lie inside walls at all values.
 
     Raises
     ------
     ParameterError
-        If there is no such path, a range is none, or the forcing has no period.
+        If there is no such path, a range is wrong, or the forcing has no period.
 
     Examples
     --------
@@ -121,9 +119,9 @@ def basin_fractions(
 
     >>> import percuss as pc
     >>> osc = pc.impact_oscillator(restitution=0.7, wall=1.0, side="above", damping=0.05)
-    >>> found = pc.basin_fractions(osc, pc.cosine(1.5), n_starts=100, x0=(-4, 0.7), v0=(-4, 4),
-    ...                            over={"oscillator.stops.0.at": [0.7, 1.2, 1.7]})
-    >>> found.name.values.tolist()
+    >>> data = pc.basin_fractions(osc, pc.cosine(1.5), n_starts=100, x0=(-4, 0.7), v0=(-4, 4),
+    ...                           over={"oscillator.stops.0.at": [0.7, 1.2, 1.7]})
+    >>> data.name.values.tolist()
     [['(1, 1)', '(1, 1)', '(1, 1)'], ['', '(0, 1)', '(0, 1)']]
     """
     execution = execution_of(store, engine, n_workers, progress)
@@ -140,7 +138,7 @@ def basin_fractions(
         raise ParameterError("over", given, reason)
     box = (_range("x0", x0), _range("v0", v0))
     rules = Rules(as_float(t0), False, periods, escape)
-    identity = identity_of(grid) | {
+    identity = grid.identity() | {
         "kind": "basin fractions", "box": repr(box), "n_starts": n_starts, "seed": seed,
     }  # fmt: skip
     drawn = Scattered(grid, box, n_starts, seed)
@@ -186,30 +184,30 @@ class Scattered:
         draw = np.random.default_rng(self.seed).random((self.n_starts, 2))
         low, high = np.array(self.box).T
         places = low + draw * (high - low)
-        found: list[Group] = []
+        groups: list[Group] = []
         faults: dict[int, str] = {}
         for k in range(first // self.n_starts, (last - 1) // self.n_starts + 1):
             begin = k * self.n_starts
-            those = np.arange(max(first - begin, 0), min(last - begin, self.n_starts))
-            rows = begin + those - first
-            # The grid's own start may be inside a wall; its law does not depend on it.
+            numbers = np.arange(max(first - begin, 0), min(last - begin, self.n_starts))
+            rows = begin + numbers - first
+            # The start of the grid may be inside a wall; the law does not depend on it.
             try:
-                table, t0 = law_at(self.grid, k)
+                own_law, t0 = law_at(self.grid, k)
             except ParameterError as error:
                 faults |= {int(row): str(error) for row in rows}
                 continue
-            walls = walls_of(table[np.newaxis])
-            inside = (places[those, 0] < walls[0][0]) | (places[those, 0] > walls[1][0])
+            walls = walls_of(own_law[np.newaxis])
+            inside = (places[numbers, 0] < walls[0][0]) | (places[numbers, 0] > walls[1][0])
             faults |= {int(row): "inside a wall" for row in rows[inside]}
-            outside = those[~inside]
+            outside = numbers[~inside]
             starts = np.column_stack([places[outside], np.full(len(outside), t0)])
             which = np.zeros(len(outside), dtype=np.int64)
-            found.append(Group(table[np.newaxis], which, starts, rows[~inside]))
-        return found, faults
+            groups.append(Group(own_law[np.newaxis], which, starts, rows[~inside]))
+        return groups, faults
 
 
 def law_at(grid: Grid, k: int) -> tuple[Floats, float]:
-    """Return the law at a value, and the time of the starts."""
+    """Return the law at a point, and the time of the starts."""
     osc, force, start = grid.point(k)
     return law(osc, force), as_float(start.t0)
 
@@ -218,18 +216,18 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Da
     import xarray
 
     paths = tuple(axis.path for axis in grid.axes)
-    n = 1 + max((number for one in followed for number in one.attractors), default=-1)
+    n = 1 + max((number for at_point in followed for number in at_point.attractors), default=-1)
     shape = (n, len(followed))
     dims = ("attractor", *paths)
     texts = {name: np.full(shape, "", dtype=object) for name in ("kind", "name")}
     numbers = {name: np.full(shape, np.nan) for name in columns_of(None)}
     fraction, error = np.zeros(shape), np.zeros(shape)
     exists = np.zeros(shape, dtype=np.bool_)
-    for k, one in enumerate(followed):
-        for number, attractor in one.attractors.items():
+    for k, at_point in enumerate(followed):
+        for number, attractor in at_point.attractors.items():
             exists[number, k] = True
             texts["kind"][number, k], texts["name"][number, k] = attractor.kind, attractor.name
-            fraction[number, k], error[number, k] = one.fractions[number]
+            fraction[number, k], error[number, k] = at_point.fractions[number]
             for name, value in columns_of(attractor).items():
                 numbers[name][number, k] = value
     columns: dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]] = {
@@ -241,8 +239,12 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Da
             name: (dims, values, {"units": COLUMN_UNITS.get(name, "1")})
             for name, values in numbers.items()
         },
-        "undecided": (paths, np.array([one.undecided for one in followed]), {}),
-        "n_starts": (paths, np.array([one.n_starts for one in followed], dtype=np.int64), {}),
+        "undecided": (paths, np.array([at_point.undecided for at_point in followed]), {}),
+        "n_starts": (
+            paths,
+            np.array([at_point.n_starts for at_point in followed], dtype=np.int64),
+            {},
+        ),
     }
     data = {
         name: (names, values.reshape(*values.shape[:-1], *grid.shape), about)
@@ -251,27 +253,27 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Da
     return xarray.Dataset(
         data,
         coords=coordinates_of(grid.dimensions),
-        attrs=attributes_of(motion_of(grid), answer) | {"failed": no_starts(answer)},
+        attrs=attributes_of(grid.motion(), answer) | {"failed": no_starts(answer)},
     )
 
 
-# Points of an attractor that are followed at the next value: of an orbit all, of a chaotic one
-# these, which show where most of it goes.
+# Points of a chaotic attractor that are followed at the next value, where most of them show which
+# attractor continues it; of an orbit all points are followed.
 SEEDS = 9
 
 
 @dataclass(frozen=True, slots=True)
 class AttractorsAt:
-    """What there is at one point of the parameters.
+    """The attractors at one point of the parameters.
 
     Attributes
     ----------
     attractors
         By number, the same from point to point.
     fractions
-        Part of the starts that go there and its standard error, by number.
+        Fraction of the starts that go to each and its standard error, by number.
     undecided
-        Part of the starts that were not decided.
+        Fraction of the undecided starts.
     n_starts
         Starts outside the walls.
     """
@@ -296,13 +298,13 @@ def follow_attractors(
     grid
         The values of one parameter or of several.
     rules
-        When a start is decided.
+        The rules of the classification.
     arrays
-        What has become of the starts, by the names of `CLASS_COLUMNS`, those of a point together.
+        The classes of the starts, by the names of `CLASS_COLUMNS`, point after point.
     n_starts
         Starts at each point.
     """
-    found: list[AttractorsAt] = []
+    points: list[AttractorsAt] = []
     n_known = 0
     merged: list[tuple[int, int]] = []
     for k in range(grid.size):
@@ -310,15 +312,21 @@ def follow_attractors(
         try:
             osc, force, _ = grid.point(k)
         except ParameterError:
-            # A value that has no motion is passed over, as nothing was started there.
-            found.append(NO_MOTION)
+            # An impossible model has neither starts nor attractors.
+            points.append(NO_MOTION)
             continue
         assert force is not None
         system = StrobedSystem.of(osc, force, rules.t0)
         known = [
-            pair for one in points_before(found, grid.shape, k) for pair in one.attractors.items()
+            numbered
+            for before in points_before(points, grid.shape, k)
+            for numbered in before.attractors.items()
         ]
-        seeds = [(owner, place) for owner, (_, it) in enumerate(known) for place in _seeds(it)]
+        seeds = [
+            (owner, place)
+            for owner, (_, attractor) in enumerate(known)
+            for place in _seeds(attractor)
+        ]
         classes = _classes(system, rules, [place for _, place in seeds])
         both = {name: np.concatenate([own[name], classes[name]]) for name in own}
         labels, attractors = label_starts(system, both)
@@ -329,64 +337,64 @@ def follow_attractors(
             if i not in numbers:
                 numbers[i], n_known = n_known, n_known + 1
         part, error, undecided, n = fractions_of(labels[:n_starts], len(attractors))
-        there = sorted((numbers[i], i) for i in range(len(attractors)))
-        found.append(
+        order = sorted((numbers[i], i) for i in range(len(attractors)))
+        points.append(
             AttractorsAt(
-                {number: attractors[i] for number, i in there},
-                {number: (float(part[i]), float(error[i])) for number, i in there},
+                {number: attractors[i] for number, i in order},
+                {number: (float(part[i]), float(error[i])) for number, i in order},
                 undecided,
                 n,
             )
         )
-    return with_joined_numbers(found, merged)
+    return with_joined_numbers(points, merged)
 
 
 def points_before(
-    found: Sequence[AttractorsAt], shape: Sequence[int], k: int
+    points: Sequence[AttractorsAt], shape: Sequence[int], k: int
 ) -> list[AttractorsAt]:
-    """Return what there is at the points before, one along each axis, the last axis first."""
+    """Return the attractors at the point before along each axis, the last axis first."""
     before = []
     stride = 1
     for length in reversed(shape):
         for steps in range(1, k // stride % length + 1):
-            one = found[k - steps * stride]
-            if one is not NO_MOTION:
-                before.append(one)
+            earlier = points[k - steps * stride]
+            if earlier is not NO_MOTION:
+                before.append(earlier)
                 break
         stride *= length
     return before
 
 
 def with_joined_numbers(
-    found: Sequence[AttractorsAt], merged: Sequence[tuple[int, int]]
+    points: Sequence[AttractorsAt], merged: Sequence[tuple[int, int]]
 ) -> list[AttractorsAt]:
-    """Give one number to attractors that have merged and never exist at the same point.
+    """Give one number to attractors that merge and never exist at the same point.
 
-    What appears at two places of a chart and is carried on from both is one attractor.
+    An attractor that appears at two places of a chart and is continued from both is one.
     """
     where: dict[int, set[int]] = {}
-    for k, one in enumerate(found):
-        for number in one.attractors:
+    for k, at_point in enumerate(points):
+        for number in at_point.attractors:
             where.setdefault(number, set()).add(k)
     root = {number: number for number in where}
     for pair in merged:
         low, high = sorted(root[number] for number in pair)
         if low != high and not where[low] & where[high]:
             where[low] |= where.pop(high)
-            root = {number: low if it == high else it for number, it in root.items()}
+            root = {number: low if own == high else own for number, own in root.items()}
     dense = {number: i for i, number in enumerate(sorted(where))}
     return [
         replace(
-            one,
-            attractors={dense[root[number]]: it for number, it in one.attractors.items()},
-            fractions={dense[root[number]]: it for number, it in one.fractions.items()},
+            at_point,
+            attractors={dense[root[i]]: value for i, value in at_point.attractors.items()},
+            fractions={dense[root[i]]: value for i, value in at_point.fractions.items()},
         )
-        for one in found
+        for at_point in points
     ]
 
 
 def _seeds(attractor: Attractor) -> Floats:
-    """Return points of an attractor; none where motions have no place."""
+    """Return points of an attractor to be followed; none of unbounded motions."""
     if attractor.kind == "unbounded":
         return np.empty((0, 2))
     points = attractor.strobes
@@ -394,10 +402,10 @@ def _seeds(attractor: Attractor) -> Floats:
 
 
 def _classes(system: StrobedSystem, rules: Rules, places: Sequence[Floats]) -> Arrays:
-    """Return what becomes of points of the attractors before."""
+    """Return the classes of points of the attractors before."""
     starts = np.column_stack([np.reshape(places, (len(places), 2)), np.full(len(places), rules.t0)])
     low, high = walls_of(system.law[np.newaxis])
-    # A wall may have moved over them.
+    # A wall may have moved past them.
     starts[:, 0] = np.clip(starts[:, 0], low[0], high[0])
     which = np.zeros(len(starts), dtype=np.int64)
     group = Group(system.law[np.newaxis], which, starts, which)
@@ -410,33 +418,36 @@ def _matched(
     labels: Integers,
     owners: Sequence[int],
 ) -> tuple[dict[int, int], list[tuple[int, int]]]:
-    """Return the numbers of those attractors that points of a known one have gone to.
+    """Return the numbers of the attractors to which points of known ones have gone.
 
-    And the pairs of numbers of which both have gone to the same one.
+    And the pairs of numbers whose points have gone to the same one.
     """
     links: list[tuple[float, int, int]] = []
-    for k, (number, one) in enumerate(known):
-        gone = np.array([label for label, owner in zip(labels, owners, strict=True)
-                         if owner == k and label >= 0], dtype=np.int64)  # fmt: skip
-        if one.kind == "unbounded":
-            links += [(0.0, number, i) for i, it in enumerate(attractors) if it.kind == one.kind]
-        elif len(gone):
-            there = int(np.bincount(gone).argmax())
-            links.append((_distance(one, attractors[there]), number, there))
+    for k, (number, before) in enumerate(known):
+        reached = np.array([label for label, owner in zip(labels, owners, strict=True)
+                            if owner == k and label >= 0], dtype=np.int64)  # fmt: skip
+        if before.kind == "unbounded":
+            links += [
+                (0.0, number, i) for i, now in enumerate(attractors) if now.kind == before.kind
+            ]
+        elif len(reached):
+            most = int(np.bincount(reached).argmax())
+            links.append((_distance(before, attractors[most]), number, most))
     numbers: dict[int, int] = {}
     taken: set[int] = set()
-    for _, number, there in sorted(links):
-        if there not in numbers and number not in taken:
-            numbers[there] = number
+    for _, number, i in sorted(links):
+        if i not in numbers and number not in taken:
+            numbers[i] = number
             taken.add(number)
-    pairs = [(numbers[there], number) for _, number, there in links if number not in taken]
+    pairs = [(numbers[i], number) for _, number, i in links if number not in taken]
     return numbers, pairs
 
 
 def _distance(one: Attractor, other: Attractor) -> float:
-    """Return how far the points of two attractors are from one another, in the mean."""
+    """Return the mean distance between the points of two attractors."""
     if one.kind == "unbounded" or other.kind == "unbounded":
         return float("inf")
-    a, b = (it.strobes[np.isfinite(it.strobes).all(axis=1)][:500] for it in (one, other))
+    finite = (part[np.isfinite(part).all(axis=1)] for part in (one.strobes, other.strobes))
+    a, b = (part[:500] for part in finite)
     distances = np.abs(a[:, np.newaxis] - b).max(axis=2)
     return float(0.5 * (distances.min(axis=0).mean() + distances.min(axis=1).mean()))

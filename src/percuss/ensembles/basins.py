@@ -1,4 +1,4 @@
-"""Basins of attraction: to which attractor each start goes."""
+"""Basins of attraction: the attractor of each start."""
 
 from __future__ import annotations
 
@@ -13,12 +13,11 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, label_starts
 from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
-from percuss.ensembles.datasets import attributes_of, motion_of, warn_of_failures
+from percuss.ensembles.datasets import attributes_of, coordinates_of, warn_of_failures
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
-from percuss.ensembles.sweep import identity_of
 from percuss.errors import ParameterError
 from percuss.kernels.law import PERIOD
 from percuss.model.exact import Phase, as_float, real
@@ -37,7 +36,7 @@ __all__ = ["basins", "columns_of", "fractions_of", "no_starts", "warn_without_st
 
 # Values that a range (low, high) of the starts stands for.
 VALUES = 201
-# Points of a chaotic attractor that are given back, to be drawn.
+# Points of a chaotic attractor in the result, to be drawn.
 DRAWN = 1000
 
 
@@ -58,55 +57,55 @@ def basins(
     n_workers: int | None = None,
     progress: Report = None,
 ) -> Dataset:
-    """Find the attractors that the starts of a grid go to, and which start goes to which.
+    """Find the attractors of the starts of a grid, and their basins.
 
     Parameters
     ----------
     osc, force
-        What moves; the forcing has a period.
+        The oscillator, and a forcing with a period.
     x0, v0
         Starts [length], [length/time]: the two axes, at the time t0, each a range (low, high),
-        which is taken in 201 values, or the values themselves.
+        which stands for 201 values, or the values themselves.
     cycle, v
         Instead of these: starts at the wall ``stop``, at cycles in [0, 1) and with speeds >= 0
-        off it [length/time].
+        away from it [length/time].
     stop
         Index of that wall among the oscillator's stops.
     t0
         Time of the start [time].
     periods
-        Forcing periods after which a start that has not been decided stays so.
+        Forcing periods after which an undecided start stays undecided.
     escape
-        A motion that goes farther than this [length], or than the forcing's frequency times this
-        in speed, is unbounded.
+        A motion is unbounded where it goes farther than this [length], or where its speed exceeds
+        this times the frequency of the forcing.
     store, engine, n_workers, progress
         As in `sweep`.
 
     Returns
     -------
     xarray.Dataset
-        `basin` over both axes: the number of an attractor, -1 where it was not decided in the
-        time given, -2 where the start is no start (inside a wall). Where every start has a
-        periodic motion of its own, as without a spring, a thousand of them are distinguished.
+        `basin` over both axes: the number of an attractor, -1 where the start stayed undecided,
+        -2 where it lies inside a wall. Where every start has a periodic motion of its own, as
+        without a spring, a thousand of them are distinguished.
 
         Over `attractor`: its `kind` ("periodic", "chaotic", "rest", "unbounded") and `name`,
         (impacts, periods) of an orbit; `n_impacts` and `n_periods` in one period of it (inf with
         sticking; NaN and 0 unless periodic); `x` and `v_strobe` of a strobe at the cycle of t0;
         `exponent`, the largest Lyapunov exponent [1/time], of an orbit from its multipliers, and
-        `exponent_error` of a chaotic one; `residual` of the periodic orbit that `find_orbit` has
-        refined, NaN where it has found none; `fraction` of the decided and undecided starts, and
-        `fraction_error`, its standard error were the starts drawn at random.
+        `exponent_error` of a chaotic one; `residual` of the refined periodic orbit, NaN where there
+        is none; `fraction` of the decided and undecided starts, and `fraction_error`, its standard
+        error if the starts were drawn at random.
 
         Over `attractor` and `point`, the attractor in the plane of the starts: `attractor_x0` and
         `attractor_v0` at whole periods, or `attractor_cycle` and `attractor_v` at impacts.
 
-        The attribute `failed` counts the starts that are none, `n_starts` the others, and
-        `undecided` is the part of these that was not decided.
+        The attribute `failed` counts the starts inside walls, `n_starts` the others, and
+        `undecided` is the undecided part of these.
 
     Warns
     -----
     UserWarning
-        If no start is one, with the commonest reason and its count.
+        If all starts lie inside walls, with the commonest reason and its count.
 
     Raises
     ------
@@ -117,8 +116,8 @@ def basins(
     --------
     >>> import percuss as pc
     >>> osc = pc.impact_oscillator(restitution=0.7, wall="1.45789", side="above", damping=0.05)
-    >>> found = pc.basins(osc, pc.cosine(1.5), x0=[-3.4, -3.3, 0.37, 0.38], v0=[0.0])
-    >>> [str(found.name.values[i]) for i in found.basin.values[:, 0]]
+    >>> data = pc.basins(osc, pc.cosine(1.5), x0=[-3.4, -3.3, 0.37, 0.38], v0=[0.0])
+    >>> [str(data.name.values[i]) for i in data.basin.values[:, 0]]
     ['(1, 1)', '(0, 1)', '(0, 1)', '(1, 1)']
     """
     execution = execution_of(store, engine, n_workers, progress)
@@ -131,30 +130,31 @@ def basins(
     grid, at_wall = _grid(osc, force, (x0, v0), (cycle, v), stop, t0)
     begin = 0.0 if at_wall is not None else as_float(t0)
     rules = Rules(begin, at_wall is not None, periods, escape)
-    identity = identity_of(grid) | {"kind": "basins", "stop": at_wall}
+    identity = grid.identity() | {"kind": "basins", "stop": at_wall}
     starts = grid if at_wall is None else AtWall(grid, at_wall)
     answer = run_job(Classification(starts, rules, tuple(identity.items())), execution)
     warn_without_starts(starts, answer)
-    # Who has stopped the motions is not asked again.
+    # A caller who has stopped the motions is not asked again.
     report = execution.progress if answer.complete else None
     reported = Progress(report, starts.size, "starts", done=starts.size)
-    found = label_starts(
-        StrobedSystem.of(osc, force, begin),
+    system = StrobedSystem.of(osc, force, begin)
+    labels, attractors = label_starts(
+        system,
         answer.arrays,
         lambda: reported.advance(0, "refining the attractors"),
     )
     reported.close()
     answer = replace(answer, complete=answer.complete and not reported.is_stopped)
-    return keep(_dataset(starts, StrobedSystem.of(osc, force, begin), answer, *found), execution)
+    return keep(_dataset(starts, system, answer, labels, attractors), execution)
 
 
 def no_starts(answer: Answer) -> int:
-    """Return how many starts are none: inside a wall, or where a parameter cannot have its value."""
+    """Return the number of starts without a motion: inside a wall, or of an impossible model."""
     return int((answer.arrays["kind"] == NO_START).sum())
 
 
 def warn_without_starts(starts: Starts, answer: Answer) -> None:
-    """Warn, in the name of the call that calls this, if no start is one."""
+    """Warn, at the line that called the public function, if no start has a motion."""
     if starts.size and no_starts(answer) == starts.size:
         spans = spans_of(starts.size, CHUNK)
         reasons = [text for span in spans for text in starts.groups(*span)[1].values()]
@@ -169,7 +169,7 @@ def _grid(
     stop: int,
     t0: Phase,
 ) -> tuple[Grid, int | None]:
-    """Return the grid of the starts, and the stop that they lie at, None where they do not."""
+    """Return the grid of the starts, and the wall at which they lie, None elsewhere."""
     if (places[0] is None) != (places[1] is None) or (impacts[0] is None) != (impacts[1] is None):
         raise ParameterError("x0", places[0], "give x0 and v0, or cycle and v")
     if (places[0] is None) == (impacts[0] is None):
@@ -180,7 +180,7 @@ def _grid(
     if not 0 <= stop < len(osc.stops) or not isinstance(osc.stops[stop], Wall):
         raise ParameterError("stop", stop, "the number of no wall; give x0 and v0")
     if isinstance(impacts[0], tuple) and len(impacts[0]) == 2 and as_float(impacts[0][1]) == 1.0:
-        # The last of a whole turn is the first again.
+        # The end of a whole cycle is its beginning.
         impacts = np.linspace(as_float(impacts[0][0]), 1.0, VALUES, endpoint=False), impacts[1]
     over = {"start.t0": impacts[0], "start.v0": impacts[1]}
     grid = make_grid(osc, force, Start(osc.stops[stop].at, 0.0), over, VALUES)
@@ -196,7 +196,7 @@ def _grid(
 
 @dataclass(frozen=True, slots=True)
 class AtWall:
-    """Starts at a wall, from a grid whose axes stand for the cycle and the speed off the wall."""
+    """Starts at a wall, from a grid of cycles and speeds away from the wall."""
 
     grid: Grid
     stop: int
@@ -226,7 +226,7 @@ class AtWall:
 
 
 def fractions_of(labels: Integers, n_attractors: int) -> tuple[Floats, Floats, float, int]:
-    """Return fractions and their errors, the undecided part, and the number of starts."""
+    """Return fractions and their errors, the undecided fraction, and the number of starts."""
     n = int((labels != NO_START).sum())
     part = np.array([(labels == i).sum() for i in range(n_attractors)]) / max(n, 1)
     return (
@@ -239,15 +239,15 @@ def fractions_of(labels: Integers, n_attractors: int) -> tuple[Floats, Floats, f
 
 def columns_of(attractor: Attractor | None) -> dict[str, float]:
     """Return the numbers of an attractor as a dataset holds them; NaN where there is none."""
-    found = attractor or Attractor("")
+    known = attractor or Attractor("")
     return {
-        "n_periods": found.n_periods if attractor else math.nan,
-        "n_impacts": found.n_impacts,
-        "x": float(found.strobes[0, 0]),
-        "v_strobe": float(found.strobes[0, 1]),
-        "exponent": found.exponent,
-        "exponent_error": found.error,
-        "residual": found.orbit.residual if found.orbit is not None else math.nan,
+        "n_periods": known.n_periods if attractor else math.nan,
+        "n_impacts": known.n_impacts,
+        "x": float(known.strobes[0, 0]),
+        "v_strobe": float(known.strobes[0, 1]),
+        "exponent": known.exponent,
+        "exponent_error": known.error,
+        "residual": known.orbit.residual if known.orbit is not None else math.nan,
     }
 
 
@@ -264,52 +264,53 @@ def _dataset(
     system: StrobedSystem,
     answer: Answer,
     labels: Integers,
-    found: Sequence[Attractor],
+    attractors: Sequence[Attractor],
 ) -> Dataset:
     import xarray
 
     grid = starts.grid if isinstance(starts, AtWall) else starts
-    dims = tuple(it.name for it in starts.dimensions)
-    coords = {it.name: (it.name, list(it.values), {"units": it.units}) for it in starts.dimensions}
-    fraction, error, undecided, n = fractions_of(labels, len(found))
+    dims = tuple(axis.name for axis in starts.dimensions)
+    fraction, error, undecided, n = fractions_of(labels, len(attractors))
     data: dict[str, Any] = {
         "basin": (dims, labels.reshape(grid.shape)),
-        "kind": ("attractor", np.array([one.kind for one in found], dtype=object)),
-        "name": ("attractor", np.array([one.name for one in found], dtype=object)),
+        "kind": ("attractor", np.array([attractor.kind for attractor in attractors], dtype=object)),
+        "name": ("attractor", np.array([attractor.name for attractor in attractors], dtype=object)),
         "fraction": ("attractor", fraction),
         "fraction_error": ("attractor", error),
     }
-    rows = [columns_of(one) for one in found]
+    rows = [columns_of(attractor) for attractor in attractors]
     for name in columns_of(None):
         values = np.array([row[name] for row in rows], dtype=np.float64)
         if name == "n_periods":
             values = values.astype(np.int64)
         data[name] = ("attractor", values, {"units": COLUMN_UNITS.get(name, "1")})
-    points = _points(starts, system, found)
+    points = _points(starts, system, attractors)
     for i, (name, axis) in enumerate(zip(dims, starts.dimensions, strict=True)):
         short = name.removeprefix("start.")
         data[f"attractor_{short}"] = (
             ("attractor", "point"), points[:, :, i], {"units": axis.units}
         )  # fmt: skip
-    attrs = attributes_of(motion_of(grid), answer) | {
+    attrs = attributes_of(grid.motion(), answer) | {
         "failed": no_starts(answer), "undecided": undecided, "n_starts": n,
     }  # fmt: skip
-    return xarray.Dataset(data, coords=coords, attrs=attrs)
+    return xarray.Dataset(data, coords=coordinates_of(starts.dimensions), attrs=attrs)
 
 
-def _points(starts: Grid | AtWall, system: StrobedSystem, found: Sequence[Attractor]) -> Floats:
+def _points(
+    starts: Grid | AtWall, system: StrobedSystem, attractors: Sequence[Attractor]
+) -> Floats:
     """Return the attractors in the plane of the starts, NaN beyond their ends."""
     if isinstance(starts, AtWall):
         drawn = [
             np.empty((0, 2))
-            if one.kind in ("rest", "unbounded")
-            else impacts_at(system, starts.stop, one.strobes[0], one.orbit, max(DRAWN, 1))
-            for one in found
+            if attractor.kind in ("rest", "unbounded")
+            else impacts_at(system, starts.stop, attractor.strobes[0], attractor.orbit, DRAWN)
+            for attractor in attractors
         ]
     else:
-        drawn = [one.strobes for one in found]
-    drawn = [those[:DRAWN] for those in drawn]
-    points = np.full((len(found), max([len(those) for those in drawn], default=0), 2), np.nan)
-    for i, those in enumerate(drawn):
-        points[i, : len(those)] = those
+        drawn = [attractor.strobes for attractor in attractors]
+    drawn = [part[:DRAWN] for part in drawn]
+    points = np.full((len(attractors), max(map(len, drawn), default=0), 2), np.nan)
+    for i, part in enumerate(drawn):
+        points[i, : len(part)] = part
     return points

@@ -1,4 +1,4 @@
-"""Many motions at once through the compiled batch kernel, and what has become of each."""
+"""Many motions at once through the compiled batch kernel, and their exponents."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ __all__ = [
 ]
 
 
-# Searches of a motion before it is looked at one by one, and how often it is then.
+# Searches of a motion in the batch before it is treated alone, and how often that is repeated.
 PATIENCE = 20_000
-MOST_LOOKS = 50
-# BatchResult whose points are put in order at a time.
+MOST_SEARCHES = 50
+# Results whose points are put in order at a time.
 AT_ONCE = 256
-# Impacts of a motion: one of a few hundred periods has hundreds. Elastic hops on a wall, or a
-# fast motion against two walls, can be any number.
+# Impacts after which a motion is abandoned: a few hundred periods have hundreds, but elastic hops
+# on a wall, or a fast motion between two walls, have any number.
 MOST_IMPACTS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What is kept of each motion, and from when to when.
+    """The times of motions, and what is recorded of them.
 
     Attributes
     ----------
@@ -50,14 +50,14 @@ class Plan:
     section
         `survey.NO_POINTS`, `survey.STROBES` or `survey.IMPACT_POINTS`.
     n_points
-        The last so many points are kept, >= 1.
+        Number of points kept, the last ones, >= 1.
     surveyed
-        Whether extremes of x and the work of the dashpots are wanted: it takes twice as long.
+        Whether extremes of x and the work of the dashpots are recorded: it takes twice as long.
     max_impacts
         Impacts from the start after which a motion ends, >= 1.
     edges
-        (n, m + 1) array [time], rising: of the stretches between them the greatest impact speeds
-        are kept, also before ``since``; None keeps none.
+        (n, m + 1) array [time], rising: the greatest impact speeds in the intervals between them
+        are recorded, also before ``since``; None records none.
     """
 
     since: Floats
@@ -72,14 +72,14 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class BatchResult:
-    """What is left of many motions.
+    """The results of many motions.
 
     Attributes
     ----------
     status
-        (n,) array, why each ended: the codes of `percuss.kernels.record`.
+        (n,) array, why each motion ended: the codes of `percuss.kernels.record`.
     state
-        (n, entries) array: the last event's t, x, v, ...
+        (n, entries) array: t, x, v, ... of the last event.
     n_impacts
         (n,) array, impacts and entries into soft stops from the start on.
     tallies
@@ -87,7 +87,7 @@ class BatchResult:
     points
         (n, n_points, `survey.POINT_COLUMNS`) array, in order of time; NaN where there are fewer.
     peaks
-        (n, m) array, the greatest impact speed in each stretch of the plan; 0 without any.
+        (n, m) array, the greatest impact speed in each interval of the plan; 0 without any.
     """
 
     status: Integers
@@ -101,7 +101,7 @@ class BatchResult:
 def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> BatchResult:
     """Follow each motion to the end of its plan.
 
-    The bits of a motion do not depend on which others are followed with it.
+    The bits of a motion do not depend on the others.
 
     Parameters
     ----------
@@ -112,12 +112,7 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
     starts
         (n, 3) array of x0 [length], v0 [length/time] and t0 [time].
     plan
-        What to keep.
-
-    Returns
-    -------
-    BatchResult
-        What is left of each.
+        When, and what is recorded.
     """
     n = len(which)
     states = np.zeros((n, columns.STATE_ENTRIES))
@@ -133,29 +128,29 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
 
     options = batch.Options(plan.max_impacts, plan.section, plan.surveyed, PATIENCE)
 
-    def march(lanes: slice) -> None:
-        those = batch.Batch(
+    def march(rows: slice) -> None:
+        motions = batch.Batch(
             laws,
-            which[lanes],
-            states[lanes],
-            counters[lanes],
-            status[lanes],
-            plans[lanes],
-            tallies[lanes],
-            points[lanes],
+            which[rows],
+            states[rows],
+            counters[rows],
+            status[rows],
+            plans[rows],
+            tallies[rows],
+            points[rows],
         )
         blocks = batch.Blocks(
             np.zeros((batch.BLOCKS, lockstep.ROWS * lockstep.SLOTS)),
             np.zeros(batch.BLOCKS * lockstep.SLOTS, dtype=np.int64),
         )
-        batch.run_batch(those, _workspace(laws), options, blocks, stop_flag())
+        batch.run_batch(motions, _workspace(laws), options, blocks, stop_flag())
         check_wanted()
 
     march(slice(None))
     for i in np.flatnonzero(status == columns.SPENT):
         law = laws[which[i]]
-        for _ in range(MOST_LOOKS):
-            _look_far(law, states[i], counters[i], float(plan.until[i]))
+        for _ in range(MOST_SEARCHES):
+            _search_far(law, states[i], counters[i], float(plan.until[i]))
             march(slice(i, i + 1))
             if status[i] != columns.SPENT:
                 break
@@ -167,7 +162,7 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
 
 
 def _workspace(laws: Floats) -> batch.Workspace:
-    """Return the buffers that the lanes of one call share."""
+    """Return the buffers that the motions of one call share."""
     n = int(laws[0, 0, N_HARMONICS])
     return batch.Workspace(
         np.empty((batch.BUFFER, columns.EVENT_COLUMNS)),
@@ -177,8 +172,8 @@ def _workspace(laws: Floats) -> batch.Workspace:
     )
 
 
-def _look_far(law: Floats, state: Floats, counters: Integers, until: float) -> None:
-    """Move on the search of a flight that small steps do not get through, as `simulate` does."""
+def _search_far(law: Floats, state: Floats, counters: Integers, until: float) -> None:
+    """Extend the search of a flight that is too long for small steps, as `simulate` does."""
     searched = float(min(state[columns.FREE_BELOW], state[columns.FREE_ABOVE]))
     if counters[columns.TOUCHED] != 0 or searched == 0.0:
         return
@@ -197,30 +192,18 @@ def _look_far(law: Floats, state: Floats, counters: Integers, until: float) -> N
 
 
 def _put_in_order(points: Floats, tallies: Floats) -> None:
-    """Rotate ring buffers of points that have wrapped, so that the oldest comes first."""
+    """Rotate the ring buffers of points, so that the oldest point comes first."""
     m = points.shape[1]
     written = tallies[:, survey.POINTS].astype(np.int64)
     turned = np.flatnonzero((written > m) & (written % m > 0))
-    # A part at a time: with all points kept their copy would be large.
+    # In parts: a copy of all points would be large.
     for rows in np.split(turned, range(AT_ONCE, len(turned), AT_ONCE)):
         order = (written[rows, np.newaxis] + np.arange(m)) % m
         points[rows] = points[rows[:, np.newaxis], order]
 
 
 def reason_of(status: int, plan: Plan) -> str | None:
-    """Return why a motion has no answer, None where it came to its end.
-
-    Parameters
-    ----------
-    status
-        Its status.
-    plan
-        The plan it followed.
-
-    Returns
-    -------
-    str or None
-        A sentence.
+    """Return in a sentence why a motion has no answer, None where it came to its end.
 
     Examples
     --------
@@ -233,14 +216,14 @@ def reason_of(status: int, plan: Plan) -> str | None:
     if status == columns.REACHED_LIMIT and plan.until.size and plan.until.min() < math.inf:
         return f"more than {plan.max_impacts} impacts before the end"
     if status in (columns.SPENT, columns.NO_MORE, batch.NEW):
-        return f"not at its end after {PATIENCE * (1 + MOST_LOOKS)} searches"
+        return f"not at its end after {PATIENCE * (1 + MOST_SEARCHES)} searches"
     return None
 
 
-# Stretches of time whose means tell the error: long against the memory of a motion, and many
+# Blocks of time whose means give the standard error: long compared with the memory of a motion, and
 # enough to know their spread to a tenth.
 BLOCKS = 64
-# Halves that differ by more than so many standard errors of their difference do not by chance.
+# A difference of halves beyond so many of its standard errors is not chance.
 CHANCE = 3.0
 
 
@@ -250,9 +233,9 @@ def tangent_plan(period: Floats, t0: Floats, transient: int, periods: int) -> Pl
     Parameters
     ----------
     period, t0
-        (n,) arrays [time]: what transient and periods are multiples of, and the starts.
+        (n,) arrays [time]: the period in which time is counted, and the starts.
     transient, periods
-        What is left out, and what is measured.
+        Periods that are left out, and that are measured.
     """
     since = t0 + transient * period
     every = periods / BLOCKS * period
@@ -270,10 +253,8 @@ def exponents_of(result: BatchResult, plan: Plan) -> tuple[Floats, Floats, Float
 
     Parameters
     ----------
-    result
-        What is left of motions that followed a `tangent_plan`.
-    plan
-        That plan.
+    result, plan
+        The results of motions under a `tangent_plan`, and that plan.
 
     Returns
     -------
@@ -287,30 +268,20 @@ def exponents_of(result: BatchResult, plan: Plan) -> tuple[Floats, Floats, Float
         largest = (logs[:, -1] - logs[:, 0]) / (plan.until - plan.since)
         total = (shrunk[:, -1] - shrunk[:, 0]) / (plan.until - plan.since)
         error = rates.std(axis=1, ddof=1) / math.sqrt(BLOCKS)
-    # Once all memory is lost the logarithm stays what it is.
+    # After a contact no perturbation is left, and the logarithm stays at -inf.
     forgotten = np.isneginf(logs[:, -1])
-    for values, there in ((largest, -np.inf), (total, -np.inf), (error, 0.0)):
-        values[forgotten] = there
+    for values, limit in ((largest, -np.inf), (total, -np.inf), (error, 0.0)):
+        values[forgotten] = limit
     smallest = np.where(forgotten, -np.inf, total - np.where(forgotten, 0.0, largest))
     return largest, smallest, error, total
 
 
 def drift_of(result: BatchResult, plan: Plan) -> Floats:
-    """Return by how much the largest exponent of the second half differs from that of the first.
+    """Return the difference of the largest exponents of both halves [1/time], 0 within chance.
 
-    Means of blocks scatter little about a slow transient, so that their spread does not tell of
-    it. Halves of equal worth differ by twice the standard error of the whole; 0 stands for what
-    is within three times that.
-
-    Parameters
-    ----------
-    result, plan
-        As `exponents_of` takes them.
-
-    Returns
-    -------
-    (n,) array
-        In 1/time, >= 0.
+    The spread of block means does not show a slow transient, about which they scatter little. The
+    halves of a stationary motion differ by about twice the standard error of the whole; three times
+    that counts as chance.
     """
     logs = result.points[:, :, survey.FIRST]
     with np.errstate(invalid="ignore"):

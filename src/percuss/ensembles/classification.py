@@ -1,4 +1,4 @@
-"""What each start goes to, decided from its motion: the part of basins that is done in chunks."""
+"""The classification of starts by their long-term motion: the part of basins done in chunks."""
 
 from __future__ import annotations
 
@@ -45,23 +45,23 @@ __all__ = [
 
 Arrays = Mapping[str, NDArray[np.generic]]
 
-# The kinds of what a start goes to, as they are stored; -1 is undecided.
+# Kinds of long-term motion, as they are stored; -1 is undecided.
 PERIODIC, CHAOTIC, REST, UNBOUNDED = range(4)
 # The kind of a start that is inside a wall.
 NO_START = -2
-# The longest periodic motion that is looked for, in forcing periods.
+# The longest period of a motion that is sought first, in forcing periods.
 LONGEST = 16
-# A start is followed so many forcing periods at a time, and by the last of them one sees whether it has
-# become periodic, of up to half as many periods.
-STAGE, LOOKED_AT = 40, 2 * LONGEST
-# What has no such period after all that time may have one of up to so many periods, which is looked
-# for in so many motions at a time: all their strobes are kept.
+# A start is followed for so many forcing periods at a time; the last of them, twice the longest
+# period, show whether it has become periodic.
+STAGE, COMPARED = 40, 2 * LONGEST
+# Motions without such a period after all that time may have one of up to 128. It is sought in 1024
+# motions at a time, because all their strobes are kept.
 LONGEST_OF_ALL, AT_ONCE = 128, 1024
-# What is left is called chaotic where its largest exponent over so many periods is above 0 by
-# three errors, and by this much times the frequency.
+# The others are called chaotic where the largest exponent over so many periods exceeds 0 by three
+# standard errors, and by 1e-3 in a forcing period.
 PERIODS_OF_AN_EXPONENT = 512
 CERTAIN, LEAST_EXPONENT = 3.0, 1e-3
-# Starts of a chunk, at fifty impacts each or more.
+# Starts of a chunk; each takes fifty impacts or more.
 CHUNK = 8192
 
 CLASS_COLUMNS = {
@@ -94,7 +94,7 @@ class Starts(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """When a start is decided.
+    """The rules by which a start is classified.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class Rules:
     within
         Whether starts begin within the first forcing period after t0, not at it.
     periods
-        Forcing periods after which a start that has not been decided stays so.
+        Forcing periods after which an undecided start stays undecided.
     escape
         A motion that goes farther than this [length] is unbounded.
     """
@@ -114,13 +114,7 @@ class Rules:
     escape: float
 
     def follow(self, group: Group) -> tuple[dict[str, NDArray[np.generic]], int]:
-        """Follow starts until each is decided.
-
-        Returns
-        -------
-        tuple
-            (n,) arrays by the names of `CLASS_COLUMNS`, and the number of impacts it took.
-        """
+        """Follow starts until each is decided; return their columns and the number of impacts."""
         n = len(group.starts)
         classes: dict[str, NDArray[np.generic]] = {
             name: column.empty(n) for name, column in CLASS_COLUMNS.items()
@@ -129,14 +123,14 @@ class Rules:
         period = group.laws[group.which, 0, PERIOD]
         left, begun = np.arange(n), group.starts.copy()
         for stage in range(-(-self.periods // STAGE)):
-            # One period more for starts at the wall, which begin within the first.
+            # One period more for starts at a wall, which begin within the first.
             until = self.t0 + ((stage + 1) * STAGE + self.within) * period[left]
             plan = Plan(
-                until - LOOKED_AT * period[left],
+                until - COMPARED * period[left],
                 period[left],
                 until,
                 section=survey.STROBES,
-                n_points=LOOKED_AT + 1,
+                n_points=COMPARED + 1,
                 max_impacts=MOST_IMPACTS,
             )
             result = follow_batch(group.laws, group.which[left], begun[left], plan)
@@ -150,14 +144,14 @@ class Rules:
                 return classes, n_impacts
         n_impacts += _exponents(classes, group, left, begun)
         left = left[classes["kind"][left] == -1]
-        for those in np.split(left, range(AT_ONCE, len(left), AT_ONCE)):
-            n_impacts += self._look_for_long_periods(classes, group, those, begun[those])
+        for part in np.split(left, range(AT_ONCE, len(left), AT_ONCE)):
+            n_impacts += self._find_long_periods(classes, group, part, begun[part])
         return classes, n_impacts
 
-    def _look_for_long_periods(
+    def _find_long_periods(
         self, classes: Arrays, group: Group, rows: Integers, begun: Floats
     ) -> int:
-        """Look at motions for longer, and count the impacts it took."""
+        """Classify motions of long periods; return the number of impacts."""
         if len(rows) == 0:
             return 0
         period, since = group.laws[group.which[rows], 0, PERIOD], begun[:, 2].copy()
@@ -170,32 +164,33 @@ class Rules:
     def _decide(
         self, classes: Arrays, rows: Integers, result: BatchResult, period: Floats
     ) -> Flags:
-        """Write down what is decided; return which motions that are."""
-        looked_at = result.points.shape[1] - 1
+        """Classify motions by their last strobes; return which of them are decided."""
+        compared = result.points.shape[1] - 1
         strobes = result.points[:, :, :2]
         ended = result.status == columns.REACHED_END
         rest = result.status == columns.AT_REST
         end, speed = result.tallies[:, survey.END_X], result.tallies[:, survey.END_V]
-        # At the strobe x may be on its way past 0, and the speed large.
+        # At a strobe x may be near 0 while the speed is large.
         far = np.maximum(np.abs(end), np.abs(speed) * period / (2.0 * np.pi)) > self.escape
         unbounded = (result.status == columns.OVERFLOW) | (ended & far)
-        found = period_of(np.nan_to_num(strobes), looked_at // 2)
-        periodic = ended & ~unbounded & (found > 0)
-        for kind, those in ((REST, rest), (UNBOUNDED, unbounded), (PERIODIC, periodic)):
-            classes["kind"][rows[those]] = kind
-        classes["n_periods"][rows[periodic]] = found[periodic]
-        per_period = result.tallies[:, survey.IMPACTS] / looked_at
-        classes["n_impacts"][rows[periodic]] = np.round((per_period * found)[periodic])
-        # A held mass has its place as strobe.
-        held = rest[:, np.newaxis]
-        place = np.where(held, result.state[:, [columns.X, columns.V]], strobes[:, -1])
+        n_periods = period_of(np.nan_to_num(strobes), compared // 2)
+        periodic = ended & ~unbounded & (n_periods > 0)
+        for kind, rows_of_kind in ((REST, rest), (UNBOUNDED, unbounded), (PERIODIC, periodic)):
+            classes["kind"][rows[rows_of_kind]] = kind
+        classes["n_periods"][rows[periodic]] = n_periods[periodic]
+        per_period = result.tallies[:, survey.IMPACTS] / compared
+        classes["n_impacts"][rows[periodic]] = np.round((per_period * n_periods)[periodic])
+        # The strobe of a mass at rest is its place.
+        place = np.where(
+            rest[:, np.newaxis], result.state[:, [columns.X, columns.V]], strobes[:, -1]
+        )
         bounded = (rest | periodic) & ~unbounded
         classes["strobe"][rows[bounded]] = place[bounded]
         return np.asarray(rest | unbounded | periodic)
 
 
 def _exponents(classes: Arrays, group: Group, left: Integers, begun: Floats) -> int:
-    """Call what is left chaotic where its largest exponent is, and count the impacts it took."""
+    """Classify the chaotic motions by their largest exponents; return the number of impacts."""
     which = group.which[left]
     period = group.laws[which, 0, PERIOD]
     plan = tangent_plan(period, begun[left, 2], 0, PERIODS_OF_AN_EXPONENT)
@@ -212,16 +207,16 @@ def _exponents(classes: Arrays, group: Group, left: Integers, begun: Floats) -> 
 
 @dataclass(frozen=True, slots=True)
 class Classification:
-    """The job: what has become of each start.
+    """The job: the class of each start.
 
     Attributes
     ----------
     starts
         The starts.
     rules
-        When they are decided.
+        The rules of their classification.
     study
-        What makes it this study.
+        What tells this study from others.
     """
 
     starts: Starts
@@ -249,7 +244,7 @@ class Classification:
         return self.starts.dimensions
 
     def identity(self) -> dict[str, object]:
-        """Return what makes it this study."""
+        """Return what tells this study from others."""
         return dict(self.study) | {"periods": self.rules.periods, "escape": self.rules.escape}
 
     def compute(self, first: int, last: int) -> Block:

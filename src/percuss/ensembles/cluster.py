@@ -1,4 +1,4 @@
-"""Chunks of a job done by the workers of a Dask cluster, which may die and join."""
+"""Chunks of a job on the workers of a Dask cluster, which may die and join."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ __all__ = ["EngineError", "chunks_by_address", "chunks_by_client", "reach"]
 
 # Seconds to reach a cluster.
 CONNECT = 10.0
-# Chunks that the scheduler has at a time: two for each thread of a worker, so that none waits, but
-# this many in any case, from which a cluster that grows with its work knows how far to grow, as
-# long as all copies of the job are not larger than this [bytes].
+# Chunks submitted at a time: two for each thread of a worker, so that no thread waits, and at least
+# 500, from which an adaptive cluster sees how far to grow; but no more copies of the job than take
+# so many bytes.
 AHEAD, LEAST, MOST_BYTES = 2, 500, 64_000_000
-# How often one looks for workers that have joined, and up while no chunk is finished [s].
+# Seconds between two requests for the list of workers, and between two calls of tick.
 RENEWED, TICK = 1.0, 0.5
-# Workers send a sign of life every second or so. How long they may be silent until it is said,
-# how often it is said again, and how long the scheduler may take to answer [s].
+# A worker sends a heartbeat every second or so. Silence after which the user is told, time until
+# the message is repeated, and time that the scheduler has to answer [s].
 SILENT, AGAIN, ANSWER = 5.0, 30.0, 3.0
-# How long a worker may take to hand over a chunk until others are asked, at first and at last [s].
+# Time that a worker has to hand over a chunk before others are asked, at first and at most [s].
 RESULT, LONGEST_RESULT = 1.0, 16.0
 
 
@@ -36,7 +36,7 @@ class EngineError(PercussError):
 def chunks_by_address(
     job: Job, spans: Sequence[tuple[int, int]], address: str, tick: Callable[[], bool]
 ) -> Generator[tuple[int, Block], None, None]:
-    """Do chunks on the cluster whose scheduler is at an address, as `done_chunks` does."""
+    """Compute chunks on the cluster whose scheduler is at an address, as `done_chunks` does."""
     client = _client(address)
     try:
         yield from chunks_by_client(job, spans, client, tick)
@@ -53,7 +53,7 @@ def reach(address: str) -> None:
 def _client(address: str) -> Any:
     distributed = _distributed()
     try:
-        # As a default it would be asked for by whatever uses Dask next, and not be there.
+        # As the default client it would be used by the next call of Dask, after it is closed.
         return distributed.Client(address, timeout=CONNECT, set_as_default=False)
     except Exception as error:
         raise EngineError(f"no Dask scheduler answers at {address}: {error}") from error
@@ -62,7 +62,7 @@ def _client(address: str) -> Any:
 def chunks_by_client(
     job: Job, spans: Sequence[tuple[int, int]], client: Any, tick: Callable[[], bool]
 ) -> Generator[tuple[int, Block], None, None]:
-    """Do chunks on the cluster of a client, as `done_chunks` does."""
+    """Compute chunks on the cluster of a client, as `done_chunks` does."""
     submitted = _Submitted(job, spans, client)
     try:
         yield from submitted.done(tick)
@@ -71,7 +71,7 @@ def chunks_by_client(
 
 
 class _Submitted:
-    """The chunks that a scheduler has."""
+    """The chunks submitted to a scheduler."""
 
     def __init__(self, job: Job, spans: Sequence[tuple[int, int]], client: Any) -> None:
         self._job, self._spans, self._client = job, spans, client
@@ -79,16 +79,16 @@ class _Submitted:
         self._least = max(1, min(LEAST, MOST_BYTES // _bytes_of(job)))
         self._waiting = list(range(len(spans)))[::-1]
         self._running: dict[Any, int] = {}
-        self._most, self._looked = 0, -RENEWED
+        self._most, self._renewed = 0, -RENEWED
         self._finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._last_answer = time.monotonic()
         self._said: float | None = None
         self._patience: dict[Any, float] = {}
 
     def done(self, tick: Callable[[], bool]) -> Generator[tuple[int, Block], None, None]:
-        about = self._asked()
+        about = self._about()
         if self._waiting and about is not None and not about["workers"]:
-            # Theirs may be in a queue: it is no fault, but looks like one.
+            # They may still wait in a queue.
             self._say("no workers yet")
         while self._waiting or self._running:
             try:
@@ -104,10 +104,10 @@ class _Submitted:
             except EngineError:
                 raise
             except TimeoutError:
-                # The worker that has the result may be frozen; others do not wait for it.
+                # The worker that holds the result may be frozen; the other chunks go on.
                 self._patience[future] = min(2.0 * patience, LONGEST_RESULT)
                 self._finished.put(future)
-                self._look_for_silent_workers()
+                self._report_silent_workers()
                 if not tick():
                     return
                 continue
@@ -130,17 +130,17 @@ class _Submitted:
         future.add_done_callback(self._finished.put)
 
     def _next(self, tick: Callable[[], bool]) -> Any:
-        """Return the next future that is done, None where it is wanted no more."""
+        """Return the next finished future, None once tick has returned False."""
         while True:
             try:
                 return self._finished.get(timeout=TICK)
             except queue.Empty:
                 if not tick():
                     return None
-                self._look_for_silent_workers()
+                self._report_silent_workers()
 
-    def _asked(self) -> dict[str, Any] | None:
-        """Return what the scheduler says of its workers, None while it does not answer.
+    def _about(self) -> dict[str, Any] | None:
+        """Return the description of the workers by the scheduler, None while it does not answer.
 
         Raises
         ------
@@ -159,13 +159,13 @@ class _Submitted:
             return None
         return about | {"workers": about.get("workers", {})}
 
-    def _look_for_silent_workers(self) -> None:
-        """Say so if no worker answers; the run goes on if one returns."""
+    def _report_silent_workers(self) -> None:
+        """Report workers that do not answer; the run goes on if they return."""
         now = time.monotonic()
-        if now - self._looked < RENEWED:
+        if now - self._renewed < RENEWED:
             return
-        self._looked = now
-        about = self._asked()
+        self._renewed = now
+        about = self._about()
         if about is None:
             silence = now - self._last_answer
             if silence >= SILENT:
@@ -196,19 +196,19 @@ class _Submitted:
             sys.stderr.flush()
 
     def _wanted(self) -> int:
-        """Return how many chunks the scheduler should have; workers may have joined."""
+        """Return how many chunks the scheduler should hold for the workers it has now."""
         now = time.monotonic()
-        if now - self._looked >= RENEWED:
-            self._looked = now
-            about = self._asked()
+        if now - self._renewed >= RENEWED:
+            self._renewed = now
+            about = self._about()
             workers = about["workers"] if about is not None else {}
             threads = sum(int(worker["nthreads"]) for worker in workers.values())
             self._most = max(AHEAD * threads, self._least)
         return self._most
 
     def cancel(self) -> None:
-        """Take back what has not been done."""
-        # With the connection gone there is nobody to tell; who is frozen does not answer.
+        """Cancel the chunks that are not finished."""
+        # Fails where the connection is lost or the scheduler frozen.
         with contextlib.suppress(Exception):
             self._client.sync(self._client._cancel, list(self._running), callback_timeout=ANSWER)
 
@@ -218,8 +218,8 @@ def _compute(job: Job, span: tuple[int, int]) -> Block:
 
 
 def _bytes_of(job: Job) -> int:
-    """Return the size of what is sent for a chunk."""
-    # A part of Dask, which sends by it what pickle alone cannot, as a lambda.
+    """Return the size of the message that submits a chunk."""
+    # A dependency of Dask, which pickles functions by it that pickle cannot, such as lambdas.
     import cloudpickle  # type: ignore[import-untyped]
 
     try:

@@ -1,4 +1,4 @@
-"""Answers as labelled arrays and as files, and the warning of points without an answer."""
+"""Answers as labelled arrays and as files, and warnings of points without an answer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.ensembles.grid import Grid
 from percuss.ensembles.job import Answer, Column, Dimension
 
 if TYPE_CHECKING:
@@ -22,11 +21,11 @@ if TYPE_CHECKING:
     from xarray import Dataset, DataTree
 
 __all__ = [
-    "attributes_of", "commonest", "coordinates_of", "dataset_of", "motion_of", "warn_of_failures",
+    "attributes_of", "commonest", "coordinates_of", "dataset_of", "warn_of_failures",
     "warn_of_some", "write_whole",
 ]  # fmt: skip
 
-# Reasons that differ in their numbers only are one.
+# Reasons that differ only in their numbers count as one.
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 
 
@@ -35,29 +34,44 @@ def dataset_of(
     columns: Mapping[str, Column],
     answer: Answer,
     attributes: Mapping[str, object],
+    *,
+    with_reasons: bool = True,
 ) -> Dataset:
-    """Return an answer with one number a point as a dataset over its dimensions."""
+    """Return an answer as a dataset over its dimensions and those of its columns.
+
+    Parameters
+    ----------
+    dimensions, columns, answer
+        The dimensions, columns and answer of a job.
+    attributes
+        The attributes of the dataset.
+    with_reasons
+        Whether it says which points have no answer, and why.
+    """
     import xarray
 
     axes = tuple(dimensions)
-    names, shape = tuple(it.name for it in axes), tuple(len(it.values) for it in axes)
+    names, shape = [axis.name for axis in axes], [len(axis.values) for axis in axes]
     data: dict[str, Any] = {}
     for name, column in columns.items():
+        values = answer.arrays[name]
+        dims = column.dims or [f"{name}_{i}" for i in range(values.ndim - 1)]
         about = {"units": column.units, "long_name": column.meaning}
         known = {key: text for key, text in about.items() if text}
-        data[name] = (names, answer.arrays[name].reshape(shape), known)
-    return xarray.Dataset(
-        data | _failures(answer), coords=coordinates_of(axes), attrs=dict(attributes)
-    )
+        data[name] = ((*names, *dims), values.reshape((*shape, *values.shape[1:])), known)
+    data |= _failures(answer) if with_reasons else {}
+    return xarray.Dataset(data, coords=coordinates_of(axes), attrs=dict(attributes))
 
 
 def coordinates_of(dimensions: Iterable[Dimension]) -> dict[str, Any]:
     """Return a coordinate for each axis."""
-    return {it.name: (it.name, np.array(it.values), {"units": it.units}) for it in dimensions}
+    return {
+        axis.name: (axis.name, np.array(axis.values), {"units": axis.units}) for axis in dimensions
+    }
 
 
 def _failures(answer: Answer) -> dict[str, Any]:
-    """Return which points have no answer, and why."""
+    """Return the points without an answer and the reasons, as variables of a dataset."""
     points = np.array(list(answer.reasons), dtype=np.int64)
     reasons = np.array(list(answer.reasons.values()), dtype=object)
     return {
@@ -66,28 +80,19 @@ def _failures(answer: Answer) -> dict[str, Any]:
     }
 
 
-def motion_of(grid: Grid) -> dict[str, str]:
-    """Return what moves and from where, in words."""
-    return {
-        "oscillator": repr(grid.osc),
-        "forcing": repr(grid.force),
-        "start": repr(grid.start),
-    }
-
-
 def attributes_of(
     motion: Mapping[str, str], answer: Answer, version: str | None = None
 ) -> dict[str, object]:
-    """Return what was studied, with what, whether to its end, and how many points have failed.
+    """Return the attributes of a dataset: the study, the version, and how it ended.
 
     Parameters
     ----------
     motion
-        What `motion_of` returns.
+        The oscillator, the forcing and the start in words.
     answer
-        What came of it.
+        The answer.
     version
-        That of percuss which has computed it; default: this one.
+        The version of percuss that has computed it; default: this one.
     """
     return {
         **motion,
@@ -99,22 +104,10 @@ def attributes_of(
 
 
 def write_whole(result: Dataset | DataTree, path: Path) -> None:
-    """Write a dataset or a tree of them as a NetCDF file.
+    """Write a dataset or a tree of datasets as a NetCDF file.
 
-    HDF5 that writes to a full disk by itself ends the whole process when it closes the file. So it
-    writes to memory, and the file is written at once by Python, which raises.
-
-    Parameters
-    ----------
-    result
-        What to write.
-    path
-        The file.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
+    HDF5 ends the whole process where the disk is full when it closes a file. So HDF5 writes to
+    memory, and Python, which raises an OSError, writes the file.
     """
     with _without_cluster():
         content = result.to_netcdf(engine="h5netcdf")
@@ -122,13 +115,13 @@ def write_whole(result: Dataset | DataTree, path: Path) -> None:
 
 
 def _without_cluster() -> contextlib.AbstractContextManager[Any]:
-    """Have xarray write by itself: it asks for Dask's scheduler, which may be lost by now."""
+    """Make xarray write without the scheduler of Dask, which may be lost by now."""
     config = sys.modules.get("dask.config")
     return contextlib.nullcontext() if config is None else config.set(scheduler="synchronous")
 
 
 def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
-    """Return the commonest reason, of how many points it is one, and how many others there are.
+    """Return the commonest reason, its number of points, and the number of other reasons.
 
     Parameters
     ----------
@@ -138,7 +131,7 @@ def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
     Returns
     -------
     tuple of str, int and int
-        Reasons that differ in their numbers only are one; the first of them stands for all.
+        Of reasons that differ only in their numbers, the first stands for all.
 
     Examples
     --------
@@ -152,25 +145,11 @@ def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
 
 
 def warn_of_some(
-    those: str, reasons: Iterable[str], total: int, first: str, stacklevel: int = 3
+    things: str, reasons: Iterable[str], total: int, first: str, stacklevel: int = 3
 ) -> None:
-    """Warn that some have no answer: how many of how many, where the first is, and why.
-
-    Parameters
-    ----------
-    those
-        What they are, in the plural.
-    reasons
-        One for each of them, at least one.
-    total
-        How many there are with the others.
-    first
-        The parameters of the first of them.
-    stacklevel
-        As in `warn_of_failures`.
-    """
+    """Warn that some of many things have no answer, with the parameters of the first."""
     given = list(reasons)
-    what = f"{len(given):,} of {total:,} {those} have no answer, the first at {first}"
+    what = f"{len(given):,} of {total:,} {things} have no answer, the first at {first}"
     warn_of_failures(what, given, stacklevel + 1)
 
 
@@ -182,9 +161,9 @@ def warn_of_failures(what: str, reasons: Iterable[str], stacklevel: int = 3) -> 
     what
         The beginning of the sentence: what has no answer, and for how many points.
     reasons
-        One for each of them.
+        One for each of these points.
     stacklevel
-        As `warnings.warn` takes it; by default whoever calls the function that calls this one.
+        As `warnings.warn` takes it; default: the caller of the function that calls this one.
     """
     given = list(reasons)
     reason, count, others = commonest(given)

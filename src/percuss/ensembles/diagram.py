@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: the points of the attractors over a parameter."""
+"""Bifurcation diagrams: points of the attractors over a parameter."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from percuss.ensembles.batch import MOST_IMPACTS, Plan, follow_batch, reason_of
 from percuss.ensembles.datasets import (
     attributes_of,
     coordinates_of,
-    motion_of,
     warn_of_failures,
     warn_of_some,
 )
@@ -27,12 +26,12 @@ from percuss.ensembles.measures import SAME, Window, period_of
 from percuss.ensembles.store import (
     Store,
     check_vacant,
-    faults_told,
     has_store,
     make_folder,
     own_attributes,
+    store_faults,
 )
-from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK, identity_of
+from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
 from percuss.kernels import survey
@@ -55,11 +54,11 @@ Direction = Literal["forward", "backward"]
 # Values that a range (low, high) of the parameter stands for.
 VALUES = 401
 SECTIONS = {"stroboscopic": survey.STROBES, "impacts": survey.IMPACT_POINTS}
-# The status of a value that has no motion at all, besides those of the kernels.
+# The status of a value without a motion, besides those of the kernels.
 FAULTY = -2
-# What a column of whole numbers holds where nothing has been written.
+# The value of an integer column where nothing has been written.
 NOT_DONE = -1
-# The period of what has no motion.
+# The period of a value without a motion.
 NO_PERIOD = -1
 
 
@@ -78,25 +77,25 @@ def bifurcation_diagram(
     n_workers: int | None = None,
     progress: Report = None,
 ) -> Dataset:
-    """Return the points of the attractors over a parameter.
+    """Return points of the attractors over a parameter.
 
-    A branch is *followed* when each value of the parameter begins where the motion at the value
-    before ended, at the same cycle: forward and backward then show which attractors coexist
-    (hysteresis). Besides, every value begins afresh from each of the starts.
+    On a *followed* branch the motion at each value of the parameter begins where the motion at the
+    value before ended, at the same cycle: the forward and the backward branch show which attractors
+    coexist (hysteresis). On the other branches every value begins at one of the starts.
 
     Parameters
     ----------
     osc, force
-        What moves; the forcing has a period.
+        The oscillator, and a forcing with a period.
     over
-        One path, and a range (low, high) that is taken in 401 values, or the values themselves,
-        in the order in which they are followed forward. A path of the start takes ``follow=()``.
+        One path, and a range (low, high) that stands for 401 values, or the values themselves, in
+        the order in which they are followed forward. A path of the start needs ``follow=()``.
     section
         "stroboscopic": (x, v) once a forcing period; "impacts": (cycle, v_after) at impacts and
         at entries into soft stops.
     starts
-        Starts, each a `Start` or x0, v0. The first is where the followed branches begin; at
-        values where it lies beyond a wall they have nothing until they have begun.
+        Starts, each a `Start` or x0, v0. Followed branches begin at the first one; at values where
+        it lies behind a wall they have no points until they have begun.
     follow
         Any of "forward" and "backward".
     transient
@@ -104,7 +103,7 @@ def bifurcation_diagram(
     points
         Points kept at each value, >= 2: forcing periods that are followed; of impacts the last.
     store, engine, n_workers, progress
-        As in `sweep`. A followed branch is one piece of work.
+        As in `sweep`. A followed branch is one chunk.
 
     Returns
     -------
@@ -112,14 +111,14 @@ def bifurcation_diagram(
         Over (branch, path, sample): `x` [length] and `v` [length/time], or `cycle`, `v_after`
         and `bound`, the stop; NaN where there are fewer impacts. Stops are counted upwards along
         x, from 0 where the lowest is a wall below, else from 1. Over (branch, path): `period`,
-        after how many forcing periods the motion repeats itself (0: none up to half of those
-        followed, -1: there is no motion), and `reason`, why there is none. The attribute `failed`
-        counts those without.
+        that of the motion in forcing periods (0: none up to half of those followed, -1: there is
+        no motion), and `reason`, why there is none. The attribute `failed` counts the values
+        without a motion.
 
     Warns
     -----
     UserWarning
-        If a branch has nothing at any value, or at some: with their number, the first of them, and
+        If a branch has no points at some or all values: with their number, the first of them, and
         the commonest reason and its count.
 
     Raises
@@ -132,11 +131,11 @@ def bifurcation_diagram(
     Period doubling at omega = 2.6533 (Budd & Dux 1994, in closed form):
 
     >>> import percuss as pc
-    >>> found = pc.bifurcation_diagram(
+    >>> data = pc.bifurcation_diagram(
     ...     pc.impact_oscillator(restitution=0.8), pc.cosine(2.5),
     ...     over={"forcing.omega": [2.64, 2.67]}, starts=[(0.0, 1.0)], follow=["forward"],
     ... )
-    >>> found.period.sel(branch="forward").values
+    >>> data.period.sel(branch="forward").values
     array([1, 2])
     """
     execution = execution_of(store, engine, n_workers, progress)
@@ -144,8 +143,8 @@ def bifurcation_diagram(
     grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
     _check(grids, force, section, follow, points)
     window = Window(transient, points - 1)
-    followed = FollowedBranches(grids[0], tuple(follow), section, window)
-    afresh = FreshBranches(tuple(grids), section, window)
+    followed = FollowedBranches(section, window, grids[0], tuple(follow))
+    afresh = FreshBranches(section, window, tuple(grids))
     parts = {job.part: job for job in (followed, afresh) if job.size}
     _make_ready(parts, execution)
     answers: list[Answer] = []
@@ -157,24 +156,24 @@ def bifurcation_diagram(
         else:
             answers.append(run_job(job, execution.of_part(name)))
     names = [*follow, *(f"start {i}" for i in range(len(grids)))]
-    # FollowedBranches branches begin at the first start.
+    # Followed branches begin at the first start.
     of_branches = [*(grids[0] for _ in follow), *grids]
-    found = _dataset(of_branches, names, section, answers)
-    _warn(found)
-    return keep(found, execution)
+    data = _dataset(of_branches, names, section, answers)
+    _warn(data)
+    return keep(data, execution)
 
 
 def _make_ready(
     parts: Mapping[str, FollowedBranches | FreshBranches], execution: Execution
 ) -> None:
-    """Make the stores of all parts at once: how much there is to do is known from the beginning."""
+    """Make the stores of all parts first: their status shows the whole work from the beginning."""
     store = execution.store
     if store is not None and has_store(store):
-        with faults_told(store):
+        with store_faults(store):
             own_attributes(store)
         raise OutputError(store, "holds another study, no diagram; choose another name")
     for job in parts.values():
-        # Whether it is too large, before any of it is written.
+        # Before anything is written.
         check_room(job)
     if store is None:
         return
@@ -187,27 +186,30 @@ def _make_ready(
         Store(store / name, job)
 
 
-def _warn(found: Dataset) -> None:
-    """Warn of branches that have nothing anywhere, and of values where a branch has nothing."""
-    reasons = found["reason"].values
+def _warn(data: Dataset) -> None:
+    """Warn of branches without any points, and of values where a branch has none."""
+    reasons = data["reason"].values
     empty = (reasons != "").all(axis=1)
-    if not found.attrs["complete"]:
+    if not data.attrs["complete"]:
         return
     branches, values = np.nonzero((reasons != "") & ~empty[:, np.newaxis])
     if len(values):
-        path = str(found["reason"].dims[1])
-        first = f"{path} = {found[path].values[values[0]]} of {found['branch'].values[branches[0]]}"
+        path = str(data["reason"].dims[1])
+        first = f"{path} = {data[path].values[values[0]]} of {data['branch'].values[branches[0]]}"
         warn_of_some("values", reasons[branches, values], reasons.size, first, stacklevel=4)
     if empty.any():
-        those = " and ".join(str(name) for name in found["branch"].values[empty])
-        what = f"{those}: no points at any of {reasons.shape[1]:,} values"
+        names = " and ".join(str(name) for name in data["branch"].values[empty])
+        what = f"{names}: no points at any of {reasons.shape[1]:,} values"
         warn_of_failures(what, reasons[empty].ravel().tolist(), stacklevel=4)
 
 
 def _check_lists(starts: object, follow: object) -> None:
-    """See to it that what should be lists are lists."""
+    """Raise a `ParameterError` unless starts and directions are lists."""
     is_list = hasattr(starts, "__iter__") and not isinstance(starts, str)
-    if not is_list or not all(isinstance(it, Start) or hasattr(it, "__iter__") for it in starts):  # type: ignore[attr-defined]  # just seen
+    if not is_list or not all(
+        isinstance(start, Start) or hasattr(start, "__iter__")
+        for start in starts  # type: ignore[attr-defined]  # tested above
+    ):
         raise ParameterError("starts", starts, "not a list of starts, such as [(0.0, 1.0)]")
     if isinstance(follow, str) or not hasattr(follow, "__iter__"):
         raise ParameterError("follow", follow, 'not a list, such as ["forward"]')
@@ -276,13 +278,13 @@ def _dataset(grids: list[Grid], names: list[str], section: str, answers: list[An
     return xarray.Dataset(
         data,
         coords=coordinates_of(grid.dimensions) | {"branch": names},
-        attrs=attributes_of(motion_of(grid), Answer({}, {}, total, complete))
+        attrs=attributes_of(grid.motion(), Answer({}, {}, total, complete))
         | {"section": section, "failed": failed_values(parts)},
     )
 
 
 def _reasons(grids: list[Grid], status: NDArray[np.generic]) -> NDArray[np.object_]:
-    found = np.full(status.shape, "", dtype=object)
+    reasons = np.full(status.shape, "", dtype=object)
     still = np.zeros(1)
     for branch, k in zip(*np.nonzero(status != 0), strict=True):
         code = int(status[branch, k])
@@ -292,31 +294,76 @@ def _reasons(grids: list[Grid], status: NDArray[np.generic]) -> NDArray[np.objec
             reason = faults.get(0, "the branch does not begin outside the walls")
         elif code == NOT_DONE:
             reason = "not done yet"
-        found[branch, k] = reason or ""
-    return found
-
-
-def _plan(group: Group, section: str, window: Window) -> Plan:
-    period = group.laws[group.which, 0, PERIOD]
-    since = group.starts[:, 2] + window.transient * period
-    return Plan(
-        since,
-        period,
-        since + window.periods * period,
-        section=SECTIONS[section],
-        n_points=window.periods + 1,
-        max_impacts=MOST_IMPACTS,
-    )
+        reasons[branch, k] = reason or ""
+    return reasons
 
 
 @dataclass(frozen=True, slots=True)
-class FreshBranches:
-    """The job of the branches that begin anew at each value: (start, value), values fastest."""
+class Branches:
+    """The jobs of a diagram: the section and the points kept at each value of the parameter."""
+
+    part: ClassVar[str]
+    section: str
+    window: Window
+
+    @property
+    def of_value(self) -> dict[str, Column]:
+        """The columns of one value: points of the section, the period, the status."""
+        return {
+            "points": Column(
+                (self.window.periods + 1, survey.POINT_COLUMNS), dims=("sample", "entry")
+            ),
+            "period": Column(dtype="i8"),
+            "status": Column(dtype="i8"),
+        }
+
+    def empty(self, n: int) -> Block:
+        """Return a block for n values without a motion."""
+        block = Block({name: column.empty(n) for name, column in self.of_value.items()})
+        block.arrays["status"][:] = FAULTY
+        return block
+
+    def settings(self) -> dict[str, object]:
+        """Return what tells this diagram from others of the same grid."""
+        return {
+            "kind": f"diagram, {self.part}",
+            "section": self.section,
+            "transient": self.window.transient,
+            "points": self.window.periods + 1,
+        }
+
+    def fill(self, block: Block, group: Group, rows: Integers) -> Floats:
+        """Follow motions, fill rows of a block with their points, and return where they end."""
+        period = group.laws[group.which, 0, PERIOD]
+        since = group.starts[:, 2] + self.window.transient * period
+        plan = Plan(
+            since,
+            period,
+            since + self.window.periods * period,
+            section=SECTIONS[self.section],
+            n_points=self.window.periods + 1,
+            max_impacts=MOST_IMPACTS,
+        )
+        result = follow_batch(group.laws, group.which, group.starts, plan)
+        bad = np.array([reason_of(int(status), plan) is not None for status in result.status])
+        points = result.points.copy()
+        points[bad] = np.nan
+        n_periods = _period(result.tallies, points, self.section)
+        block.arrays["points"][rows] = points
+        block.arrays["period"][rows] = np.where(bad, NO_PERIOD, n_periods)
+        block.arrays["status"][rows] = result.status
+        block.n_impacts += int(result.n_impacts.sum())
+        for i in np.flatnonzero(bad):
+            block.reasons[int(rows[i])] = str(reason_of(int(result.status[i]), plan))
+        return np.asarray(result.tallies[:, [survey.END_X, survey.END_V]])
+
+
+@dataclass(frozen=True, slots=True)
+class FreshBranches(Branches):
+    """The job of the branches that begin at a start at each value; values are the fastest axis."""
 
     part: ClassVar = "afresh"
     grids: tuple[Grid, ...]
-    section: str
-    window: Window
 
     @property
     def size(self) -> int:
@@ -332,7 +379,7 @@ class FreshBranches:
     @property
     def columns(self) -> dict[str, Column]:
         """Points of the section, and the period."""
-        return _columns(self.window)
+        return self.of_value
 
     @property
     def dimensions(self) -> tuple[Dimension, ...]:
@@ -341,33 +388,31 @@ class FreshBranches:
         return Dimension("branch", names), *self.grids[0].dimensions
 
     def identity(self) -> dict[str, object]:
-        """Return what makes it this study."""
+        """Return what tells this study from others."""
         starts = [repr(grid.start) for grid in self.grids]
-        return identity_of(self.grids[0]) | _identity(self) | {"starts": starts}
+        return self.grids[0].identity() | self.settings() | {"starts": starts}
 
     def compute(self, first: int, last: int) -> Block:
         """Follow the points of a chunk."""
         n = self.grids[0].size
-        block = _empty(self, last - first)
+        block = self.empty(last - first)
         for number in range(first // n, (last - 1) // n + 1):
             low, high = max(first - number * n, 0), min(last - number * n, n)
             groups, faults = self.grids[number].groups(low, high)
             place = number * n + low - first
             block.reasons |= {place + i: text for i, text in faults.items()}
             for group in groups:
-                _fill(block, group, place + group.rows, self.section, self.window)
+                self.fill(block, group, place + group.rows)
         return block
 
 
 @dataclass(frozen=True, slots=True)
-class FollowedBranches:
-    """The job of the branches that are followed; each is one point, and a chunk."""
+class FollowedBranches(Branches):
+    """The job of the followed branches; each is one point and one chunk."""
 
     part: ClassVar = "followed"
     grid: Grid
     follow: tuple[str, ...]
-    section: str
-    window: Window
 
     @property
     def size(self) -> int:
@@ -376,7 +421,7 @@ class FollowedBranches:
 
     @property
     def each(self) -> str:
-        """What one point is, for the progress."""
+        """The name of its points, for the progress."""
         return f"followed branches of {self.grid.size:,} values"
 
     @property
@@ -390,7 +435,7 @@ class FollowedBranches:
         n, path = self.grid.size, self.grid.axes[0].path
         return {
             name: Column((n, *column.tail), column.dtype, (path, *column.dims))
-            for name, column in _columns(self.window).items()
+            for name, column in self.of_value.items()
         }
 
     @property
@@ -399,17 +444,17 @@ class FollowedBranches:
         return (Dimension("branch", self.follow),)
 
     def identity(self) -> dict[str, object]:
-        """Return what makes it this study."""
-        return identity_of(self.grid) | _identity(self) | {"follow": list(self.follow)}
+        """Return what tells this study from others."""
+        return self.grid.identity() | self.settings() | {"follow": list(self.follow)}
 
     def compute(self, first: int, last: int) -> Block:
-        """Follow a branch; a value that has no motion is passed over."""
+        """Follow a branch; values without a motion are skipped."""
         n = self.grid.size
         block = Block({name: column.empty(last - first) for name, column in self.columns.items()})
         for branch in range(first, last):
             values = range(n) if self.follow[branch] == "forward" else range(n - 1, -1, -1)
             begin: Floats | None = None
-            # The reasons of single values travel in the column of status.
+            # The column of status holds the reasons of single values.
             for k in values:
                 begin = self._step(block, branch - first, k, begin)
         return block
@@ -417,7 +462,7 @@ class FollowedBranches:
     def _step(self, block: Block, row: int, k: int, begin: Floats | None) -> Floats | None:
         groups, faults = self.grid.groups(k, k + 1)
         if begin is not None and faults:
-            # The grid's own start may be inside a wall that has moved; the branch is not.
+            # The start of the grid may be inside a wall that has moved; the branch is not.
             x0 = _between_walls(self.grid, k, float(begin[0]))
             grid = replace(self.grid, start=Start(x0, float(begin[1])))
             groups, faults = grid.groups(k, k + 1)
@@ -430,16 +475,16 @@ class FollowedBranches:
             starts = group.starts.copy()
             starts[0, :2] = min(max(begin[0], low[0]), high[0]), begin[1]
             group = replace(group, starts=starts)
-        one = _empty(self, 1)
-        ends = _fill(one, group, np.zeros(1, dtype=np.int64), self.section, self.window)
-        for name, array in one.arrays.items():
+        step = self.empty(1)
+        ends = self.fill(step, group, np.zeros(1, dtype=np.int64))
+        for name, array in step.arrays.items():
             block.arrays[name][row, k] = array[0]
-        block.n_impacts += one.n_impacts
+        block.n_impacts += step.n_impacts
         return ends[0] if np.isfinite(ends).all() else begin
 
 
 def _between_walls(grid: Grid, k: int, x: float) -> float:
-    """Return the place, or the wall that has moved past it."""
+    """Return a place, or the wall that has moved past it."""
     try:
         osc, _, _ = grid.point(k)
     except ParameterError:
@@ -450,50 +495,9 @@ def _between_walls(grid: Grid, k: int, x: float) -> float:
     return x
 
 
-def _columns(window: Window) -> dict[str, Column]:
-    return {
-        "points": Column((window.periods + 1, survey.POINT_COLUMNS), dims=("sample", "entry")),
-        "period": Column(dtype="i8"),
-        "status": Column(dtype="i8"),
-    }
-
-
-def _empty(job: FreshBranches | FollowedBranches, n: int) -> Block:
-    block = Block({name: column.empty(n) for name, column in _columns(job.window).items()})
-    block.arrays["status"][:] = FAULTY
-    return block
-
-
 def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
-    """Return at how many values of all branches there is nothing though they have been done."""
+    """Return the number of values, of all branches, that are done and have no motion."""
     return int(((arrays["period"] == NO_PERIOD) & (arrays["status"] != NOT_DONE)).sum())
-
-
-def _identity(job: FreshBranches | FollowedBranches) -> dict[str, object]:
-    return {
-        "kind": f"diagram, {job.part}",
-        "section": job.section,
-        "transient": job.window.transient,
-        "points": job.window.periods + 1,
-    }
-
-
-def _fill(block: Block, group: Group, rows: Integers, section: str, window: Window) -> Floats:
-    """Follow motions, put what is kept of them into rows of a block, and return where they end."""
-    plan = _plan(group, section, window)
-    result = follow_batch(group.laws, group.which, group.starts, plan)
-    bad = np.array([reason_of(int(status), plan) is not None for status in result.status])
-    points = result.points.copy()
-    points[bad] = np.nan
-    block.arrays["points"][rows] = points
-    block.arrays["period"][rows] = np.where(
-        bad, NO_PERIOD, _period(result.tallies, points, section)
-    )
-    block.arrays["status"][rows] = result.status
-    block.n_impacts += int(result.n_impacts.sum())
-    for i in np.flatnonzero(bad):
-        block.reasons[int(rows[i])] = str(reason_of(int(result.status[i]), plan))
-    return np.asarray(result.tallies[:, [survey.END_X, survey.END_V]])
 
 
 def _period(tallies: Floats, points: Floats, section: str) -> Integers:
@@ -504,24 +508,24 @@ def _period(tallies: Floats, points: Floats, section: str) -> Integers:
 
 
 def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:
-    """Return the forcing periods after which motions repeat themselves, from their impacts.
+    """Return the periods of motions in forcing periods, from their impacts.
 
     Parameters
     ----------
     points
         (n, m, 3) array of (cycle, v_after, bound), NaN where there are fewer.
     impacts
-        (n,) array, how many impacts there were in ``periods`` forcing periods.
+        (n,) array, the numbers of impacts in ``periods`` forcing periods.
     periods
-        How many were counted.
+        Forcing periods in which they were counted.
 
     Returns
     -------
     (n,) array
-        0 where none is found among half of the points.
+        0 where half of the points show no period.
     """
     n, m = points.shape[:2]
-    found = np.zeros(n, dtype=np.int64)
+    n_periods = np.zeros(n, dtype=np.int64)
     speed = np.nan_to_num(np.abs(points[:, :, 1])).max(axis=1, keepdims=True)
     for count in range(m // 2, 0, -1):
         step = points[:, count:] - points[:, :-count]
@@ -530,5 +534,6 @@ def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:
         same = (turn <= SAME) & (np.abs(step[:, :, 1]) <= SAME * speed) & (step[:, :, 2] == 0.0)
         repeats = (same | ~known).all(axis=1) & (known.sum(axis=1) >= count)
         with np.errstate(divide="ignore"):
-            found = np.where(repeats, np.round(count * periods / impacts), found).astype(np.int64)
-    return found
+            whole_periods = np.round(count * periods / impacts)
+        n_periods = np.where(repeats, whole_periods, n_periods).astype(np.int64)
+    return n_periods

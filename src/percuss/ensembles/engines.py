@@ -1,18 +1,25 @@
-"""Where the chunks of a job are done: threads, processes, or the workers of a Dask cluster."""
+"""The engines that compute the chunks of a job: threads, processes, or a Dask cluster."""
 
 from __future__ import annotations
 
+import ast
+import multiprocessing
 import os
+import pickle
+import pickletools
+import signal
 import sys
+import traceback
+import types
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from percuss.ensembles.cluster import EngineError, chunks_by_address, chunks_by_client, reach
 from percuss.ensembles.job import Block, Job
-from percuss.ensembles.processes import check_processes, compute_remembered, process_pool
 from percuss.ensembles.threads import Threads
 from percuss.errors import ParameterError
 from percuss.model.exact import whole
@@ -24,12 +31,14 @@ Engine: TypeAlias = Any
 ChunkRange: TypeAlias = tuple[int, int]
 Tick: TypeAlias = Callable[[], bool]
 
-# Chunks in hand for each worker: the next ones, so that none waits.
+# Chunks submitted for each worker: one to work on and the next, so that no worker waits.
 AHEAD = 2
-# How often one looks up while no chunk is finished, and how long chunks are waited for that nobody
-# wants any more [s].
+# Seconds between two calls of tick while no chunk is finished, and the longest wait for chunks that
+# are no longer wanted.
 TICK, GRACE = 0.5, 1.0
-# A chunk at whose work so many worker processes have died is not tried again.
+# The guard under which a script may begin other processes.
+GUARD = 'if __name__ == "__main__":'
+# A chunk that has killed so many worker processes is not tried again.
 MOST_DEATHS = 3
 
 
@@ -40,16 +49,16 @@ def done_chunks(
     n_workers: int | None = None,
     tick: Tick | None = None,
 ) -> Generator[tuple[int, Block], None, None]:
-    """Do chunks, and give each as soon as it is done with its place in ``spans``.
+    """Compute chunks, and yield each as soon as it is done, with its place in ``spans``.
 
-    Closing the generator drops what is at work and what has not begun.
+    Closing the generator abandons the chunks that are not finished.
 
     Parameters
     ----------
     job
-        The work.
+        The job.
     spans
-        First and last point of each chunk to do.
+        First and last point of each chunk to compute.
     engine
         "threads", "processes", the address of a Dask scheduler ("tcp://..."), or a client of one.
     n_workers
@@ -60,7 +69,7 @@ def done_chunks(
     Returns
     -------
     generator of (int, Block)
-        In the order in which they come.
+        In the order in which they are finished.
 
     Raises
     ------
@@ -83,7 +92,7 @@ def done_chunks(
 
 
 def say_stopping() -> None:
-    """Say at once that Ctrl-C was heard: chunks that are at work may take a while."""
+    """Acknowledge Ctrl-C at once: the chunks at work may take a while."""
     sys.stderr.write("\nstopping after the chunks at work; Ctrl-C again drops them\n")
     sys.stderr.flush()
 
@@ -93,7 +102,7 @@ def _goes_on() -> bool:
 
 
 def check_engine(engine: Engine, n_workers: int | None) -> None:
-    """Raise a `ParameterError` unless there can be such an engine, with so many workers."""
+    """Raise a `ParameterError` unless there is such an engine, and it can have so many workers."""
     if n_workers is not None:
         whole("n_workers", n_workers, 1)
     is_named = isinstance(engine, str) and (engine in ("threads", "processes") or "://" in engine)
@@ -104,16 +113,14 @@ def check_engine(engine: Engine, n_workers: int | None) -> None:
 
 
 def make_ready(job: Job, engine: Engine, *, is_new: bool) -> None:
-    """See to it that the engine can begin, before anything is written.
+    """Make sure that the engine can begin, before anything is written.
 
     Parameters
     ----------
-    job
-        The work.
-    engine
-        As `done_chunks` takes it.
+    job, engine
+        As `done_chunks` takes them.
     is_new
-        Whether nothing has been done yet: what is finished needs no cluster.
+        Whether no chunk is done yet: a finished study needs no cluster.
 
     Raises
     ------
@@ -151,7 +158,7 @@ class _Pool:
         self._is_interrupted = False
 
     def done(self, tick: Tick) -> Generator[tuple[int, Block], None, None]:
-        """Yield chunks as they are done, with their places; as `done_chunks` says."""
+        """Yield chunks as they are finished, with their places; as `done_chunks` does."""
         is_over = False
         self._pool = self._make()
         try:
@@ -189,7 +196,7 @@ class _Pool:
                 _drop(self._pool)
 
     def _submit(self) -> bool:
-        """Hand out chunks as long as workers want some; return whether the pool has taken them."""
+        """Submit chunks while the pool has room; return whether it has accepted them."""
         while not self._is_interrupted and self._queue.has_next(len(self._running)):
             i = self._queue.take()
             try:
@@ -200,27 +207,27 @@ class _Pool:
         return True
 
     def _interrupt(self) -> None:
-        """Hand out no more; what is at work is waited for, until a second Ctrl-C."""
+        """Submit no more; wait for the chunks at work, until a second Ctrl-C."""
         if self._is_interrupted:
             raise KeyboardInterrupt
         self._is_interrupted = True
         say_stopping()
-        self._running = {it: i for it, i in self._running.items() if not it.cancel()}
+        self._running = {future: i for future, i in self._running.items() if not future.cancel()}
 
     def _begin_again(self) -> None:
-        """Make a new pool: with a process all of it is lost, and what it has not finished."""
+        """Make a new pool: the death of one process breaks the whole pool."""
         if self._is_interrupted:
             raise KeyboardInterrupt
         futures.wait(self._running)
         lost = {future: i for future, i in self._running.items() if _is_lost(future)}
-        self._running = {it: i for it, i in self._running.items() if it not in lost}
+        self._running = {future: i for future, i in self._running.items() if future not in lost}
         self._queue.note_death(sorted(lost.values()), self._spans)
         self._pool.shutdown(wait=False)
         self._pool = self._make()
 
 
 class _Queue:
-    """Which chunk is handed out next: one at whose work a process has died goes alone."""
+    """The order of the chunks: a chunk during which a process has died is tried again alone."""
 
     def __init__(self, count: int, n: int) -> None:
         self._waiting = deque(range(count))
@@ -230,35 +237,33 @@ class _Queue:
         self._n = n
 
     def has_next(self, running: int) -> bool:
-        """Return whether one more is to be handed out while so many are at work."""
+        """Return whether to submit one more while so many are at work."""
         if running == 0:
             self._alone = None
         if self._suspects or self._alone is not None:
-            # Whatever dies then has died of it.
+            # If a process dies now, it is clear of which chunk.
             return running == 0
-        # Few at a time: what is done waits in memory until it is taken.
+        # Few at a time: finished chunks wait in memory until they are taken.
         return bool(self._waiting) and running < AHEAD * self._n
 
     def take(self) -> int:
-        """Return the next one."""
+        """Return the next chunk."""
         if self._suspects:
             self._alone = self._suspects.popleft()
             return self._alone
         return self._waiting.popleft()
 
     def take_back(self, chunks: Sequence[int]) -> None:
-        """Have chunks handed out again."""
+        """Put chunks back at the front."""
         self._waiting.extendleft(reversed(chunks))
 
     def note_death(self, lost: Sequence[int], spans: Sequence[ChunkRange]) -> None:
-        """Have lost chunks handed out again, unless too many processes have died at one.
+        """Put lost chunks back, of which the first n were at work.
 
-        Parameters
-        ----------
-        lost
-            Those that were handed out and not done, in order: the first n were at work.
-        spans
-            First and last point of each chunk.
+        Raises
+        ------
+        EngineError
+            If one of them has killed too many processes.
         """
         if not lost:
             return
@@ -286,10 +291,107 @@ def _is_lost(future: futures.Future[Block]) -> bool:
 
 
 def _drop(pool: futures.Executor) -> None:
-    """End what is at work: processes at once, threads at the next step of their work."""
+    """Abandon the work in progress: processes at once, threads at their next step."""
     if isinstance(pool, Threads):
         pool.drop(GRACE)
         return
     for process in list((getattr(pool, "_processes", None) or {}).values()):
         process.kill()
     pool.shutdown(wait=False, cancel_futures=True)
+
+
+# The job of this worker process, sent once when it began.
+_remembered: list[Job] = []
+
+
+def process_pool(n: int, job: Job) -> futures.Executor:
+    """Return a pool of n processes, each of which keeps the job."""
+    return futures.ProcessPoolExecutor(
+        n,
+        # Forking a process whose threads hold locks can hang it.
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=_remember,
+        initargs=(job,),
+    )
+
+
+def _remember(job: Job) -> None:
+    _remembered[:] = [job]
+    # Ctrl-C reaches all processes of a terminal; the calling process handles it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def compute_remembered(first: int, last: int) -> Block:
+    """Compute a chunk of the job that this worker process keeps."""
+    return _remembered[0].compute(first, last)
+
+
+def check_processes(job: Job) -> None:
+    """Raise a `ParameterError` unless worker processes can begin and find the job's function.
+
+    A process that is spawned imports the caller's script first, under another name than
+    ``__main__``, and takes functions from there by their names.
+    """
+    measure = getattr(job, "measure", None)
+    shown = getattr(measure, "__name__", measure)
+    try:
+        sent = pickle.dumps(job)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        if measure is None:
+            raise
+        reason = (
+            "cannot be sent to another process, which takes functions by the name that they have "
+            'in a module; define it with def in a module, or take engine="threads"'
+        )
+        raise ParameterError("measure", shown, reason) from error
+    words = {word for _, word, _ in pickletools.genops(sent) if isinstance(word, str)}
+    main = sys.modules["__main__"]
+    file = getattr(main, "__file__", None)
+    if file is not None and not Path(file).is_file():
+        reason = (
+            f"begins other processes, which import the script that asks for them, and {file} is "
+            'no file; save it as one, or take engine="threads"'
+        )
+        raise ParameterError("engine", "processes", reason)
+    if file is not None:
+        _check_script(main, Path(file), words if "__main__" in words else set())
+    elif "__main__" in words:
+        reason = (
+            "defined where no other process can import it, in a notebook, a session or a text "
+            "given to python; put it into a file of its own and import it from there, or take "
+            'engine="threads"'
+        )
+        raise ParameterError("measure", shown, reason)
+
+
+def _check_script(main: types.ModuleType, file: Path, words: set[str]) -> None:
+    """Raise unless a script asks for processes under its guard, and defines functions above it."""
+    try:
+        nodes = list(ast.walk(ast.parse(file.read_bytes())))
+    except (OSError, SyntaxError, ValueError):
+        return
+    guards = [
+        node for node in nodes if isinstance(node, ast.If) and "__name__" in ast.unparse(node.test)
+    ]
+    for frame, line in traceback.walk_stack(None):
+        is_script = frame.f_code.co_name == "<module>" and frame.f_globals is vars(main)
+        if is_script and not any(
+            guard.lineno <= line <= (guard.end_lineno or line) for guard in guards
+        ):
+            reason = (
+                f"begins other processes, which import {file.name} and would come to its line "
+                f"{line} again; put what the script does under `{GUARD}`"
+            )
+            raise ParameterError("engine", "processes", reason)
+    under = _defined(node for guard in guards for node in ast.walk(guard))
+    hidden = set(under) & words
+    if any(under.count(name) == _defined(nodes).count(name) for name in hidden):
+        reason = (
+            f"defined under `{GUARD}`, where other processes do not see it; "
+            "define it above that line"
+        )
+        raise ParameterError("measure", min(hidden), reason)
+
+
+def _defined(nodes: Iterable[ast.AST]) -> list[str]:
+    return [node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)]

@@ -1,4 +1,4 @@
-"""Doing a job: what is left of it, on an engine, into a store where there is one."""
+"""The execution of a job: its missing chunks, on an engine, into a store where there is one."""
 
 from __future__ import annotations
 
@@ -41,21 +41,21 @@ if TYPE_CHECKING:
 
 __all__ = ["ChunkProgress", "execution_of", "folder_of", "keep", "run_job"]
 
-# What takes longer than this [s] is said once where no progress was asked for.
+# Work that takes longer than this [s] is announced once even without progress=True.
 LONG = 600.0
-# An answer of so many bytes is said before the work.
+# The size of an answer is announced before the work from so many bytes on.
 LARGE = 1_000_000_000
 
 
 def execution_of(
     store: str | Path | None, engine: Engine, n_workers: int | None, progress: Report
 ) -> Execution:
-    """Return the execution that a call asks for by its keywords, all of them checked.
+    """Return the execution that the keywords of a call describe, each of them checked.
 
     Raises
     ------
     ParameterError
-        If one of them cannot be taken.
+        If one of them is wrong.
     """
     folder = None if store is None else folder_of(store)
     check_engine(engine, n_workers)
@@ -88,24 +88,22 @@ def folder_of(store: object) -> Path:
 
 
 def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) -> Answer:
-    """Do what is left of a job and return the whole answer.
+    """Compute the missing chunks of a job and return the whole answer.
 
-    Ctrl-C, and a progress function that returns False, end it with what is done; with a store,
-    the same call goes on from there.
+    Ctrl-C, and a progress function that returns False, end it with the chunks that are done; with a
+    store, the same call goes on from there.
 
     Parameters
     ----------
-    job
-        The job.
-    execution
-        How it is done.
+    job, execution
+        What is computed, and how.
     is_read_from_disk
         Whether the answer may be larger than memory where there is a store.
 
     Returns
     -------
     Answer
-        The same bits whatever the engine, the workers and the interruptions.
+        The same bits for all engines, numbers of workers and interruptions.
     """
     keeper = _keeper(job, execution, is_read_from_disk=is_read_from_disk)
     todo, spans = keeper.todo(), chunks_of(job)
@@ -128,13 +126,13 @@ def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) 
     except KeyboardInterrupt:
         is_interrupted = True
         if inspect.getgeneratorstate(chunks) != inspect.GEN_CLOSED:
-            # It came between two chunks: those at work have still to end.
+            # It came between two chunks: the others are still at work.
             say_stopping()
     finally:
         chunks.close()
         progress.close()
     if is_interrupted:
-        # What was being written then may be done or not.
+        # A chunk that was being written may be done or not.
         progress.say_interrupted(job.size - _points(job, keeper.todo()), execution.store)
     answer = keeper.read()
     if not (answer.complete or is_interrupted or progress.is_stopped or execution.store is None):
@@ -146,12 +144,12 @@ def run_job(job: Job, execution: Execution, *, is_read_from_disk: bool = False) 
 
 
 def _keeper(job: Job, execution: Execution, *, is_read_from_disk: bool) -> Store | _Memory:
-    """Return what keeps the answer, once there is memory for it and the engine can begin."""
+    """Return the store or the memory for the answer, once both it and the engine are ready."""
     store = execution.store
     is_new = store is not None and not has_store(store)
     on_disk = store if is_read_from_disk else None
     hint = "; with store= it is kept on disk" if is_read_from_disk and store is None else ""
-    # What has been begun has taken its memory already.
+    # A store that has been begun has its space already.
     if on_disk is None or is_new:
         check_room(job, on_disk, hint)
     make_ready(job, execution.engine, is_new=is_new)
@@ -161,7 +159,7 @@ def _keeper(job: Job, execution: Execution, *, is_read_from_disk: bool) -> Store
 def _chunks(
     job: Job, todo: Sequence[int], execution: Execution, progress: Progress
 ) -> Generator[tuple[int, Block], None, None]:
-    """Yield the chunks to do by their numbers, each as soon as it is done."""
+    """Yield the missing chunks with their numbers, each as soon as it is done."""
     if todo:
         spans = chunks_of(job)
         left = [spans[number] for number in todo]
@@ -172,13 +170,13 @@ def _chunks(
 
 
 def _points(job: Job, chunks: Sequence[int]) -> int:
-    """Return how many points some chunks have."""
+    """Return the number of points in some chunks."""
     spans = chunks_of(job)
     return sum(spans[i][1] - spans[i][0] for i in chunks)
 
 
 class ChunkProgress(Progress):
-    """The points of a job that are done, with the rate of impacts and the time left."""
+    """The progress of a job in points, with the rate of impacts and the time left."""
 
     def __init__(self, report: Report, job: Job, n_todo: int) -> None:
         units = getattr(job, "each", "points")
@@ -187,7 +185,7 @@ class ChunkProgress(Progress):
 
     def chunk_done(self, n_points: int, n_impacts: int) -> bool:
         """Count a chunk; return whether to go on."""
-        # The first one may have had to compile: the rate is that of the others.
+        # The first chunk may have had to compile: the rate is that of the others.
         since = self.since_first()
         self._n_impacts += n_impacts if since > 0.0 else 0
         rate = rate_text(self._n_impacts / since) if since > 0.0 else ""
@@ -201,7 +199,7 @@ class ChunkProgress(Progress):
         return is_wanted
 
     def say_interrupted(self, done: int, store: Path | None) -> None:
-        """Say what an interruption has left: so many points, in a store or in hand."""
+        """Report how many points are done after an interruption, and where they are."""
         kept = f"kept in {store}: the same call goes on from there" if store else "returned"
         _say(f"interrupted; {done:,} of {self.total:,} {self._units} are done and {kept}")
 
@@ -212,7 +210,7 @@ def _say(text: str) -> None:
 
 
 def _say_size(job: Job, store: Path | None) -> None:
-    """Say before the work how large the answer will be, where it is large."""
+    """Announce the size of a large answer before the work."""
     size = BYTES_OF_A_NUMBER * numbers_of(job) * job.size
     if size >= LARGE:
         where = "of memory" if store is None else f"in {store}"
@@ -223,10 +221,10 @@ def _say_size(job: Job, store: Path | None) -> None:
 
 
 class _Memory:
-    """Keeps the answer where there is no store, as a `Store` does."""
+    """The answer in memory, for jobs without a store; it has the methods of a `Store`."""
 
     def __init__(self, job: Job) -> None:
-        # Filled where nothing has come: to write all of a large answer takes seconds.
+        # Filled at the end, and only where no chunk came: writing a large answer takes seconds.
         self._arrays = {
             name: np.empty((job.size, *column.tail), dtype=column.dtype)
             for name, column in job.columns.items()

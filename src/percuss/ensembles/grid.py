@@ -1,4 +1,4 @@
-"""The points of a study of many motions: every combination of values along named axes."""
+"""The points of a study of many motions: all combinations of the values of parameters."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ UNITS = {
     "v0": "length/time",
     "t0": "time",
 }
-# Values that a range (low, high) stands for where nothing else is said.
+# Values that a range (low, high) stands for by default.
 POINTS = 101
 
 
@@ -71,7 +71,7 @@ class Axis:
 
     @property
     def of_start(self) -> bool:
-        """Whether it is a number of the start, which leaves the law as it is."""
+        """Whether it is a number of the start, on which the law does not depend."""
         return self.path.startswith("start.")
 
 
@@ -84,7 +84,7 @@ class Group:
     laws, which, starts
         As `follow_batch` takes them.
     rows
-        (n,) array, the points that they belong to, counted from the first asked for.
+        (n,) array, their points, counted from the first one asked for.
     """
 
     laws: Floats
@@ -100,9 +100,9 @@ class Grid:
     Attributes
     ----------
     osc, force, start
-        What the parameters replace numbers of.
+        The oscillator, forcing and start whose parameters vary.
     axes
-        The axes; none is one point.
+        The axes; without axes there is one point.
     """
 
     osc: Oscillator
@@ -129,7 +129,7 @@ class Grid:
         )
 
     def point(self, i: int) -> tuple[Oscillator, Forcing | None, Start]:
-        """Return what moves at a point, and from where.
+        """Return the oscillator, the forcing and the start of a point.
 
         Raises
         ------
@@ -138,8 +138,21 @@ class Grid:
         """
         return Maker(self).point(self._where(i))
 
+    def motion(self) -> dict[str, str]:
+        """Return the oscillator, the forcing and the start in words."""
+        return {
+            "oscillator": repr(self.osc),
+            "forcing": repr(self.force),
+            "start": repr(self.start),
+        }
+
+    def identity(self) -> dict[str, object]:
+        """Return the grid as JSON can hold it: what was given, exactly."""
+        axes = {axis.path: [repr(value) for value in axis.given] for axis in self.axes}
+        return {**self.motion(), "over": axes}
+
     def words(self, i: int) -> str:
-        """Return the values of the axes at a point, to be read."""
+        """Return the values of the axes at a point, in words."""
         where = zip(self.axes, self._where(i), strict=True)
         return ", ".join(f"{axis.path} = {axis.given[k]!s}" for axis, k in where)
 
@@ -147,10 +160,10 @@ class Grid:
         return tuple(int(k) for k in np.unravel_index(i, self.shape)) if self.axes else ()
 
     def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
-        """Return the points from first to last in groups, and the faults of those without motion.
+        """Return the points from first to last in groups, and the faults of points without motion.
 
-        The last is not included, and faults are counted from the first. Terms of a Fourier sum
-        that become zero change the shape of a law: there is one entry for each shape.
+        The last is not included, and faults are counted from the first. A term of a Fourier sum
+        that becomes zero changes the shape of the law: there is one group for each shape.
         """
         where = np.unravel_index(np.arange(first, last), self.shape) if self.axes else ()
         key = np.zeros(last - first, dtype=np.int64)
@@ -171,27 +184,24 @@ class Grid:
             check_wanted()
             try:
                 osc, force, _ = maker.point(self._where(first + int(rows[0])))
-                table = law(osc, force)
+                own_law = law(osc, force)
             except ParameterError as error:
                 faults |= {int(row): str(error) for row in rows}
                 continue
-            groups.setdefault(table.shape, []).append((table, rows))
-        found = [_group_of(group, starts, faults) for group in groups.values()]
-        return [group for group in found if len(group.rows)], faults
+            groups.setdefault(own_law.shape, []).append((own_law, rows))
+        joined = [_group_of(group, starts, faults) for group in groups.values()]
+        return [group for group in joined if len(group.rows)], faults
 
 
 class Maker:
-    """Makes what moves at the points of a grid, each oscillator and forcing once.
-
-    Along an axis of the forcing the oscillator stays, and the other way round.
-    """
+    """Makes the oscillators, forcings and starts of a grid, each different one once."""
 
     def __init__(self, grid: Grid) -> None:
         self._grid = grid
         self._made: dict[tuple[str, tuple[int, ...]], Any] = {}
 
     def point(self, where: tuple[int, ...]) -> tuple[Oscillator, Forcing | None, Start]:
-        """Return what moves where the axes have these values, and from where."""
+        """Return the oscillator, the forcing and the start at these indices of the axes."""
         return (
             self._part("oscillator", where),
             self._part("forcing", where),
@@ -212,10 +222,10 @@ class Maker:
 def _group_of(
     group: list[tuple[Floats, Integers]], starts: Floats, faults: dict[int, str]
 ) -> Group:
-    """Return the motions under laws of one shape, and add the faults of starts inside a wall."""
+    """Return the motions whose laws have one shape, and add the faults of starts inside a wall."""
     rows = np.concatenate([rows for _, rows in group])
     which = np.repeat(np.arange(len(group)), [len(rows) for _, rows in group])
-    laws = np.stack([table for table, _ in group])
+    laws = np.stack([own_law for own_law, _ in group])
     low, high = (walls[which] for walls in walls_of(laws))
     x0 = starts[rows, 0]
     for outside, side, wall in ((x0 < low, "below", low), (x0 > high, "above", high)):
@@ -228,16 +238,16 @@ def _group_of(
     return Group(laws, which[inside], starts[rows[inside]], rows[inside])
 
 
-def walls_of(tables: Floats) -> tuple[Floats, Floats]:
-    """Return where the walls of laws are, (n,) arrays, infinite where there is none.
+def walls_of(laws: Floats) -> tuple[Floats, Floats]:
+    """Return the places of the walls of laws, (n,) arrays, infinite where there is none.
 
     Parameters
     ----------
-    tables
+    laws
         (n, rows, columns) array of laws of one shape.
     """
-    n = int(tables[0, 0, at.N_HARMONICS])
-    lowest, highest = tables[:, at.FIRST_HARMONIC + n], tables[:, tables.shape[1] - 1 - n]
+    n = int(laws[0, 0, at.N_HARMONICS])
+    lowest, highest = laws[:, at.FIRST_HARMONIC + n], laws[:, laws.shape[1] - 1 - n]
     low = np.where(lowest[:, at.LOWER_KIND] == at.WALL, lowest[:, at.LOWER], -np.inf)
     high = np.where(highest[:, at.UPPER_KIND] == at.WALL, highest[:, at.UPPER], np.inf)
     return low, high
@@ -250,24 +260,19 @@ def make_grid(
     over: Mapping[str, object],
     points: int = POINTS,
 ) -> Grid:
-    """Return the grid of the parameters in ``over``, all faults of its axes seen to.
+    """Return the grid of the parameters in ``over``, with all its axes checked.
 
     Parameters
     ----------
     osc, force
         The oscillator and the forcing.
     start
-        Where the motion starts: a `Start`, or x0, v0 and where wanted t0; None is x0 = v0 = 0.
+        Where the motion starts: a `Start`, or x0, v0 and optionally t0; None is x0 = v0 = 0.
     over
         By path, a range (low, high) or values; a path of the start may be among them. A tuple of
         two numbers is a range, any other sequence are values.
     points
-        Values, equally spaced, that a range stands for; its ends are kept as they were given.
-
-    Returns
-    -------
-    Grid
-        The points.
+        Number of equally spaced values of a range; its ends are kept as they were given.
 
     Raises
     ------
@@ -294,8 +299,8 @@ def make_grid(
     for path, values in over.items():
         name = long_form(path, osc, force, begin)
         if any(axis.path == name for axis in axes):
-            before = next(it for it in over if long_form(it, osc, force, begin) == name)
-            raise ParameterError("over", (before, path), "the same parameter, named twice")
+            first = next(key for key in over if long_form(key, osc, force, begin) == name)
+            raise ParameterError("over", (first, path), "the same parameter, named twice")
         axes.append(Axis(name, values_of(path, values, points)))
     return Grid(osc, force, begin, tuple(axes))
 
@@ -315,21 +320,21 @@ def values_of(path: str, values: object, points: int = POINTS) -> tuple[Phase, .
     Parameters
     ----------
     path
-        What they are values of.
+        The path of the parameter, for messages.
     values
         A tuple of two numbers is a range; any other sequence are values.
     points
-        Values, equally spaced, that a range stands for.
+        Number of equally spaced values of a range.
 
     Returns
     -------
     tuple
-        The values; what was given is kept exactly.
+        The values; given ones are kept exactly.
 
     Raises
     ------
     ParameterError
-        If they are none, or not finite.
+        If there are no values, or some are not finite.
     """
     if isinstance(values, str) or not hasattr(values, "__len__") or not hasattr(values, "__iter__"):
         raise ParameterError(path, values, "not a list of values, nor a range (low, high)")
@@ -343,7 +348,7 @@ def values_of(path: str, values: object, points: int = POINTS) -> tuple[Phase, .
         if problem is not None:
             raise ParameterError(path, value, problem)
     if not (isinstance(values, tuple) and len(values) == 2):
-        return given  # type: ignore[return-value]  # each was looked at
+        return given  # type: ignore[return-value]  # each is checked above
     return _spread(path, given, points)  # type: ignore[arg-type]  # the same
 
 
@@ -356,17 +361,7 @@ def _spread(path: str, ends: tuple[Phase, ...], points: int) -> tuple[Phase, ...
 
 
 def units_of(path: str) -> str:
-    """Return the dimensions of a parameter.
-
-    Parameters
-    ----------
-    path
-        Its dotted path.
-
-    Returns
-    -------
-    str
-        In length, time and radians.
+    """Return the dimensions of a parameter in length, time and radians, from its dotted path.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A study of many motions as work in chunks, each of which can be done anywhere and at any time."""
+"""A job: a study of many motions in chunks that can be computed anywhere and in any order."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from percuss.errors import ParameterError
 
 __all__ = [
-    "BYTES_OF_A_NUMBER", "Answer", "Block", "Column", "Dimension", "Job", "check_room", "chunks_of", "in_gigabytes",
-    "memory", "numbers_of", "spans_of", "too_large",
+    "BYTES_OF_A_NUMBER", "Answer", "Block", "Column", "Dimension", "Job", "check_room",
+    "chunks_of", "in_gigabytes", "memory", "numbers_of", "spans_of", "too_large",
 ]  # fmt: skip
 
-# Bytes that are taken for the memory of a machine that does not say.
+# Bytes assumed as the memory of a machine whose system does not tell.
 UNTOLD = 1 << 44
 # Bytes of a number.
 BYTES_OF_A_NUMBER = 8
-# Where Linux says what is available, and what a group of processes may have and has.
+# Where Linux tells the available memory, and the limit and use of a control group.
 AVAILABLE = Path("/proc/meminfo")
 GROUP_MOST, GROUP_TAKEN = Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")
 
@@ -90,7 +90,7 @@ class Block:
     reasons
         Why points have no answer, by their place in the chunk.
     n_impacts
-        How many impacts it took.
+        Number of impacts computed.
     """
 
     arrays: dict[str, NDArray[np.generic]]
@@ -100,16 +100,16 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What came of a job.
+    """The answer of a job.
 
     Attributes
     ----------
     arrays
-        By column, (size, *tail) each; NaN and -1 where it has not been done.
+        By column, (size, *tail) each; NaN and -1 where a chunk is missing.
     reasons
         Why points have no answer, by point, in order.
     n_impacts
-        How many impacts it took.
+        Number of impacts computed.
     complete
         False where it was stopped before its end.
     """
@@ -121,7 +121,7 @@ class Answer:
 
 
 class Job(Protocol):
-    """What engines do: pickled once, asked for its chunks in any order."""
+    """The work of an engine: pickled once, computed chunk by chunk in any order."""
 
     @property
     def size(self) -> int:
@@ -130,12 +130,12 @@ class Job(Protocol):
 
     @property
     def chunk(self) -> int:
-        """Points of a chunk; the same wherever the job is done."""
+        """Points of a chunk; the same on every machine."""
         ...
 
     @property
     def columns(self) -> Mapping[str, Column]:
-        """What the answer holds."""
+        """The columns of the answer."""
         ...
 
     @property
@@ -144,7 +144,7 @@ class Job(Protocol):
         ...
 
     def identity(self) -> dict[str, object]:
-        """Return what makes it this study, as JSON can hold it."""
+        """Return what tells this study from others, as JSON can hold it."""
         ...
 
     def compute(self, first: int, last: int) -> Block:
@@ -153,16 +153,9 @@ class Job(Protocol):
 
 
 def check_room(job: Job, store: Path | None = None, hint: str = "") -> None:
-    """Raise a `ParameterError` unless memory or disk can hold the answer.
+    """Raise a `ParameterError`, which ends with a hint, unless memory can hold the answer.
 
-    Parameters
-    ----------
-    job
-        The work.
-    store
-        Folder on whose disk the answer may be, where memory cannot hold it; None: in memory.
-    hint
-        What would help.
+    With a store the disk of its folder may hold it instead.
     """
     problem = too_large([job.size], numbers_of(job), store)
     if problem is not None:
@@ -172,7 +165,7 @@ def check_room(job: Job, store: Path | None = None, hint: str = "") -> None:
 
 
 def numbers_of(job: Job) -> int:
-    """Return how many numbers of 8 bytes a point's answer has."""
+    """Return how many numbers of 8 bytes the answer for one point has."""
     return sum(math.prod(column.tail) for column in job.columns.values())
 
 
@@ -182,30 +175,31 @@ def chunks_of(job: Job) -> list[tuple[int, int]]:
 
 
 def spans_of(size: int, chunk: int) -> list[tuple[int, int]]:
-    """Return first and last of each chunk of so many points, the last not included."""
+    """Return first and last point of chunks of this length, the last not included."""
     return [(first, min(first + chunk, size)) for first in range(0, size, chunk)]
 
 
 def memory() -> int:
-    """Return how much memory there is to be had now [bytes]: free, or in use as a cache only."""
+    """Return the available memory [bytes]: free, or in use as a cache only."""
     try:
-        found = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        available = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
         return UNTOLD
     with contextlib.suppress(OSError, ValueError, StopIteration):
         rows = (line.split() for line in AVAILABLE.read_text(encoding="ascii").splitlines())
-        found = min(found, 1024 * next(int(row[1]) for row in rows if row[0] == "MemAvailable:"))
+        told = next(int(row[1]) for row in rows if row[0] == "MemAvailable:")
+        available = min(available, 1024 * told)
     with contextlib.suppress(OSError, ValueError):
-        # "max" where there is no limit, which is no number.
+        # Not a number, "max", where there is no limit.
         most = int(GROUP_MOST.read_text(encoding="ascii"))
-        found = min(found, most - int(GROUP_TAKEN.read_text(encoding="ascii")))
-    return max(0, found)
+        available = min(available, most - int(GROUP_TAKEN.read_text(encoding="ascii")))
+    return max(0, available)
 
 
 def free_on_disk(path: Path) -> int:
-    """Return how many bytes a disk has free, on which a folder is or will be made."""
-    there = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
-    return shutil.disk_usage(there).free
+    """Return the free bytes of the disk on which a folder is or will be made."""
+    existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+    return shutil.disk_usage(existing).free
 
 
 def too_large(shape: Sequence[int], each: int = 1, store: Path | None = None) -> str | None:
@@ -218,8 +212,7 @@ def too_large(shape: Sequence[int], each: int = 1, store: Path | None = None) ->
     each
         Numbers of 8 bytes for each point.
     store
-        Folder on whose disk the answer is kept, and from which it is read where memory cannot
-        hold it; None keeps it in memory.
+        Folder on whose disk the answer is kept where memory cannot hold it; None: in memory.
 
     Examples
     --------
@@ -235,7 +228,7 @@ def too_large(shape: Sequence[int], each: int = 1, store: Path | None = None) ->
     takes = f"{points}, whose answer takes {in_gigabytes(size)}"
     if store is None:
         return f"{takes}; this machine has {in_gigabytes(free)} of memory to be had"
-    # Its chunks, and the answer as it is put together.
+    # The chunks, and the answer that is put together from them.
     disk = free_on_disk(store)
     if 2 * size <= disk:
         return None
@@ -243,7 +236,7 @@ def too_large(shape: Sequence[int], each: int = 1, store: Path | None = None) ->
 
 
 def in_gigabytes(size: int) -> str:
-    """Return a number of bytes as one reads it.
+    """Return a number of bytes in words.
 
     Examples
     --------

@@ -35,12 +35,12 @@ from percuss.numerics import cos, dot, exp, expm1, log, sin
 __all__ = ["LyapunovExponents", "lyapunov_exponents"]
 
 
-# The longest orbit that is looked for, in forcing periods.
+# The longest period of an orbit that is considered, in forcing periods.
 LONGEST = 16
-# Periods of an orbit that its exponents are taken from, and to what part areas shrink alike in
-# them.
+# Periods of an orbit from which its exponents are taken, and the relative difference up to which
+# areas shrink alike in them.
 ORBIT_PERIODS, ALIKE = 3, 1e-6
-# Impacts for each period that a motion may have where nothing else is said.
+# Impacts of a motion for each period; the default limit.
 IMPACTS_OF_A_PERIOD = 100
 
 
@@ -85,33 +85,33 @@ def lyapunov_exponents(
 ) -> LyapunovExponents:
     """Return both exponents of the motion from a start.
 
-    A neighbour is carried along each flight by the exact propagator and over each event by its
-    saltation matrix, through the edges of soft stops as over impacts. Two neighbours span an area
-    whose factor is known in closed form: the sum of the exponents.
+    A perturbation is carried along each flight by the exact propagator and over each event by its
+    saltation matrix, at the edges of soft stops as at impacts. Two perturbations span an area whose
+    factor is known in closed form: it gives the sum of the exponents.
 
     Parameters
     ----------
     osc, force
-        What moves. Where the forcing has no period, a period below is 2 pi / sqrt(stiffness), or
-        without stiffness that of the slowest harmonic.
+        The oscillator and its forcing. Where the forcing has no period, a period below is
+        2 pi / sqrt(stiffness), or without stiffness that of the slowest harmonic.
     start
         Where it starts: a `Start`, or x0 [length] and v0 [length/time]; default: at rest at 0.
     transient, periods
         Forcing periods that are left out, and that the exponents are taken over, >= 64.
     max_impacts
-        Impacts after which the motion is given up, >= 1; default: a hundred for each period, and
+        Impacts after which the motion is abandoned, >= 1; default: a hundred for each period, and
         at least a million.
 
     Returns
     -------
     LyapunovExponents
-        The exponents, their errors, and the sum they have to have.
+        The exponents, their errors, and their sum by the sum rule.
 
     Raises
     ------
     ParameterError
-        If there is neither a stiffness nor a harmonic, whose period time could be counted in; the
-        start lies inside a wall; there are more impacts; or the motion comes to no end.
+        If there is neither a stiffness nor a harmonic, in whose period time could be counted; the
+        start lies inside a wall; there are more impacts; or the motion does not come to its end.
 
     Examples
     --------
@@ -119,8 +119,8 @@ def lyapunov_exponents(
 
     >>> import percuss as pc
     >>> osc = pc.impact_oscillator(restitution=0.8)
-    >>> found = pc.lyapunov_exponents(osc, pc.cosine(2.5), start=(0.0, 1.0))
-    >>> found.exponents.round(5)
+    >>> rates = pc.lyapunov_exponents(osc, pc.cosine(2.5), start=(0.0, 1.0))
+    >>> rates.exponents.round(5)
     array([-0.08879, -0.08879])
     """
     transient, periods = whole("transient", transient, 0), whole("periods", periods, BLOCKS)
@@ -161,7 +161,7 @@ def lyapunov_exponents(
 
 
 def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:
-    """Return what time is counted in: a period of the forcing, or else of the oscillator."""
+    """Return the unit of time: the period of the forcing, or else of the oscillator."""
     if force is not None and force.period is not None:
         return force.period
     stiffness = as_float(osc.stiffness)
@@ -177,10 +177,10 @@ def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:
 def _of_orbit(
     laws: Floats, result: BatchResult, plan: Plan, periods: int
 ) -> LyapunovExponents | None:
-    """Return the exponents of a periodic orbit, and all else over the same time.
+    """Return the exponents of a periodic orbit, and all else over the same time; None without one.
 
-    None where there is no orbit. A vector u, M u and M^2 u of the monodromy M give its trace, for
-    M^2 - tr M + det = 0. ``periods`` are those since the start.
+    The vectors u, M u and M^2 u of the monodromy matrix M give its trace, for M^2 - tr M + det = 0.
+    ``periods`` are the forcing periods since the start.
     """
     which = np.zeros(1, dtype=np.int64)
     period = laws[0, 0, PERIOD]
@@ -195,17 +195,17 @@ def _of_orbit(
     measured = Plan(t, step, t + ORBIT_PERIODS * step, survey.TANGENTS, ORBIT_PERIODS + 1)
     followed = follow_batch(laws, which, end, measured)
     points = followed.points[0]
-    found = np.array([_rates(points[k : k + 3]) for k in (0, 1)]) / step
+    rates = np.array([_rates(points[k : k + 3]) for k in (0, 1)]) / step
     shrunk = np.diff(points[:, survey.SECOND])
-    # An impact at the very end of a period can fall into either of two: periods that do not shrink
-    # alike are none.
-    if not np.isfinite(found).all() or np.ptp(shrunk) > ALIKE * np.abs(shrunk).max():
+    # An impact at the very end of a period can fall into either of two: then areas do not shrink
+    # alike, and the periods are none.
+    if not np.isfinite(rates).all() or np.ptp(shrunk) > ALIKE * np.abs(shrunk).max():
         return None
     duration = float(ORBIT_PERIODS * step[0])
     return LyapunovExponents(
-        found[1],
-        np.abs(found[1] - found[0])
-        * _steps_to_go(float(found[1, 0] * step[0]), periods / n_periods),
+        rates[1],
+        np.abs(rates[1] - rates[0])
+        * _steps_to_go(float(rates[1, 0] * step[0]), periods / n_periods),
         float(points[-1, survey.SECOND] - points[0, survey.SECOND]) / duration,
         float(followed.tallies[0, survey.IMPACTS]) / duration,
         duration,
@@ -213,10 +213,11 @@ def _of_orbit(
 
 
 def _steps_to_go(log_multiplier: float, n_periods: float) -> float:
-    """Return how many times its last step an approach to an orbit still goes.
+    """Return the remaining way to an orbit as a multiple of the last step.
 
-    It is geometric, so that steps m, m^2, ... of the last one follow, 1 / (1 - m) in all; and where
-    |m| is 1 it goes as one over the number of periods, of which it is then as many as there were.
+    The approach is geometric: steps of m, m^2, ... times the last one follow, 1 / (1 - m) in all.
+    Where |m| is 1 the distance falls as one over the number of periods, and the remaining way is
+    the last step times that number.
     """
     left = -expm1(log_multiplier)
     return 1.0 / left if left * n_periods > 1.0 else max(1.0, n_periods)

@@ -1,4 +1,4 @@
-"""What can be asked of each motion of many, compiled: named numbers of an attractor."""
+"""The built-in measures: named numbers of motions, computed by the compiled kernels."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ __all__ = ["MEASURES", "Measure", "Window", "measure_group", "period_of"]
 
 # Strobes that differ by less than this part of the motion's size are the same.
 SAME = 1e-6
-# An orbit of p periods has strobes that differ by more than this many times that; what differs less
-# is the end of a transient that turns by about 1/p.
+# The strobes of an orbit of p periods differ by more than 100 times that; smaller differences are
+# the end of a transient that turns by about 1/p.
 SETTLED = 100.0
-# Edges of stretches of time, equal in its logarithm, whose fastest impacts an exponent is told
-# from, as parts of the whole.
-STRETCHES = geometric(0.01, 1.0, 25)
+# Edges of intervals that are equal in the logarithm of time, as parts of the whole: the growth
+# exponent is fitted to their fastest impacts.
+INTERVALS = geometric(0.01, 1.0, 25)
 
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """When a motion is measured: after a transient, for a while; both in forcing periods.
+    """The time in which a motion is measured, after a transient; both in forcing periods.
 
     Attributes
     ----------
@@ -63,14 +63,14 @@ class Measure:
     Attributes
     ----------
     units
-        Its dimensions.
+        Its dimensions in length and time.
     meaning
-        What it is, in a line.
+        Its meaning, in a line.
     value
-        From what is left of the motions, the plan they followed, and the window, their numbers.
+        Returns the numbers of motions from their results, their plan and the window.
     surveyed, strobed, grown, neighboured
-        What has to be kept for it: extremes and work; a strobe in each period; the fastest
-        impacts of stretches of time; how far a neighbour moves away.
+        What the kernels must record for it: extremes and work; a strobe in each period; the
+        fastest impacts of intervals of time; the growth of a perturbation.
     without
         Why a motion that came to its end may have no such number.
     """
@@ -86,14 +86,14 @@ class Measure:
 
 
 def period_of(points: Floats, longest: int) -> Integers:
-    """Return after how many forcing periods each motion repeats itself, 0 where it does not.
+    """Return the period of each motion in forcing periods, 0 where it does not repeat itself.
 
     Parameters
     ----------
     points
         (n, m, 2) array of (x, v), one a period.
     longest
-        The longest period looked for, in forcing periods, below m.
+        The longest period considered, in forcing periods, below m.
 
     Returns
     -------
@@ -108,10 +108,10 @@ def period_of(points: Floats, longest: int) -> Integers:
     array([2])
     """
     size = np.abs(points).max(axis=(1, 2))
-    # What repeats itself does so at the end: a look at one pair of strobes spares most others.
+    # A motion that repeats itself does so at the end: one pair of strobes rules out most periods.
     last = np.abs(points[:, -1:] - points[:, -1 - longest : -1]).max(axis=2)[:, ::-1]
     hopeful = last <= SAME * size[:, np.newaxis]
-    found = np.zeros(len(points), dtype=np.int64)
+    periods = np.zeros(len(points), dtype=np.int64)
     for p in (1 + np.flatnonzero(hopeful.any(axis=0))).tolist():
         rows = np.flatnonzero(hopeful[:, p - 1])
         rows = rows[_difference(points[rows], p) <= SAME * size[rows]]
@@ -122,12 +122,12 @@ def period_of(points: Floats, longest: int) -> Integers:
         distinct = np.ones(len(rows), dtype=np.bool_)
         for q in (q for q in range(1, p // 2 + 1) if p % q == 0):
             distinct &= _difference(points[rows], q) > SETTLED * SAME * size[rows]
-        found[rows[distinct]] = p
-    return found
+        periods[rows[distinct]] = p
+    return periods
 
 
 def _difference(points: Floats, p: int) -> Floats:
-    """Return by how much strobes differ from those p periods later, at most."""
+    """Return the largest difference between strobes p periods apart."""
     return np.asarray(np.abs(points[:, p:] - points[:, :-p]).max(axis=(1, 2)))
 
 
@@ -138,7 +138,7 @@ def _period(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa:
 
 def _peak_displacement(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
     lowest, highest = result.tallies[:, survey.LOWEST], result.tallies[:, survey.HIGHEST]
-    # A mass that is held at a wall all the time moves nowhere.
+    # A mass in contact with a wall all the time.
     still = ~np.isfinite(lowest)
     return np.where(still, np.abs(result.state[:, columns.X]), np.maximum(-lowest, highest))
 
@@ -161,9 +161,9 @@ def _largest(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa
 
 
 def _growth(result: BatchResult, plan: Plan, window: Window) -> Floats:
-    """Fit a power law to the fastest impacts of stretches equal in log t."""
+    """Fit a power law to the fastest impacts of intervals equal in log t."""
     duration = (plan.until - plan.since) * (window.transient + window.periods) / window.periods
-    middle = np.sqrt(STRETCHES[1:] * STRETCHES[:-1])
+    middle = np.sqrt(INTERVALS[1:] * INTERVALS[:-1])
     exponents = np.full(len(duration), np.nan)
     for i, peaks in enumerate(result.peaks):
         hit = peaks > 0.0
@@ -218,7 +218,7 @@ MEASURES: dict[str, Measure] = {
 def measure_group(
     names: Sequence[str], group: Group, window: Window, max_impacts: int
 ) -> tuple[dict[str, Floats], dict[int, str], int]:
-    """Return the numbers of some motions, why some have none, and how many impacts it took.
+    """Return the measures of motions, the reasons of those without, and the number of impacts.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def measure_group(
     window
         When they are measured.
     max_impacts
-        Impacts after which a motion is given up.
+        Impacts after which a motion is abandoned.
 
     Returns
     -------
@@ -240,13 +240,13 @@ def measure_group(
     values = {name: np.full(n, np.nan) for name in names}
     reasons: dict[int, str] = {}
     n_impacts = 0
-    for those in _together(names):
-        plan = _plan(those, group, window, max_impacts)
+    for together in _together(names):
+        plan = _plan(together, group, window, max_impacts)
         result = follow_batch(group.laws, group.which, group.starts, plan)
         n_impacts += int(result.n_impacts.sum())
         lost = _reasons(result, plan)
         reasons |= lost
-        for name in those:
+        for name in together:
             measure = MEASURES[name]
             values[name] = measure.value(result, plan, window)
             values[name][list(lost)] = np.nan
@@ -257,10 +257,10 @@ def measure_group(
 
 
 def _together(names: Sequence[str]) -> list[list[str]]:
-    """Return which measures are taken on the way of the same motions.
+    """Return the measures in groups that are taken from the same run of the kernel.
 
-    All of them, but that strobes and a neighbour are both kept as points: with a period among
-    them the largest exponent has motions of its own.
+    Strobes and perturbations are both recorded as points: next to a period, the largest exponent
+    has a run of its own.
     """
     if not any(MEASURES[name].strobed for name in names):
         return [list(names)]
@@ -272,25 +272,25 @@ def _together(names: Sequence[str]) -> list[list[str]]:
 def _plan(names: Sequence[str], group: Group, window: Window, max_impacts: int) -> Plan:
     period = group.laws[group.which, 0, PERIOD]
     t0 = group.starts[:, 2]
-    asked = [MEASURES[name] for name in names]
+    measures = [MEASURES[name] for name in names]
     since = t0 + window.transient * period
     plan = Plan(since, period, since + window.periods * period)
-    if any(measure.strobed for measure in asked):
+    if any(measure.strobed for measure in measures):
         plan = replace(plan, section=survey.STROBES, n_points=window.periods + 1)
-    elif any(measure.neighboured for measure in asked):
+    elif any(measure.neighboured for measure in measures):
         plan = tangent_plan(period, t0, window.transient, window.periods)
     edges = None
-    if any(measure.grown for measure in asked):
+    if any(measure.grown for measure in measures):
         duration = (window.transient + window.periods) * period
-        edges = t0[:, np.newaxis] + duration[:, np.newaxis] * STRETCHES
-    surveyed = any(measure.surveyed for measure in asked)
+        edges = t0[:, np.newaxis] + duration[:, np.newaxis] * INTERVALS
+    surveyed = any(measure.surveyed for measure in measures)
     return replace(plan, surveyed=surveyed, max_impacts=max_impacts, edges=edges)
 
 
 def _reasons(result: BatchResult, plan: Plan) -> dict[int, str]:
-    found: dict[int, str] = {}
+    reasons: dict[int, str] = {}
     for status in np.unique(result.status):
         reason = reason_of(int(status), plan)
         if reason is not None:
-            found |= {int(i): reason for i in np.flatnonzero(result.status == status)}
-    return found
+            reasons |= {int(i): reason for i in np.flatnonzero(result.status == status)}
+    return reasons

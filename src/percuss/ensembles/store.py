@@ -1,14 +1,14 @@
-"""Answers on disk, chunk by chunk, so that what was done outlives the process that did it.
+"""Answers on disk, chunk by chunk: finished chunks outlive the process that computed them.
 
-A store is a Zarr group: an array for each column of the answer, in which each chunk of the job is
-a chunk, and ``done``, with a chunk of its own for each of them: its mark. The mark is two numbers,
-one more than the impacts that the chunk took and when it was finished, and is written after the
-chunk's data. Each file ends with the checksum of its bytes, so that what was cut off by a kill, a
-full disk or a crash of the machine is seen, counts as not done, and is done again.
+A store is a Zarr group: an array for each column of the answer, whose chunks are those of the job,
+and ``done``, which holds a mark for each chunk. The mark is two numbers, one more than the impacts
+of the chunk and the time at which it was finished, and is written after the data. Each file ends
+with a checksum, so that a chunk which was cut off by a kill, a full disk or a crash of the machine
+is noticed, counts as not done, and is computed again.
 
-The store's own ``zarr.json`` is its marker: it is the first thing that is written, under another
-name that is then linked to this one, and it says what study it is. A folder that holds anything
-and has no such marker is somebody else's, and is left as it is. No folder is ever removed.
+The ``zarr.json`` of the group is the marker of a store: it is written first, under another name
+that is then linked to this one, and it describes the study. A folder that has content but no such
+marker belongs to another program, and is left as it is. No folder is ever removed.
 
 Zarr describes the arrays; the chunks are written here, as Zarr's codecs "bytes" and "crc32c" do:
 docs/decisions/016-stores.md.
@@ -43,25 +43,36 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = [
-    "REASON_BYTES", "RESULT", "Chunks", "Store", "check_vacant", "described", "faults_told", "has_store",
-    "keep_result", "make_folder", "own_attributes", "reasons_as_bytes", "write_chunk",
+    "REASON_BYTES",
+    "RESULT",
+    "Chunks",
+    "Store",
+    "check_vacant",
+    "described",
+    "has_store",
+    "keep_result",
+    "make_folder",
+    "own_attributes",
+    "reasons_as_bytes",
+    "store_faults",
+    "write_chunk",
 ]  # fmt: skip
 
 FORMAT = 3
 # The finished result, for `load_store`.
 RESULT = "result.nc"
-# What says which study a store is of, and under what name it is written first.
+# The description of the study, and the name under which it is written first.
 MARKER = "zarr.json"
 PART = re.compile(r"zarr\.json\.\d+\.part")
 # Numbers of a mark, and bytes of a checksum.
 MARK, CHECKSUM = 2, 4
-# Room for the reasons of a chunk: what does not fit is cut off.
+# Bytes for the reasons of a chunk: longer texts are cut.
 REASON_BYTES = 1 << 18
 
 
 def write_chunk(file: Path, values: NDArray[np.generic]) -> None:
     """Write the numbers of a chunk, the little end first, and their checksum (CRC-32C)."""
-    # Only who has a store should wait for it.
+    # An import that only stores should wait for.
     from google_crc32c import value as checksum
 
     content = values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
@@ -78,7 +89,7 @@ def write_chunk(file: Path, values: NDArray[np.generic]) -> None:
 
 
 def read_chunk(file: Path) -> bytes | None:
-    """Return the bytes of a chunk; None if there is no such file or it is not as it was written."""
+    """Return the bytes of a chunk; None if its file is missing or damaged."""
     from google_crc32c import value as checksum
 
     try:
@@ -100,7 +111,7 @@ class Chunks:
     columns
         The columns of the answer.
     size, chunk
-        Number of points, and points of a chunk; the last one is stored as long as the others.
+        Number of points, and points of a chunk; the last chunk is stored at full length.
     """
 
     path: Path
@@ -110,7 +121,7 @@ class Chunks:
 
     @property
     def count(self) -> int:
-        """How many chunks there are."""
+        """Number of chunks."""
         return -(-self.size // self.chunk)
 
     def span(self, number: int) -> tuple[int, int]:
@@ -139,7 +150,7 @@ class Chunks:
         write_chunk(self.file("done", number), mark)
 
     def marks(self) -> Integers:
-        """Return the marks of all chunks, (n, 2) array; 0 where there is none or it is damaged."""
+        """Return the marks of all chunks, (n, 2) array; 0 where one is missing or damaged."""
         marks = np.zeros((self.count, MARK), dtype=np.int64)
         folder = self.path / "done" / "c"
         for entry in os.scandir(folder) if folder.is_dir() else ():
@@ -150,7 +161,7 @@ class Chunks:
         return marks
 
     def seems_whole(self, number: int) -> bool:
-        """Return whether a chunk has all its data, by the lengths of its files alone."""
+        """Return whether the files of a chunk have their full lengths."""
         try:
             return all(
                 self.file(name, number).stat().st_size == self._bytes(column) + CHECKSUM
@@ -160,7 +171,7 @@ class Chunks:
             return False
 
     def read(self, number: int) -> Block | None:
-        """Return the data of a chunk; None if a part is missing or is not as it was written."""
+        """Return the data of a chunk; None if a part is missing or damaged."""
         first, last = self.span(number)
         arrays: dict[str, NDArray[np.generic]] = {}
         for name, column in self.columns.items():
@@ -170,16 +181,18 @@ class Chunks:
             values = np.frombuffer(content, dtype=np.dtype(column.dtype).newbyteorder("<"))
             arrays[name] = values.reshape(self.chunk, *column.tail)[: last - first]
         reasons = self.file("reasons", number)
-        # Of most chunks there is no file.
+        # Most chunks have none.
         if not reasons.exists():
             return Block(arrays)
         if read_chunk(reasons) is None:
             return None
         text = bytes(_opened(reasons.parents[2])[number]).rstrip(b"\0")
-        return Block(arrays, {i: it for it, those in json.loads(text or "[]") for i in those})
+        return Block(
+            arrays, {i: reason for reason, points in json.loads(text or "[]") for i in points}
+        )
 
     def answer(self) -> Answer:
-        """Return what has been done; NaN and -1 elsewhere."""
+        """Return the answer; NaN and -1 where a chunk is missing."""
         arrays = {
             name: _array_for(self.path, column, self.size) for name, column in self.columns.items()
         }
@@ -201,7 +214,7 @@ class Chunks:
 
 
 def _array_for(path: Path, column: Column, size: int) -> NDArray[np.generic]:
-    """Return an array for a column, in a nameless file in the folder if memory is too small."""
+    """Return an empty array for a column, in an unnamed file of the folder if memory is small."""
     shape = (size, *column.tail)
     if too_large([size], math.prod(column.tail)) is None:
         return np.empty(shape, dtype=column.dtype)
@@ -210,23 +223,23 @@ def _array_for(path: Path, column: Column, size: int) -> NDArray[np.generic]:
 
 
 def reasons_as_bytes(reasons: dict[int, str]) -> NDArray[np.uint8]:
-    """Return reasons as JSON, each text once, cut where they do not fit."""
+    """Return reasons as JSON, each text once, cut where there is no room."""
     by_text: dict[str, list[int]] = {}
     for i, text in sorted(reasons.items()):
         by_text.setdefault(text, []).append(i)
     for longest in (None, 2000, 300, 40, 0):
         short: dict[str, list[int]] = {}
-        for text, those in by_text.items():
+        for text, points in by_text.items():
             cut = text if longest is None else text[-longest:] if longest else ""
-            short.setdefault(cut, []).extend(those)
-        found = json.dumps(list(short.items())).encode()
-        if len(found) <= REASON_BYTES:
+            short.setdefault(cut, []).extend(points)
+        content = json.dumps(list(short.items())).encode()
+        if len(content) <= REASON_BYTES:
             break
-    return np.frombuffer(found.ljust(REASON_BYTES, b"\0"), dtype=np.uint8)
+    return np.frombuffer(content.ljust(REASON_BYTES, b"\0"), dtype=np.uint8)
 
 
 class Store:
-    """A store that is open for one job: made for it, or found to be of it.
+    """The store of a job: a new one, or one that the same job has begun.
 
     Parameters
     ----------
@@ -244,9 +257,9 @@ class Store:
     def __init__(self, path: Path, job: Job) -> None:
         self.path = path
         self._chunks = Chunks(path, job.columns, job.size, min(job.chunk, job.size))
-        # As it comes back from the file: tuples as lists.
+        # As JSON gives it back: tuples as lists.
         about = json.loads(json.dumps(_description(job)))
-        with faults_told(path):
+        with store_faults(path):
             if not has_store(path):
                 check_vacant(path)
                 make_folder(path)
@@ -255,35 +268,35 @@ class Store:
             _make_arrays(path, job)
             for number in np.flatnonzero(self._chunks.marks()[:, 0]).tolist():
                 if self._chunks.read(number) is None:
-                    # Its data are gone or cut off: without its mark it is done again.
+                    # Data are lost or cut off: without its mark the chunk is computed again.
                     self._chunks.file("done", number).unlink()
 
     def todo(self) -> list[int]:
         """Return the numbers of the chunks without a mark."""
-        with faults_told(self.path):
+        with store_faults(self.path):
             return np.flatnonzero(self._chunks.marks()[:, 0] == 0).tolist()
 
     def write(self, number: int, block: Block) -> None:
         """Write a chunk, and its mark after it."""
-        with faults_told(self.path):
+        with store_faults(self.path):
             self._chunks.write(number, block)
 
     def read(self) -> Answer:
-        """Return what has been done."""
-        with faults_told(self.path):
+        """Return the answer as far as it is done."""
+        with store_faults(self.path):
             return self._chunks.answer()
 
 
 @contextlib.contextmanager
-def faults_told(path: Path) -> Iterator[None]:
-    """Raise an `OutputError` that says in a sentence what is wrong with a store."""
+def store_faults(path: Path) -> Iterator[None]:
+    """Turn what is raised about a damaged or unwritable store into an `OutputError`."""
     try:
         yield
     except PercussError:
         raise
     except OSError as error:
         kept = ""
-        # The path itself may be what is wrong.
+        # The path itself may be the fault.
         with contextlib.suppress(OSError):
             kept = "; what was finished is kept" if (path / "done" / "c").exists() else ""
         raise OutputError(path, f"{error.strerror or error}{kept}") from error
@@ -297,7 +310,7 @@ def faults_told(path: Path) -> Iterator[None]:
 
 
 def _cut_off(path: Path) -> str:
-    """Say which description of a damaged store is cut off, and what to do."""
+    """Return which description of a damaged store is cut off, and how to mend it."""
     cut = [file for file in sorted(path.glob(f"*/{MARKER}")) if not _is_json(file)]
     if cut and _is_json(path / MARKER):
         name = cut[0].relative_to(path)
@@ -319,17 +332,17 @@ def _is_json(file: Path) -> bool:
 
 
 def has_store(path: Path) -> bool:
-    """Return whether a folder is described as Zarr: a store of percuss, or somebody else's."""
+    """Return whether a folder is Zarr data: a store of percuss, or of another program."""
     return (path / MARKER).exists()
 
 
 def described(path: Path) -> dict[str, Any] | None:
-    """Return what a store of percuss says of itself, None where the folder is somebody else's.
+    """Return the description of a store of percuss, None for Zarr data of another program.
 
     Raises
     ------
     OSError, ValueError
-        If there is no description, or it cannot be read.
+        If there is none, or it cannot be read.
     """
     about = json.loads((path / MARKER).read_bytes())
     attributes = about.get("attributes") if isinstance(about, dict) else None
@@ -338,12 +351,12 @@ def described(path: Path) -> dict[str, Any] | None:
 
 
 def own_attributes(path: Path) -> dict[str, Any]:
-    """Return what a store says of itself.
+    """Return the description of a store.
 
     Raises
     ------
     OutputError
-        If it is no store of percuss, or of another version.
+        If it is no store of percuss, or of another format.
     """
     own = described(path)
     if own is None:
@@ -359,15 +372,15 @@ def own_attributes(path: Path) -> dict[str, Any]:
 
 
 def check_vacant(path: Path, parts: Sequence[str] = ()) -> None:
-    """Raise an `OutputError` unless nothing of anybody's is in a folder.
+    """Raise an `OutputError` unless a folder is free for a store.
 
     Parameters
     ----------
     path
-        The folder: missing, empty, or with what a process has left that was killed while it made
-        a store there.
+        The folder: missing, empty, or with the leftovers of a process that was killed while it
+        made a store.
     parts
-        Names of folders in it that may be there if they are vacant themselves.
+        Names of folders in it that may exist if they are vacant themselves.
     """
     if not _is_vacant(path, parts):
         reason = "exists and is no store of percuss; it is left as it is; choose another name"
@@ -384,36 +397,17 @@ def _is_vacant(path: Path, parts: Sequence[str] = ()) -> bool:
 
 
 def make_folder(path: Path) -> None:
-    """Make the folder of a store; what it lies in is there, or the path has a slip in it.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be made.
-    """
-    with faults_told(path):
+    """Make the folder of a store; a missing parent is taken for a mistyped path."""
+    with store_faults(path):
         if not path.parent.exists():
             raise OutputError(path, f"there is no folder {path.parent}; make it first")
         path.mkdir(exist_ok=True)
 
 
 def keep_result(path: Path, dataset: Dataset) -> None:
-    """Write the finished result into its store, for `load_store`.
-
-    Parameters
-    ----------
-    path
-        The folder of the store.
-    dataset
-        The result.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
+    """Write the finished result into its store, for `load_store`."""
     part = (path / RESULT).with_suffix(f".{os.getpid()}.part")
-    with faults_told(path):
+    with store_faults(path):
         try:
             write_whole(dataset, part)
             part.replace(path / RESULT)
@@ -430,7 +424,7 @@ def _description(job: Job) -> dict[str, Any]:
         "chunk": job.chunk,
         # A point may stand for a whole branch.
         "motions_of_a_point": min(math.prod(column.tail) for column in job.columns.values()),
-        "dimensions": [[it.name, list(it.values), it.units] for it in job.dimensions],
+        "dimensions": [[axis.name, list(axis.values), axis.units] for axis in job.dimensions],
         "columns": {
             name: {"dims": list(column.dims), "units": column.units, "meaning": column.meaning}
             for name, column in job.columns.items()
@@ -440,7 +434,7 @@ def _description(job: Job) -> dict[str, Any]:
 
 
 def _mark(path: Path, about: dict[str, object]) -> None:
-    """Write what a store is, at once and never over a description that is there."""
+    """Write the description of a store, in one step and never over another."""
     marker, part = path / MARKER, path / f"{MARKER}.{os.getpid()}.part"
     group = {"zarr_format": 3, "node_type": "group", "attributes": {"percuss": about}}
     try:
@@ -451,7 +445,7 @@ def _mark(path: Path, about: dict[str, object]) -> None:
         try:
             os.link(part, marker)
         except FileExistsError:
-            # Another process was first; whether its study is the same is looked at next.
+            # Another process was first; whether its study is the same is checked next.
             return
         except OSError:
             # A file system without links.
@@ -482,17 +476,14 @@ def _check_description(path: Path, wanted: Mapping[str, Any]) -> None:
 
 def _opened(path: Path, mode: Literal["r", "r+"] = "r") -> Any:
     """Return the Zarr array in a folder."""
-    # Half a second of import, which only who has a store should wait.
+    # Half a second of import, which only stores should wait for.
     import zarr
 
     return zarr.open_array(str(path), mode=mode, zarr_format=3)
 
 
 def _make_arrays(path: Path, job: Job) -> None:
-    """Describe the arrays of a store; chunks that are there stay.
-
-    One whose description a kill or a crash of the machine has taken is described anew.
-    """
+    """Describe the arrays of a store, or those whose description is lost; chunks stay."""
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
     n, sums = len(chunks_of(job)), [Crc32cCodec()]
@@ -523,15 +514,15 @@ def _make_array(path: Path, about: dict[str, Any]) -> None:
     import zarr
 
     try:
-        found = _opened(path)
+        array = _opened(path)
     except (OSError, ValueError, KeyError, TypeError):
-        is_of_store = path.is_dir() and {it.name for it in path.iterdir()} <= {MARKER, "c"}
+        is_of_store = path.is_dir() and {entry.name for entry in path.iterdir()} <= {MARKER, "c"}
         if not _is_vacant(path) and not is_of_store:
             reason = f"holds a {path.name} that is no array of this store, and is left as it is"
             raise OutputError(path.parent, f"{reason}; move it away") from None
         (path / MARKER).unlink(missing_ok=True)
         zarr.create_array(str(path), zarr_format=3, **about)
         return
-    if found.shape != about["shape"]:
+    if array.shape != about["shape"]:
         reason = f"holds a {path.name} that is no array of shape {about['shape']}"
         raise OutputError(path.parent, f"{reason}, as this store has it; move it away")

@@ -1,10 +1,10 @@
-"""How far a store has come, and what it holds."""
+"""The state of a store, and the data in it."""
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.ensembles.basins import no_starts
-from percuss.ensembles.datasets import attributes_of, coordinates_of, dataset_of
+from percuss.ensembles.datasets import attributes_of, dataset_of
 from percuss.ensembles.diagram import failed_values
 from percuss.ensembles.execution import folder_of
 from percuss.ensembles.job import Answer, Column, Dimension
@@ -20,9 +20,9 @@ from percuss.ensembles.store import (
     RESULT,
     Chunks,
     described,
-    faults_told,
     has_store,
     own_attributes,
+    store_faults,
 )
 from percuss.errors import OutputError
 
@@ -33,18 +33,18 @@ if TYPE_CHECKING:
 __all__ = ["load_store", "rates_of", "status_of_store", "stores_in"]
 
 
-# A time between two chunks that is longer than a minute and than so many usual ones is a pause.
+# An interval between two chunks is a pause if it exceeds a minute and so many median intervals.
 PAUSE, USUAL = 60.0, 20.0
-# A study of several parts has a folder of this name for each.
+# The folders of the parts of a study that has several.
 PARTS = ("followed", "afresh")
 # The rate is that of the last so many chunks.
 RECENT = 200
-# What a column holds, by what Zarr calls it.
+# The types of columns, by their names in Zarr.
 _KINDS = {"float64": "f8", "int64": "i8"}
 
 
 def status_of_store(path: str | Path) -> dict[str, Any]:
-    """Return what a store holds and how much of it is done.
+    """Return the study of a store and how much of it is done.
 
     Parameters
     ----------
@@ -54,12 +54,12 @@ def status_of_store(path: str | Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``study`` (what makes it that study), ``version``, ``points``, ``points_done``,
+        ``study`` (a description), ``version``, ``points``, ``points_done``,
         ``chunks``, ``done``, ``n_impacts``; ``impacts_per_second`` and ``seconds_left`` at the
-        rate of the last chunks, pauses left out, None where too few are done to tell; and
+        rate of the last chunks without pauses, None where too few are done; and
         ``seconds_since``, the time since the last chunk was finished, None where none is.
-        ``running`` is False if it is complete or the last chunk is long ago against the usual
-        time of one; None if too few are done to tell. A killed process leaves no marker.
+        ``running`` is False if the store is complete, or if the last chunk is long ago compared
+        with the usual interval; None if too few are done. A killed process leaves no marker.
 
     Raises
     ------
@@ -70,8 +70,8 @@ def status_of_store(path: str | Path) -> dict[str, Any]:
     --------
     >>> import tempfile, percuss as pc
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     found = pc.sweep("period", pc.impact_oscillator(0.8), pc.cosine(2.5),
-    ...                      over={"start.v0": [1.0, 2.0]}, store=f"{folder}/run.zarr")
+    ...     data = pc.sweep("period", pc.impact_oscillator(0.8), pc.cosine(2.5),
+    ...                     over={"start.v0": [1.0, 2.0]}, store=f"{folder}/run.zarr")
     ...     status = pc.status_of_store(f"{folder}/run.zarr")
     >>> status["points_done"], status["points"], status["seconds_left"]
     (2, 2, 0.0)
@@ -108,10 +108,10 @@ def stores_in(path: str | Path) -> list[Path]:
     if _parts_of_one(folder):
         return [folder]
     inside = (inner for inner in sorted(folder.glob("*")) if not _is_foreign(inner))
-    found = [inner for inner in inside if _parts_of_one(inner)]
-    if not found:
+    stores = [inner for inner in inside if _parts_of_one(inner)]
+    if not stores:
         raise OutputError(path, "no store there")
-    return found
+    return stores
 
 
 def load_store(path: str | Path) -> Dataset:
@@ -125,10 +125,9 @@ def load_store(path: str | Path) -> Dataset:
     Returns
     -------
     xarray.Dataset
-        What its call returned, and of a sweep that was stopped what it would return then. Of
-        another study that was not brought to its end the columns as they are stored, over the
-        axes of the study, NaN and -1 where it is not done, with the attribute ``complete`` at 0;
-        basins are then not yet numbered.
+        The result of the call, and of an unfinished sweep its result so far. Of other unfinished
+        studies the stored columns over the axes of the study, NaN and -1 where a chunk is missing,
+        with the attribute ``complete`` at 0; basins are not numbered yet.
 
     Raises
     ------
@@ -139,12 +138,12 @@ def load_store(path: str | Path) -> Dataset:
 
     where = folder_of(path)
     parts = _parts(where)
-    with faults_told(where):
+    with store_faults(where):
         if all(_is_complete(part) for part in parts) and (where / RESULT).exists():
             try:
-                with xarray.open_dataset(where / RESULT, engine="h5netcdf") as found:
-                    if "percuss" in found.attrs:
-                        return found.load()
+                with xarray.open_dataset(where / RESULT, engine="h5netcdf") as result:
+                    if "percuss" in result.attrs:
+                        return result.load()
             except (OSError, ValueError, RuntimeError, KeyError) as error:
                 reason = f"its {RESULT} is damaged; remove that file, and the same call writes it"
                 raise OutputError(path, reason) from error
@@ -156,11 +155,11 @@ def load_store(path: str | Path) -> Dataset:
 
 def _parts(path: Path) -> list[Path]:
     """Return the stores of one study in a folder."""
-    found = _parts_of_one(path)
-    if not found:
-        several = [one.name for one in stores_in(path)]
+    parts = _parts_of_one(path)
+    if not parts:
+        several = [store.name for store in stores_in(path)]
         raise OutputError(path, f"no store, but holds {', '.join(several)}; name one of them")
-    return found
+    return parts
 
 
 def _parts_of_one(path: Path) -> list[Path]:
@@ -171,7 +170,7 @@ def _parts_of_one(path: Path) -> list[Path]:
 
 
 def _is_foreign(path: Path) -> bool:
-    """Return whether a folder is Zarr of somebody else's, or an array that has lost its store."""
+    """Return whether a folder is Zarr data of another program, or an array without its store."""
     try:
         return described(path) is None
     except (OSError, ValueError):
@@ -185,12 +184,12 @@ def _is_complete(path: Path) -> bool:
 
 
 def _chunks(path: Path, own: Mapping[str, Any]) -> Chunks:
-    """Return the chunks of a store, its columns as their descriptions have them."""
+    """Return the chunks of a store, with the columns that its arrays describe."""
     columns: dict[str, Column] = {}
     for name, about in own["columns"].items():
         file = path / name / "zarr.json"
         if not file.exists():
-            # It was killed before it was made, or somebody has taken it away.
+            # The process was killed before it made the array, or the file has been removed.
             reason = "was begun, and holds nothing yet; the same command goes on"
             if (path / "done" / "c").exists():
                 reason = f"has lost its {name}/zarr.json; the command that began it mends that"
@@ -207,13 +206,13 @@ def _chunks(path: Path, own: Mapping[str, Any]) -> Chunks:
 
 
 def _status_of_part(path: Path) -> dict[str, Any]:
-    with faults_told(path):
+    with store_faults(path):
         own = own_attributes(path)
-        # What was killed while it was made has no marks, and no arrays either.
+        # A store whose making was interrupted has neither marks nor arrays.
         marks = Chunks(path, {}, own["size"], min(own["chunk"], own["size"])).marks()
         done = np.flatnonzero(marks[:, 0])
         if len(done):
-            # By their lengths: to look at every byte would take long.
+            # By the lengths of their files: reading every byte would take long.
             chunks = _chunks(path, own)
             done = np.array([i for i in done.tolist() if chunks.seems_whole(i)], dtype=np.int64)
     each = own["motions_of_a_point"]
@@ -239,7 +238,7 @@ def _status_of_part(path: Path) -> dict[str, Any]:
 def rates_of(
     times: Floats, points: Integers, impacts: Integers
 ) -> tuple[float | None, float | None]:
-    """Return points and impacts a second, from when the last chunks were finished."""
+    """Return the rates of points and impacts [1/s] from the times at which chunks were finished."""
     order = np.argsort(times)[-RECENT:]
     steps = np.diff(times[order])
     if len(steps) == 0:
@@ -253,7 +252,7 @@ def rates_of(
 
 
 def _pause(steps: Floats) -> float:
-    """Return from which time on one between two chunks is a pause."""
+    """Return the interval between two chunks from which on it is a pause [s]."""
     return max(PAUSE, USUAL * float(np.median(steps)))
 
 
@@ -265,41 +264,16 @@ def _load_part(path: Path) -> Dataset:
     chunks = _chunks(path, own)
     answer, columns = chunks.answer(), chunks.columns
     study = own["study"]
-    if study["kind"] == "sweep":
-        motion = {name: study[name] for name in ("oscillator", "forcing", "start")}
-        about = attributes_of(motion, answer, own["version"])
-        return dataset_of(dimensions, columns, answer, about)
-    return _columns_of(dimensions, columns, answer, own)
-
-
-def _columns_of(
-    dimensions: Sequence[Dimension],
-    columns: Mapping[str, Column],
-    answer: Answer,
-    own: Mapping[str, Any],
-) -> Dataset:
-    """Return the columns as they are stored, over the axes of the study."""
-    import xarray
-
-    names, shape = [it.name for it in dimensions], [len(it.values) for it in dimensions]
-    data: dict[str, Any] = {}
-    for name, column in columns.items():
-        values = answer.arrays[name]
-        dims = column.dims or [f"{name}_{i}" for i in range(values.ndim - 1)]
-        units = {"units": column.units}
-        data[name] = ((*names, *dims), values.reshape(*shape, *values.shape[1:]), units)
-    attrs = {
-        **{key: str(value) for key, value in own["study"].items() if key != "over"},
-        "percuss": own["version"],
-        "n_impacts": answer.n_impacts,
-        "complete": int(answer.complete),
-        "failed": _failed(answer),
-    }
-    return xarray.Dataset(data, coords=coordinates_of(dimensions), attrs=attrs)
+    is_sweep = study["kind"] == "sweep"
+    names = ("oscillator", "forcing", "start") if is_sweep else study.keys() - {"over"}
+    words = {name: str(value) for name, value in study.items() if name in names}
+    about = attributes_of(words, answer, own["version"])
+    about |= {} if is_sweep else {"failed": _failed(answer)}
+    return dataset_of(dimensions, columns, answer, about, with_reasons=is_sweep)
 
 
 def _failed(answer: Answer) -> int:
-    """Return how many motions of a diagram, or starts of basins, have no answer."""
+    """Return the number of motions of a diagram, or starts of basins, without an answer."""
     if "kind" in answer.arrays:
         return no_starts(answer)
     return failed_values(answer.arrays) if "status" in answer.arrays else len(answer.reasons)

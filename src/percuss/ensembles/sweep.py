@@ -17,7 +17,6 @@ from percuss.ensembles.batch import MOST_IMPACTS
 from percuss.ensembles.datasets import (
     attributes_of,
     dataset_of,
-    motion_of,
     warn_of_failures,
     warn_of_some,
 )
@@ -43,18 +42,18 @@ if TYPE_CHECKING:
 
 __all__ = ["sweep"]
 
-# Impacts of a compiled chunk, at about one a period: a tenth of a second or several, against which
-# what it costs to hand out and to keep a chunk is little, and no memory to speak of. To make a new
-# law takes as long as so many impacts.
+# Impacts of a compiled chunk, at about one a period: they take some tenths of a second, much longer
+# than submitting and storing the chunk, and little memory. Making a law takes as long as 1000
+# impacts.
 IMPACTS_OF_A_CHUNK, OF_A_LAW = 2_000_000, 1000
 LARGEST_CHUNK = 8192
-# A study that would have more chunks than this, each with files of its own, has larger ones.
+# A study that would have more chunks than this, each with its own files, has larger chunks.
 MOST_CHUNKS, LARGEST_OF_ALL = 20_000, 32_768
-# Points of a chunk where a function of the user's is called for each.
+# Points of a chunk where a function of the user is called for each.
 CALLS_OF_A_CHUNK = 16
-# Of what a function has returned instead of a number, so many characters are shown.
+# Characters shown of what a function has returned instead of a number.
 LONGEST_TEXT = 60
-# Values that are looked at in one go.
+# Values that are tested for NaN at a time.
 LOOKED_AT = 1_000_000
 
 
@@ -83,27 +82,27 @@ def sweep(
         compiled. Or a function: of a run, of (osc, force), or of (osc, force, start), that
         returns a number.
     osc, force
-        What moves, where ``over`` does not say otherwise.
+        The oscillator and its forcing; ``over`` replaces some of their parameters.
     over
-        The axes of the grid, by the dotted path of a parameter, of the start's too: a range
-        (low, high), which is taken in 101 values, or the values themselves. Without any, {},
-        there is one point.
+        The axes of the grid, by the dotted path of a parameter or of a number of the start: a
+        range (low, high), which stands for 101 values, or the values themselves. Without axes,
+        {}, there is one point.
     start
         Where the motions start: a `Start`, or x0 [length], v0 [length/time] and where wanted
         t0 [time]; default: at rest at 0.
     transient, periods
-        Forcing periods that are left out first, and that are measured then.
+        Forcing periods that are left out, and that are measured after them.
     max_impacts
-        Impacts after which a motion is given up, >= 1.
+        Impacts after which a motion is abandoned, >= 1.
     store
-        Folder of a Zarr store: what is in it is not done again. An answer that memory cannot hold
-        needs one, and is then read from its disk.
+        Folder of a Zarr store: finished chunks in it are not computed again. An answer that memory
+        cannot hold needs one, and is then read from its disk.
     engine
         "threads", "processes", the address of a Dask scheduler ("tcp://...") or a client of one.
     n_workers
         Threads or processes; default: the cores that this process may use.
     progress
-        True shows a line on the error stream for what takes longer than two seconds; a function
+        True shows a line on the error stream after two seconds; a function
         ``(done, total) -> bool`` is called now and then, and ends the sweep by returning False.
 
     Returns
@@ -112,7 +111,7 @@ def sweep(
         A variable for each measure over one dimension for each path, in its long form. Points
         without an answer hold NaN, and `reason` over the dimension `failure` says why; `point`
         is their number in the grid, the last axis the fastest; the attribute `failed` counts
-        them. The same bits whatever the engine.
+        them. The bits do not depend on the engine.
 
     Warns
     -----
@@ -133,11 +132,11 @@ def sweep(
     Examples
     --------
     >>> import percuss as pc
-    >>> found = pc.sweep(
+    >>> data = pc.sweep(
     ...     "period", pc.impact_oscillator(restitution=0.8), pc.cosine(2.5),
     ...     over={"forcing.omega": [2.5, 2.67, 2.8]}, start=(0.0, 1.0),
     ... )
-    >>> found.period.values
+    >>> data.period.values
     array([1., 2., 0.])
     """
     execution = execution_of(store, engine, n_workers, progress)
@@ -151,19 +150,19 @@ def sweep(
     if nowhere and answer.complete:
         verb = "has" if len(nowhere) == 1 else "have"
         counted = "1 point" if work.size == 1 else f"{work.size:,} points"
-        # A function of the user's may have none without saying why.
+        # A function of the user may return NaN without a reason.
         silent = ["it returned NaN"] * (work.size - len(answer.reasons))
         warn_of_failures(
             f"{' and '.join(nowhere)} {verb} no answer for any of {counted}",
             [*answer.reasons.values(), *silent],
         )
-    # It needs no result of its own in its store: all of it is in the columns there.
-    about = attributes_of(motion_of(grid), answer)
+    # The columns of its store are the whole result: no other file is needed.
+    about = attributes_of(grid.motion(), answer)
     return dataset_of(work.dimensions, work.columns, answer, about)
 
 
 def _has_any(values: NDArray[np.generic]) -> bool:
-    """Return whether there is any number among values, which may be more than memory holds."""
+    """Return whether any value, of possibly more than memory holds, is a number."""
     parts = range(0, len(values), LOOKED_AT)
     return any(not np.isnan(values[i : i + LOOKED_AT]).all() for i in parts)
 
@@ -195,33 +194,38 @@ def _work(
         reason = "a built-in measure counts in forcing periods; give a forcing that has one"
         raise ParameterError("forcing.period", None, reason)
     if any(MEASURES[name].strobed for name in names):
-        # Of one motion at least they are in memory at once.
+        # Those of one motion at least are in memory at once.
         problem = too_large([1], survey.POINT_COLUMNS * (window.periods + 1))
         if problem is not None:
-            reason = f"a period is told from a strobe in each; {problem}"
+            reason = f"a period is found from a strobe in each; {problem}"
             raise ParameterError("periods", window.periods, reason)
     return Measured(grid, tuple(names), window, max_impacts)
 
 
-def identity_of(grid: Grid) -> dict[str, object]:
-    """Return the grid as JSON can hold it: what was given, exactly."""
-    axes = {axis.path: [repr(value) for value in axis.given] for axis in grid.axes}
-    return {**motion_of(grid), "over": axes}
-
-
 @dataclass(frozen=True, slots=True)
-class Measured:
-    """The job of built-in measures."""
+class OverGrid:
+    """What the jobs of a sweep share: the points of a grid."""
 
     grid: Grid
-    names: tuple[str, ...]
-    window: Window
-    max_impacts: int
 
     @property
     def size(self) -> int:
         """Number of points."""
         return self.grid.size
+
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """The axes of the grid."""
+        return self.grid.dimensions
+
+
+@dataclass(frozen=True, slots=True)
+class Measured(OverGrid):
+    """The job of built-in measures."""
+
+    names: tuple[str, ...]
+    window: Window
+    max_impacts: int
 
     @property
     def chunk(self) -> int:
@@ -240,14 +244,9 @@ class Measured:
             for name in self.names
         }
 
-    @property
-    def dimensions(self) -> tuple[Dimension, ...]:
-        """The axes of the grid."""
-        return self.grid.dimensions
-
     def identity(self) -> dict[str, object]:
-        """Return what makes it this study."""
-        return identity_of(self.grid) | {
+        """Return what tells this study from others."""
+        return self.grid.identity() | {
             "kind": "sweep",
             "measure": list(self.names),
             "transient": self.window.transient,
@@ -269,10 +268,9 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True)
-class Called:
-    """The job of a measure that is a function of the user's."""
+class Called(OverGrid):
+    """The job of a measure that is a function of the user."""
 
-    grid: Grid
     measure: Callable[..., float]
     window: Window
 
@@ -281,11 +279,6 @@ class Called:
         """The function's name."""
         name = getattr(self.measure, "__name__", "measure")
         return ("measure" if name == "<lambda>" else name,)
-
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        return self.grid.size
 
     @property
     def chunk(self) -> int:
@@ -297,14 +290,9 @@ class Called:
         """One number."""
         return {self.names[0]: Column(units="")}
 
-    @property
-    def dimensions(self) -> tuple[Dimension, ...]:
-        """The axes of the grid."""
-        return self.grid.dimensions
-
     def identity(self) -> dict[str, object]:
-        """Return what makes it this study; of the function its code and what it stands on."""
-        return identity_of(self.grid) | {
+        """Return what tells this study from others; of the function its fingerprint."""
+        return self.grid.identity() | {
             "kind": "sweep",
             "measure": [getattr(self.measure, "__qualname__", repr(type(self.measure)))],
             "transient": self.window.transient,
@@ -313,7 +301,7 @@ class Called:
         }
 
     def compute(self, first: int, last: int) -> Block:
-        """Call the function for each point; what it raises is that point's reason."""
+        """Call the function for each point; what it raises is the reason of that point."""
         values = np.full(last - first, np.nan)
         block = Block({self.names[0]: values})
         for i in range(first, last):
@@ -322,7 +310,7 @@ class Called:
                 values[i - first] = _number(self.names[0], self._call(*self.grid.point(i)))
             except ParameterError as error:
                 block.reasons[i - first] = str(error)
-            except Exception:  # noqa: BLE001  whatever a user's function raises
+            except Exception:  # noqa: BLE001  a function of the user may raise anything
                 block.reasons[i - first] = traceback.format_exc()
         return block
 
@@ -342,7 +330,7 @@ class Called:
 
 
 def _number(name: str, value: Any) -> float:
-    """Return what a measure has returned as a number."""
+    """Return the answer of a measure as a number."""
     try:
         if not isinstance(value, str | bytes):
             return float(value)
@@ -354,7 +342,7 @@ def _number(name: str, value: Any) -> float:
 
 
 def _positional(function: Callable[..., float]) -> int:
-    """Return how many arguments a function must be given in their order."""
+    """Return the number of positional arguments that a function needs."""
     kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
     parameters = inspect.signature(function).parameters.values()
     return sum(p.kind in kinds and p.default is p.empty for p in parameters)

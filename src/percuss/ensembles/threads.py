@@ -1,8 +1,8 @@
-"""Threads whose work can be left where it is.
+"""Threads whose work can be abandoned.
 
-A thread cannot be ended from outside: it looks at a flag of its own between the steps of its work,
-which compiled loops take as an array and look at too. Elsewhere than in the threads of `Threads`
-the flag is never set.
+A thread cannot be ended from outside: it reads a flag of its own between the steps of its work, and
+so do compiled loops, which take the flag as an array. Only the threads of `Threads` have a flag
+that is ever set.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ _NEVER = np.zeros(1, dtype=np.int64)
 
 
 class UnwantedError(PercussError):
-    """Work was given up because its result is not wanted any more."""
+    """The work was abandoned: its result is no longer wanted."""
 
 
 def stop_flag() -> Integers:
     """Return the flag of this thread, (1,) array: 0 as long as its work is wanted."""
-    found: Integers = getattr(_own, "flag", _NEVER)
-    return found
+    flag: Integers = getattr(_own, "flag", _NEVER)
+    return flag
 
 
 def check_wanted() -> None:
-    """Raise `UnwantedError` if the result of this thread is not wanted any more.
+    """Raise `UnwantedError` if the result of this thread is no longer wanted.
 
     Examples
     --------
@@ -47,24 +47,18 @@ def check_wanted() -> None:
 
 
 class Threads(futures.Executor):
-    """A pool of threads; those of `concurrent.futures` keep a program from ending.
-
-    Parameters
-    ----------
-    n
-        How many.
-    """
+    """A pool of at most n threads that do not keep a program from ending, as Python's own do."""
 
     def __init__(self, n: int) -> None:
         self._work: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._most = n
         self._threads: list[threading.Thread] = []
         self._stop = np.zeros(1, dtype=np.int64)
-        # One for each thread that has nothing to do.
+        # Released once for each thread that has nothing to do.
         self._idle = threading.Semaphore(0)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> futures.Future[Any]:
-        """Have a function called by the next thread that is free."""
+        """Have a function called by the next free thread."""
         future: futures.Future[Any] = futures.Future()
         self._work.put((future, fn, args, kwargs))
         if not self._idle.acquire(blocking=False) and len(self._threads) < self._most:
@@ -74,7 +68,7 @@ class Threads(futures.Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the threads when they are done with what has been submitted."""
+        """End the threads once the submitted work is done."""
         while cancel_futures:
             try:
                 self._work.get_nowait()[0].cancel()
@@ -86,7 +80,7 @@ class Threads(futures.Executor):
             thread.join()
 
     def drop(self, seconds: float) -> None:
-        """Give up what is at work, and wait so long at most until it has ended [s]."""
+        """Abandon the work in progress, and wait at most so long for its end [s]."""
         self._stop[0] = 1
         self.shutdown(wait=False, cancel_futures=True)
         until = time.monotonic() + seconds
@@ -105,6 +99,6 @@ class Threads(futures.Executor):
                 else:
                     future.set_result(result)
                     del result
-            # What it holds is not kept until the next one comes.
+            # Frees its memory before the next item comes.
             del item, future, fn, args, kwargs
             self._idle.release()

@@ -1,4 +1,4 @@
-"""Values of percuss as JSON that gives back the same values, types and bits."""
+"""Values of percuss as JSON, read back with the same types and bits."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from percuss.model.oscillator import Oscillator
 
 __all__ = ["decoded", "encoded"]
 
-# A file may name values of these packages, and nothing else is ever made from one.
+# Only values of these packages are made from what a file names.
 _PACKAGES = ("percuss.model.", "percuss.motion.", "percuss.orbits.")
 Replaced = Callable[[Any], Any]
 
 
 def encoded(value: Any, replaced: Replaced | None = None) -> Any:
-    """Return a value as what JSON can hold.
+    """Return a value in types that JSON has.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def encoded(value: Any, replaced: Replaced | None = None) -> Any:
         Numbers, exact ones too, texts, arrays, tuples, lists, dictionaries, and the values of
         percuss made of these.
     replaced
-        Gives a JSON value for what is kept elsewhere, None for everything else.
+        Returns a JSON value for what is kept elsewhere, None for everything else.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def encoded(value: Any, replaced: Replaced | None = None) -> Any:
     Raises
     ------
     TypeError
-        If there is something else in it.
+        If it contains a value of another type.
 
     Examples
     --------
@@ -69,9 +69,9 @@ def decoded(text: Any, kept: Callable[[int], Any] | None = None) -> Any:
     Parameters
     ----------
     text
-        What `encoded` has returned.
+        The result of `encoded`.
     kept
-        Gives what is kept elsewhere, by its number.
+        Returns what is kept elsewhere, by its number.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def decoded(text: Any, kept: Callable[[int], Any] | None = None) -> Any:
     Raises
     ------
     ValueError, KeyError, TypeError
-        If it is nothing of the kind.
+        If it is not the result of `encoded`.
 
     Examples
     --------
@@ -115,7 +115,7 @@ def _made(name: str, fields: dict[str, Any]) -> Any:
         if field.name in fields:
             object.__setattr__(value, field.name, fields[field.name])
         elif field.default is not dataclasses.MISSING:
-            # A field that the file is too old to know.
+            # A field that is newer than the file.
             object.__setattr__(value, field.name, field.default)
         else:
             raise KeyError(f"{name}.{field.name}")
@@ -136,7 +136,7 @@ def _array_of(content: Any, _: Replaced) -> Any:
     return np.array(values, dtype=dtype).reshape(shape)
 
 
-# Asked in turn: True is an int, and a NumPy scalar may be a float.
+# In this order: True is an int, and a NumPy scalar may be a float.
 _ENCODERS: dict[Any, Callable[[Any, Replaced], Any]] = {
     np.generic: lambda value, part: part(value.item()),
     bool | int | float | str | None: lambda value, _: value,

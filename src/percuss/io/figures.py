@@ -1,4 +1,4 @@
-"""Pictures to files, with the record of their run inside."""
+"""Pictures as files, with the record of their run in the metadata."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from percuss.io.record import PNG_KEYWORD, Record, make_record
 
 
 class SavableFigure(Protocol):
-    """What can be saved as a picture: a figure of matplotlib, which this layer does not import."""
+    """A figure of matplotlib, which this layer does not import."""
 
     def savefig(self, fname: Path, **kwargs: Any) -> None:
         """Write the figure to a file."""
@@ -36,7 +36,7 @@ def save_figure(
     path
         The file; its suffix, ``.png`` or ``.svg``, is the format.
     run
-        What is drawn: a run, or another result that can be saved.
+        The run in the picture, or another result that can be saved.
     study, command
         As in `percuss.io.make_record`.
     force
@@ -47,7 +47,7 @@ def save_figure(
     Raises
     ------
     OutputError
-        If the format is another one, the file exists and `force` is false, or it cannot be
+        If the format is another one, the file exists and `force` is false, or the file cannot be
         written.
     """
     if Path(path).suffix.lower() not in (".png", ".svg"):

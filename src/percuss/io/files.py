@@ -1,4 +1,4 @@
-"""Writing files so that nothing is half-written and nothing is overwritten unasked."""
+"""Output files: complete or absent, and never overwritten without permission."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from typing import Self
 from percuss.errors import OutputError
 
 EXISTS = "exists already; force=True replaces it"
-# The size of a larger file is said before it is written [bytes].
+# The size of a larger file is announced before it is written [bytes].
 LARGE = 50_000_000
-# A part that has not grown for so long was left behind by a process that was killed [s].
+# A part that has not grown for so long belongs to a process that was killed [s].
 STALE = 3600.0
 
 
@@ -64,10 +64,9 @@ def _check_folder(folder: Path) -> None:
 
 
 def _remove_stale_parts(path: Path) -> None:
-    """Remove what processes that were killed while they wrote this file have left.
+    """Remove the parts of this file that killed processes have left.
 
-    On a folder that several machines share the number may be that of a process elsewhere, which
-    would have written to it not long ago.
+    In a folder shared by several machines the process may run elsewhere: then the part is recent.
     """
     for part in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
         number = part.name.removesuffix(".part").rpartition(".")[2]
@@ -80,7 +79,7 @@ def _remove_stale_parts(path: Path) -> None:
 def _is_running(process: int) -> bool:
     """Return whether a process of this number may be running."""
     if os.name != "posix":
-        # There, asking by a signal would end it.
+        # On Windows the signal would end it.
         return True
     try:
         os.kill(process, 0)
@@ -92,13 +91,13 @@ def _is_running(process: int) -> bool:
 
 
 def _reason(error: OSError) -> str:
-    """Return the operating system's words for an error, in our form: lower case, no full stop."""
+    """Return the message of the operating system in lower case and without full stop."""
     words = error.strerror or str(error) or type(error).__name__
     return words[:1].lower() + words[1:]
 
 
 def record_file(path: Path | str) -> Path:
-    """Return the file beside a CSV file that holds its record.
+    """Return the file that holds the record of a CSV file.
 
     Examples
     --------
@@ -109,15 +108,7 @@ def record_file(path: Path | str) -> Path:
 
 
 def say_size(part: Path, size: int) -> None:
-    """Say on the error stream how large a file will be, before it is written, if it is large.
-
-    Parameters
-    ----------
-    part
-        The temporary name under which it is written.
-    size
-        About how many bytes it will have.
-    """
+    """Announce on the error stream the size of a large file [bytes], from its temporary name."""
     if size >= LARGE:
         name = part.name.removeprefix(".").removesuffix(f".{os.getpid()}.part")
         sys.stderr.write(f"writing {name}: about {size / 1e6:,.0f} MB\n")
@@ -128,8 +119,8 @@ class OutputFiles:
     """A group of files that appear together at the end of a ``with`` block, or not at all.
 
     Each file is written under a temporary name in its own folder and renamed at the end. An
-    exception inside the block, Ctrl-C included, removes what was written, and the folders that
-    were made for it. What the operating system refuses is raised as an `OutputError`.
+    exception inside the block, Ctrl-C included, removes these files and the folders that were made
+    for them. Errors of the operating system are raised as an `OutputError`.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ from percuss.orbits.orbit.passages import Passages
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 TABLES = ("impacts", "crossings", "contacts", "grazes")
-# Where a result lies beside the tables that are for reading.
+# Groups of the exact result; the others are tables for other programs.
 EXACT, ORBITS, DATA = "exact", "orbits", "data"
 
 
@@ -88,8 +88,8 @@ def _of_motion(run: Trajectory, samples: int) -> dict[str, xr.Dataset]:
 
 
 def _of_orbits(result: Any, tables: dict[str, xr.Dataset], samples: int) -> dict[str, xr.Dataset]:
-    """Return the tables for reading, and the result as it is: its orbits, and all else as JSON."""
-    # By identity: a special point's orbit is a row of its branch, and stays so.
+    """Return the tables, and the exact result: its orbits, and all else as JSON."""
+    # By identity: the orbit of a special point is a row of its branch, and stays so.
     orbits: dict[int, PeriodicOrbit] = {}
     places: dict[int, int] = {}
 
@@ -120,15 +120,15 @@ def load_netcdf(path: Path | str) -> Any:
     Returns
     -------
     DataTree, PeriodicOrbit, list, Branch, Curve, Response or Dataset
-        A run as its groups, whose attributes hold the record; anything else as it was saved, every
-        field to the bit. All in memory; the file is closed.
+        A run as its groups, whose attributes hold the record; other results as they were saved,
+        every field to the bit. All in memory; the file is closed.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     OSError
-        If it is no NetCDF file, or holds no result of percuss that is whole; each in one sentence.
+        If it is no NetCDF file, or holds no complete result of percuss.
     """
     if not Path(path).exists():
         raise FileNotFoundError(f"{path}: no such file")
@@ -170,7 +170,7 @@ def _attributes(record: Record, title: str, kind: str) -> dict[str, str]:
 
 def _writable(dataset: xr.Dataset) -> xr.Dataset:
     """Return a dataset as NetCDF can hold it."""
-    # NetCDF knows texts of any length, but no array of none without a length.
+    # As objects: NetCDF has texts of any length, but no empty array of texts of a fixed length.
     names: Iterable[Any] = [*dataset.data_vars, *dataset.coords]
     texts = {key: dataset[key].astype(object) for key in names if dataset[key].dtype.kind == "U"}
     flags = {key: dataset[key].astype("i1") for key in names if dataset[key].dtype.kind == "b"}
@@ -185,9 +185,9 @@ _MODEL = ("oscillator", "forcing")
 def orbits_dataset(orbits: Sequence[PeriodicOrbit]) -> xr.Dataset:
     """Return orbits as a dataset over ``orbit``.
 
-    Numbers are columns. An array whose length differs from orbit to orbit stands in one long
-    array, one orbit's rows after another's; its ``_count`` says how many are whose. `model` holds
-    the different pairs of oscillator and forcing, `of_model` which of them an orbit has.
+    Numbers are columns. Arrays whose length differs from orbit to orbit are joined into one, with
+    the lengths in a ``_count``. `model` holds the different pairs of oscillator and forcing,
+    `of_model` the number of the pair of each orbit.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def orbits_dataset(orbits: Sequence[PeriodicOrbit]) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        From which `orbits_of_dataset` makes the same orbits.
+        The dataset from which `orbits_of_dataset` makes the same orbits.
     """
     models: dict[str, int] = {}
     for orbit in orbits:
@@ -228,7 +228,7 @@ def orbits_of_dataset(data: xr.Dataset) -> list[PeriodicOrbit]:
     Raises
     ------
     KeyError, ValueError, TypeError, IndexError
-        If it is nothing of the kind.
+        If the dataset is of another form.
     """
     models = [decoded(json.loads(text)) for text in data["model"].values]
     names = [field.name for field in dataclasses.fields(PeriodicOrbit) if field.name not in _MODEL]
@@ -257,7 +257,7 @@ def _column(values: list[Any]) -> Any:
 
 
 def _ragged(name: str, columns: dict[str, list[Any]]) -> dict[str, Any]:
-    """Return arrays of several lengths one after another, columns of one table alike."""
+    """Return arrays of different lengths joined into one, for columns that share the lengths."""
     counts = [len(array) for array in next(iter(columns.values()))]
     data: dict[str, Any] = {f"{name}_count": ("orbit", np.array(counts, dtype=np.int64))}
     for path, arrays in columns.items():
@@ -270,7 +270,7 @@ def _ragged(name: str, columns: dict[str, list[Any]]) -> dict[str, Any]:
 
 
 def _values(data: xr.Dataset, name: str) -> Iterator[Any]:
-    """Yield the values of a field, orbit after orbit."""
+    """Yield the values of a field, one an orbit."""
     if name in _TABLES:
         kind = _TABLES[name]
         names = [column.name for column in dataclasses.fields(kind)]

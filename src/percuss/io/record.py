@@ -1,4 +1,4 @@
-"""What every file says about itself, so that its run can be repeated."""
+"""The record in every file of results, from which its run can be repeated."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PACKAGES = ("numpy", "numba")
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """The study a file came from, and how and when it was made.
+    """The study of a file, and how and when it was made.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Record:
         Parameters
         ----------
         **more
-            What else to say about the file.
+            Further entries about the file.
 
         Returns
         -------
@@ -137,7 +137,7 @@ def parse_record(text: str) -> Record:
     return record
 
 
-# The words under which a picture's metadata hold the record.
+# The keys under which the metadata of pictures and NetCDF files hold the record.
 PNG_KEYWORD = "percuss"
 DUBLIN_CORE = "{http://purl.org/dc/elements/1.1/}"
 NETCDF_ATTRIBUTE = "record"
@@ -146,7 +146,7 @@ NETCDF_ATTRIBUTE = "record"
 def load_record(path: Path | str) -> Record:
     """Return the record of a NetCDF, CSV, PNG or SVG file written by percuss.
 
-    That of a CSV file lies beside it; in those of older versions it stands at the beginning.
+    The record of a CSV file is a second file; older versions wrote it at the beginning.
 
     Parameters
     ----------
@@ -179,16 +179,16 @@ def load_record(path: Path | str) -> Record:
 
 
 def _from_netcdf(path: Path) -> str:
-    import h5netcdf  # slow, and most readings are of other files
+    import h5netcdf  # slow, and most files are of other formats
 
     with h5netcdf.File(path, "r") as file:
         return str(file.attrs[NETCDF_ATTRIBUTE])
 
 
 def _from_csv(path: Path) -> str:
-    beside = record_file(path)
-    if beside.exists():
-        return beside.read_text(encoding="utf-8")
+    record_path = record_file(path)
+    if record_path.exists():
+        return record_path.read_text(encoding="utf-8")
     lines = []
     with path.open(encoding="utf-8") as file:
         for line in file:

@@ -1,4 +1,4 @@
-"""What can be saved: for each kind of result its name, its tables and what its record says."""
+"""The kinds of results that can be saved: their names, their tables and their records."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["MEASURES", "SAMPLES", "Columns", "ResultKind", "kind_of", "table_of"
 
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 
-# What the columns of runs and orbits are measured in; digits at their ends do not count.
+# Dimensions of the columns of runs and orbits, by their names without digits at the end.
 MEASURES = {
     "t": "time",
     "period": "time",
@@ -132,18 +132,18 @@ CROSSINGS: tuple[str, ...] = ("t", "v", "stop", "direction")
 
 @dataclass(frozen=True, slots=True)
 class ResultKind:
-    """What there is to know of a kind of results, to save one.
+    """A kind of results that can be saved.
 
     Attributes
     ----------
     name, title
-        In the attributes of its file.
+        The name and title in the attributes of its file.
     outcome
-        How it ended, in words.
+        Returns how it ended, in words.
     study
-        A study that repeats it, as TOML text; empty where the result alone does not determine it.
+        Returns a study that repeats it, as TOML text; empty where the result does not determine it.
     tables
-        Datasets for reading, by the name of their group.
+        Returns datasets for other programs, by the names of their groups.
     columns
         The tables that can be saved as CSV, by name; the first one is the default.
     """
@@ -191,7 +191,7 @@ def table_of(result: Any, name: str, samples: int | None = None) -> Columns:
     name
         Name of the table.
     samples
-        Number of times, where it is a motion.
+        Number of times of a motion.
     """
     if isinstance(result, list | tuple) and not result:
         return next(kind.columns[name] for kind in _LISTS.values() if name in kind.columns)(result)
@@ -228,7 +228,7 @@ def _special_columns(branch: Branch) -> Columns:
 
 
 def _many(columns: Callable[[Any], Columns], number: str) -> Callable[[Any], Columns]:
-    """Return the columns of several results one below the other, with their number before."""
+    """Return the columns of several results one below the other, after the number of the result."""
 
     def joined(results: Sequence[Any]) -> Columns:
         parts = [columns(result) for result in results]

@@ -115,8 +115,8 @@ def toml_string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
 
 
-# How far a range goes on beyond a fold, as a part of it.
-BEYOND = 0.01
+# Part of its width by which a range is extended at a fold, so that the branch turns inside it.
+EXTENSION = 0.01
 
 
 def number(value: Phase) -> int | float | str:
@@ -191,7 +191,7 @@ def forcing_table(forcing: Forcing) -> TomlTable:
 
 
 def model_tables(oscillator: Oscillator, forcing: Forcing | None) -> TomlTable:
-    """Return what is moving, and under what force, as the tables of a study."""
+    """Return an oscillator and its forcing as the tables of a study."""
     tables: TomlTable = {"oscillator": oscillator_table(oscillator)}
     if forcing is not None:
         tables["forcing"] = forcing_table(forcing)
@@ -199,7 +199,7 @@ def model_tables(oscillator: Oscillator, forcing: Forcing | None) -> TomlTable:
 
 
 def start_table(start: Start) -> TomlTable:
-    """Return from where it moves as a ``[start]`` table."""
+    """Return a start as a ``[start]`` table."""
     return {name: number(getattr(start, name)) for name in ("x0", "v0", "t0")}
 
 
@@ -214,7 +214,7 @@ def motion_text(run: Trajectory) -> str:
     Returns
     -------
     str
-        A study with every number of model and start as it was given; it ends where the run ended.
+        A study with every number of model and start as it was given, up to the end of the run.
     """
     limit: TomlTable = {"t_end": number(run.end)}
     if run.outcome.name == "reached_max_impacts" or run.t_end <= run.t0:
@@ -232,41 +232,19 @@ def motion_text(run: Trajectory) -> str:
 
 
 def orbit_text(orbit: PeriodicOrbit) -> str:
-    """Return a study that finds an orbit again, as TOML text.
-
-    Parameters
-    ----------
-    orbit
-        The orbit.
-
-    Returns
-    -------
-    str
-        A study of kind orbit, with the first impact as the guess.
-    """
+    """Return a study of kind orbit that finds an orbit again, its first impact the guess."""
     return toml_text({"study": {"kind": "orbit"}, **_orbit_tables(orbit)})
 
 
 def branch_text(branch: Branch) -> str:
-    """Return a study that follows a branch again, as TOML text.
-
-    Parameters
-    ----------
-    branch
-        The branch.
-
-    Returns
-    -------
-    str
-        A study of kind branch, from its first physical orbit on, over the values that it has.
-    """
+    """Return a study of kind branch that follows a branch again from its first physical orbit."""
     row = int(np.argmax(branch.admissible))
     lowest, highest = int(np.argmin(branch.values)), int(np.argmax(branch.values))
     low, high = float(branch.values[lowest]), float(branch.values[highest])
-    # Where the branch turns, the range went on.
-    beyond = BEYOND * (high - low)
-    low -= beyond if 0 < lowest < len(branch) - 1 else 0.0
-    high += beyond if 0 < highest < len(branch) - 1 else 0.0
+    # Where the branch turns, its range went on.
+    extension = EXTENSION * (high - low)
+    low -= extension if 0 < lowest < len(branch) - 1 else 0.0
+    high += extension if 0 < highest < len(branch) - 1 else 0.0
     ends = [low, high] if branch.values[0] <= branch.values[-1] else [high, low]
     return toml_text(
         {
@@ -278,18 +256,7 @@ def branch_text(branch: Branch) -> str:
 
 
 def response_text(response: Response) -> str:
-    """Return a study that finds a response again, as TOML text; empty without a branch.
-
-    Parameters
-    ----------
-    response
-        The response.
-
-    Returns
-    -------
-    str
-        A study of kind response, whose model has some value of the parameter in its range.
-    """
+    """Return a study of kind response that finds a response again; empty without a branch."""
     if not response.branches:
         return ""
     orbit = response.branches[0].orbits[0]

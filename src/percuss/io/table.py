@@ -1,4 +1,4 @@
-"""Tables of results as CSV files, each with the record of what it came from in a file beside it."""
+"""Tables of results as CSV files, each with its record in a second file."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from percuss.io.files import OutputFiles, record_file, say_size
 from percuss.io.record import Record, make_record
 from percuss.io.results import MEASURES, Columns, kind_of, table_of
 
-# Rows turned into text at a time: fewer calls than one a row, less memory than all.
+# Rows converted to text at a time: one by one is slow, all at once takes much memory.
 ROWS = 20_000
-# Rows from whose lengths the size of all is estimated.
-LOOKED_AT = 100
+# Rows from which the size of a file is estimated.
+SAMPLED_ROWS = 100
 
 
 def save_csv(
@@ -32,8 +32,8 @@ def save_csv(
 ) -> None:
     """Save a table of a result as CSV, as spreadsheets and pandas read it, and its record.
 
-    The record lies beside the file: ``impacts.csv.toml`` beside ``impacts.csv``. It is a study
-    that repeats the result where there is one.
+    The record is a second file, ``impacts.csv.toml`` for ``impacts.csv``: a study that repeats the
+    result, where there is one.
 
     Parameters
     ----------
@@ -64,9 +64,9 @@ def save_csv(
     if name not in tables:
         raise ParameterError("table", table, f"none of {', '.join(tables)}")
     record = make_record(result, study=study, command=command)
-    beside = record_file(path)
-    with OutputFiles(path, beside, force=force) as files:
-        write_columns(table_of(result, name), files[path], record, beside=files[beside])
+    record_path = record_file(path)
+    with OutputFiles(path, record_path, force=force) as files:
+        write_columns(table_of(result, name), files[path], record, record_path=files[record_path])
 
 
 def write_columns(
@@ -76,15 +76,15 @@ def write_columns(
     *,
     length_unit: str = "",
     time_unit: str = "",
-    beside: Path | None = None,
+    record_path: Path | None = None,
 ) -> None:
-    """Write columns under the name `path`, and the record under the name `beside`."""
+    """Write columns into the file `path`, and the record into the file `record_path`."""
     say_size(path, _size(columns))
     facts = {}
     if length_unit or time_unit:
         facts = {"columns": _with_units(columns, length_unit, time_unit)}
     text = record.text(**facts)
-    (record_file(path) if beside is None else beside).write_text(text, encoding="utf-8")
+    (record_file(path) if record_path is None else record_path).write_text(text, encoding="utf-8")
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(columns)
@@ -101,9 +101,9 @@ def check_suffix(path: Path | str, suffix: str) -> None:
 
 
 def _size(columns: Columns) -> int:
-    """Return about how many bytes the rows of a table take, from some of them."""
+    """Return an estimate of the size of a table in bytes, from some of its rows."""
     count = min(len(column) for column in columns.values()) if columns else 0
-    step = max(1, count // LOOKED_AT)
+    step = max(1, count // SAMPLED_ROWS)
     some = [np.asarray(column)[:count:step].tolist() for column in columns.values()]
     lengths = [sum(len(str(value)) + 1 for value in row) for row in zip(*some, strict=True)]
     return sum(lengths) * count // max(1, len(lengths))
@@ -122,10 +122,10 @@ def _with_units(columns: Columns, length_unit: str, time_unit: str) -> str:
 
 
 def _blocks(columns: Columns) -> Iterator[Iterator[tuple[Any, ...]]]:
-    """Yield the rows, many at a time."""
+    """Yield the rows in blocks."""
     arrays: list[NDArray[Any]] = [np.asarray(column) for column in columns.values()]
     count = len(arrays[0])
     for first in range(0, count, ROWS):
-        # A float's text is the shortest that reads back to the same bits.
+        # The text of a float is the shortest that reads back to the same bits.
         block = [array[first : first + ROWS].tolist() for array in arrays]
         yield zip(*block, strict=True)

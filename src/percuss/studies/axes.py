@@ -1,4 +1,4 @@
-"""Parameters and where they go: the ranges and the values of a study."""
+"""The axes of a study: parameters with their ranges or values."""
 
 from __future__ import annotations
 
@@ -18,9 +18,17 @@ from percuss.model.exact import Phase, PiTimes, angle, as_float, phase_problem
 from percuss.model.paths import get_parameter, long_form, replace_parameter
 from percuss.model.start import Start
 from percuss.numerics import exp, log
-from percuss.studies.faults import NO_PHASE, Path, shown, unknown_key, words_of_file
 from percuss.studies.study import StudyDraft
-from percuss.studies.tables import exact_phase, raw_table, table_only
+from percuss.studies.tables import (
+    NO_PHASE,
+    Path,
+    exact_phase,
+    raw_table,
+    shown,
+    table_only,
+    unknown_key,
+    words_of_file,
+)
 
 __all__ = [
     "AxisValues",
@@ -39,7 +47,7 @@ __all__ = [
 Spacing: TypeAlias = Literal["linear", "log"]
 ParameterRange: TypeAlias = tuple[Phase, Phase]
 MOST = 100_000_000
-# Keys of the model whose faults are those of a value: which parameters there are is known.
+# Keys of the model whose faults concern a value only: the parameters of the model are known.
 LEAF = re.compile(
     r"oscillator\.((?!stop)\w+|stops\.\d+\.(?!type)\w+)"
     r"|forcing\.(constant|period|harmonics\.\d+\.\w+|(cos|sin)\.\d+)"
@@ -55,7 +63,7 @@ class Span:
     first, last
         The ends, both included.
     count
-        How many values.
+        Number of values.
     spacing
         "linear": equal differences, exactly; "log": equal quotients.
 
@@ -96,7 +104,7 @@ def axis_values(axis: AxisValues) -> tuple[Phase, ...]:
 
 
 def over_of(over: Mapping[str, AxisValues]) -> dict[str, list[Phase]]:
-    """Return axes as ensembles take them."""
+    """Return axes as the keyword ``over`` takes them."""
     return {path: list(axis_values(axis)) for path, axis in over.items()}
 
 
@@ -114,7 +122,7 @@ def _axes_table(axes: Mapping[str, AxisValues] | Mapping[str, ParameterRange]) -
     return {path: _axis_table(axis) for path, axis in axes.items()}
 
 
-# In a question; what stands in the file becomes axes where the model is known.
+# Fields of questions; the values of the file become axes once the model is known.
 OverAxes = Annotated[
     dict[str, AxisValues], PlainValidator(table_only), PlainSerializer(_axes_table)
 ]
@@ -129,16 +137,16 @@ StartAxis = Annotated[
 def ranges_over(
     study: StudyDraft, count: int, *, holds_own: bool = False
 ) -> dict[str, ParameterRange]:
-    """Return the ranges of ``[over]``, and add what is wrong with them.
+    """Return the ranges of ``[over]``, and add their faults.
 
     Parameters
     ----------
     study
         The document and its model.
     count
-        How many parameters there are to be.
+        Required number of parameters.
     holds_own
-        Whether the value of the model itself has to lie in the range.
+        Whether the value of the model has to lie in the range.
 
     Returns
     -------
@@ -170,16 +178,16 @@ def ranges_over(
 
 
 def values_over(study: StudyDraft, count: int | None, start: Start | None) -> dict[str, AxisValues]:
-    """Return the axes of ``[over]``, and add what is wrong with them.
+    """Return the axes of ``[over]``, and add their faults.
 
     Parameters
     ----------
     study
         The document and its model.
     count
-        How many parameters there are to be; None for any number from one on.
+        Required number of parameters; None: at least one.
     start
-        The start, whose numbers may be among them.
+        The start, whose numbers may be parameters.
 
     Returns
     -------
@@ -194,7 +202,7 @@ def values_over(study: StudyDraft, count: int | None, start: Start | None) -> di
     for (path, place, _), axis in zip(entries, axes, strict=True):
         if axis is None or not _is_known(study, path, place, start):
             continue
-        # With several axes a value may be right in some combinations: the sweep shows which.
+        # With several axes a value may be right in some combinations; the sweep shows which.
         values = axis_values(axis)
         # The values of a span have no places of their own in the file.
         places = [place if isinstance(axis, Span) else (*place, i) for i in range(len(values))]
@@ -205,7 +213,7 @@ def values_over(study: StudyDraft, count: int | None, start: Start | None) -> di
 
 
 def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str, AxisValues]:
-    """Return the axes that stand under keys of a table, and add what is wrong with them."""
+    """Return the axes under keys of a table, and add their faults."""
     axes = {name: _axis_of(study, (table, name), raw) for name, raw in given.items()}
     if _is_too_large(study, (table,), list(axes.values())):
         return {}
@@ -213,11 +221,11 @@ def axes_of(study: StudyDraft, table: str, given: Mapping[str, Any]) -> dict[str
 
 
 def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[AxisValues | None]) -> bool:
-    """Return whether all combinations are too many for this machine, and add it if so."""
+    """Return whether the grid is too large for this machine, and add that fault."""
     counts = [
         1 if axis is None else axis.count if isinstance(axis, Span) else len(axis) for axis in axes
     ]
-    # Whether there is a store is not known yet: what neither memory nor the disk holds is a fault.
+    # A store may be given later: the fault is a grid that neither memory nor the disk holds.
     problem = too_large(counts, store=FilePath.cwd())
     if problem is not None:
         study.faults.add(place, problem, " x ".join(f"{count:,}" for count in counts))
@@ -225,7 +233,7 @@ def _is_too_large(study: StudyDraft, place: Path, axes: Sequence[AxisValues | No
 
 
 def _axis_of(study: StudyDraft, place: Path, given: Any) -> AxisValues | None:
-    """Return an axis, None if it has faults."""
+    """Return an axis, None if it has faults; add these."""
     if isinstance(given, Mapping):
         return _span(study, place, given)
     if not isinstance(given, list):
@@ -271,7 +279,7 @@ def _span(study: StudyDraft, place: Path, given: Mapping[str, Any]) -> Span | No
 
 
 def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, Any]]:
-    """Yield path, place and value of each entry of ``[over]``; add a wrong number of them."""
+    """Yield path, place and value of each entry of ``[over]``; add the fault of a wrong number."""
     entries = list(_entries(("over",), raw_table(study.document, "over")))
     if "over" in study.document and not study.faults.is_wrong("over"):
         wanted = {1: "one is needed", 2: "two are needed", None: "at least one is needed"}[count]
@@ -283,7 +291,7 @@ def _counted(study: StudyDraft, count: int | None) -> Iterator[tuple[str, Path, 
 
 
 def _entries(place: Path, table: Mapping[str, Any]) -> Iterator[tuple[str, Path, Any]]:
-    """Yield the entries of a table, also those of the tables that paths without quotes make."""
+    """Yield the entries of a table, and of the inner tables that unquoted paths make."""
     for key, value in table.items():
         inner = (*place, key)
         if isinstance(value, Mapping) and not {"from", "to", "count"} & set(value):
@@ -301,7 +309,7 @@ def _numbers_are_right(study: StudyDraft, place: Path, values: list[Any]) -> boo
 
 
 def _is_known(study: StudyDraft, path: str, place: Path, start: Start | None) -> bool:
-    """Return whether there is such a parameter, of a model that is right; add it if not."""
+    """Return whether a right model has this parameter; add the fault if it has none."""
     if not all(LEAF.fullmatch(fault) for fault in _of_model(study)):
         return False
     try:
@@ -325,7 +333,7 @@ def _fit(
     values: Sequence[Phase],
     start: Start | None,
 ) -> bool:
-    """Return whether the model can take values, and add the first one that it cannot."""
+    """Return whether the model can take all values; add the fault of the first that it cannot."""
     for place, value in zip(places, values, strict=True):
         try:
             replace_parameter(study.oscillator, study.forcing, start, path, value)

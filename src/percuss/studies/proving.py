@@ -1,4 +1,4 @@
-"""What a study's answer is certified to: its lines in the report, its table, its picture."""
+"""The proof of the answer of a study: its lines in the report, its table, its picture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
 from percuss.progress import Report
-from percuss.studies.words import counted
+from percuss.studies.study import counted
 
 if TYPE_CHECKING:
     # Needs python-flint.
@@ -33,15 +33,15 @@ MOST_SHOWN = 30
 
 @dataclass(frozen=True, slots=True)
 class ProofOfStudy:
-    """What was proven about the answer of a study.
+    """The proof of the answer of a study.
 
     Parameters
     ----------
     result
-        What `percuss.certify` returned: of a run or an orbit; of a branch, a tuple of those of its
+        The result of `percuss.certify` for a run or an orbit; for a branch, a tuple of those of its
         special points.
     report
-        What was proven, in a few lines: words by what they are about.
+        The proven statements in a few lines: words by their names.
     columns
         The table saved as certified.csv.
     branch
@@ -55,14 +55,14 @@ class ProofOfStudy:
 
 
 def check_certify(study: Study) -> None:
-    """Refuse a study whose answer is to be certified and cannot be.
+    """Refuse a study whose answer cannot be certified.
 
     Raises
     ------
     ParameterError
-        If it is of another kind than motion, orbit and branch.
+        If it is not of kind motion, orbit or branch.
     MissingExtraError
-        If python-flint is not there.
+        If python-flint is not installed.
     """
     if study.certify is None:
         return
@@ -95,7 +95,7 @@ def proof_of(study: Study, answer: Any, progress: Report) -> ProofOfStudy:
 
 
 def draw_proof(proof: ProofOfStudy, study: Study, figure: Any) -> None:
-    """Draw what was proven with its enclosure on an empty figure."""
+    """Draw the proof with its enclosure on an empty figure."""
     from percuss.plotting.enclosure_plot import plot_enclosure
     from percuss.plotting.style import Units, draw_legend
 
@@ -112,7 +112,7 @@ def draw_proof(proof: ProofOfStudy, study: Study, figure: Any) -> None:
 
 
 def _run_rows(run: CertifiedRun) -> dict[str, str]:
-    """Return up to where a run is proven, why no further, and how well it is known."""
+    """Return how far a run is proven, why not farther, and how accurately."""
     last = run.t_end
     place = (
         f"up to t = {_shown(last, run.wanted_digits)}" if last.arb.is_finite() else "for all times"
@@ -147,12 +147,12 @@ def _run_rows(run: CertifiedRun) -> dict[str, str]:
 
 
 def _doubles_row(result: CertifiedRun | CertifiedOrbit) -> dict[str, str]:
-    """Return which numbers were not the decimals that they were written as."""
+    """Return the numbers that were doubles, not the decimals in which they were written."""
     return {"taken as doubles": ", ".join(result.doubles)} if result.doubles else {}
 
 
 def _orbit_rows(orbit: CertifiedOrbit) -> dict[str, str]:
-    """Return what is proven of an orbit, and what is open."""
+    """Return the proven and the open statements about an orbit."""
     if not orbit.exists:
         return {"certified": f"nothing: {orbit.reason}"}
     digits = orbit.wanted_digits
@@ -188,7 +188,7 @@ def _within(orbit: CertifiedOrbit) -> str:
 
 
 def _point_rows(points: Sequence[CertifiedPoint], left: int) -> dict[str, str]:
-    """Return of each special point where it is for certain, or why that is open."""
+    """Return the proven place of each special point, or why it is open."""
     lines = []
     for point in points:
         name = point.kind.replace("_", " ")
@@ -218,8 +218,8 @@ def _run_columns(run: CertifiedRun, digits: int) -> dict[str, NDArray[Any]]:
     ]
     events: list[tuple[str, int, Ball, Ball | None, Ball | None]] = [*rows]
     events += [
-        (str(way), int(stop), t, v, v)
-        for way, stop, t, v in zip(
+        (str(direction), int(stop), t, v, v)
+        for direction, stop, t, v in zip(
             crossings.direction, crossings.stop, crossings.t, crossings.v, strict=True
         )
     ]
@@ -233,7 +233,7 @@ def _run_columns(run: CertifiedRun, digits: int) -> dict[str, NDArray[Any]]:
             for stop, t in zip(stops, column, strict=True)
             if not t.arb.is_nan()
         ]
-    # The sort is stable: the last impact of a chatter comes before the contact that it ends in.
+    # The sort is stable: the last impact of a chatter comes before the contact in which it ends.
     return _event_columns(sorted(events, key=lambda row: float(row[2])), digits)
 
 
@@ -276,7 +276,7 @@ def _point_columns(points: Sequence[CertifiedPoint], digits: int) -> dict[str, N
 
 
 def _decimals(name: str, balls: Sequence[Ball | None], digits: int) -> dict[str, NDArray[Any]]:
-    """Return midpoints in decimals and radii around these, empty where there is no number."""
+    """Return midpoints in decimals and their radii, empty where there is no number."""
     n = max(LEAST_DIGITS, digits + MORE_DIGITS)
     pairs = [("", "") if ball is None else ball.decimals(n) for ball in balls]
     return {
@@ -286,12 +286,12 @@ def _decimals(name: str, balls: Sequence[Ball | None], digits: int) -> dict[str,
 
 
 def _largest_radius(balls: Sequence[Ball]) -> str:
-    """Return the largest radius in words, rounded up; it may be far below the least float."""
+    """Return the largest radius in words, rounded up; it may lie below the smallest float."""
     from percuss.certified.balls import upwards
 
     return upwards(max(ball.arb.rad() for ball in balls), 2)
 
 
 def _shown(ball: Ball, digits: int) -> str:
-    """Return a ball with about the digits that were asked for, as far as a line has room."""
+    """Return a ball with about the digits asked for, as far as a line has room."""
     return ball.text(min(digits + 3, MOST_SHOWN))

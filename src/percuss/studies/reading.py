@@ -1,4 +1,4 @@
-"""Study files to studies; every fault of a file is found in one reading."""
+"""Studies from study files, with all faults of a file in one reading."""
 
 from __future__ import annotations
 
@@ -7,16 +7,23 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Annotated, Any, Literal, TypeVar
 
-from percuss.errors import StudyError
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ValidationError as ShapeError
+
+from percuss.errors import ParameterError, StudyError
 from percuss.io.record import load_record
-from percuss.model.faults import draft
+from percuss.model.faults import Fault, damping_faults, draft, positive_faults
+from percuss.model.faults import faults as model_faults
+from percuss.model.forcing import Forcing
+from percuss.model.harmonics import FourierTerm, Harmonic
+from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
-from percuss.studies.faults import Path, StudyFault, StudyFaults, shown, unknown_key, unknown_value
-from percuss.studies.model_tables import read_model
+from percuss.model.stops import SoftStop, Wall
 from percuss.studies.study import (
     TABLES,
+    EngineersModel,
     Question,
     Study,
     StudyDraft,
@@ -24,33 +31,49 @@ from percuss.studies.study import (
     kind_names,
 )
 from percuss.studies.tables import (
+    MISSING,
     Certify,
     Draw,
+    NumberKey,
+    Path,
+    PhaseKey,
     RawTable,
     Save,
     StartTable,
+    StudyFault,
+    StudyFaults,
     StudyTable,
+    exact_phase,
     keys_of,
     raw_table,
     read,
+    sentence,
+    shown,
+    unknown_key,
+    unknown_value,
     values_of,
 )
 
 _RESULTS = (".nc", ".csv", ".png", ".svg")
 _MOST_SYNTAX_FAULTS = 20
-# So many lines that are not TOML, and half of those that were read: it is another kind of file.
+# A file with so many lines that are not TOML, and no more that are, is of another kind.
 _OF_ANOTHER_KIND = 3
 _TWICE = re.compile(r"cannot declare \((?P<path>.*)\) twice", re.IGNORECASE)
-# A value that begins like a word, a fraction or a multiple of pi, and is none of TOML's words.
+# A value without quotes that begins like a word, a fraction or a multiple of pi.
 _UNQUOTED = re.compile(
     r"\s*(?P<key>[\w.-]+)\s*=\s*(?!(?:(?i:true|false)|[+-]?inf|[+-]?nan)\s*(?:#|$))"
     r"(?P<value>[+-]?(?:[^\W\d]|\d[\d.]*\s*[*/])[^\"'#]*?)\s*(?:#.*)?"
 )
 _PLACE = re.compile(r"\s*\(at (?:line (?P<line>\d+), column \d+|end of document)\)$")
 
-# Tables and keys that files of all kinds may have.
+# Tables and keys of the files of all kinds.
 _OF_ALL = ("study", "oscillator", "forcing", "save", "draw")
 _SAVE, _DRAW = ("netcdf", "csv"), ("png", "svg", "length_unit", "time_unit")
+
+ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic)
+
+_FOURIER = ("omega", "cos", "sin")
+_DAMPINGS = ("damping_coefficient", "damping_ratio")
 
 __all__ = ["build_study", "known_keys", "load_study", "parse_study"]
 
@@ -110,8 +133,8 @@ def parse_study(text: str, name: str = "study") -> Study:
     Raises
     ------
     StudyError
-        With all faults of the text: its syntax, unknown and missing keys, wrong types, and
-        what the model cannot take; each with its line and its dotted path.
+        With all faults of the text: its syntax, unknown and missing keys, wrong types, and values
+        that the model cannot take; each with its line and its dotted path.
 
     Examples
     --------
@@ -129,7 +152,7 @@ def parse_study(text: str, name: str = "study") -> Study:
         raise StudyError(syntax)
     faults = StudyFaults(name, key_lines("\n".join(lines)), list(syntax))
     study = build_study(document, faults)
-    # A line that could not be read may hold what seems to be missing.
+    # A key that seems to be missing may stand in a line that could not be read.
     certain = (f for f in faults.faults if not (syntax and f.reason.startswith("missing")))
     ordered = sorted(certain, key=lambda fault: (fault.line or 0, fault.path))
     if ordered or study is None:
@@ -138,7 +161,7 @@ def parse_study(text: str, name: str = "study") -> Study:
 
 
 def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
-    """Return the study of a document, None if it has faults; add the faults to those found.
+    """Return the study of a document, None if it has faults; add these.
 
     Parameters
     ----------
@@ -170,12 +193,12 @@ def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
 
 
 def known_keys(kind: type[Question] | None) -> dict[str, list[str]]:
-    """Return the tables that files of a kind have besides the model, with their keys.
+    """Return the tables of the files of a kind besides the model, with their keys.
 
     Parameters
     ----------
     kind
-        The kind; None: what files of all kinds have.
+        The kind; None: those of the files of all kinds.
     """
     if kind is None:
         return {"save": [*_SAVE], "draw": [*_DRAW]}
@@ -205,7 +228,7 @@ def _table_keys(kind: type[Question], name: str) -> list[str]:
 
 
 def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults) -> Question:
-    """Return the question of a document, and add what is wrong with its shape."""
+    """Return the question of a document, and add the faults of its shape."""
     given: dict[str, Any] = {}
     for name, info in kind.__pydantic_fields__.items():  # type: ignore[attr-defined]
         table = TABLES.get(name)
@@ -213,7 +236,7 @@ def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults
             continue
         raw = raw_table(document, table)
         shape = StartTable if name == "start" else info.annotation
-        # What the ranges and axes in [over] may be is a question to the model.
+        # The ranges and axes in [over] are checked against the model.
         value = dict(raw) if name == "over" else read(shape, raw, faults, (table,))
         given[name] = draft(Start, **values_of(value)) if name == "start" else value
     own = raw_table(document, kind.kind)
@@ -222,7 +245,7 @@ def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults
 
 
 def _check_tables(document: RawTable, kind: type[Question] | None, faults: StudyFaults) -> None:
-    """Add tables that are unknown, missing, or none."""
+    """Add tables that are unknown, missing or not tables."""
     known = [*_OF_ALL, *(_table_names(kind) if kind is not None else ())]
     of_some_kinds = {*TABLES.values(), *kind_names(), "certify"} - {"motion"}
     for name, table in document.items():
@@ -239,11 +262,237 @@ def _check_tables(document: RawTable, kind: type[Question] | None, faults: Study
             faults.add((name,), f"missing; a table [{name}] is needed")
 
 
+class _Shape(BaseModel):
+    """The shape of a table of the model: its keys and their types; the model checks the numbers."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
+
+
+class _WallShape(_Shape):
+    type: Literal["wall"]
+    at: NumberKey
+    side: Literal["above", "below"]
+    restitution: NumberKey = 1.0
+
+
+class _SoftShape(_Shape):
+    type: Literal["soft"]
+    at: NumberKey
+    side: Literal["above", "below"]
+    stiffness: NumberKey
+    damping: NumberKey = 0.0
+
+
+class _OscillatorShape(_Shape):
+    stiffness: NumberKey = 1.0
+    damping: NumberKey = 0.0
+    mass: NumberKey | None = None
+    damping_coefficient: NumberKey | None = None
+    damping_ratio: NumberKey | None = None
+    stops: list[Annotated[_WallShape | _SoftShape, Field(discriminator="type")]] = []
+
+
+class _HarmonicShape(_Shape):
+    amplitude: NumberKey
+    omega: NumberKey
+    phase: PhaseKey = 0.0
+
+
+class _ForcingShape(_Shape):
+    constant: NumberKey = 0.0
+    period: PhaseKey | None = None
+    harmonics: list[_HarmonicShape] = []
+    omega: NumberKey | None = None
+    cos: list[NumberKey] = []
+    sin: list[NumberKey] = []
+
+
+_SHAPES: dict[str, type[_Shape]] = {"oscillator": _OscillatorShape, "forcing": _ForcingShape}
+_STOPS: dict[object, type[_Shape]] = {"wall": _WallShape, "soft": _SoftShape}
+
+
+def read_model(
+    document: RawTable, faults: StudyFaults
+) -> tuple[Oscillator, Forcing | None, EngineersModel | None]:
+    """Return the model of a document, and add its faults.
+
+    Parameters
+    ----------
+    document
+        The tables as `tomllib` reads them.
+    faults
+        The faults found so far.
+
+    Returns
+    -------
+    Oscillator, Forcing or None, EngineersModel or None
+        The model, drafts where they have faults; and the model in engineers' units if a mass is
+        given and nothing is wrong.
+    """
+    for name in _SHAPES:
+        if isinstance(document.get(name), Mapping):
+            _check_shape(name, document[name], faults)
+    table = raw_table(document, "oscillator")
+    oscillator = _oscillator(table, faults)
+    forcing = _forcing(raw_table(document, "forcing"), faults) if "forcing" in document else None
+    given = _engineers_model(table, oscillator, forcing, faults)
+    if given is not None:
+        oscillator, forcing = _per_mass(given, faults)
+    return oscillator, forcing, given
+
+
+def _check_shape(name: str, table: RawTable, faults: StudyFaults) -> None:
+    """Add the faults of the shape of a table: unknown keys, missing keys, wrong types."""
+    shape = _SHAPES[name]
+    try:
+        shape.model_validate(table)
+    except ShapeError as error:
+        for wrong in error.errors(include_url=False):
+            place, kind, value = wrong["loc"], wrong["type"], wrong["input"]
+            known = shape
+            if place[:1] == ("stops",) and place[2:3] in (("wall",), ("soft",)):
+                # pydantic puts the type of a stop into its path.
+                known, place = _STOPS[place[2]], (*place[:2], *place[3:])
+            elif place[:1] == ("harmonics",) and len(place) > 1:
+                known = _HarmonicShape
+            path = (name, *place)
+            if kind == "extra_forbidden":
+                faults.add(path, unknown_key(path[-1], list(known.model_fields)))
+            elif kind == "union_tag_not_found":
+                _add_missing_type(path, value, faults)
+            elif kind == "union_tag_invalid":
+                faults.add((*path, "type"), sentence(wrong), shown(value["type"]))
+            elif kind == "missing":
+                is_side = path[-1] == "side"
+                faults.add(path, 'missing; "above" or "below"' if is_side else "missing")
+            elif kind == "list_type" and path[-1] in ("stops", "harmonics"):
+                reason = f"not a list; begin each of them with [[{'.'.join(map(str, path))}]]"
+                faults.add(path, reason, shown(value))
+            else:
+                faults.add(path, sentence(wrong), shown(value))
+
+
+def _add_missing_type(path: tuple[str | int, ...], stop: RawTable, faults: StudyFaults) -> None:
+    """Add the faults of a stop without a type, whose other keys are not checked yet."""
+    known = list(dict.fromkeys(key for shape in _STOPS.values() for key in shape.model_fields))
+    for key in stop:
+        if key not in known:
+            faults.add((*path, key), unknown_key(key, known))
+    faults.add((*path, "type"), 'missing; "wall" or "soft"')
+
+
+def _oscillator(table: RawTable, faults: StudyFaults) -> Oscillator:
+    stops = tuple(_stop(row) for row in _rows(table, "stops"))
+    values = {"stiffness": 1.0, "damping": 0.0}
+    values = {name: table.get(name, value) for name, value in values.items()}
+    oscillator = draft(Oscillator, **values, stops=stops)
+    faults.add_from_model(model_faults(oscillator, "oscillator"))
+    return oscillator
+
+
+def _stop(row: Any) -> Wall | SoftStop:
+    needed = {"at": MISSING, "side": MISSING}
+    kind = row.get("type") if isinstance(row, Mapping) else None
+    if kind == "soft":
+        return _drafted(SoftStop, row, {**needed, "stiffness": MISSING, "damping": 0.0})
+    # A stop of another type has a fault already; as a wall without a place it gets no second one.
+    return _drafted(Wall, row, {**needed, "restitution": 1.0})
+
+
+def _engineers_model(
+    table: RawTable, oscillator: Oscillator, forcing: Forcing | None, faults: StudyFaults
+) -> EngineersModel | None:
+    """Return the model in engineers' units if a mass is given and nothing is wrong with it."""
+    dampings = {name: table[name] for name in _DAMPINGS if name in table}
+    if "mass" not in table:
+        for name in dampings:
+            faults.add(
+                ("oscillator", name), "needs oscillator.mass; mass = 1 leaves all else as it is"
+            )
+        return None
+    faults.add_from_model(positive_faults("oscillator.mass", table["mass"]))
+    for name, value in dampings.items():
+        faults.add_from_model(damping_faults(f"oscillator.{name}", value))
+    if "stiffness" not in table:
+        faults.add(("oscillator", "stiffness"), "missing; with a mass it has no default")
+    if "damping" in table:
+        reason = "given together with mass; give damping_coefficient or damping_ratio"
+        faults.add(("oscillator", "damping"), reason, shown(table["damping"]))
+    if faults.is_wrong("oscillator") or faults.is_wrong("forcing"):
+        return None
+    return EngineersModel(
+        table["mass"], table["stiffness"], **dampings, stops=oscillator.stops, forcing=forcing
+    )
+
+
+def _per_mass(given: EngineersModel, faults: StudyFaults) -> tuple[Oscillator, Forcing | None]:
+    """Return the oscillator and the forcing of unit mass; add the faults of the division."""
+    oscillator, forcing = Oscillator(stops=given.stops), given.forcing
+    owner = "oscillator"
+    try:
+        oscillator = given.oscillator()
+        owner = "forcing"
+        forcing = given.forcing_per_mass()
+    except ParameterError as error:
+        if error.name in _DAMPINGS:
+            faults.add_from_model([Fault(f"{owner}.{error.name}", error.value, error.reason)])
+        else:
+            reason = f"after the division by it, {owner}.{error.name} is {error.reason}"
+            faults.add(("oscillator", "mass"), reason, shown(given.mass))
+    return oscillator, forcing
+
+
+def _forcing(table: RawTable, faults: StudyFaults) -> Forcing:
+    constant, period = table.get("constant", 0.0), table.get("period")
+    given = [name for name in _FOURIER if name in table]
+    if not given:
+        harmonics = tuple(_harmonic(row) for row in _rows(table, "harmonics"))
+        forcing = draft(Forcing, harmonics=harmonics, constant=constant, period=exact_phase(period))
+    else:
+        for name in ("harmonics", "period"):
+            if name in table:
+                reason = f"given together with {given[0]}; omega, cos and sin stand alone"
+                faults.add(("forcing", name), reason)
+        if "omega" not in table:
+            faults.add(("forcing", "omega"), "missing; cos and sin need the base frequency")
+        forcing = _fourier(table, constant)
+    faults.add_from_model(model_faults(forcing, "forcing"))
+    return forcing
+
+
+def _harmonic(row: Any) -> Harmonic:
+    given = dict(row) if isinstance(row, Mapping) else {}
+    if "phase" in given:
+        given["phase"] = exact_phase(given["phase"])
+    return _drafted(Harmonic, given, {"amplitude": MISSING, "omega": MISSING, "phase": 0.0})
+
+
+def _fourier(table: RawTable, constant: Any) -> Forcing:
+    cos, sin = _rows(table, "cos"), _rows(table, "sin")
+    count = max(len(cos), len(sin))
+    pairs = zip(*(values + [0.0] * (count - len(values)) for values in (cos, sin)), strict=True)
+    terms = tuple(draft(FourierTerm, n=n, cos=c, sin=s) for n, (c, s) in enumerate(pairs, 1))
+    base = table.get("omega", MISSING)
+    return draft(Forcing, harmonics=terms, constant=constant, base=base)
+
+
+def _rows(table: RawTable, name: str) -> list[Any]:
+    """Return a list in a table, empty where there is none."""
+    rows = table.get(name, [])
+    return rows if isinstance(rows, list) else []
+
+
+def _drafted(kind: type[ModelPart], row: Any, defaults: RawTable) -> ModelPart:
+    """Return a part of the model, not checked, from the keys of a row."""
+    given = row if isinstance(row, Mapping) else {}
+    return draft(kind, **{name: given.get(name, value) for name, value in defaults.items()})
+
+
 def _is_no_toml(lines: list[str], faults: list[StudyFault]) -> bool:
-    """Return whether so many lines are not TOML that it is another kind of file."""
+    """Return whether too many lines are not TOML: it is another kind of file."""
     if len(faults) < _OF_ANOTHER_KIND:
         return False
-    # Lines with faults have been emptied, but for the last one where the reading ended there.
+    # Lines with faults have been emptied, except a last one at which the reading ended.
     last = faults[-1].line or 0
     right = sum(
         1 for line in lines[: last - 1] if line.strip() and not line.lstrip().startswith("#")
@@ -257,9 +506,9 @@ def _no_toml(name: str, first: StudyFault) -> StudyFault:
 
 
 def _document(text: str, name: str) -> tuple[dict[str, object] | None, list[str], list[StudyFault]]:
-    """Read a text, leaving out the lines that are not TOML; return it, its lines and faults.
+    """Read a text without the lines that are not TOML; return it, its lines and the faults.
 
-    The document is None where what is left out may change the meaning of the rest.
+    The document is None where a line left out may change the meaning of the others.
     """
     lines = text.replace("\r\n", "\n").split("\n")
     faults: list[StudyFault] = []
@@ -282,7 +531,7 @@ def _document(text: str, name: str) -> tuple[dict[str, object] | None, list[str]
 
 
 def _syntax_reason(words: str, line: str) -> str:
-    """Return what is wrong with a line that is not TOML, and what may have been meant."""
+    """Return the fault of a line that is not TOML, and the correction that may be meant."""
     reason = f"{words[:1].lower()}{words[1:]}: {shown(line.strip())}"
     twice = _TWICE.search(words)
     if twice is not None:
@@ -313,7 +562,7 @@ _OPENING, _CLOSING = ("[", "{"), ("]", "}")
 
 @dataclass(slots=True)
 class _Scanner:
-    """A walk over the tokens of a valid TOML text that notes where keys stand."""
+    """A pass over the tokens of a valid TOML text that notes the lines of keys."""
 
     tokens: list[tuple[str, int]]
     position: int = 0
@@ -380,7 +629,7 @@ class _Scanner:
         self.value(path)
 
     def value(self, path: Path) -> None:
-        """Take a value, and note the lines of what is inside it."""
+        """Take a value, and note the lines of its items."""
         opening = self.peek()
         if opening not in _OPENING:
             while self.peek() not in ("\n", ",", *_CLOSING, ""):

@@ -1,4 +1,4 @@
-"""Run a study and write what came out."""
+"""Run a study and write its results."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from percuss.progress import Progress, Report
 from percuss.studies.proving import STEM, ProofOfStudy, check_certify, draw_proof, proof_of
 from percuss.studies.study import Study
 
-# A table of more rows is no help to anybody as CSV: spreadsheets hold so many, header included.
+# Rows of a spreadsheet, header included: longer tables are not written as CSV.
 MOST_ROWS = 2**20
-# Files of which a warning is given before they are written [bytes].
+# Size of the files from which on a warning comes before they are written [bytes].
 LARGE = 1e8
 
 __all__ = ["StudyResult", "output_files", "run_study"]
@@ -36,23 +36,23 @@ __all__ = ["StudyResult", "output_files", "run_study"]
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """What came out of a study.
+    """The results of a study.
 
     Parameters
     ----------
     answer
         The result: a run, an orbit, a branch, a dataset, as the function of that kind returns it.
     report
-        The results, in a few lines: words by what they are about.
+        The results in a few lines: words by their names.
     files
-        The files that were written; none where a run into a store was interrupted.
+        The written files; none where a run into a store was interrupted.
     seconds
-        How long it took [s], the compiling of the engine not counted.
+        The time of the computation [s], without compiling the kernels.
     is_whole
         False where it was stopped before its end.
     proven
-        What `percuss.certify` returned, of a branch a tuple of those of its special points; None
-        where nothing was to be proven.
+        The result of `percuss.certify`, of a branch a tuple of those of its special points; None
+        where no proof was asked for.
     """
 
     answer: Any
@@ -76,7 +76,7 @@ def output_files(study: Study, folder: Path | str) -> tuple[Path, ...]:
     Returns
     -------
     tuple of Path
-        Those of its kind that the study asks for, such as ``motion.nc``, ``impacts.csv`` with its
+        Those that the study asks for, such as ``motion.nc``, ``impacts.csv`` with its
         record ``impacts.csv.toml``, ``motion.csv``, ``crossings.csv`` (where there are soft
         stops), ``motion.png`` and ``motion.svg``; also ``certified.csv`` and ``certified.png``
         where the answer is to be proven.
@@ -123,8 +123,8 @@ def run_study(
     store, engine
         As in `percuss.sweep`; for studies of many motions.
     progress
-        As in `percuss.simulate`. What is stopped is written as far as it came, unless it is in a
-        store: then no file is, and the same call goes on with it.
+        As in `percuss.simulate`. The part that is done when it is stopped is written; with a store
+        no file is written, and the same call goes on.
     on_write
         Called with each file before it is written.
 
@@ -136,7 +136,7 @@ def run_study(
     Warns
     -----
     UserWarning
-        If a table is left out that a spreadsheet could not hold, and if the files are large.
+        If a table is left out because a spreadsheet could not hold it, and if files are large.
 
     Raises
     ------
@@ -144,17 +144,17 @@ def run_study(
         Before the work, if the files exist or the folder cannot be written to; after it, if
         writing fails.
     ParameterError
-        If a store or an engine is given, and it is no study of many motions; or if an answer is
-        to be certified that cannot be.
+        If a store or an engine is given for a study that is not one of many motions, or a proof is
+        asked for that there is not.
     MissingExtraError
-        If one is to be certified, and python-flint is not there.
+        If a proof is asked for, and python-flint is not installed.
     """
     _check_execution(study, store, engine)
     if study.certify is not None:
         check_certify(study)
     files = output_files(study, folder)
     check_output(files, force=force)
-    # The first run of a process compiles the engine or loads it: no time of this study.
+    # The first run of a process compiles or loads the kernels, which is not counted.
     simulate(Oscillator(), t_end=1.0)
     began = time.perf_counter()
     place = None if store is None else Path(store)
@@ -185,7 +185,7 @@ def _check_execution(study: Study, store: Path | str | None, engine: str) -> Non
 def _answered(
     study: Study, store: Path | None, engine: str, report: Report
 ) -> tuple[Any, ProofOfStudy | None, bool]:
-    """Return the answer, its proof if one is wanted, and whether both came to their end."""
+    """Return the answer, its proof if one is wanted, and whether both are complete."""
     progress = Progress(report if callable(report) else None, total=1.0)
 
     def reach(done: float, total: float) -> bool:
@@ -193,13 +193,13 @@ def _answered(
         return progress.reach(done)
 
     def is_stopped() -> bool:
-        # What is done cannot be stopped any more.
+        # Not where the stop came after the end.
         return progress.is_stopped and progress.done < progress.total
 
-    watched = reach if callable(report) else report
-    answer = study.question.answer(study, Execution(store, engine, progress=watched))
+    reported = reach if callable(report) else report
+    answer = study.question.answer(study, Execution(store, engine, progress=reported))
     wanted = study.certify is not None and not is_stopped()
-    proof = proof_of(study, answer, watched) if wanted else None
+    proof = proof_of(study, answer, reported) if wanted else None
     is_complete = getattr(answer, "attrs", {}).get("complete", 1) == 1
     return answer, proof, is_complete and not is_stopped()
 
@@ -222,11 +222,11 @@ def _tables(answer: Any, study: Study, proof: ProofOfStudy | None) -> dict[str, 
 def _without_long_tables(
     files: tuple[Path, ...], tables: Mapping[str, Columns], study: Study
 ) -> tuple[Path, ...]:
-    """Return the files without the tables that are too long; warn of these and of the size."""
+    """Return the files without the tables that are too long; warn of those and of the size."""
     left_out: set[Path] = set()
     size = 0
     for file in files:
-        # The length of a sampled motion and of a proof is what the study asks for.
+        # The study itself determines the length of a sampled motion and of a proof.
         if file.suffix != ".csv" or file.stem in ("motion", STEM):
             continue
         columns = [np.asarray(column) for column in tables[file.stem].values()]
@@ -258,15 +258,15 @@ def _write(
     units = {"length_unit": study.draw.length_unit, "time_unit": study.draw.time_unit}
     for file, path in paths.items():
         if file.suffix == ".toml":
-            # Written with the table that it lies beside.
+            # Written together with its table.
             continue
         if on_write is not None:
             on_write(file)
         if file.suffix == ".nc":
             write_netcdf(answer, path, record, samples=study.save.samples)
         elif file.suffix == ".csv":
-            beside = paths[record_file(file)]
-            write_columns(tables[file.stem], path, record, **units, beside=beside)
+            record_path = paths[record_file(file)]
+            write_columns(tables[file.stem], path, record, **units, record_path=record_path)
         else:
             if file.stem not in figures:
                 figures[file.stem] = _figure(file.stem, answer, study, proof)

@@ -1,39 +1,45 @@
-"""A study as a frozen value: a model, a question of some kind, what to keep of the answer."""
+"""A study as a frozen value: a model, a question of some kind, and what is kept of the answer."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
 
 from percuss.execution import Execution
-from percuss.io.study_text import model_tables, toml_text
+from percuss.io.study_text import forcing_table, model_tables, number, stop_table, toml_text
+from percuss.model import exact
 from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
 from percuss.model.stops import Stop
-from percuss.studies.faults import MISSING, StudyFaults
-from percuss.studies.model_tables import EngineersModel
 from percuss.studies.tables import (
     DRAW_ALL,
+    MISSING,
     SAVE_ALL,
     Certify,
     Draw,
     RawTable,
     Save,
+    StudyFaults,
     as_written,
     values_of,
 )
 
+if TYPE_CHECKING:
+    from xarray import Dataset
+
 __all__ = [
-    "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft", "check_start",
+    "AT_REST", "TABLES", "EngineersModel", "Picture", "Question", "Study", "StudyDraft",
+    "check_start", "counted", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
     "kind_named", "kind_names", "known_walls", "study_text", "titled_axes",
 ]  # fmt: skip
 
-# Draws a result of a study on an empty figure.
+# Draws the result of a study on an empty figure.
 Picture: TypeAlias = "Callable[[Any, Study, Any], None]"
 
 AT_REST = Start(0.0, 0.0)
@@ -54,11 +60,13 @@ _KINDS = (
 # in the table of the kind.
 TABLES = {"start": "start", "limits": "run", "sought": "orbit", "over": "over", "steps": "branch"}
 _PLACE = ("at", "side")
+# The last part of a traceback says most.
+LONGEST_REASON = 160
 
 
 @dataclass(frozen=True, slots=True)
 class StudyDraft:
-    """A study while its file is read: what a question is checked against.
+    """A study while its file is read, against which its question is checked.
 
     Attributes
     ----------
@@ -67,7 +75,7 @@ class StudyDraft:
     oscillator, forcing
         The model; drafts where they have faults.
     draw
-        What is drawn.
+        The pictures.
     faults
         The faults found so far.
     """
@@ -94,24 +102,24 @@ class StudyDraft:
 
 
 class Question(ABC):
-    """What a study asks, with all it needs besides the model: a frozen table.
+    """The question of a study, with all it needs besides the model: a frozen table.
 
     Its fields are the keys of its file and the arguments of the library function that answers it.
 
     Attributes
     ----------
     kind
-        Its name in ``[study]``.
+        Its name in ``[study]``: that of the class, in lower case.
     doing
-        What is being done while it is answered, before a bar.
+        What is done while it is answered, before a progress bar.
     stem
-        Name of the NetCDF file, without suffix.
+        Name of the NetCDF file, without suffix; default: the kind.
     is_ensemble
-        Whether it is answered chunk by chunk, into a store and on an engine where wanted.
+        Whether it is computed in chunks, for which there are stores and engines.
     is_certifiable
         Whether its file may ask for a proof.
     needed
-        Tables without which there is no such file.
+        Tables that its file must have.
     save_keys, draw_keys
         Keys of ``[save]`` and ``[draw]`` beyond those of all kinds.
     columns
@@ -130,8 +138,12 @@ class Question(ABC):
     draw_keys: ClassVar[tuple[str, ...]] = ()
     columns: ClassVar[Mapping[str, str]] = {}
 
+    def __init_subclass__(cls) -> None:
+        cls.kind = cls.__name__.lower()
+        cls.stem = cls.__dict__.get("stem", cls.kind)
+
     def tables(self) -> dict[str, object]:
-        """Return the tables of its own in a study file."""
+        """Return the tables of the question in a study file."""
         keys = as_written(self)
         tables = {table: keys.pop(name) for name, table in TABLES.items() if name in keys}
         return {**tables, self.kind: keys} if keys else tables
@@ -144,9 +156,13 @@ class Question(ABC):
         """Return the tables saved as CSV, by the stem of the file."""
         return self.columns
 
-    @abstractmethod
-    def pictures(self, study: Study) -> Mapping[str, Picture]:
+    def pictures(self, study: Study) -> Mapping[str, Picture]:  # noqa: ARG002
         """Return what draws its pictures, by the stem of the file."""
+        return {self.stem: self.draw}
+
+    def draw(self, result: Any, study: Study, figure: Any) -> None:
+        """Draw the picture that most kinds have on an empty figure."""
+        raise NotImplementedError
 
     @abstractmethod
     def answer(self, study: Study, execution: Execution) -> Any:
@@ -154,15 +170,15 @@ class Question(ABC):
 
     @abstractmethod
     def report(self, result: Any) -> dict[str, str]:
-        """Return what was found, in a few lines: words by what they are about."""
+        """Return the results in a few lines: words by their names."""
 
     @abstractmethod
     def checked(self, study: StudyDraft) -> Self:
-        """Return the question as it is asked of a model, and add what is wrong with it there."""
+        """Return the question with what depends on the model, and add its faults there."""
 
 
 def check_start(start: Start, study: StudyDraft) -> None:
-    """Add what is wrong with a start without a limit of its own."""
+    """Add the faults of a start."""
     is_given = "start" in study.document
     walls = draft(Oscillator, stops=known_walls(study))
     place = "start" if is_given else None
@@ -174,7 +190,7 @@ def check_start(start: Start, study: StudyDraft) -> None:
 
 
 def known_walls(study: StudyDraft) -> tuple[Stop, ...]:
-    """Return the stops whose place is known: only in such a wall can a start be."""
+    """Return the stops whose place is known: only in these walls can a start lie."""
     return tuple(
         stop
         for index, stop in enumerate(study.oscillator.stops)
@@ -190,25 +206,115 @@ def titled_axes(study: Study, figure: Any, width: float, height: float) -> Any:
     return figure.add_subplot()
 
 
+def counted(n: float, thing: str) -> str:
+    """Return a number and what it counts.
+
+    Examples
+    --------
+    >>> counted(1, "impact"), counted(1200.0, "impact")
+    ('1 impact', '1,200 impacts')
+    """
+    return f"{int(n):,} {thing}" + ("" if n == 1 else "s")
+
+
+def impacts_in_words(n_impacts: float) -> str:
+    """Return a number of impacts in words."""
+    return "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
+
+
+def intervals_in_words(intervals: Any) -> str:
+    """Return intervals of a parameter in words."""
+    return ", ".join(f"{low:.6g} to {high:.6g}" for low, high in intervals)
+
+
+def failure_rows(reasons: list[str], n_points: int) -> dict[str, str]:
+    """Return how many points have no answer, and why."""
+    if not reasons:
+        return {}
+    from percuss.ensembles.datasets import commonest
+
+    reason, count, others = commonest(reasons)
+    more = f"; other reasons: {others}" if others else ""
+    words = f"{len(reasons)} of {n_points}: {reason[:LONGEST_REASON]} ({count}){more}"
+    return {"without answer": words}
+
+
+def ends_of(data: Dataset) -> str:
+    """Return the axes of a dataset with their ends."""
+    return ", ".join(
+        f"{dim} from {float(values.min()):.6g} to {float(values.max()):.6g} ({values.size})"
+        for dim, values in ((dim, data[dim].values) for dim in data.coords)
+        if values.dtype.kind == "f"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class EngineersModel:
+    """An oscillator and its forcing in engineers' units, before they are divided by the mass.
+
+    Parameters
+    ----------
+    mass, stiffness, damping_coefficient, damping_ratio, stops
+        As `Oscillator.from_mass` takes them.
+    forcing
+        The force on the mass [force]; or None.
+
+    Examples
+    --------
+    >>> from percuss.model import cosine
+    >>> model = EngineersModel(mass=2.0, stiffness=50.0, forcing=cosine(3.0, amplitude=5.0))
+    >>> model.oscillator().stiffness, model.forcing_per_mass().harmonics[0].amplitude
+    (25.0, 2.5)
+    """
+
+    mass: exact.Exact
+    stiffness: exact.Exact
+    damping_coefficient: exact.Exact | None = None
+    damping_ratio: exact.Exact | None = None
+    stops: tuple[Stop, ...] = ()
+    forcing: Forcing | None = None
+
+    def oscillator(self) -> Oscillator:
+        """Return the oscillator of unit mass."""
+        return Oscillator.from_mass(
+            self.mass, self.stiffness, self.damping_coefficient, self.damping_ratio, self.stops
+        )
+
+    def forcing_per_mass(self) -> Forcing | None:
+        """Return the forcing divided by the mass."""
+        return None if self.forcing is None else self.forcing.per_mass(self.mass)
+
+    def tables(self) -> dict[str, object]:
+        """Return the model as the tables of a study."""
+        names = ("mass", "stiffness", "damping_coefficient", "damping_ratio")
+        given = {name: getattr(self, name) for name in names}
+        row = {name: number(value) for name, value in given.items() if value is not None}
+        stops = [stop_table(stop) for stop in self.stops] or None
+        tables: dict[str, object] = {"oscillator": {**row, "stops": stops}}
+        if self.forcing is not None:
+            tables["forcing"] = forcing_table(self.forcing)
+        return tables
+
+
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A model, what is asked about it, and what to keep of the answer.
+    """A model, a question about it, and what is kept of the answer.
 
     Parameters
     ----------
     oscillator, forcing
-        What is moving, under what force (None: free).
+        The oscillator and the force on it (None: free).
     question
-        What is asked: a value of `percuss.studies.kinds`, such as `Motion`.
+        The question: a value of `percuss.studies.kinds`, such as `Motion`.
     title
-        A line about it.
+        A line for reports and pictures.
     save, draw
-        Files and pictures.
+        The files and pictures.
     given
         The model in the engineers' units of the study file, if it names a mass; `oscillator` and
         `forcing` are then those of unit mass that follow from it.
     certify
-        To how many digits the answer is proven, of a motion, an orbit or a branch; None: not.
+        The digits to which a motion, an orbit or a branch is proven; None: no proof.
 
     Examples
     --------

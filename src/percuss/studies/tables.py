@@ -1,43 +1,57 @@
-"""The tables of a study file as values: checked by pydantic, written back by it."""
+"""The tables of a study file as values, checked and written by pydantic; and their faults."""
 
 from __future__ import annotations
 
+import difflib
 import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
 
-from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter
+from pydantic import ConfigDict, Field, PlainSerializer, PlainValidator, TypeAdapter
 from pydantic import ValidationError as ShapeError
-from pydantic.dataclasses import dataclass
+from pydantic.dataclasses import dataclass as pydantic_dataclass
 from pydantic_core import PydanticCustomError
 
 from percuss.errors import ParameterError
 from percuss.io.results import SAMPLES
 from percuss.io.study_text import number, start_table
 from percuss.model import exact
-from percuss.model.exact import PiTimes, angle, as_fraction, number_problem, phase_problem
-from percuss.model.faults import draft
-from percuss.model.start import Start
-from percuss.studies.faults import (
-    MISSING,
-    NO_NUMBER,
-    NO_PHASE,
-    Path,
-    StudyFaults,
-    shown,
-    unknown_key,
+from percuss.model.exact import (
+    NOT_A_NUMBER,
+    NOT_A_PHASE,
+    PiTimes,
+    angle,
+    as_fraction,
+    number_problem,
+    phase_problem,
 )
+from percuss.model.faults import Fault, draft
+from percuss.model.start import Start
 
 if TYPE_CHECKING:
     from percuss.plotting.style import Units
 
 __all__ = [
-    "DRAW_ALL", "SAVE_ALL", "Certify", "Count", "Draw", "Flag", "NumberKey", "PhaseKey", "RawTable",
-    "Save", "StartState", "StartTable", "StudyTable", "Text", "Whole", "as_written", "default",
-    "exact_phase", "keys_of", "raw_table", "read", "sentence", "table", "table_only", "values_of",
+    "DRAW_ALL", "MISSING", "NO_NUMBER", "NO_PHASE", "SAVE_ALL", "Certify", "Count", "Draw", "Flag",
+    "NumberKey", "Path", "PhaseKey", "RawTable", "Save", "StartState", "StartTable", "StudyFault",
+    "StudyFaults", "StudyTable", "Text", "Whole", "as_written", "default", "exact_phase",
+    "keys_of", "line_of", "raw_table", "read", "sentence", "shown", "table", "table_only",
+    "unknown_key", "unknown_value", "values_of", "words_of_file",
 ]  # fmt: skip
 
+# Keys, and indices into lists.
+Path: TypeAlias = tuple[str | int, ...]
+
+# In place of a required key that has a fault already.
+MISSING: Any = object()
+NO_NUMBER = 'not a number; write 2.8, or "2.8" for that decimal, "1/3" for that fraction'
+NO_PHASE = f'{NO_NUMBER}, "pi/2" for that multiple of pi'
+# Faults of the model in the words of a study file.
+_WORDS_OF_FILE = {NOT_A_NUMBER: NO_NUMBER, NOT_A_PHASE: NO_PHASE}
+# Longer values are cut in messages, so that value and sentence fit into a line.
+_LONGEST_VALUE = 60
 RawTable: TypeAlias = Mapping[str, Any]
 T = TypeVar("T")
 
@@ -48,7 +62,7 @@ MOST_SAMPLES = 100_000_000
 
 DrawnQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
 
-# What pydantic calls an error, and what we say; {} stands for its context.
+# Our sentences for the errors of pydantic; {} stands for their context.
 _REASONS = {
     "bool_type": "neither true nor false",
     "int_type": "not a whole number",
@@ -71,6 +85,122 @@ _REASONS = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class StudyFault:
+    """One thing that is wrong with a study file.
+
+    Parameters
+    ----------
+    file
+        Name of the file, as it was given.
+    line
+        Line, from 1; None where no line can be named.
+    path
+        Dotted path of the key; empty for a fault of the syntax.
+    reason
+        What is wrong, and what would be right.
+    value
+        What was given, as it is shown; empty if there is none.
+
+    Examples
+    --------
+    >>> print(StudyFault("study.toml", 7, "run.t_end", "not after t0 = 0", "-1"))
+    study.toml:7: run.t_end = -1: not after t0 = 0
+    """
+
+    file: str
+    line: int | None
+    path: str
+    reason: str
+    value: str = ""
+
+    def __str__(self) -> str:
+        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        path = _on_one_line(self.path)
+        name = f"{path} = {self.value}" if self.value else path
+        return ": ".join(part for part in (place, name, self.reason) if part)
+
+
+@dataclass(slots=True)
+class StudyFaults:
+    """The faults of one file while they are collected, and the lines of its keys."""
+
+    file: str
+    lines: dict[Path, int]
+    faults: list[StudyFault] = field(default_factory=list)
+
+    def add(self, path: Path, reason: str, value: str = "") -> None:
+        """Add a fault, unless this key, a key in it or the table around it has one already."""
+        parts = [str(part) for part in path]
+        dotted = ".".join(parts)
+        around = {".".join(parts[:length]) for length in range(1, len(parts))}
+        if not self.is_wrong(dotted) and not any(fault.path in around for fault in self.faults):
+            line = line_of(self.lines, path)
+            self.faults.append(StudyFault(self.file, line, dotted, reason, value))
+
+    def add_from_model(self, faults: Iterable[Fault]) -> None:
+        """Add faults of the model, in the words of a file."""
+        for fault in faults:
+            if fault.value is not MISSING:
+                names = fault.name.split(".")
+                path = tuple(int(name) if name.isdecimal() else name for name in names)
+                self.add(path, words_of_file(fault.reason), shown(fault.value))
+
+    def is_wrong(self, dotted: str) -> bool:
+        """Return whether a key or a key in it has a fault already."""
+        return any(
+            fault.path == dotted or fault.path.startswith(f"{dotted}.") for fault in self.faults
+        )
+
+
+def line_of(lines: dict[Path, int], path: Sequence[str | int]) -> int | None:
+    """Return the line of a path, or of the innermost table or list around it."""
+    for length in range(len(path), 0, -1):
+        line = lines.get(tuple(path[:length]))
+        if line is not None:
+            return line
+    return None
+
+
+def words_of_file(reason: str) -> str:
+    """Return a sentence of the model in the words of a file."""
+    return _WORDS_OF_FILE.get(reason, reason)
+
+
+def unknown_key(key: object, known: list[str]) -> str:
+    """Return the sentence about an unknown key, with the known key that resembles it."""
+    close = difflib.get_close_matches(str(key).lower(), known, n=1)
+    if close:
+        return f'unknown key; did you mean "{close[0]}"?'
+    return f"unknown key; known here: {', '.join(known)}"
+
+
+def unknown_value(value: object, known: list[str]) -> str:
+    """Return the sentence about an unknown value, with the known value that resembles it."""
+    close = difflib.get_close_matches(str(value).lower(), known, n=1)
+    listed = f"{', '.join(known[:-1])} or {known[-1]}"
+    return f'did you mean "{close[0]}"? There are {listed}' if close else f"not {listed}"
+
+
+def shown(value: object) -> str:
+    """Return a value as messages show it.
+
+    Examples
+    --------
+    >>> shown("0.5"), shown(True), shown(list(range(100)))[-5:]
+    ('"0.5"', 'true', '1 ...')
+    """
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return _on_one_line(f'"{value}"' if isinstance(value, str) else repr(value))
+
+
+def _on_one_line(text: str) -> str:
+    """Return a text without line ends and control characters, cut where it is long."""
+    text = text.encode("unicode_escape").decode("ascii") if not text.isprintable() else text
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 4]} ..."
+
+
 def sentence(error: Any) -> str:
     """Return an error of pydantic in our words."""
     words = _REASONS.get(error["type"])
@@ -84,17 +214,18 @@ def sentence(error: Any) -> str:
 
 @dataclass_transform(frozen_default=True, field_specifiers=(Field,))
 def table(kind: type[T]) -> type[T]:
-    """Make a class a frozen table: its fields are its keys, their types the checks.
+    """Make a class a frozen table: its fields are the keys, their types the checks.
 
-    What pydantic refuses is a `ParameterError` in Python, and a fault in a file (`read`).
+    A value that pydantic refuses is a `ParameterError` in Python, and a fault in a file (`read`).
     """
-    made: Any = dataclass(frozen=True, slots=True, config={"arbitrary_types_allowed": True})(kind)
+    config = ConfigDict(arbitrary_types_allowed=True)
+    made: Any = pydantic_dataclass(frozen=True, slots=True, config=config)(kind)
     construct = made.__init__
 
     @functools.wraps(construct)
     def checked(self: Any, *values: Any, **named: Any) -> None:
         if len(values) <= len(keys_of(made)):
-            # So that pydantic knows the name of what is wrong.
+            # Named, so that the error of pydantic has the name of the field.
             values, named = (), dict(zip(keys_of(made), values, strict=False)) | named
         try:
             construct(self, *values, **named)
@@ -135,23 +266,23 @@ def read(
     known: list[str] | None = None,
     given: RawTable | None = None,
 ) -> T:
-    """Return the table of raw values, and add what is wrong with them.
+    """Return the table of raw values, and add their faults.
 
     Parameters
     ----------
     kind
         The table.
     raw
-        The keys as `tomllib` reads them. A wrong one counts as left out; what then is missing is
+        The keys as `tomllib` reads them. A wrong one counts as left out; a required one is then
         `MISSING`.
     faults
         The faults found so far.
     path
         Where the table stands in the file.
     known
-        The keys that there are in this file; default: all of the table.
+        The keys that this file may have; default: all of the table.
     given
-        Fields that do not stand in the table.
+        Fields that do not stand in the table of the file.
     """
     known = keys_of(kind) if known is None else known
     for key in raw:
@@ -195,7 +326,7 @@ def exact_phase(value: Any) -> Any:
 
 
 def _is_number(value: object) -> bool:
-    # Whether a text is a number is the model's question; true is an int for Python only.
+    # The model decides whether a text is a number; true is an int in Python only.
     is_given = isinstance(value, str) or hasattr(value, "__float__") or value is MISSING
     return is_given and not isinstance(value, bool)
 
@@ -219,7 +350,7 @@ def _digits(value: object) -> object:
 
 
 def table_only(value: object) -> object:
-    """Return a value that is a table; what stands in it is read where the model is known."""
+    """Return a value that is a table; its content is read once the model is known."""
     if not isinstance(value, Mapping):
         raise PydanticCustomError("dict_type", "not a table")
     return value
@@ -236,7 +367,7 @@ Text = Annotated[str, Field(strict=True)]
 
 @table
 class StudyTable:
-    """``[study]``: what is asked."""
+    """``[study]``: the kind of study and its title."""
 
     kind: Text = "motion"
     title: Text = ""
@@ -254,7 +385,7 @@ class StartTable:
 def _start(value: Any) -> Start:
     if isinstance(value, Start):
         return value
-    # Not checked yet: a wall of the model may be in its way, which is one fault, not two.
+    # Checked later, against the walls of the model: one fault, not two.
     return draft(Start, **values_of(TypeAdapter(StartTable).validate_python(value)))
 
 
@@ -297,7 +428,7 @@ class Draw:
     length_unit, time_unit
         Units on the axes; empty for dimensionless ones.
     quantity
-        What of a branch is drawn over its parameter, as in `percuss.plotting.plot_branch`.
+        The quantity of a branch drawn over its parameter, as in `percuss.plotting.plot_branch`.
     manifolds
         Whether the stable manifolds of saddles are drawn into basins.
     """
@@ -319,7 +450,7 @@ class Draw:
 
 @table
 class Certify:
-    """To how many digits the answer of a study is proven in ball arithmetic.
+    """The digits to which the answer of a study is proven in ball arithmetic.
 
     Parameters
     ----------
@@ -329,7 +460,7 @@ class Certify:
     Raises
     ------
     ParameterError
-        If they are fewer or more.
+        If they are out of this range.
     """
 
     digits: Annotated[int, PlainValidator(_digits)] = 12

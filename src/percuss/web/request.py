@@ -13,10 +13,10 @@ from typing import Any
 from percuss.errors import StudyError
 from percuss.model.exact import as_float
 from percuss.model.paths import long_form
-from percuss.studies.faults import StudyFaults
 from percuss.studies.kinds.motion import Motion
 from percuss.studies.reading import build_study
 from percuss.studies.study import Study
+from percuss.studies.tables import StudyFaults
 from percuss.web.scheduler import Task
 
 __all__ = [

@@ -16,9 +16,14 @@ from percuss.model.exact import as_float
 from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.stops import Wall
 from percuss.studies.axes import AxisValues, StartAxis, axes_of, over_of
-from percuss.studies.study import Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import (
+    Question,
+    StudyDraft,
+    counted,
+    impacts_in_words,
+    titled_axes,
+)
 from percuss.studies.tables import NumberKey, PhaseKey, Whole, default, table
-from percuss.studies.words import counted, impacts_in_words
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -35,7 +40,7 @@ MOST_IMPACTS = MOST_PERIODS = 2
 
 @table
 class Basins(Question):
-    """To which attractor each start of a grid goes, as `percuss.basins` takes it.
+    """The attractor of each start of a grid, as `percuss.basins` finds it.
 
     Parameters
     ----------
@@ -45,9 +50,7 @@ class Basins(Question):
         As there.
     """
 
-    kind: ClassVar = "basins"
     doing: ClassVar = "following the starts"
-    stem: ClassVar = "basins"
     is_ensemble: ClassVar = True
     needed: ClassVar = ("basins",)
     draw_keys: ClassVar = ("manifolds",)
@@ -76,7 +79,7 @@ class Basins(Question):
         return replace(self, **axes)
 
     def _check_impacts(self, axes: dict[str, AxisValues], study: StudyDraft) -> None:
-        """Add what is wrong with starts at a wall."""
+        """Add the faults of starts at a wall."""
         if not set(axes) & set(IMPACTS) or study.faults.is_wrong("oscillator"):
             return
         stops = study.oscillator.stops
@@ -90,18 +93,22 @@ class Basins(Question):
                 study.faults.add(("basins", name), reason)
 
     def answer(self, study: Study, execution: Execution) -> Dataset:
-        """Return to which attractor each start goes."""
+        """Return the attractor of each start."""
         arguments = {name: value for name, value in self.arguments().items() if value is not None}
         axes = {name: arguments[name] for name in (*STATES, *IMPACTS) if name in arguments}
         arguments |= over_of(axes) | {"escape": as_float(self.escape)} | execution.keywords()
         return basins(study.oscillator, study.forcing, **arguments)
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the basins in the plane of the starts."""
-        return {"basins": _draw}
+    def draw(self, result: Dataset, study: Study, figure: Any) -> None:
+        """Draw the basins in the plane of the starts."""
+        from percuss.plotting import plot_basins
+
+        curves = _manifolds(study) if study.draw.manifolds else ()
+        axes = titled_axes(study, figure, 7.4, 5.6)
+        plot_basins(result, axes, manifolds=curves, units=study.draw.units())
 
     def report(self, result: Dataset) -> dict[str, str]:
-        """Return the attractors and how many of the starts go to each."""
+        """Return the attractors and the fraction of the starts that go to each."""
         basin = result.basin.values
         inside = int((basin == -2).sum())
         rows = {"starts": f"{basin.size - inside:,}"}
@@ -119,7 +126,7 @@ class Basins(Question):
 
 
 def _check_pair(given: dict[str, Any], study: StudyDraft) -> None:
-    """Add axes that are missing, or of both pairs."""
+    """Add the faults of missing axes, or of axes of both pairs."""
     of_state, of_impact = ([name for name in pair if name in given] for pair in (STATES, IMPACTS))
     if of_state and of_impact:
         reason = "given together with x0 or v0; give x0 and v0, or these"
@@ -133,20 +140,12 @@ def _check_pair(given: dict[str, Any], study: StudyDraft) -> None:
             study.faults.add(("basins", missing), "missing")
 
 
-def _draw(result: Dataset, study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_basins
-
-    curves = _manifolds(study) if study.draw.manifolds else ()
-    axes = titled_axes(study, figure, 7.4, 5.6)
-    plot_basins(result, axes, manifolds=curves, units=study.draw.units())
-
-
 def _manifolds(study: Study) -> list[Manifolds]:
     """Return the stable manifolds of the saddles, which bound the basins."""
     from percuss.orbits import find_orbits, manifolds
 
     question = study.question
-    # Studies of basins alone come here, with a period.
+    # Only studies of basins, with a period, are drawn here.
     assert isinstance(question, Basins)
     assert study.forcing is not None
     assert study.forcing.period is not None
@@ -157,7 +156,7 @@ def _manifolds(study: Study) -> list[Manifolds]:
         inside, outside = sorted(abs(orbit.multipliers))
         if not 0.0 < inside < 1.0 < outside:
             continue
-        # Where one cannot be grown, the basins are worth a picture without it.
+        # Where a manifold cannot be computed, the picture shows the basins without it.
         with suppress(PercussError):
             curves.append(
                 manifolds(

@@ -11,7 +11,7 @@ from percuss.execution import Execution
 from percuss.orbits import continue_orbit
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.study import Picture, Question, StudyDraft, titled_axes
+from percuss.studies.study import Question, StudyDraft, titled_axes
 from percuss.studies.tables import Count, default, table, values_of
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def follow(
     steps: Steps,
     execution: Execution,
 ) -> BranchResult:
-    """Find the orbit that a study is about, and follow it along a parameter."""
+    """Find the orbit of a study, and follow it along a parameter."""
     orbit = sought.find(study)
     return continue_orbit(orbit, over, **values_of(steps), progress=execution.progress)
 
@@ -57,9 +57,7 @@ class Branch(Question):
         How it is followed.
     """
 
-    kind: ClassVar = "branch"
     doing: ClassVar = "following the orbit"
-    stem: ClassVar = "branch"
     is_certifiable: ClassVar = True
     needed: ClassVar = ("over",)
     draw_keys: ClassVar = ("quantity",)
@@ -70,7 +68,7 @@ class Branch(Question):
     steps: Steps = Steps()
 
     def checked(self, study: StudyDraft) -> Self:
-        """Check which orbit is looked for, and read the range."""
+        """Check the orbit sought, and read the range."""
         self.sought.check(study)
         return replace(self, over=ranges_over(study, 1, holds_own=True))
 
@@ -78,9 +76,12 @@ class Branch(Question):
         """Find the orbit and follow it."""
         return follow(study, self.sought, self.over, self.steps, execution)
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the branch over its parameter."""
-        return {"branch": _draw}
+    def draw(self, result: BranchResult, study: Study, figure: Any) -> None:
+        """Draw the branch over its parameter."""
+        from percuss.plotting import plot_branch
+
+        axes = titled_axes(study, figure, 7.0, 4.6)
+        plot_branch(result, axes, quantity=study.draw.quantity, units=study.draw.units())
 
     def report(self, result: BranchResult) -> dict[str, str]:
         """Return the branch, its special points and why it ends."""
@@ -96,10 +97,3 @@ class Branch(Question):
             "special points": "\n".join(points) or "none",
             "ends": result.end_reason,
         }
-
-
-def _draw(branch: BranchResult, study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_branch
-
-    axes = titled_axes(study, figure, 7.0, 4.6)
-    plot_branch(branch, axes, quantity=study.draw.quantity, units=study.draw.units())

@@ -10,11 +10,10 @@ from percuss.execution import Execution
 from percuss.model.paths import long_form
 from percuss.orbits import continue_curve
 from percuss.studies.axes import OverRanges, ParameterRange, ranges_over
-from percuss.studies.faults import shown
 from percuss.studies.kinds.branch import Steps, follow
 from percuss.studies.kinds.orbit import Sought
-from percuss.studies.study import Picture, Question, StudyDraft, titled_axes
-from percuss.studies.tables import Text, table
+from percuss.studies.study import Question, StudyDraft, titled_axes
+from percuss.studies.tables import Text, shown, table
 
 if TYPE_CHECKING:
     from percuss.orbits import Curve as CurveResult
@@ -43,7 +42,6 @@ class Curve(Question):
         How the branch is followed.
     """
 
-    kind: ClassVar = "curve"
     doing: ClassVar = "following the curves"
     stem: ClassVar = "curves"
     needed: ClassVar = ("over",)
@@ -57,13 +55,13 @@ class Curve(Question):
     steps: Steps = Steps()
 
     def checked(self, study: StudyDraft) -> Self:
-        """Check which orbit is looked for, and read the ranges and which comes first."""
+        """Check the orbit sought, and read the ranges and the parameter of the branch."""
         self.sought.check(study)
         over = ranges_over(study, 2, holds_own=True)
         return replace(self, over=over, along=self._first_of(over, study))
 
     def _first_of(self, over: dict[str, ParameterRange], study: StudyDraft) -> str:
-        """Return the parameter of the branch, and add what is wrong with it."""
+        """Return the parameter of the branch, and add its faults."""
         given = self.along
         if given is None or len(over) < 2:
             return given or next(iter(over), "")
@@ -88,9 +86,16 @@ class Curve(Question):
             if point.kind in self.points
         ]
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the curves in the plane of the parameters."""
-        return {"curves": _draw}
+    def draw(self, result: list[CurveResult], study: Study, figure: Any) -> None:
+        """Draw the curves in the plane of the parameters."""
+        from percuss.plotting import plot_curves
+
+        if result:
+            plot_curves(result, titled_axes(study, figure, 7.0, 5.0))
+        else:
+            figure.set_size_inches(7.0, 5.0)
+            figure.text(0.5, 0.5, "no such points on the branch", ha="center")
+            figure.suptitle(study.title, parse_math=False)
 
     def report(self, result: list[CurveResult]) -> dict[str, str]:
         """Return each curve, its special points and why it ends."""
@@ -104,14 +109,3 @@ class Curve(Question):
                 lines.append(f"{point.kind.replace('_', ' ')} at ({at}): {point.detail}")
             rows[f"curve {i}"] = "\n".join([*lines, f"ends: {curve.end_reason}"])
         return rows
-
-
-def _draw(curves: list[CurveResult], study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_curves
-
-    if curves:
-        plot_curves(curves, titled_axes(study, figure, 7.0, 5.0))
-    else:
-        figure.set_size_inches(7.0, 5.0)
-        figure.text(0.5, 0.5, "no such points on the branch", ha="center")
-        figure.suptitle(study.title, parse_math=False)

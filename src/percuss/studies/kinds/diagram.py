@@ -15,17 +15,16 @@ from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
 from percuss.studies.axes import OverAxes, over_of, values_over
-from percuss.studies.faults import shown, words_of_file
 from percuss.studies.study import (
     AT_REST,
-    Picture,
     Question,
     StudyDraft,
+    ends_of,
+    failure_rows,
     known_walls,
     titled_axes,
 )
-from percuss.studies.tables import PhaseKey, Whole, default, raw_table, table
-from percuss.studies.words import ends_of, failure_rows
+from percuss.studies.tables import PhaseKey, Whole, default, raw_table, shown, table, words_of_file
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -54,9 +53,7 @@ StartRow = Annotated[
 class Diagram(Question):
     """The points of the attractors over a parameter, as `bifurcation_diagram` takes them."""
 
-    kind: ClassVar = "diagram"
     doing: ClassVar = "following the motions"
-    stem: ClassVar = "diagram"
     is_ensemble: ClassVar = True
     needed: ClassVar = ("over",)
     columns: ClassVar = {"diagram": "table"}
@@ -92,9 +89,11 @@ class Diagram(Question):
         arguments = self.arguments() | {"over": over_of(self.over)} | execution.keywords()
         return bifurcation_diagram(study.oscillator, study.forcing, **arguments)
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the diagram."""
-        return {"diagram": _draw}
+    def draw(self, result: Dataset, study: Study, figure: Any) -> None:
+        """Draw the diagram."""
+        from percuss.plotting import plot_diagram
+
+        plot_diagram(result, titled_axes(study, figure, 7.6, 5.0), units=study.draw.units())
 
     def report(self, result: Dataset) -> dict[str, str]:
         """Return the periods on each branch, and what failed."""
@@ -107,9 +106,3 @@ class Diagram(Question):
             rows[f"{branch}, periods"] = ", ".join(words) or "nothing"
             reasons += [str(text) for text in part.reason.values if text]
         return rows | failure_rows(reasons, result.period.size)
-
-
-def _draw(result: Dataset, study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_diagram
-
-    plot_diagram(result, titled_axes(study, figure, 7.6, 5.0), units=study.draw.units())

@@ -29,9 +29,7 @@ __all__ = ["Lyapunov"]
 class Lyapunov(Question):
     """Both Lyapunov exponents of the motion from a start, as `lyapunov_exponents` takes them."""
 
-    kind: ClassVar = "lyapunov"
     doing: ClassVar = "following the motion and its neighbours"
-    stem: ClassVar = "lyapunov"
     columns: ClassVar = {"lyapunov": "table"}
 
     start: StartState = AT_REST

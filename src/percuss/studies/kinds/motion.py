@@ -1,4 +1,4 @@
-"""Studies of one motion: where it starts, how long it is followed."""
+"""Studies of one motion: its start and its end."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import end_after_periods, periods_faults, start_faults
 from percuss.model.stops import SoftStop
-from percuss.studies.faults import shown
-from percuss.studies.study import Picture, Question, StudyDraft, known_walls
-from percuss.studies.tables import NumberKey, PhaseKey, StartState, table
+from percuss.studies.study import Question, StudyDraft, known_walls
+from percuss.studies.tables import NumberKey, PhaseKey, StartState, shown, table
 
 if TYPE_CHECKING:
     from percuss.motion.impact_times import ImpactTimes
@@ -28,7 +27,7 @@ __all__ = ["Limits", "Motion"]
 
 @table
 class Limits:
-    """How long a motion is followed.
+    """The end of a motion.
 
     Parameters
     ----------
@@ -52,14 +51,12 @@ class Motion(Question):
     Parameters
     ----------
     start
-        From where.
+        The state in which it begins.
     limits
-        How long.
+        Its end.
     """
 
-    kind: ClassVar = "motion"
     doing: ClassVar = "simulating"
-    stem: ClassVar = "motion"
     is_certifiable: ClassVar = True
     needed: ClassVar = ("start", "run")
     save_keys: ClassVar = ("samples",)
@@ -78,7 +75,7 @@ class Motion(Question):
         return end_after_periods(forcing, self.start.t0, limits.periods)
 
     def t_end(self, forcing: Forcing | None) -> float | None:
-        """Return the same as a float."""
+        """Return the time of the end as a float."""
         end = self.end(forcing)
         return None if end is None else as_float(end)
 
@@ -86,7 +83,7 @@ class Motion(Question):
         """Check the start, the limits, and the part that is drawn."""
         limits, faults = self.limits, study.faults
         if limits.periods is not None:
-            # Of a forcing with faults it is not known whether it has a period.
+            # A forcing with faults may have no period.
             faults.add_from_model(
                 positive_faults("run.periods", limits.periods)
                 if faults.is_wrong("forcing")
@@ -102,7 +99,7 @@ class Motion(Question):
         start, limits, faults = self.start, self.limits, study.faults
         t_end = limits.t_end
         if limits.periods is not None:
-            # Any end will do where the periods, the forcing or t0 have faults of their own.
+            # Unknown where the periods, the forcing or t0 have faults.
             is_right = not any(map(faults.is_wrong, ("run", "forcing", "start.t0")))
             is_right = is_right and phase_problem(start.t0) is None
             t_end = self.end(study.forcing) if is_right else None
@@ -139,7 +136,7 @@ class Motion(Question):
             faults.add(path, "outside the run", shown(list(window)))
 
     def answer(self, study: Study, execution: Execution) -> Trajectory:
-        """Simulate."""
+        """Compute the motion."""
         from percuss.motion.simulate import simulate
 
         start = self.start
@@ -160,9 +157,16 @@ class Motion(Question):
         names = ["impacts", *(["crossings"] if soft else []), "motion"]
         return {name: name for name in names}
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the one with four panels."""
-        return {"motion": _draw}
+    def draw(self, result: Trajectory, study: Study, figure: Any) -> None:
+        """Draw displacement, velocity, phase plane and section."""
+        from percuss.plotting.motion_plot import plot_motion
+
+        window = None
+        if study.draw.window is not None:
+            first, last = (as_float(time) for time in study.draw.window)
+            # A run may end before the window begins: it was interrupted, or came to rest.
+            window = (first, last) if first < result.t_end and last > result.t0 else None
+        plot_motion(result, figure, title=study.title, window=window, units=study.draw.units())
 
     def report(self, result: Trajectory) -> dict[str, str]:
         """Return the events, the class of the impact times, and how it ended."""
@@ -198,14 +202,3 @@ def impact_times_words(times: ImpactTimes) -> str:
         "no_period_found": f"no period found in {times.n_used}",
         "too_few": f"too few to tell: {times.n_used}",
     }[times.kind]
-
-
-def _draw(run: Trajectory, study: Study, figure: Any) -> None:
-    from percuss.plotting.motion_plot import plot_motion
-
-    window = None
-    if study.draw.window is not None:
-        first, last = (as_float(time) for time in study.draw.window)
-        # A run may end before the window begins: it was interrupted, or came to rest.
-        window = (first, last) if first < run.t_end and last > run.t0 else None
-    plot_motion(run, figure, title=study.title, window=window, units=study.draw.units())

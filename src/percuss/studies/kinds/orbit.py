@@ -1,4 +1,4 @@
-"""Studies of one periodic orbit: which one is looked for, and from where."""
+"""Studies of one periodic orbit: the orbit sought, and the guess."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from pydantic_core import PydanticCustomError
 from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import number_faults
-from percuss.studies.study import Picture, Question, StudyDraft
+from percuss.studies.study import Question, StudyDraft, counted, impacts_in_words
 from percuss.studies.tables import Count, NumberKey, Whole, table
-from percuss.studies.words import counted, impacts_in_words
 
 if TYPE_CHECKING:
     from percuss.orbits import PeriodicOrbit
@@ -36,14 +35,14 @@ ImpactCount = Annotated[
 
 @table
 class Sought:
-    """Which orbit is looked for, as `percuss.find_orbit` takes it.
+    """The orbit sought, as `percuss.find_orbit` takes it.
 
     Parameters
     ----------
     impacts, periods, sequence, seed
-        As there; infinitely many impacts are sticking.
+        As there; infinitely many impacts stand for sticking.
     cycle, v_after
-        The guess: those of an impact, both or none.
+        The guess, an impact: both or none.
     """
 
     impacts: ImpactCount = 1
@@ -61,7 +60,7 @@ class Sought:
         return as_float(self.cycle), as_float(self.v_after)
 
     def check(self, study: StudyDraft) -> None:
-        """Add what is wrong with the guess, with the stops, and with the forcing."""
+        """Add the faults of the guess, the sequence and the forcing."""
         faults, guess = study.faults, {"cycle": self.cycle, "v_after": self.v_after}
         for name, value in guess.items():
             if value is not None:
@@ -91,8 +90,8 @@ class Sought:
             faults.add(path, reason, str(list(sequence)))
 
     def find(self, study: Study) -> PeriodicOrbit:
-        """Find the orbit that a study is about."""
-        # The report and the files say where an orbit is formal.
+        """Find the orbit of a study."""
+        # Without a warning: the report and the files say where an orbit is formal.
         from percuss.orbits.finding.find import find_formal_orbit
 
         return find_formal_orbit(
@@ -113,12 +112,10 @@ class Orbit(Question):
     Parameters
     ----------
     sought
-        Which one.
+        The orbit sought.
     """
 
-    kind: ClassVar = "orbit"
     doing: ClassVar = "looking for the orbit"
-    stem: ClassVar = "orbit"
     is_certifiable: ClassVar = True
     needed: ClassVar = ("orbit",)
     save_keys: ClassVar = ("samples",)
@@ -128,20 +125,26 @@ class Orbit(Question):
     sought: Sought = Sought()
 
     def checked(self, study: StudyDraft) -> Self:
-        """Check which orbit is looked for."""
+        """Check the orbit sought."""
         self.sought.check(study)
         return self
 
     def answer(self, study: Study, execution: Execution) -> PeriodicOrbit:  # noqa: ARG002
-        """Find it."""
+        """Find the orbit."""
         return self.sought.find(study)
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return the orbit in the plane, and its multipliers."""
-        return {"orbit": _draw}
+    def draw(self, result: PeriodicOrbit, study: Study, figure: Any) -> None:
+        """Draw the orbit in the plane, and its multipliers."""
+        from percuss.plotting import plot_multipliers, plot_orbit
+
+        figure.set_size_inches(9.6, 4.8)
+        left, right = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
+        plot_orbit(result, left, units=study.draw.units())
+        plot_multipliers(result, right)
+        figure.suptitle(study.title, parse_math=False)
 
     def report(self, result: PeriodicOrbit) -> dict[str, str]:
-        """Return what it is and how stable."""
+        """Return the orbit and its stability."""
         turns = f" in {counted(result.n_periods, 'forcing period')}" if result.n_periods else ""
         values = ", ".join(_shown(value) for value in result.multipliers)
         rows = {
@@ -164,13 +167,3 @@ class Orbit(Question):
 
 def _shown(value: complex) -> str:
     return f"{value.real:.6g}" if value.imag == 0.0 else f"{value.real:.6g}{value.imag:+.6g}i"
-
-
-def _draw(orbit: PeriodicOrbit, study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_multipliers, plot_orbit
-
-    figure.set_size_inches(9.6, 4.8)
-    left, right = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
-    plot_orbit(orbit, left, units=study.draw.units())
-    plot_multipliers(orbit, right)
-    figure.suptitle(study.title, parse_math=False)

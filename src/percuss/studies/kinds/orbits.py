@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from percuss.execution import Execution
 from percuss.orbits import find_orbits
-from percuss.studies.study import Picture, Question, StudyDraft
+from percuss.studies.study import Question, StudyDraft
 from percuss.studies.tables import Count, Flag, Whole, default, table
 
 if TYPE_CHECKING:
@@ -25,9 +25,7 @@ MOST_ROWS, MOST_PANELS = 20, 12
 class Orbits(Question):
     """All periodic orbits that a search finds; the parameters are those of `find_orbits`."""
 
-    kind: ClassVar = "orbits"
     doing: ClassVar = "looking for orbits"
-    stem: ClassVar = "orbits"
     columns: ClassVar = {"orbits": "orbits"}
 
     max_impacts: Count = default(find_orbits, "max_impacts")
@@ -46,9 +44,24 @@ class Orbits(Question):
         """Search."""
         return find_orbits(study.oscillator, study.forcing, **self.arguments())
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return all of them in one plane."""
-        return {"orbits": _draw}
+    def draw(self, result: list[PeriodicOrbit], study: Study, figure: Any) -> None:
+        """Draw each orbit in a panel."""
+        from percuss.plotting import plot_orbit
+
+        shown = result[:MOST_PANELS]
+        columns = max(1, math.ceil(math.sqrt(len(shown))))
+        rows = max(1, math.ceil(len(shown) / columns))
+        figure.set_size_inches(max(5.0, 3.6 * columns), max(4.2, 3.3 * rows))
+        for i, orbit in enumerate(shown):
+            ax = plot_orbit(
+                orbit, figure.add_subplot(rows, columns, i + 1), units=study.draw.units()
+            )
+            turns = f", {orbit.n_periods})" if orbit.n_periods else ")"
+            ax.set_title(f"({orbit.n_impacts:g}{turns} {orbit.stability}", fontsize=9.0)
+        left_out = len(result) - len(shown)
+        if left_out or not shown:
+            figure.supxlabel(f"and {left_out} more" if left_out else "no orbits found")
+        figure.suptitle(study.title, parse_math=False)
 
     def report(self, result: list[PeriodicOrbit]) -> dict[str, str]:
         """Return how many there are, each in a line, and how many may be unseen."""
@@ -64,20 +77,3 @@ class Orbits(Question):
         if isinstance(result, FoundOrbits):
             rows["search"] = result.completeness()
         return rows
-
-
-def _draw(orbits: list[PeriodicOrbit], study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_orbit
-
-    shown = orbits[:MOST_PANELS]
-    columns = max(1, math.ceil(math.sqrt(len(shown))))
-    rows = max(1, math.ceil(len(shown) / columns))
-    figure.set_size_inches(max(5.0, 3.6 * columns), max(4.2, 3.3 * rows))
-    for i, orbit in enumerate(shown):
-        ax = plot_orbit(orbit, figure.add_subplot(rows, columns, i + 1), units=study.draw.units())
-        turns = f", {orbit.n_periods})" if orbit.n_periods else ")"
-        ax.set_title(f"({orbit.n_impacts:g}{turns} {orbit.stability}", fontsize=9.0)
-    left_out = len(orbits) - len(shown)
-    if left_out or not shown:
-        figure.supxlabel(f"and {left_out} more" if left_out else "no orbits found")
-    figure.suptitle(study.title, parse_math=False)

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from percuss.execution import Execution
 from percuss.orbits import response_curve
 from percuss.studies.axes import OverRanges, ranges_over
-from percuss.studies.study import Picture, Question, StudyDraft
+from percuss.studies.study import Question, StudyDraft, intervals_in_words
 from percuss.studies.tables import Count, Whole, default, table
-from percuss.studies.words import intervals_in_words
 
 if TYPE_CHECKING:
     from percuss.orbits import Response as ResponseResult
@@ -23,9 +22,7 @@ __all__ = ["Response"]
 class Response(Question):
     """All families of orbits over one parameter, as `percuss.response_curve` takes it."""
 
-    kind: ClassVar = "response"
     doing: ClassVar = "looking for families of orbits"
-    stem: ClassVar = "response"
     needed: ClassVar = ("over",)
     # One row an orbit, with the number of its branch.
     columns: ClassVar = {"response": "response"}
@@ -48,9 +45,18 @@ class Response(Question):
         arguments = self.arguments() | {"progress": execution.progress}
         return response_curve(study.oscillator, study.forcing, **arguments)
 
-    def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
-        """Return amplitude and impact velocity over the parameter."""
-        return {"response": _draw}
+    def draw(self, result: ResponseResult, study: Study, figure: Any) -> None:
+        """Draw amplitude and impact velocity over the parameter."""
+        from percuss.plotting import plot_response
+
+        figure.set_size_inches(8.0, 9.0)
+        upper, lower = figure.subplots(2, 1)
+        plot_response(result, "amplitude", upper, units=study.draw.units())
+        plot_response(result, "impact_velocity", lower, units=study.draw.units())
+        figure.suptitle(study.title, parse_math=False)
+        # Once is enough.
+        if lower.get_legend() is not None:
+            lower.get_legend().remove()
 
     def report(self, result: ResponseResult) -> dict[str, str]:
         """Return the families, where they are stable, and what was missed."""
@@ -69,16 +75,3 @@ class Response(Question):
         where = f"{missed} of them on no branch" if missed else "all of them on a branch"
         rows["compared"] = f"{compared}, {where}" if result.attractors else "no attractor"
         return rows
-
-
-def _draw(response: ResponseResult, study: Study, figure: Any) -> None:
-    from percuss.plotting import plot_response
-
-    figure.set_size_inches(8.0, 9.0)
-    upper, lower = figure.subplots(2, 1)
-    plot_response(response, "amplitude", upper, units=study.draw.units())
-    plot_response(response, "impact_velocity", lower, units=study.draw.units())
-    figure.suptitle(study.title, parse_math=False)
-    # Once is enough.
-    if lower.get_legend() is not None:
-        lower.get_legend().remove()

@@ -12,17 +12,28 @@ from percuss.ensembles import sweep
 from percuss.ensembles.measures import MEASURES
 from percuss.execution import Execution
 from percuss.studies.axes import OverAxes, over_of, values_over
-from percuss.studies.faults import MISSING, shown, unknown_value
 from percuss.studies.study import (
     AT_REST,
     Picture,
     Question,
     StudyDraft,
     check_start,
+    ends_of,
+    failure_rows,
     titled_axes,
 )
-from percuss.studies.tables import Count, StartState, Text, Whole, default, raw_table, table
-from percuss.studies.words import ends_of, failure_rows
+from percuss.studies.tables import (
+    MISSING,
+    Count,
+    StartState,
+    Text,
+    Whole,
+    default,
+    raw_table,
+    shown,
+    table,
+    unknown_value,
+)
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -52,9 +63,7 @@ class Sweep(Question):
         As there; None is the default.
     """
 
-    kind: ClassVar = "sweep"
     doing: ClassVar = "measuring"
-    stem: ClassVar = "sweep"
     is_ensemble: ClassVar = True
     needed: ClassVar = ("over", "sweep")
     columns: ClassVar = {"sweep": "table"}

@@ -1,22 +1,43 @@
-"""Watching a long run: a bar or lines after two seconds, and Ctrl-C that keeps what is done."""
+"""The output of a command in the terminal: a bar while it runs, then its results."""
 
 from __future__ import annotations
 
 import signal
 import threading
 import time
+from collections import Counter
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
 
 from percuss.progress import PATIENCE, RENEWED_IN_A_LOG
+
+if TYPE_CHECKING:
+    # A second of import, and each command prints only one of them.
+    from percuss.paper.claim import Claim, ClaimKind
+    from percuss.paper.run import PaperResult
+    from percuss.studies.running import StudyResult
+    from percuss.studies.study import Study
+
+__all__ = ["INTERRUPTED", "STARTING", "ProgressBar", "print_report", "print_verdicts"]
 
 STARTING = "starting (the first run compiles the engine)"
 RUNNING = "simulating"
 INTERRUPTED = "interrupted; writing what was done (Ctrl-C again drops it)"
+COLOURS = {"holds": "green", "corrected": "yellow", "fails": "red", "undecided": "magenta"}
+WORDS: dict[ClaimKind, str] = {
+    "holds": "holds",
+    "corrected": "corrected",
+    "fails": "fails",
+    "undecided": "undecided",
+}
+# The width of the usual names.
+WIDTH = len("special points") + 2
 
 
 class ProgressBar:
@@ -31,16 +52,16 @@ class ProgressBar:
     Parameters
     ----------
     doing
-        What is being done, before the bar.
+        The work in progress, in words before the bar.
     of_chunks
-        Whether it is done in chunks, which see to Ctrl-C themselves: those at work are kept.
+        Whether it is done in chunks, whose engines handle Ctrl-C themselves.
     """
 
     def __init__(self, doing: str = RUNNING, *, of_chunks: bool = False) -> None:
         self._doing = doing
         self._of_chunks = of_chunks
-        # By a clock of its own: the first run of all compiles the engine and reports nothing yet.
-        self._clock = threading.Thread(target=self._show, name="percuss-watch", daemon=True)
+        # A thread of its own: the first run compiles the kernels and reports nothing yet.
+        self._clock = threading.Thread(target=self._show, name="percuss-progress", daemon=True)
         self._is_over = threading.Event()
         self._began = time.monotonic()
         self._done, self._total = 0.0, 0.0
@@ -52,7 +73,7 @@ class ProgressBar:
         self.is_stopped = False
 
     def __call__(self, done: float, total: float) -> bool:
-        """Note the progress, and return whether to go on."""
+        """Take the progress, and return whether to go on."""
         self._has_begun = True
         self._done, self._total = done, total
         if self._bar is not None:
@@ -61,7 +82,7 @@ class ProgressBar:
 
     def writing(self, file: Path) -> None:
         """Show that the run is over and that a file is being written."""
-        # What is written is dropped by the Ctrl-C of before.
+        # While files are written, the original Ctrl-C drops them.
         signal.signal(signal.SIGINT, self._handler)
         if self.is_stopped and not self._has_said:
             self._has_said = True
@@ -83,7 +104,7 @@ class ProgressBar:
                 return
 
     def _line(self) -> str:
-        """Return how far the run is, in a line of a log."""
+        """Return the progress of the run as a line of a log."""
         share = f" {min(1.0, self._done / self._total):6.1%}," if self._total > 0.0 else ","
         doing = self._doing if self._has_begun else STARTING
         return f"{doing}{share} {time.monotonic() - self._began:.0f} s so far"
@@ -123,3 +144,58 @@ class ProgressBar:
     def _stop(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002
         self.is_stopped = True
         signal.signal(signal.SIGINT, self._handler)
+
+
+def print_report(study: Study, result: StudyResult) -> None:
+    """Print the results of a study, the time it took and the files."""
+    rows = {
+        **result.report,
+        "computed": f"in {result.seconds:.3g} s",
+        "files": "\n".join(map(str, result.files)) or "none",
+    }
+    # Text, not markup: a path may hold square brackets. No wrapping: it may be copied.
+    console = Console(highlight=False, soft_wrap=True)
+    if study.title:
+        console.print(Text(study.title, style="bold"))
+    width = max(WIDTH, *(len(name) + 2 for name in rows))
+    for name, words in rows.items():
+        lines = words.replace("\n", f"\n{' ' * width}")
+        console.print(Text.assemble((name.ljust(width), "dim"), lines))
+
+
+def print_verdicts(result: PaperResult) -> None:
+    """Print the verdicts, the figures, the missing items, and the folder of the report."""
+    console = Console(highlight=False)
+    claims = [
+        result.claims[item.name]
+        for item in result.items
+        if item.kind == "statement" and item.name in result.claims
+    ]
+    if claims:
+        console.print(_table(claims))
+        count = Counter(claim.kind for claim in claims)
+        words = ", ".join(f"{count[kind]} {word}" for kind, word in WORDS.items())
+        noun = "statement" if len(claims) == 1 else "statements"
+        console.print(f"{len(claims)} {noun}: {words}")
+    if result.figures:
+        names = (item.name for item in result.items if item.kind == "figure")
+        drawn = ", ".join(name for name in names if name in result.figures)
+        noun = "figure" if len(result.figures) == 1 else "figures"
+        console.print(f"{len(result.figures)} {noun}: {drawn}", soft_wrap=True)
+    for item, reason in result.missing.items():
+        console.print(Text.assemble((f"missing {item.name}: ", "red"), reason), soft_wrap=True)
+    # Text, not markup, and unbroken: a path may be copied.
+    line = f"{result.folder / 'index.html'} and claims.json, in {result.seconds:.0f} s"
+    console.print(Text(line), soft_wrap=True)
+
+
+def _table(claims: list[Claim]) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    table.add_column("where", no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
+    table.add_column("by", no_wrap=True)
+    table.add_column("claim")
+    for claim in claims:
+        verdict = Text(WORDS[claim.kind], style=COLOURS[claim.kind])
+        table.add_row(Text(claim.reference), verdict, Text(claim.grade), Text(claim.claim))
+    return table
