@@ -182,7 +182,7 @@ def test_a_doubled_orbit_ends_where_the_single_one_doubles() -> None:
     first = branch.special_points[0]
     assert (first.kind, first.row) == ("period_doubling", 0)
     agree(first.value, float(ROWS[name]["value"][0]), name)
-    assert "gone round twice" in branch.end_reason
+    assert "the two-fold cover" in branch.end_reason
     assert branch.stability[1] == "asymptotic"
 
 
@@ -292,7 +292,7 @@ def test_a_doubled_family_ends_at_its_birth_far_from_where_it_was_begun() -> Non
     assert doubling.value == pytest.approx(2.88752366009, abs=1e-10)
     assert points(born, "period_doubling")[-1].value == pytest.approx(doubling.value, abs=1e-10)
     assert born.values.max() == pytest.approx(doubling.value, abs=1e-10)
-    assert "gone round twice" in born.end_reason
+    assert "the two-fold cover" in born.end_reason
 
 
 @pytest.mark.parametrize("end", ["2", "2.000001"])

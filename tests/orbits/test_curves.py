@@ -257,7 +257,7 @@ def test_neighbours_return_multiplied(which: str, mirrored: Branch, soft: Branch
         "soft": soft[3],
     }[which]
     equations = OrbitEquations(orbit, {AMPLITUDE: (0.0, 5.0)})
-    table = equations.table_at(equations.own_values)
+    table = equations.law_at(equations.own_values)
     _, matrix = equations.shot(equations.unknowns_of(orbit), table)
 
     def determinant(multiplier: float) -> float:

@@ -122,7 +122,7 @@ def test_sticking_ends_where_its_contact_lasts_no_time(
     assert chatter.kind == "chatter"
     # Its length is a small power of the distance to the end, which is found to 1e-14.
     assert 0.0 < contacts.release[0] - contacts.start[0] < 1e-4
-    assert "the force lets go before the impacts end" in branch.end_reason
+    assert "the release precedes the end of the impacts" in branch.end_reason
 
 
 def test_a_cascade_without_a_doubling_ends_at_the_end_of_its_range(doubling: Branch) -> None:
@@ -236,7 +236,7 @@ def test_a_curve_needs_a_force_a_touch_and_the_symmetry_that_breaks(
     for changed, words in (
         ({"orbit": free}, "the motion is free; curves need a forcing"),
         ({"orbit": free, "kind": "grazing"}, "it is free; curves need a force"),
-        ({"kind": "grazing"}, "the orbit touches no stop"),
+        ({"kind": "grazing"}, "the orbit grazes no stop"),
     ):
         with pytest.raises(pc.ParameterError, match=words):
             continue_curve(point_of(doubling, **changed), over=two)

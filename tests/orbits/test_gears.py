@@ -37,7 +37,7 @@ def test_doubled_families_of_a_bilinear_spring_run_between_their_births() -> Non
 
         born = [each.value for each in (branch.special_points[0], branch.special_points[-1])]
         np.testing.assert_allclose(born, [each.value for each in doublings], atol=1e-9)
-        assert branch.end_reason.count("gone round twice") == 2
+        assert branch.end_reason.count("the two-fold cover") == 2
 
 
 def test_a_closed_family_of_a_gear_is_walked_once() -> None:

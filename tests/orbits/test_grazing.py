@@ -279,7 +279,7 @@ def test_which_statement_follows_from_which_matrix() -> None:
 
 
 def test_bad_input_is_named() -> None:
-    with pytest.raises(pc.ParameterError, match="touches no stop"):
+    with pytest.raises(pc.ParameterError, match="grazes no stop"):
         analysed_graze(pc.find_orbit(COCO, pc.cosine(1)), AMPLITUDE)
     orbit = pc.find_orbit(COCO, pc.cosine(1))
     branch = pc.continue_orbit(orbit, over={AMPLITUDE: (1.0, 0.0999)})

@@ -42,7 +42,7 @@ def test_it_is_one_graze_at_its_closed_form(branch: Branch) -> None:
 def test_special_points_of_the_branch_have_their_multipliers(branch: Branch) -> None:
     for point in branch.special_points:
         assert point.status == "located"
-        if point.kind in EDGES and "shorter" not in point.detail:
+        if point.kind in EDGES and "cover" not in point.detail:
             assert np.abs(point.orbit.multipliers - EDGES[point.kind]).min() < 1e-6
 
 
@@ -152,5 +152,5 @@ def test_no_family_has_false_points(name: str) -> None:
     assert points
     for point in points:
         assert point.status == "located", point
-        if point.kind in EDGES and "shorter" not in point.detail:
+        if point.kind in EDGES and "cover" not in point.detail:
             assert np.abs(point.orbit.multipliers - EDGES[point.kind]).min() < 1e-5, point

@@ -63,8 +63,8 @@ def test_the_birth_of_a_doubled_branch_says_where_switching_leads() -> None:
     birth = doubled.special_points[0]
 
     assert doubling.detail == "a multiplier is -1"
-    assert "switch_branch returns that one" in birth.detail
-    assert "switch_branch returns that one" in repr(birth)
+    assert "switch_branch returns it" in birth.detail
+    assert "switch_branch returns it" in repr(birth)
     assert (doubled[5].n_impacts, pc.switch_branch(birth).n_impacts) == (2, 1)
 
 

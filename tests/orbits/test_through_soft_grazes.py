@@ -108,7 +108,7 @@ def test_beyond_a_graze_a_doubled_family_goes_on_to_its_birth() -> None:
     single = pc.find_orbit(osc, pc.cosine("2.494", amplitude=2.35, phase=0.7, constant="0.2"), 1)
     own = pc.continue_orbit(single, over={AMPLITUDE: (2.349, 2.36)})
     assert doubled.kind == "period_doubling"
-    assert "gone round twice" in branch.end_reason
+    assert "the two-fold cover" in branch.end_reason
     assert [doubled.value] == pytest.approx(values(own, "period_doubling"), abs=1e-10)
 
 

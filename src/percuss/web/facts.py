@@ -15,7 +15,7 @@ from percuss.motion.outcome import Outcome
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits import PeriodicOrbit
-from percuss.orbits.finding.find import find_formal_orbit
+from percuss.orbits.finding.find import find_orbit
 from percuss.plotting.samples import sample_curve
 from percuss.studies.study import Study
 from percuss.web.explore import moving
@@ -117,12 +117,13 @@ def _nearest(study: Study, run: Trajectory) -> PeriodicOrbit | None:
     formal = None
     for found in _returns(run, force.period):
         try:
-            orbit = find_formal_orbit(
+            orbit = find_orbit(
                 study.oscillator,
                 force,
                 n_impacts=found.n_impacts,
                 n_periods=found.n_periods,
                 guess=found.guess,
+                formal=True,
             )
         except PercussError:
             continue

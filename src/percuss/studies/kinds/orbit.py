@@ -93,9 +93,9 @@ class Sought:
     def find(self, study: Study) -> PeriodicOrbit:
         """Find the orbit that a study is about."""
         # The report and the files say where an orbit is formal.
-        from percuss.orbits.finding.find import find_formal_orbit
+        from percuss.orbits.finding.find import find_orbit
 
-        return find_formal_orbit(
+        return find_orbit(
             study.oscillator,
             study.forcing,
             self.impacts,
@@ -103,6 +103,7 @@ class Sought:
             self.sequence,
             self.guess,
             seed=self.seed,
+            formal=True,
         )
 
 
