@@ -211,7 +211,7 @@ def test_a_doubling_found_on_the_doubled_orbit_is_followed_as_that_of_the_single
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-10)
 
 
-def test_orbits_on_a_curve_of_grazing_with_impacts_touch_the_wall() -> None:
+def test_orbits_on_a_curve_of_grazing_with_impacts_graze_the_wall() -> None:
     """Orbits with an impact every second forcing period, and a turning point in between."""
     osc = pc.impact_oscillator("0.8", wall=0.5, side="above", damping="0.02")
     orbit = pc.find_orbit(osc, pc.cosine("2.9"), 1, 2)

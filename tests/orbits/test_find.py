@@ -112,7 +112,7 @@ def test_multipliers_agree_with_central_differences_of_the_map(name: str) -> Non
 
 
 @each_system
-def test_a_motion_that_starts_on_an_admissible_orbit_goes_round_it(name: str) -> None:
+def test_a_motion_that_starts_on_an_admissible_orbit_stays_on_it(name: str) -> None:
     osc, force = SYSTEMS[name]
     for orbit in orbits_of(name):
         if not orbit.admissible or orbit.n_impacts == 0:

@@ -34,7 +34,7 @@ def test_intervals_are_those_of_the_sign_on_a_fine_grid(seed: int, sign: float) 
     np.testing.assert_array_equal(inside, sign * value > 0.0)
 
 
-def test_force_that_touches_zero_leads_off_all_but_one_instant() -> None:
+def test_force_that_has_a_double_zero_leads_off_all_but_one_instant() -> None:
     table = law(OSC, pc.cosine(1.0))
 
     lengths = [end - begin for begin, end in grazing_intervals(table, 1.0, 1.0)]

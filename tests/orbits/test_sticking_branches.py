@@ -102,8 +102,8 @@ def test_beyond_its_end_nothing_comes_to_rest(over_frequency: Branch) -> None:
     (end,) = over_frequency.special_points
     assert end.status == "located"
     assert end.interval[1] - end.interval[0] < 1e-12
-    for way, sticks in ((-1e-5, True), (1e-5, False)):
-        force, period = pc.cosine(end.value + way), 2.0 * math.pi / (end.value + way)
+    for step, sticks in ((-1e-5, True), (1e-5, False)):
+        force, period = pc.cosine(end.value + step), 2.0 * math.pi / (end.value + step)
         run = pc.simulate(end.orbit.oscillator, force, x0=0.7, v0=0.0, t_end=60.0 * period)
         last = run.contacts.start > run.t_end - 1.5 * period
         assert last.any() == sticks
@@ -127,8 +127,8 @@ def test_a_graze_is_where_an_impact_comes_and_goes(two_walls: Branch) -> None:
     graze = [point for point in two_walls.special_points if point.kind == "grazing"][-1]
     assert graze.status == "located"
     counts = []
-    for way in (-1e-6, 1e-6):
-        force, period = pc.cosine(graze.value + way), 2.0 * math.pi / (graze.value + way)
+    for step in (-1e-6, 1e-6):
+        force, period = pc.cosine(graze.value + step), 2.0 * math.pi / (graze.value + step)
         run = pc.simulate(TWO, force, x0=0.0, v0=0.0, t_end=40.0 * period)
         held = run.contacts.start[-2:]
         # Of a round, those before the chatter on stop 1.

@@ -408,7 +408,7 @@ def _all(
         return
     known = Known(system)
     fewest, most = batch_counts
-    for k, batch in enumerate(batches(system, *counts, seed, budget, most)):
+    for k, batch in enumerate(batches(system, counts, seed, budget, most)):
         for guess in batch:
             orbit = _refined(guess, known, budget)
             if orbit is not None:
@@ -485,7 +485,7 @@ def _impacting(
             return
     known = Known(system)
     counts = max_impacts, max_periods if system.period is not None else 0
-    for guess in guesses(system, max_impacts, max_periods, seed, budget, exactly=exactly):
+    for guess in guesses(system, (max_impacts, max_periods), seed, budget, exactly=exactly):
         if exactly and (guess.n_impacts, guess.n_periods) != counts:
             continue
         orbit = _refined(guess, known, budget)

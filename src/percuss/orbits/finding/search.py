@@ -71,13 +71,7 @@ def starts_of(system: System, n_batches: int = 0) -> int:
 
 
 def guesses(
-    system: System,
-    max_impacts: int,
-    max_periods: int,
-    seed: int,
-    budget: SearchBudget,
-    *,
-    exactly: bool = False,
+    system: System, counts: tuple[int, int], seed: int, budget: SearchBudget, *, exactly: bool
 ) -> Iterator[Guess]:
     """Yield guesses of orbits, from random starts at the stops.
 
@@ -85,8 +79,8 @@ def guesses(
     ----------
     system
         Oscillator and forcing.
-    max_impacts, max_periods
-        The longest orbits to look for.
+    counts
+        Most impacts and most forcing periods.
     seed
         Of the random starts.
     budget
@@ -97,88 +91,57 @@ def guesses(
     Yields
     ------
     Guess
-        Stretches of motions whose ends are near to each other.
+        Stretches of motions whose ends are near each other.
     """
-    starts = FREE_STARTS if system.period is None else STARTS
+    starts = (FREE_STARTS if system.period is None else STARTS), LONG
     random = np.random.default_rng(seed)
-    for stop in range(len(system.oscillator.stops)):
-        motions = _motions(system, (max_impacts, max_periods), (stop, starts, LONG), random)
-        yield from _stretches(motions, (max_impacts, max_periods), budget, exactly=exactly)
-        if not budget.goes_on():
-            return
+    yield from _from_stops(system, counts, starts, random, budget, exactly=exactly)
 
 
 def batches(
-    system: System,
-    max_impacts: int,
-    max_periods: int,
-    seed: int,
-    budget: SearchBudget,
-    n_batches: int,
+    system: System, counts: tuple[int, int], seed: int, budget: SearchBudget, n_batches: int
 ) -> Iterator[Iterator[Guess]]:
-    """Yield guesses of orbits, batch by batch.
-
-    Parameters
-    ----------
-    system
-        Oscillator and forcing; the forcing has a period.
-    max_impacts, max_periods
-        The longest orbits to look for.
-    seed
-        Of the random starts.
-    budget
-        Counts the starts, and may end the search.
-    n_batches
-        How many batches at most; each has 50 starts from each stop.
-
-    Yields
-    ------
-    iterator of Guess
-        Those of a batch.
-    """
-    random, counts = np.random.default_rng(seed), (max_impacts, max_periods)
+    """Yield guesses as `guesses` does, in so many batches of 50 starts from each stop."""
+    random = np.random.default_rng(seed)
     for batch in range(n_batches):
-        yield _batch(system, counts, LONG if batch == 0 else 0, random, budget)
+        starts = BATCH, 0 if batch else LONG
+        yield _from_stops(system, counts, starts, random, budget, exactly=False)
         if not budget.goes_on():
             return
 
 
-def _batch(
+def _from_stops(
     system: System,
     counts: tuple[int, int],
-    n_long: int,
+    starts: tuple[int, int],
     random: np.random.Generator,
     budget: SearchBudget,
+    *,
+    exactly: bool,
 ) -> Iterator[Guess]:
+    """Yield the guesses in short and long motions, ``starts`` of each, from each stop."""
     for stop in range(len(system.oscillator.stops)):
-        motions = _motions(system, counts, (stop, BATCH, n_long), random)
-        yield from _stretches(motions, counts, budget)
-        if not budget.goes_on():
-            return
-
-
-@dataclass(frozen=True, slots=True)
-class _Motion:
-    """The record of a motion that was followed from a stop, and its duration."""
-
-    system: System
-    record: tuple[Table, Integers]
-    duration: float
+        for record, duration in _motions(system, counts, stop, starts, random):
+            budget.followed(duration)
+            for guess in guesses_in(system, record, *counts, exactly=exactly):
+                yield replace(guess, trial=budget.n_done)
+            budget.start_is_done()
+            if not budget.goes_on():
+                return
 
 
 def _motions(
     system: System,
     counts: tuple[int, int],
-    starts: tuple[int, int, int],
+    stop: int,
+    starts: tuple[int, int],
     random: np.random.Generator,
-) -> Iterator[_Motion]:
-    """Follow ``starts`` = (stop, n_short, n_long) motions: for a few impacts, and to settle."""
-    stop, n_short, n_long = starts
+) -> Iterator[tuple[tuple[Table, Integers], float]]:
+    """Yield record and duration of motions: short ones of a few impacts, and long ones."""
+    (n_short, n_long), (max_impacts, max_periods) = starts, counts
     runs, osc = Propagator(system), system.oscillator
     period, speed = float(runs.law[0, at.PERIOD]), scale_of_speed(system)
-    sign = entry(osc, stop).sign * (-1.0 if isinstance(osc.stops[stop], Wall) else 1.0)
-    place = as_float(osc.stops[stop].at)
-    max_impacts, max_periods = counts
+    sign, x0 = _sign_after(osc, stop), as_float(osc.stops[stop].at)
     for i in range(n_short + n_long):
         t0 = random.random() * period
         v0 = sign * speed * power(10.0, random.uniform(-2.0, 0.7))
@@ -186,29 +149,12 @@ def _motions(
         t_end = math.inf
         if period > 0.0:
             t_end = t0 + (n_impacts + 2) * max_periods * period
-        events, marks = runs.follow(place, v0, t0, t_end=t_end, n_impacts=n_impacts)
+        events, marks = runs.follow(x0, v0, t0, t_end=t_end, n_impacts=n_impacts)
         if i >= n_short:
             last = 6 * max_impacts * (len(osc.stops) + 1)
             events, marks = events[-last:], marks[-last:]
         end = t_end if math.isfinite(t_end) and len(events) < 2 else float(events[-1, 0])
-        yield _Motion(system, (events.copy(), marks.copy()), end - t0)
-
-
-def _stretches(
-    motions: Iterator[_Motion],
-    counts: tuple[int, int],
-    budget: SearchBudget,
-    *,
-    exactly: bool = False,
-) -> Iterator[Guess]:
-    """Yield the guesses in motions."""
-    for motion in motions:
-        budget.followed(motion.duration)
-        for guess in guesses_in(motion.system, motion.record, *counts, exactly=exactly):
-            yield replace(guess, trial=budget.n_done)
-        budget.start_is_done()
-        if not budget.goes_on():
-            return
+        yield (events.copy(), marks.copy()), end - t0
 
 
 def scattered(
