@@ -141,7 +141,7 @@ def test_plastic_impacts_stick_or_take_off_at_once() -> None:
 
 
 def test_a_plastic_impact_that_the_force_holds_is_no_take_off() -> None:
-    """The equations of one impact with r = 0 have a solution, but through the wall: the mass would stick."""
+    """With r = 0 the equations have a solution, but through the wall: the mass would stick."""
     osc = pc.impact_oscillator(0, wall=0.12542965401773365)
     force = pc.cosine(2.495783329831724, amplitude=0.8572883860324156)
 

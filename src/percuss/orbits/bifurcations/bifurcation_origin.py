@@ -1,8 +1,8 @@
 """The origin of a family: where it bifurcates from a simpler one.
 
-Along doubled orbits, or one of a mirrored pair, the origin is a turn of the parameter with two small
-singular values, which the equations locate to half of the digits only. Along the simpler orbits it
-is the simple zero of a multiplier's condition.
+Along doubled orbits, or one of a mirrored pair, the origin is a turn of the parameter with two
+small singular values, which the equations locate to half of the digits only. Along the simpler
+orbits it is the simple zero of a multiplier's condition.
 """
 
 from __future__ import annotations

@@ -166,7 +166,7 @@ def _curve(
 
 
 KINDS = ("fold", "period_doubling", "symmetry_breaking", "grazing")
-# Largest difference of the halves of a doubled orbit at its origin, where it grows as a square root.
+# Largest difference of the halves of a doubled orbit at its origin: it grows as a square root.
 ONE_AND_THE_SAME = 1e-4
 
 

@@ -95,7 +95,7 @@ class CurveEquations(ABC):
         return self.evaluated(z)[1][name]
 
     def pieces(self, a: Floats, b: Floats) -> int:  # noqa: ARG002
-        """Return the number of pieces between two points in which tests change sign once at most."""
+        """Return the number of pieces between two points with one change of sign at most."""
         return 1
 
     def values(self, z: Floats) -> Values:

@@ -237,7 +237,7 @@ class Family(OrbitEquations):
         return residual, matrix
 
     def _divide_by_durations(self, law: Law, z: Floats, residual: Floats, matrix: Floats) -> None:
-        """Divide the distance residuals of flights that return to their bound by their durations."""
+        """Divide the distance residuals of flights that return to their bound by durations."""
         # A step that diverges may overflow; then Newton's method ends.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             for i in self._returning:
@@ -315,7 +315,7 @@ class Family(OrbitEquations):
         ParameterError
             If the parameter cannot have the value.
         """
-        # The derivative by the parameter is that at the guess; with a fixed parameter it is not used.
+        # The derivative by the parameter is that at the guess; a fixed parameter needs none.
         slope = self.slope(guess) if normal[:-1].any() else np.zeros(len(guess) - 1)
 
         def equations(z: Floats) -> tuple[Floats, Floats]:
@@ -372,7 +372,7 @@ class Family(OrbitEquations):
         """Do nothing: Newton's method needs no point near the guess."""
 
     def plane(self, tangent: Floats) -> Floats:
-        """Return the normal of the plane to correct in: the parameter's, where it changes enough."""
+        """Return the normal of the plane to correct in: the parameter's if it changes enough."""
         fixed = abs(tangent[-1]) > MOSTLY_PARAMETER
         return along_parameter(len(tangent)) if fixed else tangent
 

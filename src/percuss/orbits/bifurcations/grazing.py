@@ -198,9 +198,9 @@ def _jump(law: Law, contact: GrazingContact, acceleration: float) -> tuple[float
         restitution = float(row[at.UPPER_RESTITUTION if upper else at.LOWER_RESTITUTION])
         jump = (1.0 + restitution) * math.sqrt(2.0 * acceleration)
         return 0.5, np.array([0.0, -contact.sign * jump])
-    beyond = law[contact.region + (1 if upper else -1) * (1 + int(law[0, N_HARMONICS]))]
-    stiffness = float(beyond[at.STIFFNESS] - row[at.STIFFNESS])
-    damping = float(beyond[at.DAMPING] - row[at.DAMPING])
+    inside = law[contact.region + (1 if upper else -1) * (1 + int(law[0, N_HARMONICS]))]
+    stiffness = float(inside[at.STIFFNESS] - row[at.STIFFNESS])
+    damping = float(inside[at.DAMPING] - row[at.DAMPING])
     size = -contact.sign * (4.0 / 3.0) * math.sqrt(2.0 / acceleration)
     # The dashpot outside the stop acts on the delay that the stop causes.
     stiffness -= 4.0 * damping * float(row[at.DAMPING])
@@ -208,7 +208,7 @@ def _jump(law: Law, contact: GrazingContact, acceleration: float) -> tuple[float
 
 
 def _around(law: Law, base: PeriodicOrbit, contact: GrazingContact, *, half: bool) -> Floats:
-    """Return the derivative of (x, v) over a period from the graze, or over half of one, mirrored."""
+    """Return the derivative of (x, v) over a period from the graze; over a half, mirrored."""
     events, marks = base.record
     n = len(events) - 1
     t = base.t0 + (contact.t - base.t0) % base.period
@@ -283,7 +283,7 @@ FORGOTTEN = 1e-6
 
 
 def consequence(monodromy: Floats, *, is_wall: bool) -> tuple[Scenario, str]:
-    """Return the scenario of a graze, from the derivative of (x, v) over a period without its impact.
+    """Return the scenario of a graze, from the derivative over a period without its impact.
 
     Parameters
     ----------
@@ -335,7 +335,7 @@ def _of_complex(trace: float, determinant: float, transfer: float) -> tuple[Scen
     size = math.sqrt(determinant)
     part = min(max(0.5 * trace / size, -1.0), 1.0)
     angle = atan2(math.sqrt((1.0 - part) * (1.0 + part)), part)
-    # The number of periods until the effect of an impact is towards the wall, and what is left of it.
+    # The periods until the effect of an impact is towards the wall, and what is left of it.
     periods = 1 if transfer < 0.0 else int(np.pi // angle) + 1
     left = abs(power(size, periods - 1.0) * sin(periods * angle) / sin(angle))
     if left < FORGOTTEN:

@@ -56,8 +56,8 @@ def orbit_beyond(family: Family, orbit: PeriodicOrbit, value: float) -> Periodic
     if start is None:
         return None
     other, z, tangent = start
-    beyond, _ = other.stepped_off(z, tangent, FIRST)
-    return beyond
+    new, _ = other.stepped_off(z, tangent, FIRST)
+    return new
 
 
 def start_beyond(
@@ -110,10 +110,10 @@ def _without_entries(
         signs = []
         for sign in (-1.0, 1.0):
             try:
-                beside = simpler.solution(simpler.corrected(z + sign * part * tangent, tangent))
+                neighbour = simpler.solution(simpler.corrected(z + sign * part * tangent, tangent))
             except PercussError:
                 continue
-            depths = [_depth(beside, contact) for contact in contacts]
+            depths = [_depth(neighbour, contact) for contact in contacts]
             if all(depth < 0.0 for depth in depths):
                 signs.append(sign)
             elif all(depth > 0.0 for depth in depths):
@@ -143,9 +143,9 @@ def _with_entries(
     step = 1 + int(law[0, N_HARMONICS])
     instants, events, opening = [], [], [(0.0, 0.0)] * len(orbit.itinerary)
     for contact in contacts:
-        beyond = contact.region + int(contact.sign) * step
+        inside = contact.region + int(contact.sign) * step
         instants += [orbit.t0 + (contact.t - orbit.t0) % orbit.period] * 2
-        events += [[contact.bound, contact.region, beyond], [contact.bound, beyond, contact.region]]
+        events += [[contact.bound, contact.region, inside], [contact.bound, inside, contact.region]]
         short = 2.0 / abs(acceleration_at(law, contact))
         opening += [(short, contact.sign), (0.0, -contact.sign)]
     itinerary, order = orbit.itinerary.inserted(
@@ -164,8 +164,8 @@ def _with_entries(
     # The parameter changes with the square of the velocity: of its component the sign is left.
     tangent[-1] = 0.0
     tangent /= norm(tangent)
-    beside = other.corrected(z + OPENED * tangent, tangent, near_others=True)
-    tangent[-1] = math.copysign(TINY, beside[-1] - z[-1])
+    neighbour = other.corrected(z + OPENED * tangent, tangent, near_others=True)
+    tangent[-1] = math.copysign(TINY, neighbour[-1] - z[-1])
     return other, z, tangent
 
 

@@ -211,8 +211,8 @@ def _merged(
     family = a.problem
     grazes = any(name.startswith("velocity") for name, _ in zeros)
     leaves = any(family.enters_soft_stop(name) for name, _ in zeros)
-    # The clearance of a formal orbit vanishes with the velocity of the impact next to it; and at the
-    # graze of a soft stop the branch turns, as velocities of either sign belong to one motion.
+    # The clearance of a formal orbit vanishes with the velocity of the impact next to it; and at
+    # the graze of a soft stop the branch turns, as velocities of either sign are one motion.
     hidden = {"clearance", "multiplier 1", "fold", "multiplier -1"} if leaves else {"clearance"}
     last: tuple[SpecialPoint, Point[Family]] | None = None
     for name, zero in zeros:

@@ -185,7 +185,11 @@ class StickingDetector:
         """Return the special points between two orbits."""
         return Segment(_changes(here, new))
 
-    def stopped(self, here: StickingPoint, reason: str) -> Segment[StickingFamily, SpecialPoint]:  # noqa: ARG002
+    def stopped(
+        self,
+        here: StickingPoint,
+        reason: str,  # noqa: ARG002
+    ) -> Segment[StickingFamily, SpecialPoint]:
         """Return the last orbit of the family, and why it is the last."""
         step = here.problem.longest_step(here, self.largest_step)
         last, beyond = _parted(here, np.clip(here.z + step * here.tangent, 0.0, 1.0), _exists)

@@ -47,8 +47,8 @@ def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicO
 
     At a period doubling that is the orbit of twice the period; where a symmetry breaks, one of
     the two that mirror each other; at a branch point, an orbit of the family that crosses; at a
-    graze, one with another impact, or without the one of zero velocity. In the first three cases the
-    equations are those of the orbit, at a doubling of its two-fold cover; they have two small
+    graze, one with another impact, or without the one of zero velocity. In the first three cases
+    the equations are those of the orbit, at a doubling of its two-fold cover; they have two small
     singular values, one along the branch, and the step goes along the other (Keller 1977,
     section 5; Seydel 2010, section 5.6). Newton's method corrects it with the length of that step
     fixed and the parameter free.

@@ -16,8 +16,8 @@ __all__ = ["SearchBudget", "check_length", "swings_of"]
 MOST_SWINGS = 100_000
 # The cost of a search at most, in swings of a simulated motion: some ten seconds.
 ALL_SWINGS = 1e7
-# The cost of Newton's method, and of making an orbit, in simulated swings: a hundredth of the cube of
-# the number of equations, and twenty times the swings of the orbit, for its turning points.
+# The cost of Newton's method, and of making an orbit, in simulated swings: a hundredth of the cube
+# of the number of equations, and twenty times the swings of the orbit, for its turning points.
 SOLVING, MAKING = 0.01, 20.0
 
 

@@ -124,7 +124,7 @@ class Itinerary:
         return Itinerary(events, self.start, durations, velocities, times * self.n_periods)
 
     def primitive(self, times: int) -> Itinerary:
-        """Return the primitive motion whose n-fold cover this is; the mean of nearly equal parts."""
+        """Return the primitive motion whose n-fold cover this is, or nearly: then the mean."""
         n = len(self) // times
         durations, velocities = (
             part.reshape(times, n, *part.shape[1:]).mean(axis=0)

@@ -151,7 +151,7 @@ class _Equations:
                 least, best = size, iterate_.copy()
             if why != SINGULAR or steps == 0:
                 return best, least
-            # A step of least norm leaves the directions of the smallest singular values as they are.
+            # A step of least norm has no part along the smallest singular values.
             self.at(unknowns)
             if not is_finite(self.matrix, self.residual):
                 return best, least

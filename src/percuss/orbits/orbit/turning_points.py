@@ -161,12 +161,12 @@ def _clearance(law: Law, region: int, x: float, y: float) -> tuple[float, int]:
 
 def penetrations_of(osc: Oscillator, turns: TurningPoints) -> Passages:
     """Return the turning points that lie beyond a stop by more than their rounding error."""
-    beyond = turns.clearance < -turns.doubt
+    deep = turns.clearance < -turns.doubt
     layout = lines(osc)
     stops = [wall if wall is not None else edges[0] if edges else -1
              for wall, edges in zip(layout.wall, layout.edges, strict=True)]  # fmt: skip
-    stop = np.array(stops, dtype=np.int64)[turns.bound[beyond]]
-    return Passages(turns.t[beyond], stop, -turns.clearance[beyond])
+    stop = np.array(stops, dtype=np.int64)[turns.bound[deep]]
+    return Passages(turns.t[deep], stop, -turns.clearance[deep])
 
 
 def margin_of(turns: TurningPoints, counted: Flags | None = None) -> float:

@@ -227,7 +227,7 @@ class _ResponseSearch:
         return dataclasses.replace(attractor, branch=branch)
 
     def follow_without_impacts(self) -> None:
-        """Follow the linear response, the motion in which no stop acts; formal where it is too large."""
+        """Follow the linear response, in which no stop acts; formal where it is too large."""
         for i in range(VALUES_WITHOUT):
             value = self.following.within.value((i + 0.5) / VALUES_WITHOUT)
             system = self.following.system(value)
@@ -371,7 +371,7 @@ class Following:
         return True
 
     def _is_known(self, branch: Branch) -> bool:
-        """Return whether a branch is a known one: near its origin two of its halves may be mixed up."""
+        """Return whether a branch is a known one, which may be found by its other half."""
         physical = np.flatnonzero(branch.admissible)
         special = [point.row for point in branch.special_points]
         physical = physical[~np.isin(physical, special)]

@@ -202,8 +202,8 @@ def velocity_gap_curve(
     law = system.law
     amplitude = float(law[at.FIRST_HARMONIC, at.AMPLITUDE])
     cycle = np.array([cycle_of(law, p, q) for p, q in (amplitude * circle).T])
-    orbits = [_orbit(system, n_periods, rest + sign * g, c, sign * v)
-              for g, v, c in zip(gap.tolist(), velocity.tolist(), cycle.tolist(), strict=True)]  # fmt: skip
+    rows = zip(gap.tolist(), velocity.tolist(), cycle.tolist(), strict=True)
+    orbits = [_orbit(system, n_periods, rest + sign * g, c, sign * v) for g, v, c in rows]
     return VelocityGap(
         n_periods=n_periods,
         equilibrium=rest,

@@ -86,8 +86,8 @@ def check_saddle(orbit: PeriodicOrbit) -> None:
             "and there is no map back in time to grow a stable manifold with"
         )
         raise ParameterError("orbit", orbit, reason)
-    is_saddle = large.imag == 0.0 and abs(large) > 1.0 + HYPERBOLIC and abs(small) < 1.0 - HYPERBOLIC  # fmt: skip
-    if not is_saddle:
+    hyperbolic = abs(large) > 1.0 + HYPERBOLIC and abs(small) < 1.0 - HYPERBOLIC
+    if large.imag != 0.0 or not hyperbolic:
         reason = f"no saddle: its multipliers have moduli {abs(large):.6g} and {abs(small):.6g}"
         raise ParameterError("orbit", orbit, reason)
 
