@@ -11,6 +11,7 @@ from percuss.kernels.backward import bound_of_fourth, time_to_leave
 from percuss.kernels.flight import Flight, move, set_phases
 from percuss.kernels.law import FIRST_HARMONIC, QUICKEST
 from percuss.model.law import law
+from percuss.model.system import System
 from percuss.orbits.surface.backward import BackwardMotions
 
 WALLS = (pc.Wall(-1, "below", 0.8), pc.Wall(1, "above", 0.7))
@@ -37,7 +38,7 @@ def test_motions_come_back_to_where_they_began(name: str) -> None:
     events = np.array([len(run.impacts) + len(run.crossings) for run in runs])
     states = np.array([run(end) for run in runs])
 
-    motions = BackwardMotions(osc, force)
+    motions = BackwardMotions(System(osc, force))
     past = motions.follow(np.full(60, end), states[:, 0], states[:, 1], end)
 
     assert free.sum() > 20
@@ -54,7 +55,7 @@ def test_impact_before_is_that_of_the_run() -> None:
     osc, force = SYSTEMS["damped"]
     run = pc.simulate(osc, force, 0.0, 1.0, t_end=30.0)
     impacts = run.impacts
-    motions = BackwardMotions(osc, force)
+    motions = BackwardMotions(System(osc, force))
     end = float(impacts.t[-1]) + 0.3
     x, v = run([end])
 
@@ -67,7 +68,7 @@ def test_impact_before_is_that_of_the_run() -> None:
 
 def test_no_way_leads_back_over_an_impact_without_restitution() -> None:
     osc = pc.impact_oscillator(0.0)
-    past = BackwardMotions(osc, pc.cosine(2.5)).follow(
+    past = BackwardMotions(System(osc, pc.cosine(2.5))).follow(
         np.array([1.0]), np.array([0.5]), np.array([0.5]), 20.0
     )
 
@@ -76,7 +77,7 @@ def test_no_way_leads_back_over_an_impact_without_restitution() -> None:
 
 def test_mass_under_pressure_has_no_past() -> None:
     osc = pc.impact_oscillator(0.8)
-    past = BackwardMotions(osc, pc.cosine(2.5, amplitude=-1.0)).follow(
+    past = BackwardMotions(System(osc, pc.cosine(2.5, amplitude=-1.0))).follow(
         np.zeros(1), np.zeros(1), np.zeros(1), 5.0
     )
 
@@ -86,7 +87,7 @@ def test_mass_under_pressure_has_no_past() -> None:
 def test_motion_that_was_ever_faster_is_given_up() -> None:
     """Between two walls impacts accumulate back in time."""
     osc, force = pc.Oscillator(0.3, 0.01, WALLS), pc.cosine(1.3)
-    past = BackwardMotions(osc, force).follow(
+    past = BackwardMotions(System(osc, force)).follow(
         np.zeros(1), np.zeros(1), np.ones(1), 500.0, fastest=1e3
     )
 
@@ -95,7 +96,7 @@ def test_motion_that_was_ever_faster_is_given_up() -> None:
 
 
 def test_start_at_a_wall_with_the_velocity_off_it_is_that_after_an_impact() -> None:
-    motions = BackwardMotions(pc.impact_oscillator(0.5), pc.cosine(2.5))
+    motions = BackwardMotions(System(pc.impact_oscillator(0.5), pc.cosine(2.5)))
     after = motions.follow(np.zeros(1), np.zeros(1), np.ones(1), 1.0)
     before = motions.follow(np.zeros(1), np.zeros(1), -2.0 * np.ones(1), 1.0)
 

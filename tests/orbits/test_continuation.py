@@ -182,7 +182,7 @@ def test_a_doubled_orbit_ends_where_the_single_one_doubles() -> None:
     first = branch.special_points[0]
     assert (first.kind, first.row) == ("period_doubling", 0)
     agree(first.value, float(ROWS[name]["value"][0]), name)
-    assert "gone round twice" in branch.end_reason
+    assert "the two-fold cover" in branch.end_reason
     assert branch.stability[1] == "asymptotic"
 
 
@@ -277,7 +277,7 @@ def test_bad_input_is_named() -> None:
         pc.continue_orbit(free, over={"oscillator.stiffness": (0.5, 1.5)})
 
 
-def test_a_doubled_family_ends_at_its_birth_far_from_where_it_was_begun() -> None:
+def test_a_doubled_family_ends_at_its_origin_far_from_where_it_was_begun() -> None:
     """Newton's method gains a factor of two a step only where the shorter orbit crosses."""
     osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
     found = pc.find_orbits(osc, pc.cosine("2.8"), max_periods=4)
@@ -285,14 +285,14 @@ def test_a_doubled_family_ends_at_its_birth_far_from_where_it_was_begun() -> Non
     single = max((each for each in found if (each.n_impacts, each.n_periods) == (1, 2)),
                  key=lambda each: each.min_impact_speed)  # fmt: skip
 
-    born = pc.continue_orbit(doubled, over={"forcing.omega": (2.6, 3.2)})
+    followed = pc.continue_orbit(doubled, over={"forcing.omega": (2.6, 3.2)})
     own = pc.continue_orbit(single, over={"forcing.omega": (2.6, 3.2)})
 
     (doubling,) = points(own, "period_doubling")
     assert doubling.value == pytest.approx(2.88752366009, abs=1e-10)
-    assert points(born, "period_doubling")[-1].value == pytest.approx(doubling.value, abs=1e-10)
-    assert born.values.max() == pytest.approx(doubling.value, abs=1e-10)
-    assert "gone round twice" in born.end_reason
+    assert points(followed, "period_doubling")[-1].value == pytest.approx(doubling.value, abs=1e-10)
+    assert followed.values.max() == pytest.approx(doubling.value, abs=1e-10)
+    assert "the two-fold cover" in followed.end_reason
 
 
 @pytest.mark.parametrize("end", ["2", "2.000001"])

@@ -146,7 +146,7 @@ def test_harmonics_graze_twice_and_without_acceleration() -> None:
     gap, second = double.values
     heights = np.sort(at(motion(second), turning(motion(second), 1)))
     assert heights[-2:] == pytest.approx([gap, gap], abs=1e-9)
-    # On the way to it the highest turning point touches, and the motion is physical.
+    # On the way to it the highest turning point grazes, and the motion is physical.
     for row in np.flatnonzero(curve.admissible)[::5]:
         gap, second = curve.values[row]
         heights = at(motion(second), turning(motion(second), 1))

@@ -211,7 +211,7 @@ def test_a_doubling_found_on_the_doubled_orbit_is_followed_as_that_of_the_single
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-10)
 
 
-def test_orbits_on_a_curve_of_grazing_with_impacts_touch_the_wall() -> None:
+def test_orbits_on_a_curve_of_grazing_with_impacts_graze_the_wall() -> None:
     """Orbits with an impact every second forcing period, and a turning point in between."""
     osc = pc.impact_oscillator("0.8", wall=0.5, side="above", damping="0.02")
     orbit = pc.find_orbit(osc, pc.cosine("2.9"), 1, 2)
@@ -257,7 +257,7 @@ def test_neighbours_return_multiplied(which: str, mirrored: Branch, soft: Branch
         "soft": soft[3],
     }[which]
     equations = OrbitEquations(orbit, {AMPLITUDE: (0.0, 5.0)})
-    table = equations.table_at(equations.own_values)
+    table = equations.law_at(equations.own_values)
     _, matrix = equations.shot(equations.unknowns_of(orbit), table)
 
     def determinant(multiplier: float) -> float:

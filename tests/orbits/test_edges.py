@@ -11,6 +11,7 @@ import pytest
 import percuss as pc
 from percuss.kernels.law import FIRST_HARMONIC
 from percuss.model import Side
+from percuss.model.system import System
 from percuss.orbits import single_impact, single_impact_orbits
 from percuss.orbits.bifurcations.family import Family
 from percuss.orbits.orbit.extremes import extremes_of
@@ -24,7 +25,7 @@ COCO = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
 
 
 def test_grazing_orbit() -> None:
-    """At A = 1/10 the orbit without impacts touches the wall, to rounding."""
+    """At A = 1/10 the orbit without impacts grazes the wall, to rounding."""
     orbit = pc.find_orbit(COCO, pc.cosine(1, amplitude="0.1"), n_impacts=0)
 
     assert orbit.grazing_margin == 0.0
@@ -140,7 +141,7 @@ def test_plastic_impacts_stick_or_take_off_at_once() -> None:
 
 
 def test_a_plastic_impact_that_the_force_holds_is_no_take_off() -> None:
-    """The chain of one impact with r = 0 closes, but through the wall: the mass would stick."""
+    """With r = 0 the equations have a solution, but through the wall: the mass would stick."""
     osc = pc.impact_oscillator(0, wall=0.12542965401773365)
     force = pc.cosine(2.495783329831724, amplitude=0.8572883860324156)
 
@@ -220,7 +221,7 @@ def test_turns_of_a_steady_motion_are_sought_at_the_pace_of_its_harmonics() -> N
         pc.sine("1e-9"),
     )
 
-    orbit = steady_orbit(osc, force, FIRST_HARMONIC + 1)
+    orbit = steady_orbit(System(osc, force), FIRST_HARMONIC + 1)
 
     # The displacement follows the force, up to terms of 1e-10.
     swing = extremes_of(orbit)
@@ -285,7 +286,7 @@ def test_stability_by_trace_and_determinant(
     assert stability_of(matrix, determinant, conservative=conservative) == expected
 
 
-def test_a_flight_that_lasts_less_than_no_time_is_not_physical() -> None:
+def test_a_flight_of_negative_duration_is_formal() -> None:
     """It solves the equations, into the wall at both ends, and passes it nowhere."""
     osc = pc.impact_oscillator("0.7", wall="0.113", damping="0.05")
     force = pc.cosine("3.409", amplitude="1.694", phase=0.7)
@@ -298,11 +299,11 @@ def test_a_flight_that_lasts_less_than_no_time_is_not_physical() -> None:
     along = family.tangent(start, np.append(np.zeros(len(start) - 1), 1.0))
 
     shortest = []
-    for way in (-1e-3, 1e-3):
-        beside = family.solution(family.corrected(start + way * along, along))
-        shortest.append(beside.itinerary.durations[:2].min())
-        assert not beside.admissible
+    for step in (-1e-3, 1e-3):
+        near = family.solution(family.corrected(start + step * along, along))
+        shortest.append(near.itinerary.durations[:2].min())
+        assert not near.admissible
     assert min(shortest) < -1e-5 < 1e-5 < max(shortest)
     # So the branch ends there.
-    assert "a flight would last less than no time" in branch.end_reason
+    assert "a flight would have a negative duration" in branch.end_reason
     assert min(each.itinerary.durations[:2].min() for each in branch) > -1e-9

@@ -112,7 +112,7 @@ def test_a_branch_with_sticking_ends_where_its_orbits_last_too_long(
 @pytest.mark.parametrize(
     ("path", "ends"), [(RESTITUTION, (0.0, 0.95)), ("oscillator.stiffness", (0.3, 1.5))]
 )
-def test_sticking_ends_where_its_contact_lasts_no_time(
+def test_sticking_ends_where_its_contact_has_zero_duration(
     sticking: pc.PeriodicOrbit, path: str, ends: tuple[float, float]
 ) -> None:
     branch = pc.continue_orbit(sticking, over={path: ends})
@@ -122,7 +122,7 @@ def test_sticking_ends_where_its_contact_lasts_no_time(
     assert chatter.kind == "chatter"
     # Its length is a small power of the distance to the end, which is found to 1e-14.
     assert 0.0 < contacts.release[0] - contacts.start[0] < 1e-4
-    assert "the force lets go before the impacts end" in branch.end_reason
+    assert "the release precedes the end of the impacts" in branch.end_reason
 
 
 def test_a_cascade_without_a_doubling_ends_at_the_end_of_its_range(doubling: Branch) -> None:
@@ -132,7 +132,7 @@ def test_a_cascade_without_a_doubling_ends_at_the_end_of_its_range(doubling: Bra
     assert cascade.end_reason == f"{OMEGA} = 2.62 reached"
 
 
-def test_a_curve_of_touching_starts_ends_at_the_longest_time_and_at_a_plastic_wall() -> None:
+def test_a_curve_of_grazing_states_ends_at_the_longest_time_and_at_a_plastic_wall() -> None:
     plastic = pc.Oscillator(1, 0.02, (BETWEEN.stops[0], pc.Wall(-0.3, "below", 0)))
 
     short = singularity_set(ONE_WALL, pc.cosine(2.6), spacing=0.05, longest=1.0)
@@ -154,7 +154,7 @@ def test_beyond_the_graze_of_a_soft_stop_the_orbit_meets_it() -> None:
     assert graze.value == pytest.approx(0.1, abs=1e-12)
     assert (calm.n_impacts, met.n_impacts) == (0, 1)
     assert met.admissible
-    # A step away from the graze, where it first touches.
+    # A step away from the graze, where it first grazes.
     assert 0.0 < met.min_impact_speed < 0.1
 
 
@@ -229,14 +229,14 @@ def test_an_orbit_that_is_no_special_one_has_no_other_family(doubling: Branch) -
         pc.switch_branch(without)
 
 
-def test_a_curve_needs_a_force_a_touch_and_the_symmetry_that_breaks(
+def test_a_curve_needs_a_force_a_graze_and_the_symmetry_that_breaks(
     doubling: Branch, mirrored: Branch, free: pc.PeriodicOrbit
 ) -> None:
     two = {"oscillator.stiffness": (1.0, 2.0), DAMPING: (0.0, 0.1)}
     for changed, words in (
         ({"orbit": free}, "the motion is free; curves need a forcing"),
         ({"orbit": free, "kind": "grazing"}, "it is free; curves need a force"),
-        ({"kind": "grazing"}, "the orbit touches no stop"),
+        ({"kind": "grazing"}, "the orbit grazes no stop"),
     ):
         with pytest.raises(pc.ParameterError, match=words):
             continue_curve(point_of(doubling, **changed), over=two)

@@ -57,8 +57,8 @@ class Circle:
         found[1:, 1:-1] = np.eye(self.dimension - 1)
         return found
 
-    def corrected(self, guess: Floats, normal: Floats, *, beside_others: bool = False) -> Floats:
-        del beside_others
+    def corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:
+        del near_others
         z = guess.copy()
         for _ in range(20):
             step = solve(
@@ -110,14 +110,14 @@ class Circle:
 class Folds:
     """Finds where the parameter turns round."""
 
-    def between(self, here: Point[Circle], found: Point[Circle]) -> Segment[Circle, str]:
-        values = here.tests["fold"], found.tests["fold"]
+    def between(self, here: Point[Circle], new: Point[Circle]) -> Segment[Circle, str]:
+        values = here.tests["fold"], new.tests["fold"]
         if values[0] * values[1] > 0.0:
             return Segment([])
-        zero = locate(here, found, lambda z: float(z[0]), values)
+        zero = locate(here, new, lambda z: float(z[0]), values)
         assert zero is not None
         assert zero.goes_through
-        return Segment([(found.problem.at(zero.z, here.tangent), "fold")])
+        return Segment([(new.problem.at(zero.z, here.tangent), "fold")])
 
     def stopped(self, here: Point[Circle], reason: str) -> Segment[Circle, str]:
         return Segment([(here, "end")], reason)

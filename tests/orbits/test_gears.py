@@ -9,7 +9,7 @@ import percuss as pc
 OMEGA = "forcing.omega"
 
 
-def test_a_chart_of_a_gear_goes_through_touches_of_both_flanks() -> None:
+def test_a_chart_of_a_gear_goes_through_grazes_of_both_flanks() -> None:
     gear = pc.backlash_oscillator(gap=0.5, stiffness=10.0, damping=0.04, stop_damping=0.02)
     force = pc.cosine(1.9, amplitude=0.9, constant=0.4)
 
@@ -23,7 +23,7 @@ def test_a_chart_of_a_gear_goes_through_touches_of_both_flanks() -> None:
     assert widest.values.max() == 3.0
 
 
-def test_doubled_families_of_a_bilinear_spring_run_between_their_births() -> None:
+def test_doubled_families_of_a_bilinear_spring_run_between_their_origins() -> None:
     osc = pc.bilinear_oscillator(stiffness_above=1.0, stiffness_below=27.7, damping=0.069)
     force = pc.cosine(1.96, amplitude=0.71, constant=-0.46)
     over = {OMEGA: (1.176, 3.136)}
@@ -35,9 +35,9 @@ def test_doubled_families_of_a_bilinear_spring_run_between_their_births() -> Non
     for point in doublings:
         branch = pc.continue_orbit(pc.switch_branch(point), over=over)
 
-        born = [each.value for each in (branch.special_points[0], branch.special_points[-1])]
-        np.testing.assert_allclose(born, [each.value for each in doublings], atol=1e-9)
-        assert branch.end_reason.count("gone round twice") == 2
+        origins = [each.value for each in (branch.special_points[0], branch.special_points[-1])]
+        np.testing.assert_allclose(origins, [each.value for each in doublings], atol=1e-9)
+        assert branch.end_reason.count("the two-fold cover") == 2
 
 
 def test_a_closed_family_of_a_gear_is_walked_once() -> None:

@@ -41,20 +41,20 @@ def propagator(osc: pc.Oscillator, s: float) -> np.ndarray:
 
 
 def measured_jump(
-    orbit: pc.PeriodicOrbit, t: float, way: float, depth: float, around: float = 0.2
+    orbit: pc.PeriodicOrbit, t: float, sign: float, depth: float, around: float = 0.2
 ) -> np.ndarray:
     """Return by how much the stop moves a motion that would pass it by a depth at t."""
     osc = orbit.oscillator
     t += 2.0 * orbit.period
     there = propagator(osc, around)
-    before = np.linalg.solve(there, [way * depth, 0.0])
+    before = np.linalg.solve(there, [sign * depth, 0.0])
     run = orbit.trajectory(4)
     x, v = (float(value) for value in run(t - around))
     hit = pc.simulate(
         osc, orbit.forcing, x0=x + before[0], v0=v + before[1], t0=t - around, t_end=t + around
     )
     apart = [float(a) - float(b) for a, b in zip(hit(t + around), run(t + around), strict=True)]
-    return np.asarray(np.linalg.solve(there, apart) - np.array([way * depth, 0.0]))
+    return np.asarray(np.linalg.solve(there, apart) - np.array([sign * depth, 0.0]))
 
 
 STOPS: dict[str, pc.Wall | pc.SoftStop] = {
@@ -75,9 +75,9 @@ def test_the_coefficient_is_that_of_the_motion(name: str) -> None:
     graze = analysed_graze(orbit, AMPLITUDE)
 
     assert graze.order == (0.5 if isinstance(stop, pc.Wall) else 1.5)
-    way = 1.0 if stop.side == "above" else -1.0
+    sign = 1.0 if stop.side == "above" else -1.0
     depths = np.array([1e-4, 1e-5, 1e-6])
-    jumps = np.array([measured_jump(orbit, graze.t, way, d) for d in depths])
+    jumps = np.array([measured_jump(orbit, graze.t, sign, d) for d in depths])
     found = jumps / depths[:, None] ** graze.order
     # What is left is of order sqrt(depth) of it.
     size = float(np.abs(graze.coefficient).max())
@@ -90,7 +90,7 @@ def test_coco_the_impacting_orbits_come_back_below_the_graze() -> None:
     branch = pc.continue_orbit(
         pc.find_orbit(COCO, pc.cosine(1)), over={AMPLITUDE: (1.0, 0.05)}, largest_step=0.01
     )
-    point = next(it for it in branch.special_points if it.kind == "grazing")
+    point = next(special for special in branch.special_points if special.kind == "grazing")
 
     graze = point.graze
 
@@ -101,7 +101,7 @@ def test_coco_the_impacting_orbits_come_back_below_the_graze() -> None:
     assert (graze.free_side, graze.impacting_side) == ("below", "below")
     assert graze.scenario == "jump"
     # Along the branch, value = graze + u / impact_rate + c u^2: so is its fold.
-    (fold,) = (it for it in branch.special_points if it.kind == "fold")
+    (fold,) = (special for special in branch.special_points if special.kind == "fold")
     speed = fold.orbit.min_impact_speed
     assert fold.value - point.value == pytest.approx(0.5 * speed / graze.impact_rate, rel=3e-4)
     # And the attractor beyond the graze has twice the speed of the fold at least.
@@ -112,7 +112,7 @@ def test_coco_the_impacting_orbits_come_back_below_the_graze() -> None:
 
 
 @pytest.mark.parametrize("omega", [2.2, 2.5, 3.3])
-def test_the_impact_velocity_leaves_the_graze_at_the_rate_told(omega: float) -> None:
+def test_the_impact_velocity_leaves_the_graze_at_its_impact_rate(omega: float) -> None:
     osc = pc.impact_oscillator(0.8, wall=1, side="above", damping=0.05)
     orbit, amplitude = at_graze(osc, omega)
     graze = analysed_graze(orbit, AMPLITUDE)
@@ -205,12 +205,12 @@ def test_at_a_soft_stop_the_multipliers_are_continuous() -> None:
     assert (errors < 0.1 * np.abs(apart)).all()
 
 
-def test_the_multipliers_are_those_of_the_orbit_without_the_touch() -> None:
-    """Of an orbit with an impact, which passes the stop again and touches it there."""
+def test_the_multipliers_are_those_of_the_orbit_without_the_graze() -> None:
+    """Of an orbit with an impact, which returns to the stop and grazes it there."""
     osc = pc.impact_oscillator(0.5, wall=-0.3)
     orbit = pc.find_orbit(osc, pc.cosine(1.3))
     branch = pc.continue_orbit(orbit, over={"forcing.omega": (1.3, 0.6)})
-    point = next(it for it in branch.special_points if it.kind == "grazing")
+    point = next(special for special in branch.special_points if special.kind == "grazing")
 
     graze = point.graze
 
@@ -220,7 +220,7 @@ def test_the_multipliers_are_those_of_the_orbit_without_the_touch() -> None:
     )
 
 
-def test_both_walls_touched_at_once_are_one_graze_of_half_the_orbit() -> None:
+def test_both_walls_grazed_at_once_are_one_graze_of_half_the_orbit() -> None:
     osc = pc.Oscillator(1.0, 0.05, (pc.Wall(1.0, "above", 0.8), pc.Wall(-1.0, "below", 0.8)))
     orbit, _ = at_graze(osc, 2.5)
 
@@ -245,7 +245,7 @@ def test_the_rate_holds_for_two_walls_and_for_orbits_with_other_impacts(walls: s
         osc = pc.impact_oscillator(0.5, wall=-0.3)
         path, over, orbit = "forcing.omega", (1.3, 0.6), pc.find_orbit(osc, pc.cosine(1.3))
     branch = pc.continue_orbit(orbit, over={path: over})
-    point = next(it for it in branch.special_points if it.kind == "grazing")
+    point = next(special for special in branch.special_points if special.kind == "grazing")
     assert point.graze is not None
 
     beside = pc.switch_branch(point)
@@ -256,10 +256,10 @@ def test_the_rate_holds_for_two_walls_and_for_orbits_with_other_impacts(walls: s
 
 
 def test_where_a_plastic_impact_begins_to_stick_nothing_is_decided() -> None:
-    """With r = 0 the mass leaves the wall at once, or else stays: at the change it only touches."""
+    """With r = 0 the mass leaves the wall at once, or else stays: at the change it grazes."""
     osc = pc.impact_oscillator(0, wall="0.2")
     branch = pc.continue_orbit(pc.find_orbit(osc, pc.cosine("2.5")), over={"forcing.omega": (2, 4)})
-    point = next(it for it in branch.special_points if it.kind == "grazing")
+    point = next(special for special in branch.special_points if special.kind == "grazing")
 
     assert point.graze is None or point.graze.scenario == "undecided"
 
@@ -279,8 +279,10 @@ def test_which_statement_follows_from_which_matrix() -> None:
 
 
 def test_bad_input_is_named() -> None:
-    with pytest.raises(pc.ParameterError, match="touches no stop"):
+    with pytest.raises(pc.ParameterError, match="grazes no stop"):
         analysed_graze(pc.find_orbit(COCO, pc.cosine(1)), AMPLITUDE)
     orbit = pc.find_orbit(COCO, pc.cosine(1))
     branch = pc.continue_orbit(orbit, over={AMPLITUDE: (1.0, 0.0999)})
-    assert next(it for it in branch.special_points if it.kind == "fold").graze is None
+    assert (
+        next(special for special in branch.special_points if special.kind == "fold").graze is None
+    )

@@ -136,7 +136,7 @@ def test_manifolds_between_soft_stops_are_invariant(bilinear: pc.PeriodicOrbit) 
 def test_elastic_manifolds_are_mirror_images_in_time() -> None:
     """Without losses, and with a force even in time, (cycle, v) -> (-cycle, v) swaps them.
 
-    One of them is made by the way forth alone, the other one by the way back alone.
+    One of them is grown by the map alone, the other one by its inverse alone.
     """
     orbit = pc.find_orbit(pc.impact_oscillator(), pc.cosine(2.7))
     found = pc.manifolds(orbit, section="impact", length=3.0, spacing=0.005)
@@ -149,7 +149,7 @@ def test_elastic_manifolds_are_mirror_images_in_time() -> None:
 
 
 def test_motions_on_the_stable_manifold_approach_the_orbit(flip: pc.PeriodicOrbit) -> None:
-    """Seen by `simulate` alone, which knows nothing of the way back."""
+    """Seen by `simulate` alone, which knows no inverse map."""
     found = pc.manifolds(flip, cycle=0.37, length=4.0, kinds=("stable",))
     period = flip.period
 
@@ -176,11 +176,9 @@ def test_manifolds_cross_from_the_homoclinic_tangency_on(
     B sqrt((1 + r)^2 omega^2 + m^2) >= abs(m), with m = r l+ + l-.
     """
     omega, m = 2.0, restitution * GROWING + FALLING
-    touching = abs(m) / math.hypot((1.0 + restitution) * omega, m)
+    grazing = abs(m) / math.hypot((1.0 + restitution) * omega, m)
     response = 1.0 / complex(-1.0 - omega**2, 0.2 * omega)
-    orbit = saddle_of_the_pendulum(
-        part * touching / abs(response), pc.Wall(1, "above", restitution)
-    )
+    orbit = saddle_of_the_pendulum(part * grazing / abs(response), pc.Wall(1, "above", restitution))
     # The section just after the instant at which both come nearest.
     phase = math.atan2(-(1.0 + restitution) * omega, abs(m)) - cmath.phase(response)
     cycle = phase / (2.0 * math.pi) + 0.02

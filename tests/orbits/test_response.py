@@ -110,24 +110,25 @@ def test_no_attractor_is_missed_and_each_number_of_a_branch_is_right() -> None:
 
     assert chart.missed == ()
     assert chart.complete
-    on = [it for it in chart.attractors if it.branch is not None]
+    on = [seen for seen in chart.attractors if seen.branch is not None]
     assert len(on) > 5
-    for it in on:
-        assert it.branch is not None
-        branch = chart.branches[it.branch]
-        values = branch.values[kind_of_rows(branch, it.n_impacts, it.n_periods)]
-        assert values.min() <= it.value <= values.max()
+    for seen in on:
+        assert seen.branch is not None
+        branch = chart.branches[seen.branch]
+        values = branch.values[kind_of_rows(branch, seen.n_impacts, seen.n_periods)]
+        assert values.min() <= seen.value <= values.max()
 
 
 def test_a_hidden_branch_is_reported_as_missed() -> None:
     chart = wall_chart()
     gone = next(i for i, b in enumerate(chart.branches) if b[0].n_periods == 3)
     seen = tuple(
-        dataclasses.replace(it, branch=None) if it.branch == gone else it for it in chart.attractors
+        dataclasses.replace(seen, branch=None) if seen.branch == gone else seen
+        for seen in chart.attractors
     )
     hidden = dataclasses.replace(chart, attractors=seen)
 
-    assert {(it.n_impacts, it.n_periods) for it in hidden.missed} == {(1, 3)}
+    assert {(seen.n_impacts, seen.n_periods) for seen in hidden.missed} == {(1, 3)}
     assert f"{len(hidden.missed)} missed" in repr(hidden)
 
 
@@ -160,7 +161,7 @@ def test_no_family_is_followed_twice() -> None:
 
 
 def test_branches_go_on_where_a_soft_stop_is_met_once_more() -> None:
-    """(2, 3) orbits are born where (3, 3) ones leave the stop, at both of their ends."""
+    """(2, 3) orbits begin where (3, 3) ones leave the stop, at both of their ends."""
     families = {(f.n_impacts, f.n_periods): f for f in soft_chart().families}
 
     two, three = families[2, 3], families[3, 3]

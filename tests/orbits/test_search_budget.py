@@ -64,7 +64,7 @@ def test_a_line_appears_for_long_searches_only(
     assert capsys.readouterr().err == ""
 
     pc.find_orbits(OSC, FORCE, 2, 1, progress=True)
-    assert "206 of 806 starts looked at" in capsys.readouterr().err
+    assert "206 of 806 starts done" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("n_impacts", [1, 2, 0, math.inf])

@@ -1,4 +1,4 @@
-"""States of the impact surface that lead to a touch."""
+"""States of the impact surface that lead to a graze."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SYSTEMS = {
 def run_to(
     found: pc.SingularitySet, curve: pc.SingularityCurve, i: int, part: float
 ) -> tuple[float, float]:
-    """Return x and v after a part of the way from a state to its touch."""
+    """Return x and v after a part of the way from a state to its graze."""
     force = found.forcing
     assert force.period is not None
     t0 = float(curve.cycle[i]) * force.period
@@ -61,7 +61,7 @@ def test_each_state_leads_to_the_stop_without_velocity(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["wall at the equilibrium", "wall above", "two harmonics"])
-def test_touch_is_exact_in_the_closed_form(name: str) -> None:
+def test_graze_is_exact_in_the_closed_form(name: str) -> None:
     osc, force = SYSTEMS[name]
     found = pc.singularity_set(osc, force)
 
@@ -69,7 +69,7 @@ def test_touch_is_exact_in_the_closed_form(name: str) -> None:
         for i in np.linspace(0, len(curve) - 1, 20).astype(int)[1:-1]:
             x, v = run_to(found, curve, int(i), 1.0)
 
-            # A touch that rounding makes an impact has a velocity of the root of that.
+            # A graze that rounding makes an impact has a velocity of the root of that.
             assert abs(x - float(osc.stops[curve.touched].at)) < 1e-13
             assert abs(v) < 1e-6
 
@@ -118,7 +118,7 @@ def test_impact_map_has_a_square_root_on_one_side_and_a_jump_across(name: str) -
         far, near, across = (v[0], v[1], v[2]) if rooted else (v[3], v[2], v[1])
         assert abs(near) < 0.01
         assert far / near == pytest.approx(2.0, rel=0.02)
-        # Across, the touch is missed, and the next impact is another one.
+        # Across, the graze is missed, and the next impact is another one.
         assert abs(across) > 20.0 * abs(near)
         assert abs((cycle[2] - cycle[1] + 0.5) % 1.0 - 0.5) > 0.01
 
@@ -174,7 +174,7 @@ def test_neighbours_on_a_curve_are_near(name: str) -> None:
 
 
 def test_set_does_not_depend_on_the_restitution_of_its_wall() -> None:
-    """What lies between the state and the touch is one flight."""
+    """What lies between the state and the graze is one flight."""
     sets = [pc.singularity_set(pc.impact_oscillator(r), pc.cosine(2.5)) for r in (0.0, 0.5, 1.0)]
 
     for other in sets[1:]:
@@ -192,7 +192,7 @@ def test_other_wall_may_lie_between() -> None:
 
 
 def test_curves_end_at_the_chatter_with_zero_velocity_at_its_release() -> None:
-    """Where the force on the wall turns outwards, at cycle 3/4 of a cosine, hops are touches."""
+    """Where the force on the wall turns outwards, at cycle 3/4 of a cosine, hops are grazes."""
     (curve,) = pc.singularity_set(*SYSTEMS["wall at the equilibrium"]).curves
 
     assert curve.begins == "zero_velocity"
@@ -201,20 +201,20 @@ def test_curves_end_at_the_chatter_with_zero_velocity_at_its_release() -> None:
     assert curve.touch_cycle[-1] % 1.0 == pytest.approx(0.25, abs=1e-9)
 
 
-def test_touches_that_come_back_exactly_are_no_noise() -> None:
-    """For r = 1 and the third harmonic each touch is followed by another (eq. 24 of the paper)."""
+def test_grazes_that_come_back_exactly_are_no_noise() -> None:
+    """For r = 1 and the third harmonic each graze is followed by another (eq. 24 of the paper)."""
     found = pc.singularity_set(pc.impact_oscillator(), pc.sine(3), n_iterates=3)
 
     assert len(found) < 30
 
 
-def test_wall_that_is_never_left_is_touched_by_nothing() -> None:
+def test_wall_that_is_never_left_is_grazed_by_nothing() -> None:
     force = pc.Forcing((pc.Harmonic(0.3, 2.0),), constant=-1.0)
 
     assert len(pc.singularity_set(pc.impact_oscillator(0.8), force)) == 0
 
 
-def test_touches_at_all_instants_make_closed_curves() -> None:
+def test_grazes_at_all_instants_make_closed_curves() -> None:
     force = pc.Forcing((pc.Harmonic(0.1, 2.0),), constant=1.0)
     osc = pc.Oscillator(1.0, 0.02, (pc.Wall(0.0, "below", 0.8), pc.Wall(1.5, "above", 0.8)))
     curves = pc.singularity_set(osc, force, 1, touched=0).curves

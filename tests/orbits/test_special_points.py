@@ -32,8 +32,8 @@ def test_a_special_point_says_whether_its_orbit_is_formal(grazing: Branch) -> No
     }
 
 
-def test_what_a_graze_touches_is_no_passage() -> None:
-    """By rounding the flights beyond a soft stop that is touched last less than no time."""
+def test_a_graze_is_no_penetration() -> None:
+    """By rounding the flights in a grazed soft stop have negative durations."""
     stops = (pc.SoftStop("0.588", "above", 20, "0.1"), pc.SoftStop("-0.588", "below", 20, "0.1"))
     osc, force = pc.Oscillator("-0.3", 0, stops), pc.cosine("0.952", amplitude="0.496")
     branch = pc.continue_orbit(
@@ -54,18 +54,18 @@ def test_a_graze_of_a_formal_orbit_stays_formal(grazing: Branch) -> None:
     assert not formal.admissible
 
 
-def test_the_birth_of_a_doubled_branch_says_where_switching_leads() -> None:
+def test_the_origin_of_a_doubled_branch_says_where_switching_leads() -> None:
     orbit = pc.find_orbit(pc.impact_oscillator(0.8), pc.cosine(2.6))
     single = pc.continue_orbit(orbit, over={OMEGA: (2.6, 2.7)})
     (doubling,) = single.special_points
     doubled = pc.continue_orbit(pc.switch_branch(doubling), over={OMEGA: (2.65, 2.7)})
 
-    birth = doubled.special_points[0]
+    origin = doubled.special_points[0]
 
     assert doubling.detail == "a multiplier is -1"
-    assert "switch_branch returns that one" in birth.detail
-    assert "switch_branch returns that one" in repr(birth)
-    assert (doubled[5].n_impacts, pc.switch_branch(birth).n_impacts) == (2, 1)
+    assert "switch_branch returns it" in origin.detail
+    assert "switch_branch returns it" in repr(origin)
+    assert (doubled[5].n_impacts, pc.switch_branch(origin).n_impacts) == (2, 1)
 
 
 @pytest.mark.parametrize("size", [1e160, -1e200, 1.7e308])

@@ -29,7 +29,7 @@ def test_both_stops_left_at_once(ends: tuple[float, float]) -> None:
     branch = pc.continue_orbit(orbit, over={OMEGA: ends})
 
     graze = values(branch, "grazing")[-1]
-    # Without the stops the amplitude is A / (w sqrt(w^2 + 4 a^2)), and 1 where they are touched.
+    # Without the stops the amplitude is A / (w sqrt(w^2 + 4 a^2)), and 1 where they are grazed.
     assert 8.0 / (graze * np.hypot(graze, 0.2)) == pytest.approx(1.0, abs=1e-11)
     assert all_located(branch)
     assert f"{OMEGA} = {max(ends):g} reached" in branch.end_reason
@@ -90,7 +90,7 @@ def test_a_fold_just_beyond_a_graze_is_a_fold() -> None:
     assert both
 
 
-def test_beyond_a_graze_a_doubled_family_goes_on_to_its_birth() -> None:
+def test_beyond_a_graze_a_doubled_family_continues_to_its_origin() -> None:
     """Not on to the orbit that it doubles, which is near there."""
     stops = (pc.SoftStop("0.649", "above", 9), pc.Wall("0.879", "above", "0.7"))
     osc = pc.Oscillator(1, "0.02", stops)
@@ -108,7 +108,7 @@ def test_beyond_a_graze_a_doubled_family_goes_on_to_its_birth() -> None:
     single = pc.find_orbit(osc, pc.cosine("2.494", amplitude=2.35, phase=0.7, constant="0.2"), 1)
     own = pc.continue_orbit(single, over={AMPLITUDE: (2.349, 2.36)})
     assert doubled.kind == "period_doubling"
-    assert "gone round twice" in branch.end_reason
+    assert "the two-fold cover" in branch.end_reason
     assert [doubled.value] == pytest.approx(values(own, "period_doubling"), abs=1e-10)
 
 

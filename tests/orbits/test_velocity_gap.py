@@ -37,13 +37,13 @@ def curve_of(name: str, n_points: int = 25) -> VelocityGap:
 @each_case
 def test_each_point_is_an_orbit_of_the_oscillator_with_that_gap(name: str) -> None:
     _, _, side, omega, n = CASES[name]
-    way = 1.0 if side == "above" else -1.0
+    sign = 1.0 if side == "above" else -1.0
     curve = curve_of(name)
 
     for row in range(1, len(curve.gap) - 1):
         osc = oscillator(name, float(curve.gap[row]))
         orbits = single_impact_orbits(osc, pc.cosine(omega), n)
-        into = np.array([way * orbit.impacts.v_before[0] for orbit in orbits])
+        into = np.array([sign * orbit.impacts.v_before[0] for orbit in orbits])
         nearest = int(np.abs(into - curve.velocity[row]).argmin())
         assert into[nearest] == pytest.approx(curve.velocity[row], rel=1e-8)
         assert orbits[nearest].stability == curve.stability[row]
@@ -67,7 +67,7 @@ def test_points_lie_on_the_ellipse_and_its_limits_are_the_extremes(name: str) ->
 
 
 @each_case
-def test_an_impact_without_velocity_is_a_touch_of_the_linear_response(name: str) -> None:
+def test_an_impact_without_velocity_is_a_graze_of_the_linear_response(name: str) -> None:
     _, a, _, omega, _ = CASES[name]
 
     amplitude = 1.0 / math.hypot(1.0 - omega**2, 2.0 * a * omega)

@@ -102,14 +102,14 @@ def test_an_orbit_that_motions_follow_comes_before_a_formal_one(
 
     returns = facts._returns
     monkeypatch.setattr(facts, "_returns", lambda *it: [next(returns(*it))] * 2)
-    monkeypatch.setattr(facts, "find_formal_orbit", first_formal)
+    monkeypatch.setattr(facts, "find_orbit", first_formal)
     assert told(study)["orbit"]["admissible"]
     assert len(calls) == 2
 
     def formal(*args: Any, **options: Any) -> Any:
         return replace(real(*args, **options), admissible=False, grazing_margin=-0.1)
 
-    monkeypatch.setattr(facts, "find_formal_orbit", formal)
+    monkeypatch.setattr(facts, "find_orbit", formal)
     orbit = told(study)["orbit"]
     assert not orbit["admissible"]
     assert not orbit["grazes"]
@@ -123,7 +123,7 @@ def test_a_clearance_below_the_error_of_its_orbit_is_a_graze(
     def hairy(*args: Any, **options: Any) -> Any:
         return replace(real(*args, **options), admissible=False, grazing_margin=-2.4e-34)
 
-    monkeypatch.setattr(facts, "find_formal_orbit", hairy)
+    monkeypatch.setattr(facts, "find_orbit", hairy)
     orbit = told(study)["orbit"]
 
     assert orbit["grazes"]

@@ -30,7 +30,7 @@ from percuss.certified.system import BallSystem, system_of
 from percuss.certified.touch import touch_of
 from percuss.model.exact import Exact, as_float, as_fraction
 from percuss.model.paths import get_parameter, long_form
-from percuss.orbits.bifurcations.special_points import SpecialPoint
+from percuss.orbits.bifurcations.special_points import TWO_FOLD, SpecialPoint
 from percuss.orbits.orbit.symmetry import is_symmetric_system
 
 __all__ = [
@@ -51,7 +51,7 @@ def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool 
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
     equations, guess = shooting_of(system, point.orbit)
     chain, n_periods = equations.chain, point.orbit.n_periods
-    if _goes_round_twice(point):
+    if _is_two_fold_cover(point):
         half = len(chain) // 2
         chain, guess, n_periods = chain[:half], guess[:half], n_periods // 2
 
@@ -98,8 +98,8 @@ def _enclosed(
     return exact_ball(low).union(exact_ball(high)), admissible_of(all_, box)[0]
 
 
-def _goes_round_twice(point: SpecialPoint) -> bool:
-    return point.kind == "period_doubling" and "twice" in point.detail
+def _is_two_fold_cover(point: SpecialPoint) -> bool:
+    return point.kind == "period_doubling" and TWO_FOLD in point.detail
 
 
 def _function(point: SpecialPoint, equations: Shooting, states: States) -> arb:

@@ -35,8 +35,8 @@ from percuss.certified.system import BallSystem, system_of
 from percuss.kernels.law import PERIOD
 from percuss.model.law import law, lines
 from percuss.orbits.bifurcations.special_points import SpecialPoint
-from percuss.orbits.orbit.passages import turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.turning_points import turns_of
 
 __all__ = ["touch_of"]
 

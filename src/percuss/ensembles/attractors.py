@@ -30,10 +30,11 @@ from percuss.kernels.law import PERIOD
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
+from percuss.model.system import System
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import hypot, log
-from percuss.orbits.finding.find import find_formal_orbit
+from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
@@ -304,16 +305,16 @@ def _candidates(
     if n_impacts == 0:
         for region in regions(system.law):
             try:
-                yield steady_orbit(osc, force, region)
+                yield steady_orbit(System(osc, force), region)
             except ConvergenceError:
                 continue
         return
     run = system.run(strobe, ORBIT_PERIODS * n_periods)
     last = run.t_end - n_periods * system.period
     if len(run.contacts) and run.contacts.start[-1] >= last:
-        yield from sticking_orbits(osc, force, n_periods)
+        yield from sticking_orbits(System(osc, force), n_periods)
     else:
-        yield find_formal_orbit(osc, force, n_impacts, n_periods, guess=run)
+        yield find_orbit(osc, force, n_impacts, n_periods, guess=run, formal=True)
 
 
 def strobes_of_orbit(system: StrobedSystem, orbit: PeriodicOrbit, near: Floats) -> Floats:

@@ -21,8 +21,8 @@ from percuss.io.results import SAMPLES, kind_of
 from percuss.io.table import check_suffix
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
-from percuss.orbits.orbit.passages import Passages
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.turning_points import Passages
 
 TABLES = ("impacts", "crossings", "contacts", "grazes")
 # Groups of the exact result; the others are tables for other programs.

@@ -19,9 +19,9 @@ from percuss.orbits.finding.find import find_orbits as find_orbits
 from percuss.orbits.finding.single_impact import SingleImpact as SingleImpact
 from percuss.orbits.finding.single_impact import single_impact as single_impact
 from percuss.orbits.finding.single_impact import single_impact_orbits as single_impact_orbits
-from percuss.orbits.orbit.passages import Passages as Passages
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit as PeriodicOrbit
 from percuss.orbits.orbit.stability import Stability as Stability
+from percuss.orbits.orbit.turning_points import Passages as Passages
 from percuss.orbits.responses.response import FamilyRange as FamilyRange
 from percuss.orbits.responses.response import Response as Response
 from percuss.orbits.responses.response import response_curve as response_curve

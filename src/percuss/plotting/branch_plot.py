@@ -17,8 +17,8 @@ from percuss.errors import ParameterError
 from percuss.model.law import law
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.curve import Curve, CurveKind
-from percuss.orbits.orbit.passages import turns_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.turning_points import turns_of
 from percuss.plotting.style import (
     BLACK,
     BLUE,

@@ -15,7 +15,7 @@ from percuss.motion.outcome import Outcome
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits import PeriodicOrbit
-from percuss.orbits.finding.find import find_formal_orbit
+from percuss.orbits.finding.find import find_orbit
 from percuss.plotting.samples import sample_curve
 from percuss.studies.study import Study
 from percuss.web.explore import moving
@@ -183,12 +183,13 @@ def _nearest(study: Study, run: Trajectory) -> PeriodicOrbit | None:
     formal = None
     for near_return in _returns(run, force.period):
         try:
-            orbit = find_formal_orbit(
+            orbit = find_orbit(
                 study.oscillator,
                 force,
                 n_impacts=near_return.n_impacts,
                 n_periods=near_return.n_periods,
                 guess=near_return.guess,
+                formal=True,
             )
         except PercussError:
             continue

@@ -1,8 +1,8 @@
-"""Where a family starts from a simpler one: its parameter turns, and the simpler one tells where.
+"""The origin of a family: where it bifurcates from a simpler one.
 
-Along a doubled orbit, or one of a mirrored pair, the start looks like a fold at which the equations
-hold two directions weakly, and so they tell it to half of the digits. Along the simpler orbit it is
-the simple zero of a multiplier's condition.
+Along doubled orbits, or one of a mirrored pair, the origin is a turn of the parameter with two
+small singular values, which the equations locate to half of the digits only. Along the simpler
+orbits it is the simple zero of a multiplier's condition.
 """
 
 from __future__ import annotations
@@ -29,58 +29,60 @@ __all__ = ["Origin", "located_origin", "origin_of", "origin_passed"]
 
 Origin: TypeAlias = Literal["doubled", "mirrored"]
 
-# Halves of an orbit where its family starts: they part with a square root.
+# Largest difference of the halves of an orbit at the origin of its family, where it grows as a
+# square root.
 ONE_AND_THE_SAME = 1e-4
-# What is rounding in them.
-NOT_APART = 1e-9
-# How far from the start, in scaled parameter, the simpler orbit is looked at.
+# Differences below this are rounding.
+ROUNDING = 1e-9
+# First and largest distance from the origin, in scaled parameter, of the bracket along the simpler
+# orbits, and the factor between two.
 NEAR, FAR, FARTHER = 1e-7, 1e-2, 4.0
 
 
 def origin_of(family: Family, orbit: PeriodicOrbit) -> Origin | None:
-    """Tell what simpler orbit one is to the digits that a turning point has, None for none."""
+    """Return which simpler orbit one equals, to the digits of a turn of the parameter."""
     if orbit.itinerary.halves_differ() < ONE_AND_THE_SAME:
         return "doubled"
     half = family.n // 2
     if family.n % 2 or not half or orbit.n_periods % 2 == 0:
         return None
     scaled = family.unknowns_of(orbit)
-    apart = np.abs(_symmetric(family, scaled) - scaled).max()
-    return "mirrored" if apart < ONE_AND_THE_SAME else None
+    difference = np.abs(_symmetric(family, scaled) - scaled).max()
+    return "mirrored" if difference < ONE_AND_THE_SAME else None
 
 
 def _origin_between(a: Point[Family], b: Point[Family]) -> Origin | None:
-    """Tell what simpler orbit the family passes between two points, None for none.
+    """Return which simpler orbit the family passes between two points, None for none.
 
-    Beyond it come the same orbits, a period later or mirrored: what tells them from the simpler one
-    has turned round.
+    Beyond it come the same orbits, a period later or mirrored: their difference from the simpler
+    one changes its sign.
     """
-    parts = _parting(a), _parting(b)
+    parts = _difference(a), _difference(b)
     if parts[0] is None or parts[1] is None or dot(parts[0], parts[1]) >= 0.0:
         return None
     return "mirrored" if a.orbit.n_periods % 2 else "doubled"
 
 
-def _parting(point: Point[Family]) -> Floats | None:
-    """Return what tells an orbit from the simpler one that its family may start from."""
+def _difference(point: Point[Family]) -> Floats | None:
+    """Return the difference of an orbit from the simpler one of which it may originate."""
     family, z = point.problem, point.z
     n = family.n
     if n == 0 or n % 2:
         return None
     if point.orbit.n_periods % 2:
-        parting = z[1:-1] - _symmetric(family, z[:-1])[1:]
-        exists = is_symmetric_system(*family.system(family.value(z)))
+        difference = z[1:-1] - _symmetric(family, z[:-1])[1:]
+        exists = is_symmetric_system(*family.system_at(family.values(z)))
     else:
         halves = z[1:-1].reshape(2, 2, -1)
-        parting = (halves[:, 0] - halves[:, 1]).ravel()
+        difference = (halves[:, 0] - halves[:, 1]).ravel()
         exists = point.orbit.itinerary.halves_differ() < np.inf
-    return parting if exists and np.abs(parting).max() > NOT_APART else None
+    return difference if exists and np.abs(difference).max() > ROUNDING else None
 
 
 def origin_passed(a: Point[Family], b: Point[Family]) -> Zero | None:
-    """Return where a family that turns between two points starts from a simpler one."""
+    """Return the origin of a family whose parameter turns between two points."""
     origin = _origin_between(a, b)
-    one, other = _parting(a), _parting(b)
+    one, other = _difference(a), _difference(b)
     if origin is None or one is None or other is None:
         return None
     part = norm(one) / norm(one - other)
@@ -92,37 +94,37 @@ def origin_passed(a: Point[Family], b: Point[Family]) -> Zero | None:
 
 def _symmetric(family: Family, scaled: Floats) -> Floats:
     """Return scaled unknowns with the second half of the orbit mirroring the first."""
-    return Itinerary.of_vector(family.chain, scaled, family.n_periods).mirrored_mean().vector
+    return Itinerary.of_vector(family.events, scaled, family.n_periods).mirrored_mean().vector
 
 
 def located_origin(family: Family, zero: Zero, origin: Origin) -> Zero | None:
-    """Return where the simpler orbit has the multiplier, None if it is not found there."""
+    """Return where the simpler orbit has the multiplier, None if it is not found."""
     try:
         if origin == "doubled":
             simple = primitive_orbit(zero.orbit)
             simpler = Family(simple, family.path, family.low, family.high)
             start = simpler.start(simple, family.value(zero.z))
-            found = _found(simpler, start, "minus one")
+            origin_zero = _zero(simpler, start, "multiplier -1")
         else:
             simpler = family
             start = np.append(_symmetric(family, zero.z[:-1]), zero.z[-1])
-            found = _found(family, start, "one")
-        if found is None:
+            origin_zero = _zero(family, start, "multiplier 1")
+        if origin_zero is None:
             return None
         lift = _lift(simpler, family, origin)
-        z = lift(found.z)
-        ends = lift(found.ends[0]), lift(found.ends[1])
-        return dataclasses.replace(found, part=zero.part, z=z, orbit=family.solution(z), ends=ends)
+        z, ends = lift(origin_zero.z), (lift(origin_zero.ends[0]), lift(origin_zero.ends[1]))
+        orbit = family.solution(z)
+        return dataclasses.replace(origin_zero, part=zero.part, z=z, orbit=orbit, ends=ends)
     except PercussError:
         return None
 
 
 def _lift(simpler: Family, family: Family, origin: Origin) -> Callable[[Floats], Floats]:
-    """Return what makes a point of the simpler family one of the other."""
+    """Return the map of points of the simpler family to those of the other."""
 
     def twice(z: Floats) -> Floats:
-        once = Itinerary.of_vector(simpler.chain, z[:-1] * simpler.scale, simpler.n_periods)
-        return np.append(once.repeated(2).vector / family.scale, z[-1])
+        primitive = Itinerary.of_vector(simpler.events, z[:-1] * simpler.scale, simpler.n_periods)
+        return np.append(primitive.repeated(2).vector / family.scale, z[-1])
 
     def symmetric(z: Floats) -> Floats:
         return np.append(_symmetric(family, z[:-1]), z[-1])
@@ -130,20 +132,20 @@ def _lift(simpler: Family, family: Family, origin: Origin) -> Callable[[Floats],
     return twice if origin == "doubled" else symmetric
 
 
-def _found(family: Family, start: Floats, name: str) -> Zero | None:
+def _zero(family: Family, start: Floats, name: str) -> Zero | None:
     """Return the zero of a condition along the parameter, near a solution."""
-    held = along_parameter(len(start))
-    apart = NEAR
-    while apart <= FAR:
+    normal = along_parameter(len(start))
+    distance = NEAR
+    while distance <= FAR:
         ends = []
-        for sign in (-1.0, 1.0):
-            z = family.corrected(start + sign * apart * held, held)
+        for step in (-distance, distance):
+            z = family.corrected(start + step * normal, normal)
             orbit = family.solution(z)
-            ends.append(Point(z, held, orbit, family.tests(orbit), family))
+            ends.append(Point(z, normal, orbit, family.tests(orbit), family))
         a, b = ends
         values = a.tests[name], b.tests[name]
         if changes_sign(*values):
             test = partial(family.test, name=name)
-            return locate(a, b, test, values, beside_others=name == "one")
-        apart *= FARTHER
+            return locate(a, b, test, values, near_others=name == "multiplier 1")
+        distance *= FARTHER
     return None

@@ -27,7 +27,7 @@ __all__ = ["Branch", "OrbitRows", "branch_of", "counted_kinds"]
 
 
 class OrbitRows:
-    """What branches and curves share: rows of orbits, and the special points among them."""
+    """The common part of branches and curves: rows of orbits."""
 
     __slots__ = ()
 
@@ -39,7 +39,7 @@ class OrbitRows:
         return len(self.values)
 
     def __iter__(self) -> Iterator[PeriodicOrbit]:
-        """Go through the orbits."""
+        """Iterate over the orbits."""
         return iter(self.orbits)
 
     def __getitem__(self, row: int) -> PeriodicOrbit:
@@ -48,7 +48,7 @@ class OrbitRows:
 
 
 def counted_kinds(points: Iterable[Any]) -> str:
-    """Return how many special points there are of each kind, in words."""
+    """Return the numbers of special points of each kind in words."""
     counts = Counter(point.kind for point in points)
     return ", ".join(f"{n} {kind}" for kind, n in counts.items()) or "none"
 
@@ -62,14 +62,14 @@ class Branch(OrbitRows):
     path
         Path of the parameter.
     values
-        (n,) array, its value in each row; it goes back where the branch turns at a fold.
+        (n,) array, its value in each row; it turns back at a fold.
     arclength
         (n,) array, distance along the branch, with the range of the parameter, the period and
         the largest velocity of the first orbit as units.
     impact_velocity
         (n, m) array, velocity into the stop of each impact and each entry into a soft stop
-        [length/time]; negative ones are formal: they come out of the stop. NaN where an orbit
-        has fewer than others of the branch.
+        [length/time]; negative ones are formal, out of the stop. NaN where an orbit has fewer than
+        others of the branch.
     multipliers
         (n, 2) complex array.
     stability
@@ -104,7 +104,7 @@ class Branch(OrbitRows):
         return np.asarray(self.stability == "asymptotic")
 
     def __repr__(self) -> str:
-        """Tell the branch in a line."""
+        """Return the branch in a line."""
         special = counted_kinds(self.special_points)
         low, high = self.values.min(), self.values.max()
         return (
@@ -167,7 +167,7 @@ class Branch(OrbitRows):
 def branch_of(
     rows: Sequence[tuple[Point[P], SpecialPoint | None]], impact_velocity: Floats, end_reason: str
 ) -> Branch:
-    """Return points that follow each other, with what is special there, as a branch.
+    """Return points in order, with the special points among them, as a branch.
 
     Parameters
     ----------

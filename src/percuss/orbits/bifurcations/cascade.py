@@ -1,4 +1,4 @@
-"""Following period doublings, one after the other."""
+"""Period-doubling cascades."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ __all__ = ["Cascade", "follow_cascade"]
 
 
 STEPS = StepLimits(max_points=1000, largest=0.02)
-# How far beyond a doubling the next is looked for, in distances of the last two: they shrink by
-# some 4.7 each time, where they shrink.
+# Distance beyond a doubling in which the next is searched for, in distances of the last two: these
+# shrink by some 4.7 each time.
 AHEAD = 1.5
-# A doubling whose place is uncertain by more than this part of its distance from the last one says
-# nothing of the next.
+# From a doubling that is uncertain by more than this part of its distance from the last one the
+# next cannot be predicted.
 RESOLVED = 0.05
-# What ends a family of stable orbits before they double.
+# Special points that end a family of stable orbits before it doubles.
 ENDS = {
     "fold": "fold",
     "grazing": "graze",
@@ -51,12 +51,12 @@ class Cascade:
     points
         The doublings, in order.
     values
-        (n,) array, where they are.
+        (n,) array, their parameters.
     errors
-        (n,) array, by how much rounding may move them: what one more step of Newton's method does
-        to the condition, over its slope.
+        (n,) array, their errors by rounding: the change of the condition in one more step of
+        Newton's method, over its slope.
     orbits
-        The orbits that were followed, of each family the first.
+        The first orbit of each family.
     end_reason
         Why no further doubling was found.
     """
@@ -75,14 +75,14 @@ class Cascade:
         In a cascade that goes on for ever they tend to 4.6692... (Feigenbaum 1978), and without
         any loss of energy to 8.7211... (Greene, MacKay, Vivaldi & Feigenbaum 1981).
         """
-        apart = np.diff(self.values)
-        return np.asarray(apart[:-1] / apart[1:])
+        distances = np.diff(self.values)
+        return np.asarray(distances[:-1] / distances[1:])
 
     @property
     def ratio_errors(self) -> Floats:
-        """By how much `errors` may change the ratios, (n - 2,)."""
-        apart, doubt = np.abs(np.diff(self.values)), self.errors[1:] + self.errors[:-1]
-        parts = doubt / apart
+        """The errors of the ratios by `errors`, (n - 2,)."""
+        distances, doubt = np.abs(np.diff(self.values)), self.errors[1:] + self.errors[:-1]
+        parts = doubt / distances
         return np.asarray(np.abs(self.ratios) * (parts[:-1] + parts[1:]))
 
     def __len__(self) -> int:
@@ -90,7 +90,7 @@ class Cascade:
         return len(self.values)
 
     def __repr__(self) -> str:
-        """Tell the cascade in a line."""
+        """Return the cascade in a line."""
         last = f", the last ratio {self.ratios[-1]:.4g}" if len(self) > 2 else ""
         doublings = counted(len(self), "period doubling")
         return f"<Cascade: {doublings} in {self.path}{last}; {self.end_reason}>"
@@ -102,7 +102,7 @@ def follow_cascade(
     *,
     max_doublings: int = 6,
 ) -> Cascade:
-    """Follow an orbit to where it doubles its period, the doubled one to where it does, and so on.
+    """Follow an orbit to its period doubling, the doubled orbit to its own, and so on.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def follow_cascade(
     while True:
         point, error, why = _next_doubling(orbits[-1], path, value, end)
         if point is None and end != last and f"{end:.12g} reached" in why:
-            # It may lie farther off than the last ones let expect.
+            # It may lie farther away than the last ones predict.
             point, error, why = _next_doubling(orbits[-1], path, value, last)
         if point is None:
             break
@@ -181,7 +181,7 @@ def follow_cascade(
 def _next_doubling(
     orbit: PeriodicOrbit, path: str, value: float, end: float
 ) -> tuple[SpecialPoint | None, float, str]:
-    """Return where an orbit doubles on the way to a value, its error, or why it does not."""
+    """Return where an orbit doubles before a value, its error, or why it does not."""
     family = Family(orbit, path, min(value, end), max(value, end))
     start = family.started(orbit, value)
     sign = math.copysign(1.0, end - value) * math.copysign(1.0, start.tangent[-1])
@@ -190,7 +190,7 @@ def _next_doubling(
     if last is None or not _is_turning(last):
         return None, math.nan, why
     if last.kind == "period_doubling":
-        return last, _error(family, last, start.tests["minus one"], value), ""
+        return last, _error(family, last, start.tests["multiplier -1"], value), ""
     counts = counted(orbit.n_impacts, "impact") + " in " + counted(orbit.n_periods, "period")
     where = f"{path} = {last.value:.12g}"
     return (
@@ -211,21 +211,20 @@ def _error(family: Family, point: SpecialPoint, before: float, value: float) -> 
     again = start.copy()
     again[:-1] -= solve_linear(matrix, residual)
     again = family.corrected(again, along_parameter(len(again)))
-    here = family.tests(point.orbit)["minus one"]
-    there = family.test(again, "minus one")
+    old = family.tests(point.orbit)["multiplier -1"]
+    new = family.test(again, "multiplier -1")
     # The condition falls from its value at the start of the family to zero.
     slope = abs(before / (point.value - value))
-    return max(abs(there), abs(here), abs(there - here)) / slope + 0.5 * float(
-        np.diff(point.interval)[0]
-    )
+    return max(abs(new), abs(old), abs(new - old)) / slope + 0.5 * float(np.diff(point.interval)[0])
 
 
 def _unresolved(points: list[SpecialPoint], errors: list[float]) -> str:
     if len(points) < 2:
         return ""
-    apart = abs(points[-1].value - points[-2].value)
-    if errors[-1] < RESOLVED * apart:
+    distance = abs(points[-1].value - points[-2].value)
+    if errors[-1] < RESOLVED * distance:
         return ""
     return (
-        f"rounding moves the last doubling by {errors[-1]:.2g}, of {apart:.2g} from the one before"
+        f"rounding moves the last doubling by {errors[-1]:.2g}, "
+        f"of {distance:.2g} from the one before"
     )

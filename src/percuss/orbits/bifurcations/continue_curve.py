@@ -13,7 +13,6 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels.law import PERIOD
 from percuss.model.exact import Phase
-from percuss.model.law import law
 from percuss.model.paths import long_form
 from percuss.orbits.bifurcations.curve import Curve, CurveDetector, CurveKind, CurveRow
 from percuss.orbits.bifurcations.curve_equations import (
@@ -52,9 +51,9 @@ def continue_curve(
 
     Folds, period doublings and symmetry breakings are followed as the orbits for which the
     equations of `continue_orbit` are singular, together with those equations (Govaerts 2000;
-    Kuznetsov 2004, chapter 10); grazes as the orbits that touch a stop, motions without impacts
-    in closed form. All is smooth where an impact loses its velocity: a curve of folds goes
-    through its end on the curve of grazing, and its orbits are formal on the other side.
+    Kuznetsov 2004, chapter 10); grazes as the orbits that graze a stop, motions without impacts
+    in closed form. All equations are smooth where the velocity of an impact goes through zero: a
+    curve of folds passes its end on the curve of grazing, and its orbits are formal beyond it.
 
     Parameters
     ----------
@@ -62,7 +61,7 @@ def continue_curve(
         A fold, period doubling, symmetry breaking or graze, as `continue_orbit` finds them.
     over
         Two parameters by their paths, and the ranges to follow the curve in; the point's own
-        values lie in them. The curve is told from the end towards the first value of the first
+        values lie in them. The curve begins at its end towards the first value of the first
         parameter.
     max_points
         The most steps each way.
@@ -120,7 +119,7 @@ def continue_curve(
 def _checked(
     point: SpecialPoint, over: Mapping[str, tuple[Phase, Phase]]
 ) -> tuple[dict[str, tuple[float, float]], float]:
-    """Return the ranges, upwards, and the way along the first."""
+    """Return the ranges, upwards, and the direction along the first."""
     if not isinstance(point, SpecialPoint):
         raise ParameterError("point", point, "no special point of a branch")
     if len(over) != 2:
@@ -144,7 +143,9 @@ def _curve(
     orbits = tuple(point.orbit for point in points)
     steps = np.diff([point.z for point in points], axis=0)
     special = tuple(
-        dataclasses.replace(it, row=row) for row, (_, it) in enumerate(rows) if it is not None
+        dataclasses.replace(point, row=row)
+        for row, (_, point) in enumerate(rows)
+        if point is not None
     )
     speeds = [
         min((v for name, v in point.tests.items() if name.startswith("velocity")), default=1.0)
@@ -165,7 +166,7 @@ def _curve(
 
 
 KINDS = ("fold", "period_doubling", "symmetry_breaking", "grazing")
-# Of the halves of a doubled orbit where it comes from: they part with a square root.
+# Largest difference of the halves of a doubled orbit at its origin: it grows as a square root.
 ONE_AND_THE_SAME = 1e-4
 
 
@@ -217,38 +218,38 @@ def _parts(equations: OrbitEquations) -> Floats:
 def _of_graze(orbit: PeriodicOrbit, ranges: Ranges) -> tuple[CurveEquations, Floats]:
     contacts = grazing_contacts(orbit)
     if not contacts or orbit.forcing is None:
-        reason = "the orbit touches no stop" if orbit.forcing else "it is free; curves need a force"
+        reason = "the orbit grazes no stop" if orbit.forcing else "it is free; curves need a force"
         raise ParameterError("point", orbit, reason)
-    touch, calm = contacts[0], without(orbit, contacts)
-    table = law(orbit.oscillator, orbit.forcing)
-    equations = OrbitEquations(calm, ranges)
+    contact, base = contacts[0], without(orbit, contacts)
+    law = orbit.system.law
+    equations = OrbitEquations(base, ranges)
     parts = _parts(equations)
     if equations.n == 0:
-        cycle = touch.t / float(table[0, PERIOD])
-        return SteadyGrazingCurve(equations, touch, orbit.n_periods), np.append(cycle, parts)
-    others = others_of(calm, touch)
-    first = entries_of(calm.oscillator, table, others.events)[0][0]
+        cycle = contact.t / float(law[0, PERIOD])
+        return SteadyGrazingCurve(equations, contact, orbit.n_periods), np.append(cycle, parts)
+    others = others_of(base, contact)
+    first = entries_of(base.system, others.events)[0][0]
     kept = np.roll(others.events, -first, axis=0)
-    row, half = _row(touch), len(others.events) // 2
-    if _keep_symmetry(calm, ranges):
-        opposite = _row(mirrored(table, touch))
-        chain = np.array([row, *others.events[:half], opposite, *others.events[half:]])
-        with_touch: OrbitEquations = HalfEquations(calm, ranges, chain)
-        equations = HalfEquations(calm, ranges, kept)
+    row, half = _row(contact), len(others.events) // 2
+    if _keep_symmetry(base, ranges):
+        opposite = _row(mirrored(law, contact))
+        events = np.array([row, *others.events[:half], opposite, *others.events[half:]])
+        with_graze: OrbitEquations = HalfEquations(base, ranges, events)
+        equations = HalfEquations(base, ranges, kept)
     else:
-        with_touch = OrbitEquations(calm, ranges, np.array([row, *others.events]))
-        equations = OrbitEquations(calm, ranges, kept)
-    curve = GrazingCurve(with_touch, equations, touch, first)
+        with_graze = OrbitEquations(base, ranges, np.array([row, *others.events]))
+        equations = OrbitEquations(base, ranges, kept)
+    curve = GrazingCurve(with_graze, equations, contact, first)
     return curve, np.append(curve.unknowns_of(others, orbit.period), parts)
 
 
-def _row(touch: GrazingContact) -> Integers:
-    """Return a touch as an event of a chain, after which the region is the same."""
-    return np.array([touch.bound, touch.region, touch.region], dtype=np.int64)
+def _row(contact: GrazingContact) -> Integers:
+    """Return a grazing contact as an event, after which the region is the same."""
+    return np.array([contact.bound, contact.region, contact.region], dtype=np.int64)
 
 
 def _keep_symmetry(orbit: PeriodicOrbit, ranges: Ranges) -> bool:
-    """Return whether an orbit is symmetric, and the system remains so when the parameters vary."""
+    """Return whether an orbit is symmetric, and its system for all values of the parameters."""
     if not orbit.symmetric:
         return False
     equations = OrbitEquations(orbit, ranges)
@@ -259,7 +260,7 @@ def _keep_symmetry(orbit: PeriodicOrbit, ranges: Ranges) -> bool:
             try:
                 system = equations.system_at(tuple(values))
             except ParameterError:
-                # A value that the parameter cannot have alone tells nothing.
+                # The parameter cannot have this value without the other one.
                 continue
             if not is_symmetric_system(*system):
                 return False

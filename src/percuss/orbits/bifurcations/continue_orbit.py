@@ -1,4 +1,4 @@
-"""Following a periodic orbit along a parameter, around folds and through grazing."""
+"""Continuation of a periodic orbit along a parameter, around folds and through grazing."""
 
 from __future__ import annotations
 
@@ -31,14 +31,15 @@ def continue_orbit(
     """Follow a periodic orbit along a parameter, both ways, stable or not.
 
     The unknowns are the instants and velocities of the events, and the equations the closed
-    forms of the flights between them (`find_orbit`): they are smooth where an impact loses its
-    velocity, so that a branch goes through a graze as through any other point. Beyond it the
-    orbits are formal, and flagged so. At a fold the branch turns. Where the orbits meet a soft
-    stop that they did not meet, or no more, there are physical ones beyond: the branch goes on
-    with their events (docs/theory/grazing.md).
+    forms of the flights between them (`find_orbit`): they are smooth where an impact velocity goes
+    through zero, so that a branch passes a graze as any other point. Beyond it the orbits are
+    formal, and flagged so. At a fold the branch turns. At the graze of a soft stop there are
+    admissible orbits beyond, which meet the stop once more or less: the branch continues with their
+    events (docs/theory/grazing.md).
 
-    An orbit with sticking is followed as the motion from its release (multipliers 0): it ends where
-    the contact lasts no time or is not left, and goes through grazes, where impacts come and go.
+    An orbit with sticking is followed as the motion from its release (multipliers 0). Its branch
+    ends where the duration of the contact goes to zero, or where it is never released, and passes
+    grazes, at which impacts appear and vanish.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def continue_orbit(
         Where to begin, isolated.
     over
         One parameter by its path, and the range to follow it in; the orbit's own value lies in
-        it. The branch is told from the end towards the first value to that towards the second.
+        it. The branch goes from its end towards the first value to that towards the second.
     max_points
         The most steps each way.
     largest_step
@@ -93,12 +94,12 @@ def continue_orbit(
     towards = math.copysign(1.0, last - first) * (math.copysign(1.0, start.tangent[-1]))
     rows, why = follow_both_ways(start, towards, BranchDetector(), steps, reported)
     reported.close()
-    into = _padded([point.problem.into_stops(point.orbit) for point, _ in rows])
-    return branch_of(rows, into, why)
+    velocities = _padded([point.problem.into_stops(point.orbit) for point, _ in rows])
+    return branch_of(rows, velocities, why)
 
 
 def _padded(rows: list[Floats]) -> Floats:
-    """Return rows of different length as one array, with NaN where there is nothing."""
+    """Return rows of different length as one array, filled up with NaN."""
     out = np.full((len(rows), max(map(len, rows))), np.nan)
     for row, values in zip(out, rows, strict=True):
         row[: len(values)] = values

@@ -46,26 +46,26 @@ class CurvePoint:
     ----------
     kind
         "cusp" (two curves of folds meet and end), "fold_grazing", "period_doubling_grazing" and
-        "symmetry_breaking_grazing" (an orbit with a multiplier of 1 or -1 touches a stop),
+        "symmetry_breaking_grazing" (an orbit with a multiplier of 1 or -1 grazes a stop),
         "resonant_grazing" (a neighbour of the grazing orbit comes back to the stop as fast as it
-        went off, to first order: the square root in the return map has no effect),
-        "double_grazing" (two touches in one orbit), "degenerate_grazing" (a touch without
+        left it, to first order: the square root in the return map has no effect),
+        "double_grazing" (an orbit with two grazes), "degenerate_grazing" (a graze of zero
         acceleration).
     paths, values
         The two parameters and their values there.
     intervals
-        For either parameter, values between which it lies.
+        Of each parameter, values between which it lies.
     status
         "located" if the intervals are below 1e-10 of the values, or of 1 for smaller ones, and
-        what changes sign goes through zero; otherwise "bracketed".
+        the test function goes through zero; otherwise "bracketed".
     orbit
         The orbit there.
     row
         Its row in the curve.
     detail
-        What happens there, in words.
+        A description of the point.
     codimension
-        How many conditions it fulfils: 2.
+        Number of conditions: 2.
     """
 
     kind: CurvePointKind
@@ -95,9 +95,9 @@ class Curve(OrbitRows):
         (n,) array, distance along the curve, with the ranges of the parameters, the period and
         the largest velocity of the first orbit as units.
     multipliers
-        (n, 2) complex array; of a grazing orbit those without the touch.
+        (n, 2) complex array; of a grazing orbit those without the graze.
     stability
-        (n,) array of texts, as in `PeriodicOrbit`; of a grazing orbit without the touch.
+        (n,) array of texts, as in `PeriodicOrbit`; of a grazing orbit without the graze.
     admissible
         (n,) array, whether the orbit passes through no stop and meets each from its free side.
     orbits
@@ -120,7 +120,7 @@ class Curve(OrbitRows):
     end_reason: str
 
     def __repr__(self) -> str:
-        """Tell the curve in a line."""
+        """Return the curve in a line."""
         special = counted_kinds(self.special_points)
         ends = [f"({row[0]:.6g}, {row[1]:.6g})" for row in self.values[[0, -1]]]
         return (
@@ -174,11 +174,11 @@ class Curve(OrbitRows):
 
 CurvesPoint: TypeAlias = Point[CurveEquations]
 CurveRow: TypeAlias = tuple[CurvesPoint, CurvePoint | None]
-Found: TypeAlias = tuple[CurvePoint, CurvesPoint]
+LocatedPoint: TypeAlias = tuple[CurvePoint, CurvesPoint]
 
-# Brackets in the parameters that are a location, as a part of them.
+# Largest bracket of the parameters of a located point, as a part of them.
 LOCATED = 1e-10
-# Velocities below this part of the scale are too small to tell a passage beside an impact.
+# At velocities below this part of the scale a turning point is the impact next to it.
 SLOW = 1e-6
 # Special points nearer than this are one.
 SAME = 1e-8
@@ -190,7 +190,7 @@ class CurveDetector:
     Parameters
     ----------
     kind
-        What kind of curve it is.
+        The kind of curve.
     """
 
     def __init__(self, kind: CurveKind) -> None:
@@ -201,31 +201,31 @@ class CurveDetector:
         here: CurvesPoint,  # noqa: ARG002
         reason: str,
     ) -> Segment[CurveEquations, CurvePoint]:
-        """Return that nothing lies behind the last point."""
+        """Return no points: none lies beyond the last."""
         return Segment([], reason)
 
-    def between(self, here: CurvesPoint, found: CurvesPoint) -> Segment[CurveEquations, CurvePoint]:
-        """Return the points of codimension two between two points, as far as the curve goes."""
-        lost = found.problem.lost_stop(found.tests)
+    def between(self, here: CurvesPoint, new: CurvesPoint) -> Segment[CurveEquations, CurvePoint]:
+        """Return the points of codimension two between two points, up to the end of the curve."""
+        lost = new.problem.lost_stop(new.tests)
         if lost:
             return Segment([], f"near {here.text} {lost}")
         rows: list[CurveRow] = [
-            (there, special) for special, there in _points_between(self.kind, here, found)
+            (point, special) for special, point in _points_between(self.kind, here, new)
         ]
-        change = _met_stop(here, found)
+        change = _met_stop(here, new)
         if not change:
             return Segment(rows)
-        last = rows[-1][0] if rows else found
+        last = rows[-1][0] if rows else new
         return Segment(rows, f"beyond {last.text} {change}")
 
 
-def _points_between(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterator[Found]:
+def _points_between(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterator[LocatedPoint]:
     """Return the points of codimension two between two neighbours on a curve, with row -1.
 
     Parameters
     ----------
     kind
-        What kind of curve it is.
+        The kind of curve.
     a, b
         The neighbours; the equations are settled at the first.
     """
@@ -240,41 +240,41 @@ def _points_between(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterator
 def _between(a: CurvesPoint, b: CurvesPoint, part: float) -> CurvesPoint:
     chord = b.z - a.z
     z = a.problem.corrected(a.z + part * chord, chord / norm(chord))
-    return Point(z, a.tangent, *a.problem.told(z), a.problem)
+    return Point(z, a.tangent, *a.problem.evaluated(z), a.problem)
 
 
-def _points_of_piece(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterator[Found]:
+def _points_of_piece(kind: CurveKind, a: CurvesPoint, b: CurvesPoint) -> Iterator[LocatedPoint]:
     equations = a.problem
     zeros: list[tuple[str, Zero]] = []
     changed = [name for name, v in a.tests.items() if changes_sign(v, b.tests[name])]
-    # Where an impact has no velocity a formal orbit has a passage beside it, which vanishes too.
-    for name in sorted(changed, key=lambda name: name == "passage"):
-        if name == "passage" and any(_is_slow(equations, zero.orbit) for _, zero in zeros):
+    # The clearance of a formal orbit vanishes with the velocity of the impact next to it.
+    for name in sorted(changed, key=lambda name: name == "clearance"):
+        if name == "clearance" and any(_is_slow(equations, zero.orbit) for _, zero in zeros):
             continue
         zero = locate(a, b, partial(equations.test, name=name), (a.tests[name], b.tests[name]))
         if zero is not None:
             zeros.append((name, zero))
-    zeros.sort(key=lambda found: found[1].part)
-    last: Found | None = None
+    zeros.sort(key=lambda named: named[1].part)
+    last: LocatedPoint | None = None
     for name, zero in zeros:
-        it, detail = _meaning(equations, kind, name)
+        kind_of_zero, detail = _meaning(equations, kind, name)
         same = last is not None and norm(zero.z - last[1].z) < SAME
-        if last is not None and same and last[0].kind == it:
+        if last is not None and same and last[0].kind == kind_of_zero:
             continue
         if last is not None:
             yield last
-        orbit, tests = equations.told(zero.z)
-        there = Point(zero.z, a.tangent, orbit, tests, equations)
-        last = _point(equations, it, detail, zero, orbit), there
+        orbit, tests = equations.evaluated(zero.z)
+        point = Point(zero.z, a.tangent, orbit, tests, equations)
+        last = _point(equations, kind_of_zero, detail, zero, orbit), point
     if last is not None:
         yield last
 
 
 def _met_stop(a: CurvesPoint, b: CurvesPoint) -> str:
-    """Return which soft stop is met once more from one point to the next, "" if none is."""
-    if a.tests["passage"] > 0.0 >= b.tests["passage"]:
+    """Return the soft stop that is met once more at the second point, "" for none."""
+    if a.tests["clearance"] > 0.0 >= b.tests["clearance"]:
         for stop in b.orbit.passages.stop.tolist():
-            if isinstance(a.problem.orbits.oscillator.stops[stop], SoftStop):
+            if isinstance(a.problem.orbits.system.oscillator.stops[stop], SoftStop):
                 return f"the orbit meets soft stop {stop} once more"
     return ""
 
@@ -306,26 +306,26 @@ MEANINGS: dict[str, tuple[CurvePointKind, str]] = {
     "cusp": ("cusp", "two curves of folds meet and end"),
     "return": (
         "resonant_grazing",
-        "a neighbour's velocity does not bring it off the stop once round: curves of folds and "
+        "a neighbour's velocity does not move it off the stop after a period: curves of folds and "
         + "of period doublings touch the curve of grazing",
     ),
-    "acceleration": ("degenerate_grazing", "the touch has no acceleration"),
+    "acceleration": ("degenerate_grazing", "the graze has zero acceleration"),
 }
 
 
 def _meaning(equations: CurveEquations, kind: CurveKind, name: str) -> tuple[CurvePointKind, str]:
     if name in MEANINGS:
         return MEANINGS[name]
-    if name == "one":
+    if name == "multiplier 1":
         return "fold_grazing", "a multiplier of the grazing orbit is 1"
-    if name == "minus one":
+    if name == "multiplier -1":
         if equations.orbits.mirror < 0.0:
             return "symmetry_breaking_grazing", "the symmetry of the grazing orbit breaks"
         return "period_doubling_grazing", "a multiplier of the grazing orbit is -1"
-    touch = "a turning point between two events touches a stop"
+    graze = "a turning point between two events grazes a stop"
     if name.startswith("velocity"):
         stop = equations.orbits.entries[int(name.split()[1])][1]
-        touch = f"an impact on stop {stop} has no velocity"
+        graze = f"an impact on stop {stop} has no velocity"
     if kind == "grazing":
-        return "double_grazing", f"besides, {touch}"
-    return cast("CurvePointKind", f"{kind}_grazing"), touch
+        return "double_grazing", f"besides, {graze}"
+    return cast("CurvePointKind", f"{kind}_grazing"), graze

@@ -1,10 +1,9 @@
 """The equations of curves in two parameters: those of an orbit, and one condition.
 
 A curve is the set of zeros of K equations in K + 1 unknowns, the last two of which are the
-parameters. Folds, period doublings and symmetry breakings are told by a matrix that becomes
-singular, and that by a number g from the bordered system [M b; c' 0] [q; g] = [0; 1] (Govaerts
-2000, chapter 3): it vanishes where M is singular, and is as smooth as M, also where an impact has
-no velocity.
+parameters. At folds, period doublings and symmetry breakings a matrix M is singular: the number g
+of the bordered system [M b; c' 0] [q; g] = [0; 1] vanishes (Govaerts 2000, chapter 3). It is as
+smooth as M, also where an impact has zero velocity.
 """
 
 from __future__ import annotations
@@ -42,10 +41,10 @@ MOST_STEPS, MOST_TIMES = 13, 4
 # Scaled arclength of the longest step.
 LONGEST_STEP = 0.25
 # Velocities into a soft stop below this part of the scale: it is hardly met. Steps to there are
-# made again, down to the second, in scaled arclength.
+# repeated with half the length, down to the second number, in scaled arclength.
 HARDLY, NEAR_END = 1e-4, 1e-5
 # Scaled steps of central differences, where h^2 and 1e-16/h are both small, and of one-sided ones.
-BESIDE, ASIDE = 1e-5, 1e-7
+CENTRAL, ONE_SIDED = 1e-5, 1e-7
 
 
 class CurveEquations(ABC):
@@ -67,7 +66,7 @@ class CurveEquations(ABC):
 
     @property
     def orbits(self) -> OrbitEquations:
-        """The equations of the orbits that are told."""
+        """The equations of the orbits of the curve."""
         return self.equations
 
     @abstractmethod
@@ -86,17 +85,17 @@ class CurveEquations(ABC):
     def tests(self, z: Floats, orbit: PeriodicOrbit) -> dict[str, float]:
         """Return the functions whose zeros are points of codimension two."""
 
-    def told(self, z: Floats) -> tuple[PeriodicOrbit, dict[str, float]]:
+    def evaluated(self, z: Floats) -> tuple[PeriodicOrbit, dict[str, float]]:
         """Return the orbit of a point with these functions."""
         orbit = self.solution(z)
         return orbit, self.tests(z, orbit)
 
     def test(self, z: Floats, name: str) -> float:
         """Return one of the functions, which may be cheaper than all of them."""
-        return self.told(z)[1][name]
+        return self.evaluated(z)[1][name]
 
     def pieces(self, a: Floats, b: Floats) -> int:  # noqa: ARG002
-        """Return in how many pieces the tests change sign once at most between two points."""
+        """Return the number of pieces between two points with one change of sign at most."""
         return 1
 
     def values(self, z: Floats) -> Values:
@@ -104,31 +103,31 @@ class CurveEquations(ABC):
         one, other = (self.equations.value_at(k, float(z[k - 2])) for k in range(2))
         return one, other
 
-    def table(self, z: Floats) -> Law:
+    def law_of(self, z: Floats) -> Law:
         """Return the law of a point."""
-        return self.equations.table_at(self.values(z))
+        return self.equations.law_at(self.values(z))
 
     def derivatives(self, z: Floats) -> Floats:
         """Return the derivatives of the residuals, (K, K + 1); by the parameters as differences.
 
-        They give directions only: what is found does not hang on their last digits.
+        They give directions only: solutions do not depend on their last digits.
         """
         here = self.residual(z)
         slopes = [self._slope(z, here, k) for k in (-2, -1)]
         return np.column_stack([self.by_unknowns(z), *slopes])
 
     def _slope(self, z: Floats, here: Floats, k: int) -> Floats:
-        beside = z.copy()
-        # Inwards: beyond the range there may be nothing.
-        beside[k] += ASIDE if z[k] < 0.5 else -ASIDE
-        return np.asarray((self.residual(beside) - here) / (beside[k] - z[k]))
+        shifted = z.copy()
+        # Inwards: beyond the range there may be no system.
+        shifted[k] += ONE_SIDED if z[k] < 0.5 else -ONE_SIDED
+        return np.asarray((self.residual(shifted) - here) / (shifted[k] - z[k]))
 
     def corrected(
         self,
         guess: Floats,
         normal: Floats,
         *,
-        beside_others: bool = False,  # noqa: ARG002
+        near_others: bool = False,  # noqa: ARG002
     ) -> Floats:
         """Return the point of the curve in the plane through a guess with this normal.
 
@@ -165,17 +164,17 @@ class CurveEquations(ABC):
 
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
-        found = self._point(z, before.tangent)
-        lost = self.lost_stop(found.tests)
+        point = self._point(z, before.tangent)
+        lost = self.lost_stop(point.tests)
         if lost and norm(z - before.z) > NEAR_END:
             raise ConvergenceError(lost, z, 0.0, "take smaller steps")
-        return found
+        return point
 
     def lost_stop(self, tests: Mapping[str, float]) -> str:
-        """Return which soft stop is hardly met, "" if none is.
+        """Return the soft stop that is hardly met, "" for none.
 
-        There the time inside the stop vanishes, and a factor of the equations with it: they tell
-        folds no more. The curves on the other side, and that of grazing, lead to the point itself.
+        There the time inside the stop vanishes, and a factor of the equations with it: their zeros
+        are no folds. The curves on the other side, and that of grazing, lead to the point itself.
         """
         orbits = self.orbits
         for k, (row, stop, _) in enumerate(orbits.entries):
@@ -187,14 +186,14 @@ class CurveEquations(ABC):
     def _point(self, z: Floats, before: Floats) -> Point[Self]:
         derivatives = self.derivatives(z)
         self._latest = z, derivatives
-        return Point(z, tangent_of(derivatives, before), *self.told(z), self)
+        return Point(z, tangent_of(derivatives, before), *self.evaluated(z), self)
 
     def refined(self, point: Point[Self]) -> Point[Self]:
-        """Return the point itself: its tangent is as good as there is."""
+        """Return the point itself: its tangent is the best there is."""
         return point
 
     def settle(self, point: Point[Self]) -> None:
-        """Take a point as the one near which the next are looked for."""
+        """Take a point as the one near which the next are computed."""
         z, derivatives = self._latest
         if z is not point.z:
             derivatives = self.derivatives(point.z)
@@ -209,7 +208,7 @@ class CurveEquations(ABC):
         return tangent
 
     def longest_step(self, point: Point[Self], largest: float) -> float:
-        """Return the longest step: the parameters go no further than the caller wants."""
+        """Return the longest step: the parameters change by the caller's largest step at most."""
         return min(LONGEST_STEP, largest / max(norm(point.tangent[-2:]), 1e-9))
 
 
@@ -235,21 +234,21 @@ class MultiplierCurve(CurveEquations):
 
     def _edge(self, z: Floats) -> None:
         """Take the null vectors at a point as the border of the matrix."""
-        returns = self._returns(z[:-2], self.table(z))
+        returns = self._returns(z[:-2], self.law_of(z))
         self._border = directions(returns.T)[1][-1], directions(returns)[1][-1]
 
     def _returns_of(self, matrix: Floats) -> Floats:
         equations = self.equations
         return return_equations(matrix, equations.n, self.multiplier, equations.mirror)
 
-    def _returns(self, unknowns: Floats, table: Law) -> Floats:
+    def _returns(self, unknowns: Floats, law: Law) -> Floats:
         """Return the matrix that is singular at the multiplier."""
-        _, matrix = self.equations.shot(unknowns, table)
+        _, matrix = self.equations.shot(unknowns, law)
         return self._returns_of(matrix)
 
     def _settled(self, z: Floats, derivatives: Floats) -> Floats:
         """Take the null vectors at a point as the border; return its derivatives then."""
-        left, right = self._null(self._returns(z[:-2], self.table(z)))
+        left, right = self._null(self._returns(z[:-2], self.law_of(z)))
         sizes = norm(left), norm(right)
         self._border = left / sizes[0], right / sizes[1]
         matrix = derivatives.copy()
@@ -272,58 +271,58 @@ class MultiplierCurve(CurveEquations):
 
     def residual(self, z: Floats) -> Floats:
         """Return those of the orbit, and g."""
-        residual, matrix = self.equations.shot(z[:-2], self.table(z))
+        residual, matrix = self.equations.shot(z[:-2], self.law_of(z))
         returns = self._returns_of(matrix)
         return np.append(residual, self._bordered(returns)[1][-1])
 
     def by_unknowns(self, z: Floats) -> Floats:
         """Return the derivatives: of g, by those of the matrix, -psi' dM q."""
-        table, unknowns = self.table(z), z[:-2]
-        _, matrix = self.equations.shot(unknowns, table)
+        law, unknowns = self.law_of(z), z[:-2]
+        _, matrix = self.equations.shot(unknowns, law)
         psi, q = self._null(self._returns_of(matrix))
         slopes = []
         for k in range(len(unknowns)):
             unit = np.zeros(len(unknowns))
             unit[k] = 1.0
-            slopes.append(-dot(psi, matmul(self._change(unknowns, table, unit), q)))
+            slopes.append(-dot(psi, matmul(self._change(unknowns, law, unit), q)))
         return np.vstack([matrix, slopes])
 
-    def _change(self, unknowns: Floats, table: Law, direction: Floats) -> Floats:
+    def _change(self, unknowns: Floats, law: Law, direction: Floats) -> Floats:
         """Return the derivative of the matrix along a direction of the unknowns."""
         ahead, behind = (
-            self._returns(unknowns + sign * direction, table) for sign in (BESIDE, -BESIDE)
+            self._returns(unknowns + step * direction, law) for step in (CENTRAL, -CENTRAL)
         )
-        return np.asarray((ahead - behind) / (2.0 * BESIDE))
+        return np.asarray((ahead - behind) / (2.0 * CENTRAL))
 
     def solution(self, z: Floats) -> PeriodicOrbit:
         """Return the orbit of a point."""
         return self.equations.orbit_at(z[:-2], self.values(z))
 
     def tests(self, z: Floats, orbit: PeriodicOrbit) -> dict[str, float]:
-        """Return velocities, room to the stops and, of folds, the quadratic coefficient."""
-        found = {"passage": min(orbit.grazing_margin, 1e300)}
+        """Return velocities, clearance and, of folds, the quadratic coefficient."""
+        tests = {"clearance": min(orbit.grazing_margin, 1e300)}
         for k, speed in enumerate(self.equations.into_stops(orbit)):
-            found[f"velocity {k}"] = float(speed)
+            tests[f"velocity {k}"] = float(speed)
         if self.multiplier == 1.0:
-            found["cusp"] = self._bend(z)
-        return found
+            tests["cusp"] = self._bend(z)
+        return tests
 
     def _bend(self, z: Floats) -> float:
         """Return psi' F_uu q q, whose zeros are cusps (Kuznetsov 2004, section 8.2)."""
-        unknowns, table = z[:-2], self.table(z)
-        psi, q = self._null(self._returns(unknowns, table))
+        unknowns, law = z[:-2], self.law_of(z)
+        psi, q = self._null(self._returns(unknowns, law))
         psi, q = psi / norm(psi), q / norm(q)
         along = unknowns_from_events(q)
-        return dot(psi, matmul(self._change(unknowns, table, along), q))
+        return dot(psi, matmul(self._change(unknowns, law, along), q))
 
 
 def return_equations(matrix: Floats, n: int, multiplier: float, mirror: float = 1.0) -> Floats:
     """Return M(mu), the linearised equations of neighbours of a periodic orbit.
 
     With the changes dt of the instants of the events and dv of the velocities after them as
-    unknowns, neighbours that come back multiplied by mu obey M(mu) (dt, dv) = 0. There det M(mu) is
-    the characteristic polynomial of the monodromy matrix times the velocities of the events:
-    nothing is divided by the velocity of an impact, and M is smooth where that vanishes.
+    unknowns, neighbours that return multiplied by mu obey M(mu) (dt, dv) = 0. Here det M(mu) is the
+    characteristic polynomial of the monodromy matrix times the velocities of the events: there is
+    no division by the velocity of an impact, and M is smooth where it vanishes.
 
     Parameters
     ----------
@@ -332,7 +331,7 @@ def return_equations(matrix: Floats, n: int, multiplier: float, mirror: float = 
         by the first instant, the durations and the velocities, with one unit of time and one of
         velocity.
     n
-        How many events there are.
+        Number of events.
     multiplier
         mu.
     mirror
@@ -350,7 +349,7 @@ def return_equations(matrix: Floats, n: int, multiplier: float, mirror: float = 
 
 @lru_cache(maxsize=64)
 def _places(n: int, multiplier: float, mirror: float) -> tuple[Integers, Integers, Floats, Floats]:
-    """Return which entries of M are sums of which of the derivatives, by which factors."""
+    """Return the entries of M as sums of derivatives: into, of, factors and constants."""
     terms: list[tuple[int, int, float]] = []
     constants = np.zeros(4 * n * n)
     for i in range(n):
@@ -358,11 +357,11 @@ def _places(n: int, multiplier: float, mirror: float) -> tuple[Integers, Integer
         # After the last event comes the first one, a period later.
         end = multiplier if following == 0 else 1.0
         for row in (2 * i, 2 * i + 1):
-            here, there = 2 * n * row, (2 * n + 1) * row
-            # Events that come later begin one flight later, and let the one before last longer.
-            terms += [(here + i, there, 1.0), (here + i, there + 1 + i, -1.0)]
-            terms += [(here + following, there + 1 + i, end)]
-            terms += [(here + n + i, there + 1 + n + i, 1.0)]
+            entry, derivative = 2 * n * row, (2 * n + 1) * row
+            # A later event delays one flight, and lengthens the flight before it.
+            terms += [(entry + i, derivative, 1.0), (entry + i, derivative + 1 + i, -1.0)]
+            terms += [(entry + following, derivative + 1 + i, end)]
+            terms += [(entry + n + i, derivative + 1 + n + i, 1.0)]
         # The velocity after an event stands in its own row, with the factor 1.
         own = 2 * n * (2 * i + 1) + n + following
         turned = mirror if following == 0 else 1.0
@@ -372,7 +371,7 @@ def _places(n: int, multiplier: float, mirror: float) -> tuple[Integers, Integer
 
 
 def unknowns_from_events(changes: Floats) -> Floats:
-    """Return changes of the unknowns of a chain from those of its events, with mu = 1.
+    """Return changes of the unknowns of an itinerary from those of its events, with mu = 1.
 
     From (2 n,) dt and dv to (2 n + 1,): the first instant, the durations and the velocities.
     """
@@ -381,12 +380,12 @@ def unknowns_from_events(changes: Floats) -> Floats:
     return np.concatenate([instants[:1], np.roll(instants, -1) - instants, changes[n:]])
 
 
-# By how much, scaled, the second half may miss the equations that the first one solves.
+# Largest scaled residual of the second half where the first half solves its equations.
 MIRRORED = 1e-9
 
 
 class HalfEquations(OrbitEquations):
-    """The equations of the first half of symmetric orbits, after which they are mirrored.
+    """The equations of the first half of symmetric orbits, which the second half mirrors.
 
     Their multipliers are the squares of those of the map over half a period and a mirror: where
     one of these is -1 the symmetry breaks, as a period doubles where one of the others is (Swift &
@@ -399,15 +398,17 @@ class HalfEquations(OrbitEquations):
         One of them, symmetric.
     ranges
         As for `OrbitEquations`.
-    chain
+    events
         (2 m, 3) array, all events, where they are not those of the orbit.
     """
 
     mirror = -1.0
 
-    def __init__(self, orbit: PeriodicOrbit, ranges: Ranges, chain: Integers | None = None) -> None:
-        super().__init__(orbit, ranges, chain)
-        self.whole = OrbitEquations(orbit, ranges, chain)
+    def __init__(
+        self, orbit: PeriodicOrbit, ranges: Ranges, events: Integers | None = None
+    ) -> None:
+        super().__init__(orbit, ranges, events)
+        self.whole = OrbitEquations(orbit, ranges, events)
         n, m = self.whole.n, self.whole.n // 2
         self.n = m
         self.scale = np.repeat([self.scale[0], self.scale[-1]], [1 + m, m])
@@ -426,9 +427,9 @@ class HalfEquations(OrbitEquations):
         n = self.whole.n
         return np.concatenate([whole[: 1 + self.n], whole[1 + n : 1 + n + self.n]])
 
-    def shot(self, unknowns: Floats, table: Law) -> tuple[Floats, Floats]:
+    def shot(self, unknowns: Floats, law: Law) -> tuple[Floats, Floats]:
         """Return scaled residuals and their derivative by the scaled unknowns, under a law."""
-        residual, matrix = self.whole.shot(matmul(self._copies, unknowns), table)
+        residual, matrix = self.whole.shot(matmul(self._copies, unknowns), law)
         kept = np.append(np.arange(2 * self.n), 4 * self.n)
         return residual[kept], matmul(matrix, self._copies)[kept]
 
@@ -441,13 +442,13 @@ class HalfEquations(OrbitEquations):
             If the second half does not mirror the first: the system is not symmetric.
         """
         whole = matmul(self._copies, unknowns)
-        residual, _ = self.whole.shot(whole, self.table_at(values))
-        apart = float(np.abs(residual).max())
-        if apart > MIRRORED:
+        residual, _ = self.whole.shot(whole, self.law_at(values))
+        error = float(np.abs(residual).max())
+        if error > MIRRORED:
             what = "the system is not symmetric, and no orbit mirrors itself"
-            raise ConvergenceError(what, unknowns, apart, "vary what keeps the symmetry")
+            raise ConvergenceError(what, unknowns, error, "vary what keeps the symmetry")
         return self.whole.orbit_at(whole, values)
 
     def into_stops(self, orbit: PeriodicOrbit) -> Floats:
-        """Return the velocity into each stop with which it is met in the first half."""
+        """Return the velocity into each stop that is met in the first half."""
         return self.whole.into_stops(orbit)[: len(self.entries)]

@@ -1,4 +1,4 @@
-"""What a branch of orbits passes, and where it ends or goes on with other events."""
+"""Special points along a branch, its ends, and its continuation with other events."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from percuss.numerics import norm
 from percuss.orbits.bifurcations.family import Family, fastest
 from percuss.orbits.bifurcations.soft_grazing import start_beyond
 from percuss.orbits.bifurcations.special_points import (
+    TWO_FOLD,
     SpecialPoint,
     coincidence_point,
     special_points_between,
@@ -22,22 +23,22 @@ __all__ = ["BranchDetector", "Row"]
 
 Row: TypeAlias = tuple[Point[Family], SpecialPoint | None]
 
-# A branch that ends this near to a corner, in scaled parameter, ends there.
+# A branch that ends this near a corner, in scaled parameter, ends at it.
 AT_CORNER = 1e-6
-# Velocities so much larger than the first orbit's, and a parameter that goes so much less than
-# they do, grow without bound.
+# Velocities grow without bound where they exceed the first orbit's by the first factor and the
+# component of the parameter in the tangent is below the second.
 LARGE, STANDING = 1e6, 1e-13
 # Velocities and distances at a graze, as a part of the velocity and the period.
 AT_GRAZE = 1e-9
 
-FELL_TOGETHER = "impacts fall together: beyond, a flight would last less than no time"
+COINCIDENCE = "impacts coincide: beyond it a flight would have a negative duration"
 
 
 class BranchDetector:
     """Finds special points between orbits, and the ends of their branch."""
 
     def stopped(self, here: Point[Family], reason: str) -> Segment[Family, SpecialPoint]:
-        """Return the end of the range, or the corner, at which the parameter can go no further."""
+        """Return the end of the range, or the corner, at which the branch ends."""
         if here.z[-1] in (0.0, 1.0):
             return Segment([], f"{here.text} reached")
         family = here.problem
@@ -45,51 +46,52 @@ class BranchDetector:
         corner = coincidence_point(here, beyond, is_end=True)
         if corner is None:
             return Segment([], reason)
-        special, there = corner
+        special, point = corner
         return Segment(
-            [(there, special)], f"at {family.path} = {special.value:.12g} {special.detail}"
+            [(point, special)], f"at {family.path} = {special.value:.12g} {special.detail}"
         )
 
-    def between(self, here: Point[Family], found: Point[Family]) -> Segment[Family, SpecialPoint]:
-        """Return the special points between two orbits as far as the family goes.
+    def between(self, here: Point[Family], new: Point[Family]) -> Segment[Family, SpecialPoint]:
+        """Return the special points between two orbits, up to the end of the family.
 
-        At soft stops another order of events takes over, and this one means nothing.
+        At the graze of a soft stop a family with other events continues the branch.
         """
         family = here.problem
-        new: list[Row] = [(it, special) for special, it in special_points_between(here, found)]
-        corner = coincidence_point(here, family.value(found.z), is_end=False)
+        rows: list[Row] = [(point, kind) for kind, point in special_points_between(here, new)]
+        corner = coincidence_point(here, family.value(new.z), is_end=False)
         if corner is not None:
-            new.append((corner[1], corner[0]))
-            new.sort(key=lambda row: norm(row[0].z - here.z))
-        change = _change(here, found)
-        together = family.turns_back(here.z, found.z)
-        for k, (point, it) in enumerate(new):
-            if it is None:
+            rows.append((corner[1], corner[0]))
+            rows.sort(key=lambda row: norm(row[0].z - here.z))
+        change = _change(here, new)
+        reversed_ = family.reversed_flights(here.z, new.z)
+        for k, (point, special) in enumerate(rows):
+            if special is None:
                 continue
-            if it.kind == "grazing" and together and family.is_together(point.z, together):
-                return Segment(new[: k + 1], f"at {point.text} {FELL_TOGETHER}")
-            if it.kind == "grazing" and change:
-                return _changed(new[: k + 1], point, change)
-            why = _end_at(it)
+            is_graze = special.kind == "grazing"
+            if is_graze and reversed_ and family.is_coincidence(point.z, reversed_):
+                return Segment(rows[: k + 1], f"at {point.text} {COINCIDENCE}")
+            if is_graze and change:
+                return _changed(rows[: k + 1], point, change)
+            why = _end_at(special)
             if why:
-                return Segment(new[: k + 1], f"at {point.text} {why}")
-        if together:
-            # It was begun where they do.
-            return Segment([], f"at {here.text} {FELL_TOGETHER}")
-        if change and here.tests["passage"] == 0.0:
+                return Segment(rows[: k + 1], f"at {point.text} {why}")
+        if reversed_:
+            # The walk began at the coincidence.
+            return Segment([], f"at {here.text} {COINCIDENCE}")
+        if change and here.tests["clearance"] == 0.0:
             return _changed([], here, change)
-        if family.size(found.z) > LARGE and abs(found.tangent[-1]) < STANDING:
-            why = f"the velocities grow without bound towards {found.text}"
-            return Segment([*new, (found, None)], why)
-        return Segment(new)
+        if family.size(new.z) > LARGE and abs(new.tangent[-1]) < STANDING:
+            why = f"the velocities grow without bound towards {new.text}"
+            return Segment([*rows, (new, None)], why)
+        return Segment(rows)
 
 
 def _end_at(special: SpecialPoint) -> str:
     """Return why a special point ends a branch, "" if it does not."""
     if special.kind == "chatter":
-        return f"{special.detail}, and hops cannot be told apart"
-    if special.kind == "period_doubling" and "twice" in special.detail:
-        return "the orbit is a shorter one gone round twice"
+        return f"{special.detail}, and the hops have no number"
+    if special.kind == "period_doubling" and TWO_FOLD in special.detail:
+        return "the orbit is the two-fold cover of a shorter one"
     if special.kind == "symmetry_breaking" and "start" in special.detail:
         return "the orbit is symmetric; beyond it lies the mirrored family"
     return ""
@@ -102,32 +104,32 @@ def _changed(rows: list[Row], graze: Point[Family], change: str) -> Segment[Fami
 
 def _beyond(graze: Point[Family]) -> Point[Family] | None:
     """Return the graze of a soft stop as the first point of the family beyond it."""
-    begun = start_beyond(graze.problem, graze.orbit, graze.problem.value(graze.z))
-    if begun is None:
+    start = start_beyond(graze.problem, graze.orbit, graze.problem.value(graze.z))
+    if start is None:
         return None
-    family, z, tangent = begun
+    family, z, tangent = start
     z[-1] = min(max(z[-1], 0.0), 1.0)
     orbit = family.solution(z)
     tests = family.tests(orbit)
     near = AT_GRAZE * fastest(orbit)
     for name, value in tests.items():
-        # What the graze zeroes, to rounding, changes no sign there again.
-        room = name == "passage" and abs(value) < near * orbit.period
-        if room or (name.startswith("velocity") and abs(value) < near):
+        # Tests that vanish at the graze are set to zero, so that they do not change sign again.
+        is_zero = name == "clearance" and abs(value) < near * orbit.period
+        if is_zero or (name.startswith("velocity") and abs(value) < near):
             tests[name] = 0.0
     return Point(z, tangent, orbit, tests, family)
 
 
-def _change(here: Point[Family], found: Point[Family]) -> str:
-    """Return how an orbit's meetings with soft stops change between two points, "" if not."""
+def _change(here: Point[Family], new: Point[Family]) -> str:
+    """Return the soft stop that is met once more or less at the second point, "" for none."""
     family = here.problem
     for k, (_, stop, _) in enumerate(family.entries):
         name = f"velocity {k}"
         met = here.tests[name] > 0.0
-        if met and found.tests[name] <= 0.0 and family.enters_soft_stop(name):
+        if met and new.tests[name] <= 0.0 and family.enters_soft_stop(name):
             return f"the orbit does not meet soft stop {stop}"
-    if here.tests["passage"] >= 0.0 > found.tests["passage"]:
-        for stop in found.orbit.passages.stop.tolist():
-            if isinstance(family.oscillator.stops[stop], SoftStop):
+    if here.tests["clearance"] >= 0.0 > new.tests["clearance"]:
+        for stop in new.orbit.passages.stop.tolist():
+            if isinstance(family.system.oscillator.stops[stop], SoftStop):
                 return f"the orbit meets soft stop {stop} once more"
     return ""

@@ -1,4 +1,4 @@
-"""Where an orbit touches a stop without velocity, and the orbit that meets it there no more."""
+"""Grazing contacts of an orbit, and the orbit without their events."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from percuss.kernels import law as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
 from percuss.kernels.law import Law
-from percuss.kernels.shooting import AT, BEFORE, place
-from percuss.model.law import law
+from percuss.kernels.shooting import AT, place
 from percuss.orbits.bifurcations.family import fastest
 from percuss.orbits.bifurcations.n_fold import settled
 from percuss.orbits.orbit.itinerary import entries_of, is_wall
@@ -31,18 +30,18 @@ __all__ = [
 ]
 
 
-# Velocities below this part of the largest, and distances, are those of a touch: special points
-# are located to some 1e-12 of the branch, and a distance is flat there.
+# Velocities below this part of the largest, and clearances, are zero at a graze: special points are
+# located to some 1e-12 of the branch, and the clearance is quadratic there.
 SLOW = 1e-6
 # Velocities that vanish together do so at different rates.
 ACCUMULATED = 1e-4
-# A turning point and an event of no velocity nearer than this part of the period are one touch.
-BESIDE = 1e-3
+# A turning point and an event of zero velocity nearer than this part of the period are one graze.
+SAME_GRAZE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
 class GrazingContact:
-    """A contact with a bound without velocity.
+    """A contact with a bound at zero velocity.
 
     Attributes
     ----------
@@ -53,10 +52,10 @@ class GrazingContact:
     region
         Row of the region in which the orbit is before and after it.
     sign
-        Sign of the velocity with which it would pass.
+        Sign of a velocity beyond the bound.
     events
-        Rows of the chain that happen there: one impact or several that fall together, the two
-        crossings of an edge, or none.
+        Rows of the events there: one impact or several that coincide, the two crossings of an
+        edge, or none.
     """
 
     t: float
@@ -67,118 +66,121 @@ class GrazingContact:
 
 
 def grazing_contacts(orbit: PeriodicOrbit) -> list[GrazingContact]:
-    """Return the touches of an orbit at a graze, in the order of time."""
-    table = law(orbit.oscillator, orbit.forcing)
+    """Return the grazing contacts of an orbit, in the order of time."""
     speed = fastest(orbit)
-    found = merged(_at_events(orbit, table, SLOW * speed), orbit.period)
-    for touch in _at_turns(orbit, table, SLOW * speed * orbit.period):
-        apart = (abs(touch.t - other.t) % orbit.period for other in found)
-        if all(min(by, orbit.period - by) > BESIDE * orbit.period for by in apart):
-            found.append(touch)
-    return sorted(found, key=lambda touch: touch.t)
+    contacts = merged(_at_events(orbit, SLOW * speed), orbit.period)
+    for contact in _at_turns(orbit, SLOW * speed * orbit.period):
+        if not any(_is_same(contact, other, orbit.period) for other in contacts):
+            contacts.append(contact)
+    return sorted(contacts, key=lambda contact: contact.t)
+
+
+def _is_same(one: GrazingContact, other: GrazingContact, period: float) -> bool:
+    """Return whether two contacts are at the same instant of a period."""
+    distance = abs(one.t - other.t) % period
+    return min(distance, period - distance) <= SAME_GRAZE * period
 
 
 def merged(contacts: Iterable[GrazingContact], period: float) -> list[GrazingContact]:
-    """Return touches with those of one bound at one instant of a period as one.
+    """Return grazing contacts, those of one bound at one instant of a period as one.
 
-    Impacts fall together there; or an orbit goes round a shorter one, and touches in each round.
+    Impacts coincide there; or an orbit covers a primitive one, and grazes in each of its periods.
     """
-    found: list[GrazingContact] = []
-    for touch in contacts:
-        for k, other in enumerate(found):
-            apart = abs(touch.t - other.t) % period
-            if touch.bound == other.bound and min(apart, period - apart) <= BESIDE * period:
-                events = other.events + tuple(e for e in touch.events if e not in other.events)
-                found[k] = dataclasses.replace(other, events=events)
+    different: list[GrazingContact] = []
+    for contact in contacts:
+        for k, other in enumerate(different):
+            if contact.bound == other.bound and _is_same(contact, other, period):
+                events = other.events + tuple(e for e in contact.events if e not in other.events)
+                different[k] = dataclasses.replace(other, events=events)
                 break
         else:
-            found.append(touch)
-    return found
+            different.append(contact)
+    return different
 
 
-def acceleration_at(table: Law, touch: GrazingContact, t: float | None = None) -> float:
-    """Return the acceleration at the bound of a touch, at rest there, at its instant or another."""
-    phases = np.empty((int(table[0, at.N_HARMONICS]), 2))
-    set_phases(table, touch.t if t is None else t, 0.0, phases)
-    force = constant_force(table, touch.region, place(table, touch.region, touch.bound))
-    return float(acceleration_and_jerk(table, touch.region, force, phases, 0.0, 0.0)[0])
+def acceleration_at(law: Law, contact: GrazingContact, t: float | None = None) -> float:
+    """Return the acceleration at rest at the bound of a contact, at its instant or another."""
+    phases = np.empty((int(law[0, at.N_HARMONICS]), 2))
+    set_phases(law, contact.t if t is None else t, 0.0, phases)
+    force = constant_force(law, contact.region, place(law, contact.region, contact.bound))
+    return float(acceleration_and_jerk(law, contact.region, force, phases, 0.0, 0.0)[0])
 
 
 def accumulates(orbit: PeriodicOrbit, row: int) -> bool:
-    """Return whether impacts accumulate where one has no velocity, a row of the orbit's chain.
+    """Return whether impacts accumulate at an impact of zero velocity, a row of the itinerary.
 
-    The force pushes into the wall there, and the impact before or after it has no velocity either:
-    between them the mass stays. A motion that comes from beyond the wall may have one alone.
+    The force pushes into the wall there, and the impact before or after it has zero velocity too:
+    between them the mass stays. Formal motion from beyond the wall may have a single one.
     """
-    table = law(orbit.oscillator, orbit.forcing)
-    chain, (events, _) = orbit.itinerary.events, orbit.record
-    n = len(chain)
-    bound, before, _ = chain[row].tolist()
-    sign = 1.0 if bound > int(table[before, at.NUMBER]) else -1.0
-    touch = GrazingContact(float(events[row, columns.EVENT_T]), bound, before, sign, (row,))
-    beside = [(row + step) % n for step in (-1, 1)]
+    law = orbit.system.law
+    rows, (events, _) = orbit.itinerary.events, orbit.record
+    n = len(rows)
+    bound, before, _ = rows[row].tolist()
+    sign = 1.0 if bound > int(law[before, at.NUMBER]) else -1.0
+    contact = GrazingContact(float(events[row, columns.EVENT_T]), bound, before, sign, (row,))
     slow = ACCUMULATED * fastest(orbit)
     others = [
-        k for k in beside
-        if k != row and chain[k, AT] == bound
-        and abs(events[k or n, columns.V_BEFORE]) < slow
-    ]  # fmt: skip
-    return bool(others) and sign * acceleration_at(table, touch) > 0.0
+        k
+        for k in ((row - 1) % n, (row + 1) % n)
+        if k != row and rows[k, AT] == bound and abs(events[k or n, columns.V_BEFORE]) < slow
+    ]
+    return bool(others) and sign * acceleration_at(law, contact) > 0.0
 
 
-def _at_events(orbit: PeriodicOrbit, table: Law, slow: float) -> list[GrazingContact]:
-    itinerary, (events, _) = orbit.itinerary, orbit.record
-    chain, n = itinerary.events, len(itinerary)
-    walls = is_wall(table, chain) if n else []
-    found = []
-    for i, _ in entries_of(orbit.oscillator, table, chain) if n else []:
+def _at_events(orbit: PeriodicOrbit, slow: float) -> list[GrazingContact]:
+    """Return the contacts at events of zero velocity."""
+    itinerary, (events, _), law = orbit.itinerary, orbit.record, orbit.system.law
+    n = len(itinerary)
+    walls = is_wall(law, itinerary.events)
+    contacts = []
+    for i, _ in entries_of(orbit.system, itinerary.events):
         if abs(events[i or n, columns.V_BEFORE]) > slow:
             continue
         rows: tuple[int, ...] = (i,)
         if not walls[i]:
-            # Into the stop and out of it, or out of it and in again: what takes no time.
+            # Into the stop and out of it, or out of it and in again: whichever takes no time.
             inside, outside = itinerary.durations[i], itinerary.durations[(i - 1) % n]
             rows = (i, (i + 1) % n) if abs(inside) <= abs(outside) else ((i - 1) % n, i)
-        row = chain[rows[0]]
-        sign = 1.0 if row[AT] > int(table[row[BEFORE], at.NUMBER]) else -1.0
-        found.append(
-            GrazingContact(float(events[i, 0]), int(row[AT]), int(row[BEFORE]), sign, rows)
+        bound, before, _ = itinerary.events[rows[0]].tolist()
+        sign = 1.0 if bound > int(law[before, at.NUMBER]) else -1.0
+        contacts.append(
+            GrazingContact(float(events[i, columns.EVENT_T]), bound, before, sign, rows)
         )
-    return found
+    return contacts
 
 
-def _at_turns(orbit: PeriodicOrbit, table: Law, near: float) -> list[GrazingContact]:
-    """Return the turning points that touch a bound."""
-    turns, (_, marks) = orbit.turning_points, orbit.record
-    found = []
+def _at_turns(orbit: PeriodicOrbit, near: float) -> list[GrazingContact]:
+    """Return the contacts at turning points."""
+    turns, (_, marks), law = orbit.turning_points, orbit.record, orbit.system.law
+    contacts = []
     for i in range(len(turns.t)):
         if abs(turns.clearance[i]) > near or turns.t[i] - turns.t[0] > orbit.period * (1 - 1e-9):
             continue
         region = int(marks[turns.flight[i], columns.NEXT_REGION])
         bound = int(turns.bound[i])
-        sign = 1.0 if bound > int(table[region, at.NUMBER]) else -1.0
-        found.append(GrazingContact(float(turns.t[i]), bound, region, sign, ()))
-    return found
+        sign = 1.0 if bound > int(law[region, at.NUMBER]) else -1.0
+        contacts.append(GrazingContact(float(turns.t[i]), bound, region, sign, ()))
+    return contacts
 
 
 def without(orbit: PeriodicOrbit, contacts: Sequence[GrazingContact]) -> PeriodicOrbit:
-    """Return the orbit of the same system that does not have the events of touches.
+    """Return the orbit of the same system without the events of grazing contacts.
 
     Raises
     ------
     ConvergenceError
-        If there is none beside it.
+        If there is none near it.
     """
-    gone = {row for touch in contacts for row in touch.events}
-    if not gone:
+    removed = {row for contact in contacts for row in contact.events}
+    if not removed:
         return orbit
     itinerary = orbit.itinerary
-    entries = entries_of(orbit.oscillator, law(orbit.oscillator, orbit.forcing), itinerary.events)
-    if len(gone) == len(itinerary):
+    if len(removed) == len(itinerary):
         if orbit.forcing is None:
             reason = "free motion that meets no stop has no orbit of its own"
             raise ConvergenceError(reason, None, np.nan, "look at motion with forcing")
-        return steady_orbit(orbit.oscillator, orbit.forcing, contacts[0].region)
-    # The first event meets a stop: so orbits begin.
-    first = next(row for row, _ in entries if row not in gone)
-    return settled(orbit, itinerary.without(gone, first))
+        return steady_orbit(orbit.system, contacts[0].region)
+    # An orbit begins with an event that meets a stop.
+    entries = entries_of(orbit.system, itinerary.events)
+    first = next(row for row, _ in entries if row not in removed)
+    return settled(orbit, itinerary.without(removed, first))

@@ -1,8 +1,8 @@
-"""Curves of grazing: orbits that touch a stop with no velocity.
+"""Curves of grazing: orbits that touch a stop at zero velocity.
 
-A touch is an event in which nothing happens: the equations are those of a chain with that event,
-and that the velocity there is zero. Motion without events is known in closed form, and then two
-equations are left, for the instant of the touch: no velocity, and no distance to the stop.
+A graze is an event without effect: the equations are those of the itinerary with this event, and
+that its velocity is zero. Motion without events is known in closed form, which leaves two equations
+for the instant of the graze: zero velocity, and zero clearance.
 """
 
 from __future__ import annotations
@@ -30,311 +30,310 @@ from percuss.orbits.bifurcations.curve_equations import CurveEquations, return_e
 from percuss.orbits.bifurcations.family import OrbitEquations
 from percuss.orbits.bifurcations.grazing_contact import GrazingContact
 from percuss.orbits.orbit.itinerary import Itinerary, row_of_region
-from percuss.orbits.orbit.passages import Passages
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.turning_points import Passages
 
 __all__ = [
     "GrazingCurve",
     "SteadyGrazingCurve",
     "elastic",
+    "grazing_orbit",
     "is_on_wall",
     "mirrored",
+    "other_clearance",
     "others_of",
-    "room_beside",
-    "touched",
 ]
 
 
-# Distances to a stop below this part of the scale are none.
-NO_ROOM = 1e-10
+# Clearances below this part of the scale are zero.
+ZERO = 1e-10
 
 
 class GrazingCurve(CurveEquations):
-    """Orbits with impacts that touch a stop besides.
+    """Orbits with impacts that also graze a stop.
 
     Parameters
     ----------
     equations
-        Those of the chain that begins with the touch.
+        Those of the itinerary that begins with the graze.
     others
-        Those of the chain without it.
-    touch
-        The touch.
+        Those of the itinerary without it.
+    contact
+        The graze.
     first
-        Which of its other events those begin with: one that meets a stop.
+        The other event with which ``others`` begin: one that meets a stop.
     """
 
     def __init__(
-        self, equations: OrbitEquations, others: OrbitEquations, touch: GrazingContact, first: int
+        self, equations: OrbitEquations, others: OrbitEquations, contact: GrazingContact, first: int
     ) -> None:
         super().__init__(equations)
-        self.others, self.touch, self.first = others, touch, first
+        self.others, self.contact, self.first = others, contact, first
 
     @property
     def orbits(self) -> OrbitEquations:
-        """The equations of the orbits that are told: those without the touch."""
+        """The equations of the orbits of the curve: those without the graze."""
         return self.others
 
     def unknowns_of(self, others: Itinerary, period: float) -> Floats:
         """Return the scaled unknowns of an orbit with these other events."""
         n = self.equations.n
         span = period if self.equations.mirror > 0.0 else 0.5 * period
-        instants = np.append(self.touch.t, others.instants[: n - 1])
-        lasting = np.diff(np.append(instants, self.touch.t + span))
-        unknowns = np.concatenate([instants[:1], lasting, [0.0], others.velocities[: n - 1]])
+        instants = np.append(self.contact.t, others.instants[: n - 1])
+        durations = np.diff(np.append(instants, self.contact.t + span))
+        unknowns = np.concatenate([instants[:1], durations, [0.0], others.velocities[: n - 1]])
         return np.asarray(unknowns / self.equations.scale)
 
     def residual(self, z: Floats) -> Floats:
-        """Return those of the chain, and the velocity of the touch."""
-        table = self.table(z)
-        residual, _ = self.equations.shot(z[:-2], table)
+        """Return those of the itinerary, and the velocity of the graze."""
+        law = self.law_of(z)
+        residual, _ = self.equations.shot(z[:-2], law)
         last = 2 * self.equations.n - 1
-        rigid = elastic(table, self.touch.region)
+        rigid = elastic(law, self.contact.region)
         residual[last] = self.equations.shot(z[:-2], rigid)[0][last]
         return np.append(residual, z[1 + self.equations.n])
 
     def by_unknowns(self, z: Floats) -> Floats:
         """Return the derivatives."""
-        table = self.table(z)
-        _, matrix = self.equations.shot(z[:-2], table)
+        law = self.law_of(z)
+        _, matrix = self.equations.shot(z[:-2], law)
         last = 2 * self.equations.n - 1
-        rigid = elastic(table, self.touch.region)
+        rigid = elastic(law, self.contact.region)
         matrix[last] = self.equations.shot(z[:-2], rigid)[1][last]
         speed = np.zeros(len(matrix))
         speed[1 + self.equations.n] = 1.0
         return np.vstack([matrix, speed])
 
     def _unknowns_without(self, z: Floats) -> Floats:
-        """Return the scaled unknowns of the orbit without the touch."""
+        """Return the scaled unknowns of the orbit without the graze."""
         n = self.equations.n
-        t, lasting, speeds = z[0], z[1 : 1 + n], z[1 + n : 1 + 2 * n]
-        joined = np.append(lasting[1:-1], lasting[-1] + lasting[0])
-        t += lasting[0] + joined[: self.first].sum()
+        t, durations, speeds = z[0], z[1 : 1 + n], z[1 + n : 1 + 2 * n]
+        joined = np.append(durations[1:-1], durations[-1] + durations[0])
+        t += durations[0] + joined[: self.first].sum()
         after = np.append(speeds[1 + self.first :], self.others.mirror * speeds[1 : 1 + self.first])
         mine = np.concatenate([[t], np.roll(joined, -self.first), after])
         return np.asarray(mine * np.delete(self.equations.scale, [1, 1 + n]) / self.others.scale)
 
     def solution(self, z: Floats) -> PeriodicOrbit:
-        """Return the orbit of a point, without the touch."""
+        """Return the orbit of a point, without the graze."""
         return self.others.orbit_at(self._unknowns_without(z), self.values(z))
 
-    def told(self, z: Floats) -> tuple[PeriodicOrbit, dict[str, float]]:
-        """Return the orbit of a point, which touches the stop, with the functions."""
-        orbit, found = super().told(z)
-        return touched(orbit, found), found
+    def evaluated(self, z: Floats) -> tuple[PeriodicOrbit, dict[str, float]]:
+        """Return the orbit of a point, which grazes the stop, with the functions."""
+        orbit, tests = super().evaluated(z)
+        return grazing_orbit(orbit, tests), tests
 
     def tests(self, z: Floats, orbit: PeriodicOrbit) -> dict[str, float]:
-        """Return the functions that tell the touch, the other impacts and the multipliers."""
-        table = self.table(z)
+        """Return the functions of the graze, the other impacts and the multipliers."""
+        law = self.law_of(z)
         instant = float(z[0] * self.equations.scale[0])
         in_halves = self.equations.mirror < 0.0
-        room = room_beside(orbit, table, instant, in_halves=in_halves)
-        small = NO_ROOM * float(self.equations.rows[0])
-        found = {"passage": 0.0 if abs(room) < small else room}
-        found["acceleration"] = -self.touch.sign * _acceleration(table, self.touch, instant)
+        clearance = other_clearance(orbit, law, instant, in_halves=in_halves)
+        small = ZERO * float(self.equations.rows[0])
+        tests = {"clearance": 0.0 if abs(clearance) < small else clearance}
+        tests["acceleration"] = -self.contact.sign * _acceleration(law, self.contact, instant)
         into = self.others.into_stops(orbit)
         for k, speed in enumerate(into):
-            found[f"velocity {k}"] = float(speed)
-        _, matrix = self.others.shot(self._unknowns_without(z), table)
-        for name, multiplier in (("one", 1.0), ("minus one", -1.0)):
+            tests[f"velocity {k}"] = float(speed)
+        _, matrix = self.others.shot(self._unknowns_without(z), law)
+        for name, multiplier in (("multiplier 1", 1.0), ("multiplier -1", -1.0)):
             n, mirror = self.others.n, self.others.mirror
             returns = return_equations(matrix, n, multiplier, mirror)
-            found[name] = determinant(returns)
-        if is_on_wall(table, self.touch):
-            found["return"] = self._return(z[:-2], table)
-        return found
+            tests[name] = determinant(returns)
+        if is_on_wall(law, self.contact):
+            tests["return"] = self._return(z[:-2], law)
+        return tests
 
-    def _return(self, unknowns: Floats, table: Law) -> float:
-        """Return the derivative of x after one period by the velocity of the touch.
+    def _return(self, unknowns: Floats, law: Law) -> float:
+        """Return the derivative of x after one period by the velocity of the graze.
 
-        It is a determinant, and has the other impact velocities as factors.
+        It is a determinant, with the other impact velocities as factors.
         """
         n = self.equations.n
-        _, matrix = self.equations.shot(unknowns, table)
+        _, matrix = self.equations.shot(unknowns, law)
         around = return_equations(matrix, n, 0.0)[: 2 * n - 1, 1:]
         return determinant(around)
 
 
 class SteadyGrazingCurve(CurveEquations):
-    """Motions without impacts that touch a stop, in closed form.
+    """Motions without impacts that graze a stop, in closed form.
 
     Parameters
     ----------
     equations
         Those of the motion, which are none.
-    touch
-        The touch.
+    contact
+        The graze.
     n_periods
         Forcing periods between the impacts of the orbits that begin there.
     """
 
-    def __init__(self, equations: OrbitEquations, touch: GrazingContact, n_periods: int) -> None:
+    def __init__(self, equations: OrbitEquations, contact: GrazingContact, n_periods: int) -> None:
         super().__init__(equations)
-        self.touch, self.n_periods = touch, n_periods
-        table = equations.table_at(equations.own_values)
-        phases = np.empty((int(table[0, N_HARMONICS]), 2))
-        set_phases(table, touch.t, 0.0, phases)
-        y, _ = steady(table, touch.region, phases).sum(axis=0)
-        self._length, self._time = abs(float(y)) or 1.0, float(table[0, PERIOD])
+        self.contact, self.n_periods = contact, n_periods
+        law = equations.law_at(equations.own_values)
+        phases = np.empty((int(law[0, N_HARMONICS]), 2))
+        set_phases(law, contact.t, 0.0, phases)
+        y, _ = steady(law, contact.region, phases).sum(axis=0)
+        self._length, self._time = abs(float(y)) or 1.0, float(law[0, PERIOD])
 
-    def _at_touch(self, z: Floats) -> tuple[float, float, float, float]:
-        """Return room, velocity and acceleration at the instant, and the forcing's period."""
-        table, region = self.table(z), self.touch.region
-        period = float(table[0, PERIOD])
+    def _at_graze(self, z: Floats) -> tuple[float, float, float, float]:
+        """Return clearance, velocity and acceleration at the instant, and the forcing's period."""
+        law, region = self.law_of(z), self.contact.region
+        period = float(law[0, PERIOD])
         instant = float(z[0]) * period
-        phases = np.empty((int(table[0, N_HARMONICS]), 2))
-        set_phases(table, instant, 0.0, phases)
-        y, v = (float(each) for each in steady(table, region, phases).sum(axis=0))
-        gap = _from_mean(table, region, place(table, region, self.touch.bound))
-        acceleration, _ = acceleration_and_jerk(table, region, 0.0, phases, y, v)
-        return self.touch.sign * (gap - y), v, acceleration, period
+        phases = np.empty((int(law[0, N_HARMONICS]), 2))
+        set_phases(law, instant, 0.0, phases)
+        y, v = (float(each) for each in steady(law, region, phases).sum(axis=0))
+        gap = _from_mean(law, region, place(law, region, self.contact.bound))
+        acceleration, _ = acceleration_and_jerk(law, region, 0.0, phases, y, v)
+        return self.contact.sign * (gap - y), v, acceleration, period
 
     def residual(self, z: Floats) -> Floats:
-        """Return the velocity at the instant, and the distance to the stop."""
-        room, v, *_ = self._at_touch(z)
-        return np.array([v * self._time, room]) / self._length
+        """Return the velocity at the instant, and the clearance."""
+        clearance, v, *_ = self._at_graze(z)
+        return np.array([v * self._time, clearance]) / self._length
 
     def by_unknowns(self, z: Floats) -> Floats:
         """Return the derivatives by the instant."""
-        _, v, acceleration, period = self._at_touch(z)
-        slopes = np.array([[acceleration * self._time], [-self.touch.sign * v]])
+        _, v, acceleration, period = self._at_graze(z)
+        slopes = np.array([[acceleration * self._time], [-self.contact.sign * v]])
         return slopes * (period / self._length)
 
     def solution(self, z: Floats) -> PeriodicOrbit:
         """Return the motion of a point."""
         return self.equations.orbit_at(np.empty(0), self.values(z))
 
-    def told(self, z: Floats) -> tuple[PeriodicOrbit, dict[str, float]]:
-        """Return the motion of a point, which touches the stop, with the functions."""
-        orbit, found = super().told(z)
-        return touched(orbit, found), found
+    def evaluated(self, z: Floats) -> tuple[PeriodicOrbit, dict[str, float]]:
+        """Return the motion of a point, which grazes the stop, with the functions."""
+        orbit, tests = super().evaluated(z)
+        return grazing_orbit(orbit, tests), tests
 
     def tests(self, z: Floats, orbit: PeriodicOrbit) -> dict[str, float]:
-        """Return the functions that tell the touch."""
-        instant = float(z[0]) * float(self.table(z)[0, PERIOD])
-        room = room_beside(orbit, self.table(z), instant)
-        small = NO_ROOM * self._length
-        return {"passage": 0.0 if abs(room) < small else room, **self._of_touch(z)}
+        """Return the functions of the graze."""
+        instant = float(z[0]) * float(self.law_of(z)[0, PERIOD])
+        clearance = other_clearance(orbit, self.law_of(z), instant)
+        small = ZERO * self._length
+        return {"clearance": 0.0 if abs(clearance) < small else clearance, **self._of_graze(z)}
 
-    def _of_touch(self, z: Floats) -> dict[str, float]:
-        table, region = self.table(z), self.touch.region
-        _, _, acceleration, period = self._at_touch(z)
-        found = {"acceleration": -self.touch.sign * acceleration}
-        if is_on_wall(table, self.touch):
-            found["return"] = propagator(table, region, self.n_periods * period)[1]
-        return found
+    def _of_graze(self, z: Floats) -> dict[str, float]:
+        law, region = self.law_of(z), self.contact.region
+        _, _, acceleration, period = self._at_graze(z)
+        tests = {"acceleration": -self.contact.sign * acceleration}
+        if is_on_wall(law, self.contact):
+            tests["return"] = propagator(law, region, self.n_periods * period)[1]
+        return tests
 
     def test(self, z: Floats, name: str) -> float:
-        """Return one of the functions; but for the room it needs no orbit."""
-        if name == "passage":
+        """Return one of the functions; only the clearance needs the orbit."""
+        if name == "clearance":
             return super().test(z, name)
-        return self._of_touch(z)[name]
+        return self._of_graze(z)[name]
 
     def pieces(self, a: Floats, b: Floats) -> int:
-        """Return in how many pieces the tests change sign once at most between two points.
+        """Return the number of pieces between two points in which tests change sign once at most.
 
-        At low frequencies free motion swings often in a period.
+        At low frequencies free motion makes many swings in a period.
         """
         half_swings = [self._swings(z) for z in (a, b)]
         return 1 + int(2.0 * abs(half_swings[1] - half_swings[0]))
 
     def _swings(self, z: Floats) -> float:
-        """Return how many half swings free motion makes between the impacts."""
-        table, region = self.table(z), self.touch.region
-        square = table[region, at.STIFFNESS] - table[region, at.DAMPING] ** 2
-        lasting = self.n_periods * float(table[0, PERIOD])
-        return float(np.sqrt(max(square, 0.0))) * lasting / np.pi
+        """Return the number of half swings of free motion between the impacts."""
+        law, region = self.law_of(z), self.contact.region
+        square = law[region, at.STIFFNESS] - law[region, at.DAMPING] ** 2
+        duration = self.n_periods * float(law[0, PERIOD])
+        return float(np.sqrt(max(square, 0.0))) * duration / np.pi
 
 
-def _acceleration(table: Law, touch: GrazingContact, instant: float) -> float:
-    """Return the acceleration at rest at the bound of a touch."""
-    phases = np.empty((int(table[0, N_HARMONICS]), 2))
-    set_phases(table, instant, 0.0, phases)
-    force = constant_force(table, touch.region, place(table, touch.region, touch.bound))
-    return float(force + force_derivative(table, phases, 0))
+def _acceleration(law: Law, contact: GrazingContact, instant: float) -> float:
+    """Return the acceleration at rest at the bound of a grazing contact."""
+    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    set_phases(law, instant, 0.0, phases)
+    force = constant_force(law, contact.region, place(law, contact.region, contact.bound))
+    return float(force + force_derivative(law, phases, 0))
 
 
-def _from_mean(table: Law, region: int, x: float) -> float:
-    """Return the way from the mean position of steady motion to a bound, without cancellation."""
-    stiffness = float(table[region, at.STIFFNESS])
+def _from_mean(law: Law, region: int, x: float) -> float:
+    """Return the distance from the mean of steady motion to a bound, without cancellation."""
+    stiffness = float(law[region, at.STIFFNESS])
     if stiffness == 0.0:
-        # Without a spring it may be anywhere, and is taken in the middle.
-        return x - 0.5 * float(table[region, at.LOWER] + table[region, at.UPPER])
-    return -float(constant_force(table, region, x)) / stiffness
+        # Without a spring any displacement is an equilibrium; the middle is taken.
+        return x - 0.5 * float(law[region, at.LOWER] + law[region, at.UPPER])
+    return -float(constant_force(law, region, x)) / stiffness
 
 
-# Turning points this near to the touch, as a part of the period, are the touch.
+# Turning points this near the graze, as a part of the period, are the graze.
 SAME = 1e-6
 
 
-def others_of(orbit: PeriodicOrbit, touch: GrazingContact) -> Itinerary:
-    """Return the events of an orbit that touches a stop, from the touch on."""
+def others_of(orbit: PeriodicOrbit, contact: GrazingContact) -> Itinerary:
+    """Return the itinerary of an orbit that grazes a stop, from the graze on."""
     itinerary = orbit.itinerary
     events = orbit.record[0][: len(itinerary)]
-    after = touch.t + np.mod(events[:, columns.EVENT_T] - touch.t, orbit.period)
+    after = contact.t + np.mod(events[:, columns.EVENT_T] - contact.t, orbit.period)
     order = np.argsort(after)
-    chain = np.ascontiguousarray(itinerary.events[order])
+    rows = np.ascontiguousarray(itinerary.events[order])
     instants = after[order]
     durations = np.diff(np.append(instants, instants[0] + orbit.period))
     velocities = events[order, columns.V_AFTER]
-    return Itinerary(chain, float(instants[0]), durations, velocities, orbit.n_periods)
+    return Itinerary(rows, float(instants[0]), durations, velocities, orbit.n_periods)
 
 
-def is_on_wall(table: Law, touch: GrazingContact) -> bool:
-    """Return whether a touch is that of a wall."""
-    kind = at.UPPER_KIND if touch.sign > 0.0 else at.LOWER_KIND
-    return bool(table[touch.region, kind] == at.WALL)
+def is_on_wall(law: Law, contact: GrazingContact) -> bool:
+    """Return whether a grazing contact is that of a wall."""
+    kind = at.UPPER_KIND if contact.sign > 0.0 else at.LOWER_KIND
+    return bool(law[contact.region, kind] == at.WALL)
 
 
-def mirrored(table: Law, touch: GrazingContact) -> GrazingContact:
-    """Return the touch of the opposite stop in a symmetric system."""
-    n_regions = int(table[0, at.N_REGIONS])
-    region = row_of_region(table, n_regions - 1 - int(table[touch.region, at.NUMBER]))
-    return GrazingContact(touch.t, n_regions - touch.bound, region, -touch.sign, ())
+def mirrored(law: Law, contact: GrazingContact) -> GrazingContact:
+    """Return the graze of the opposite stop in a symmetric system."""
+    n_regions = int(law[0, at.N_REGIONS])
+    region = row_of_region(law, n_regions - 1 - int(law[contact.region, at.NUMBER]))
+    return GrazingContact(contact.t, n_regions - contact.bound, region, -contact.sign, ())
 
 
-def elastic(table: Law, region: int) -> Table:
-    """Return the law with elastic walls round a region: there a touch tells its velocity."""
-    changed = table.copy()
+def elastic(law: Law, region: int) -> Table:
+    """Return the law with elastic walls round a region, at which a graze keeps its velocity."""
+    changed = law.copy()
     changed[region, at.LOWER_RESTITUTION] = changed[region, at.UPPER_RESTITUTION] = 1.0
     return changed
 
 
-def room_beside(
-    orbit: PeriodicOrbit, table: Law, instant: float, *, in_halves: bool = False
+def other_clearance(
+    orbit: PeriodicOrbit, law: Law, instant: float, *, in_halves: bool = False
 ) -> float:
-    """Return the least distance to a stop at the turning points other than the touch.
+    """Return the least clearance at the turning points other than the graze.
 
-    ``in_halves`` leaves out the touch of the opposite stop half a period later, too.
+    ``in_halves`` leaves out the graze of the opposite stop half a period later, too.
     """
     turns = orbit.turning_points
-    period = orbit.period if len(orbit.itinerary) else float(table[0, PERIOD])
+    period = orbit.period if len(orbit.itinerary) else float(law[0, PERIOD])
     if in_halves:
         period *= 0.5
-    apart = np.mod(turns.t - instant + 0.5 * period, period) - 0.5 * period
-    others = turns.clearance[np.abs(apart) > SAME * period]
+    distances = np.mod(turns.t - instant + 0.5 * period, period) - 0.5 * period
+    others = turns.clearance[np.abs(distances) > SAME * period]
     return float(others.min()) if len(others) else 1e300
 
 
-def touched(orbit: PeriodicOrbit, tests: Mapping[str, float]) -> PeriodicOrbit:
-    """Return an orbit that touches a stop as one whose distance to it is 0, without rounding.
+def grazing_orbit(orbit: PeriodicOrbit, tests: Mapping[str, float]) -> PeriodicOrbit:
+    """Return an orbit that grazes a stop as one whose clearance is 0, without rounding.
 
     Parameters
     ----------
     orbit
         As it is computed.
     tests
-        Those of `percuss.orbits.bifurcations.grazing_curves`: room, velocities, and the acceleration away
-        from the stop.
+        Other clearance, velocities, and the acceleration away from the stop.
     """
-    room = tests["passage"]
+    clearance = tests["clearance"]
     speeds = [value for name, value in tests.items() if name.startswith("velocity")]
     passages = orbit.passages
-    beyond = passages.depth > (-0.5 * room if room < 0.0 else np.inf)
-    kept = Passages(passages.t[beyond], passages.stop[beyond], passages.depth[beyond])
+    deep = passages.depth > (-0.5 * clearance if clearance < 0.0 else np.inf)
+    penetrations = Passages(passages.t[deep], passages.stop[deep], passages.depth[deep])
     return dataclasses.replace(
         orbit,
-        grazing_margin=min(0.0, room),
-        passages=kept,
-        admissible=room >= 0.0 and min(speeds, default=1.0) > 0.0 < tests["acceleration"],
+        grazing_margin=min(0.0, clearance),
+        passages=penetrations,
+        admissible=clearance >= 0.0 and min(speeds, default=1.0) > 0.0 < tests["acceleration"],
     )

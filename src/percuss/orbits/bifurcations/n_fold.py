@@ -6,22 +6,21 @@ from percuss.model.exact import as_float
 from percuss.orbits.bifurcations.family import Family
 from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary
-from percuss.orbits.orbit.making import orbit_of_solution
-from percuss.orbits.orbit.newton import Solution
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.solve import Solution, orbit_of_solution
 
 __all__ = ["orbit_of_itinerary", "primitive_orbit", "settled"]
 
 
 def primitive_orbit(orbit: PeriodicOrbit, times: int = 2) -> PeriodicOrbit:
-    """Return the orbit that one covers several times, nearly or exactly.
+    """Return the primitive orbit that one covers several times, nearly or exactly.
 
     Parameters
     ----------
     orbit
         With events.
     times
-        How often it covers the other.
+        How often it covers the primitive one.
 
     Returns
     -------
@@ -31,7 +30,7 @@ def primitive_orbit(orbit: PeriodicOrbit, times: int = 2) -> PeriodicOrbit:
     Raises
     ------
     ConvergenceError
-        If there is none beside it.
+        If there is none near it.
     """
     return settled(orbit, orbit.itinerary.primitive(times))
 
@@ -40,9 +39,8 @@ def orbit_of_itinerary(
     orbit: PeriodicOrbit, itinerary: Itinerary, *, isolated: bool = True
 ) -> PeriodicOrbit:
     """Return an itinerary, a solution in the system of an orbit or a guess of one, as an orbit."""
-    solution = Solution(itinerary.vector, orbit.residual, converged=True, isolated=isolated)
-    system = orbit.oscillator, orbit.forcing
-    return orbit_of_solution(*system, itinerary.events, solution, itinerary.n_periods)
+    solution = Solution(itinerary, orbit.residual, converged=True, isolated=isolated)
+    return orbit_of_solution(orbit.system, solution)
 
 
 def settled(orbit: PeriodicOrbit, guess: Itinerary) -> PeriodicOrbit:
@@ -51,10 +49,10 @@ def settled(orbit: PeriodicOrbit, guess: Itinerary) -> PeriodicOrbit:
     Raises
     ------
     ConvergenceError
-        If there is none beside the guess.
+        If there is none near the guess.
     """
     rough = orbit_of_itinerary(orbit, guess)
-    # Solved at a fixed parameter, whichever that is.
+    # Solve at fixed parameters: any of them serves.
     value = as_float(orbit.oscillator.damping)
     family = Family(rough, "oscillator.damping", value, value + 1.0)
     start = family.start(rough, value)

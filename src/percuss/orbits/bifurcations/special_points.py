@@ -1,4 +1,4 @@
-"""Where the orbits of a branch are born, die, double or touch a stop."""
+"""Special points of a branch: folds, period doublings, grazes and others."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.model.exact import as_float
-from percuss.model.law import law
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.bifurcation_origin import located_origin, origin_of, origin_passed
 from percuss.orbits.bifurcations.family import Family, fastest, stop_that_is_moved
@@ -26,7 +25,14 @@ from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.symmetry import half_multipliers
 
-__all__ = ["SpecialPoint", "SpecialPointKind", "coincidence_point", "special_points_between"]
+__all__ = [
+    "LOCATED",
+    "TWO_FOLD",
+    "SpecialPoint",
+    "SpecialPointKind",
+    "coincidence_point",
+    "special_points_between",
+]
 
 SpecialPointKind: TypeAlias = Literal[
     "fold",
@@ -41,17 +47,17 @@ SpecialPointKind: TypeAlias = Literal[
 
 # A bracket in the parameter that is a location, as a part of it.
 LOCATED = 1e-10
-# How far beside a corner its orbit is taken, in scaled parameter.
+# Distance from a corner at which its orbit is taken, in scaled parameter.
 CORNER = 1e-11
-# Velocities below this part of the scale are too small to tell a passage beside an impact.
+# At velocities below this part of the scale a turning point is the impact next to it.
 SLOW = 1e-6
-# Multipliers that the conditions bring to the edge of stability, and how near they come.
-EDGES, ON_EDGE = {"one": 1.0, "minus one": -1.0}, 1e-3
+# Multipliers at the zeros of the conditions, and their largest distance from these.
+EDGES, ON_EDGE = {"multiplier 1": 1.0, "multiplier -1": -1.0}, 1e-3
 # Special points nearer than this are one.
 SAME = 1e-9
-_DOUBLES = "which doubles here: switch_branch returns that one"
-# What is no more than this part of the size of a grazing orbit is the touch.
-TOUCH = 1e-9
+TWO_FOLD = "the orbit is the two-fold cover of one that doubles here: switch_branch returns it"
+# Depths and durations below this part of the size of a grazing orbit belong to the graze.
+GRAZED = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +68,7 @@ class SpecialPoint:
     ----------
     kind
         "fold" (two orbits meet and end), "period_doubling" (a multiplier of -1, or, as `detail`
-        tells, the birth of the orbits of a branch from shorter ones that double),
+        says, the origin of a branch of doubled orbits),
         "symmetry_breaking" (the multiplier of the map over half a symmetric orbit is -1),
         "branch_point" (a multiplier of 1 otherwise), "grazing" (an impact of no velocity, or a
         turning point that touches a stop), "chatter" (impacts lose their velocity together
@@ -74,15 +80,15 @@ class SpecialPoint:
         Values of the parameter between which it lies; at a fold both lie on one side of it.
     status
         "located" if the interval is below 1e-10 of the value, or of 1 for smaller ones, and what
-        changes sign goes through zero; otherwise "bracketed".
+        condition goes through zero; otherwise "bracketed".
     orbit
         The orbit there.
     row
         Its row in the branch.
     detail
-        What happens there, in words.
+        A description of the point.
     codimension
-        How many conditions it fulfils: 1.
+        Number of conditions: 1.
     """
 
     kind: SpecialPointKind
@@ -98,7 +104,7 @@ class SpecialPoint:
     _tangent: Floats | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
-        """Tell the point in a line."""
+        """Return the point in a line."""
         formal = "" if self.admissible else "; formal, the orbit passes through a stop"
         return (
             f"<SpecialPoint: {self.kind} at {self.path} = {self.value:.12g}, {self.status}, "
@@ -107,7 +113,7 @@ class SpecialPoint:
 
     @property
     def admissible(self) -> bool:
-        """Whether the orbit there passes through no stop; the touch of a graze is no passage."""
+        """Whether the orbit there passes through no stop; grazing it is no penetration."""
         orbit = self.orbit
         if orbit.admissible or self.kind != "grazing":
             return orbit.admissible
@@ -115,14 +121,14 @@ class SpecialPoint:
         durations = orbit.itinerary.durations
         deepest = float(orbit.passages.depth.max(initial=0.0))
         shortest = float(durations.min(initial=0.0))
-        return deepest <= TOUCH * speed * orbit.period and shortest >= -TOUCH * orbit.period
+        return deepest <= GRAZED * speed * orbit.period and shortest >= -GRAZED * orbit.period
 
     @property
     def graze(self) -> GrazeAnalysis | None:
-        """What a graze implies for the motions beside it, worked out on demand.
+        """The effect of a graze on the motions near it, computed on demand.
 
-        None for other kinds of points, for orbits with sticking, and where a touch is none of one stop, or of two that
-        mirror each other, alone.
+        None for other kinds of points, for orbits with sticking, and for orbits that graze several
+        stops, but two that mirror each other.
         """
         if self.kind != "grazing" or math.isinf(self.orbit.n_impacts):
             return None
@@ -133,33 +139,33 @@ class SpecialPoint:
 
 
 def coincidence_point(
-    beside: Point[Family], end: float, *, is_end: bool
+    here: Point[Family], end: float, *, is_end: bool
 ) -> tuple[SpecialPoint, Point[Family]] | None:
     """Return the corner between a point of a family and a value of the parameter, None for none.
 
-    At the corner itself the stops are one, and the equations others: its orbit is the one beside.
+    At the corner itself the stops are one, and the equations differ: its orbit is one next to it.
     """
-    family = beside.problem
-    value = family.value(beside.z)
-    found = coincident_stops(beside.orbit, family.path, value, end)
-    if found is None:
+    family = here.problem
+    value = family.value(here.z)
+    stops = coincident_stops(here.orbit, family.path, value, end)
+    if stops is None:
         return None
-    at, moved, other = found
+    at, moved, other = stops
     detail = f"stops {moved} and {other} come to lie at one place"
-    there = beside
+    point = here
     if not is_end:
-        guess = beside.z.copy()
+        guess = here.z.copy()
         guess[-1] = (at - family.low) / (family.high - family.low) - CORNER * np.sign(at - value)
         z = family.corrected(guess, along_parameter(len(guess)))
         orbit = family.solution(z)
-        there = Point(z, beside.tangent, orbit, family.tests(orbit), family)
-    ends = sorted((family.value(there.z), at))
+        point = Point(z, here.tangent, orbit, family.tests(orbit), family)
+    ends = sorted((family.value(point.z), at))
     exact = ends[1] - ends[0] <= LOCATED * max(1.0, abs(at)) or not is_end
     status: Literal["located", "bracketed"] = "located" if exact else "bracketed"
     special = SpecialPoint(
-        "corner", family.path, at, (ends[0], ends[1]), status, there.orbit, -1, detail
+        "corner", family.path, at, (ends[0], ends[1]), status, point.orbit, -1, detail
     )
-    return special, there
+    return special, point
 
 
 def special_points_between(
@@ -177,15 +183,15 @@ def special_points_between(
     turns = a.tangent[-1] * b.tangent[-1] < 0.0
     passed = origin_passed(a, b) if turns else None
     if passed is not None:
-        # There the equations hold two directions weakly; the simpler orbit tells it.
+        # There the equations have two small singular values: it is located along the simpler orbit.
         zeros.append(("fold", passed))
-        changed = [name for name in changed if name != "one"]
+        changed = [name for name in changed if name != "multiplier 1"]
     for name in changed:
         test, ends = partial(family.test, name=name), (a.tests[name], b.tests[name])
-        zero = locate(a, b, test, ends, beside_others=name == "one")
+        zero = locate(a, b, test, ends, near_others=name == "multiplier 1")
         if zero is not None:
             zeros.append((name, zero))
-    if turns and passed is None and "one" not in changed:
+    if turns and passed is None and "multiplier 1" not in changed:
 
         def test_of_turn(z: Floats) -> float:
             return float(family.tangent(z, a.tangent)[-1])
@@ -194,29 +200,26 @@ def special_points_between(
         if zero is not None:
             zeros.append(("fold", zero))
     zeros = [(name, _at_origin(a, name, zero, turns=turns)) for name, zero in zeros]
-    yield from _told((a, b), sorted(zeros, key=lambda found: found[1].part), turns=turns)
+    yield from _merged((a, b), sorted(zeros, key=lambda named: named[1].part), turns=turns)
 
 
-def _told(
+def _merged(
     ends: tuple[Point[Family], Point[Family]], zeros: list[tuple[str, Zero]], *, turns: bool
 ) -> Iterator[tuple[SpecialPoint, Point[Family]]]:
-    """Return zeros in order as special points, those of one kind at one place as one."""
+    """Return zeros as special points, those of one kind at one place as one."""
     a, b = ends
     family = a.problem
-    touched = any(name.startswith("velocity") for name, _ in zeros)
+    grazes = any(name.startswith("velocity") for name, _ in zeros)
     leaves = any(family.enters_soft_stop(name) for name, _ in zeros)
-    # The passage of a formal orbit vanishes with the velocity of the impact beside it; and a
-    # soft stop that is left after no time turns the branch, as a velocity of either sign is one.
-    hidden = {"passage", "one", "fold", "minus one"} if leaves else {"passage"}
+    # The clearance of a formal orbit vanishes with the velocity of the impact next to it; and at
+    # the graze of a soft stop the branch turns, as velocities of either sign are one motion.
+    hidden = {"clearance", "multiplier 1", "fold", "multiplier -1"} if leaves else {"clearance"}
     last: tuple[SpecialPoint, Point[Family]] | None = None
     for name, zero in zeros:
-        if name in hidden and touched and _is_slow(family, zero.orbit):
+        if name in hidden and grazes and _is_slow(family, zero.orbit):
             continue
-        if (
-            name in EDGES
-            and not (turns and name == "one")
-            and not _has_multiplier(zero, EDGES[name])
-        ):
+        is_fold = turns and name == "multiplier 1"
+        if name in EDGES and not is_fold and not _has_multiplier(zero, EDGES[name]):
             continue
         kind, detail = _meaning(a, name, zero.orbit, turns=turns)
         if last is not None and last[0].kind == kind and _is_at(zero, last[1]):
@@ -225,12 +228,11 @@ def _told(
         if last is not None:
             yield last
         tangent = family.tangent(zero.z, a.tangent)
-        there = Point(zero.z, tangent, zero.orbit, family.tests(zero.orbit), family)
-        # Where branches cross the equations do not tell their tangents apart; the points do.
+        point = Point(zero.z, tangent, zero.orbit, family.tests(zero.orbit), family)
+        # Where branches cross the tangent is that of the points, as the equations have two.
         chord = (1.0 - zero.part) * a.tangent + zero.part * b.tangent
         chord = chord * np.append(family.scale, family.high - family.low)
-        it = dataclasses.replace(_special(family, kind, detail, zero), _tangent=chord)
-        last = it, there
+        last = dataclasses.replace(_special(family, kind, detail, zero), _tangent=chord), point
         if family.enters_soft_stop(name):
             break
     if last is not None:
@@ -238,13 +240,13 @@ def _told(
 
 
 def _joined(one: str, other: str) -> str:
-    """Return two things that happen at a point in words; impacts on a stop are told together."""
+    """Return two details of a point as one; those of impacts on one stop are joined."""
     together = other.replace("an impact", "impacts").replace("has no", "have no")
     return together if one in (other, together) else f"{one}, and {other}"
 
 
 def _has_multiplier(zero: Zero, edge: float) -> bool:
-    """Tell a multiplier that comes to the edge from an impact velocity that comes to zero."""
+    """Return whether a multiplier is at the edge; the condition also vanishes with a velocity."""
     return not zero.goes_through or bool(np.abs(zero.orbit.multipliers - edge).min() < ON_EDGE)
 
 
@@ -273,9 +275,9 @@ def _meaning(
         if family.walls[row] and accumulates(orbit, row):
             return "chatter", f"impacts on stop {stop} accumulate: the force pushes into it"
         return "grazing", f"an impact on stop {stop} has no velocity"
-    if name == "passage":
-        return "grazing", "a turning point between two events touches a stop"
-    if name == "minus one":
+    if name == "clearance":
+        return "grazing", "a turning point between two events grazes a stop"
+    if name == "multiplier -1":
         return "period_doubling", "a multiplier is -1"
     if name == "third":
         return "strong_resonance", "the multipliers are third roots of 1"
@@ -284,7 +286,7 @@ def _meaning(
     if turns:
         origin = origin_of(family, orbit)
         if origin == "doubled" and a.orbit.itinerary.halves_differ() > SAME:
-            return "period_doubling", "the orbit is a shorter one gone round twice, " + _DOUBLES
+            return "period_doubling", TWO_FOLD
         if origin == "mirrored" and not a.orbit.symmetric:
             return "symmetry_breaking", "the orbit is symmetric; two that mirror each other start"
         return "fold", "two orbits meet and end"
@@ -295,20 +297,19 @@ def _meaning(
 
 def _breaks(orbit: PeriodicOrbit) -> bool:
     """Return whether the multiplier 1 of a symmetric orbit is the square of -1, not of 1."""
-    table = law(orbit.oscillator, orbit.forcing)
-    over_half = half_multipliers(table, *orbit.record)
+    over_half = half_multipliers(orbit.system.law, *orbit.record)
     return min(abs(each + 1.0) for each in over_half) < min(abs(each - 1.0) for each in over_half)
 
 
 def _at_origin(a: Point[Family], name: str, zero: Zero, *, turns: bool) -> Zero:
     """Return a zero where one family starts from another as the simpler of the two locates it."""
-    if name not in ("one", "fold"):
+    if name not in ("multiplier 1", "fold"):
         return zero
     family = a.problem
     origin = origin_of(family, zero.orbit)
     symmetric = origin == "mirrored" and a.orbit.symmetric
     if origin is None or symmetric == turns:
-        # Nothing starts; or symmetric orbits fold.
+        # No family starts; or symmetric orbits fold.
         return zero
     return located_origin(family, zero, origin) or zero
 
@@ -321,7 +322,7 @@ def coincident_stops(
     Parameters
     ----------
     orbit
-        One of a family; it has to meet both.
+        An orbit of the family; it meets both stops.
     path
         Path of the parameter.
     first, last
@@ -335,13 +336,13 @@ def coincident_stops(
     moved = stop_that_is_moved(path)
     if moved is None or moved not in orbit.sequence:
         return None
-    found = []
+    corners = []
     for other, stop in enumerate(orbit.oscillator.stops):
         at = as_float(stop.at)
-        if other != moved and other in orbit.sequence and (at - first) * (at - last) <= 0.0:
-            found.append((abs(at - first), at, other))
-    found = [it for it in found if it[0] > 0.0]
-    if not found:
+        is_between = at != first and (at - first) * (at - last) <= 0.0
+        if other != moved and other in orbit.sequence and is_between:
+            corners.append((abs(at - first), at, other))
+    if not corners:
         return None
-    _, at, other = min(found)
+    _, at, other = min(corners)
     return at, moved, other

@@ -1,10 +1,11 @@
 """Families of orbits with sticking along a parameter.
 
 After a release the motion does not depend on the past: an orbit that sticks is the motion from
-its release, and what goes on from one value of the parameter to the next is that this motion comes
-back to the same release. Nothing folds or doubles; a graze between two contacts changes the number
-of impacts, and not the release. The family ends where its last contact lasts no time, or is not
-left. Where one of several lasts no time its hops are lost one by one, at grazes that accumulate.
+its release, and is continued by following this motion to the same release again. There are no folds
+and no period doublings; a graze between two contacts changes the number of impacts, and not the
+release. The family ends where the duration of its last contact goes to zero, or where that contact
+is never released. Where one of several contacts vanishes its hops are lost one by one, at grazes
+that accumulate.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
-from percuss.model.law import law
 from percuss.model.paths import replace_parameters
+from percuss.model.system import System
 from percuss.orbits.bifurcations.branch import Branch, branch_of
 from percuss.orbits.bifurcations.special_points import LOCATED, SpecialPoint, SpecialPointKind
 from percuss.orbits.continuation.follow import STOPPED, Segment, StepLimits, follow
@@ -35,16 +36,16 @@ __all__ = ["sticking_branch"]
 
 # A bracket of the parameter, as a part of its range, that is as good as a point.
 CLOSE = 1e-14
-# A contact as short as this part of the period, or a flight, lasts no time where the family ends:
-# its length is a small power of the distance. So slow, as a part of the fastest, is an impact of no velocity.
+# A contact shorter than this part of the period has zero duration at the end of its family: it
+# is a small power of the distance. An impact slower than this part of the fastest is a graze.
 NO_TIME, NO_VELOCITY = 1e-3, 1e-3
 
-# Grazes that are told in one step: towards a contact of no time there are infinitely many.
+# Grazes that are located in one step: towards a contact of zero duration there are infinitely many.
 MOST_GRAZES = 8
 # A last step may be this much longer, and is not one of next to nothing.
 LAST = 1.5
 
-# Of each contact: its wall, and the stops that are met before the hops that lead to it.
+# Of each contact its wall, and the stops that are met before the hops that lead to it.
 StickingPattern: TypeAlias = tuple[tuple[int, tuple[int, ...]], ...]
 
 
@@ -78,13 +79,13 @@ class StickingFamily:
         part = float(z[0])
         return (self.high if part == 1.0 else self.low + part * (self.high - self.low),)
 
-    def corrected(self, guess: Floats, normal: Floats, *, beside_others: bool = False) -> Floats:
-        """Return the guess: the parameter alone tells the orbit."""
-        del normal, beside_others
+    def corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:
+        """Return the guess: the parameter alone determines the orbit."""
+        del normal, near_others
         return guess
 
     def solution(self, z: Floats) -> PeriodicOrbit:
-        """Return the orbit that goes on from the settled one.
+        """Return the orbit that continues the settled one.
 
         Raises
         ------
@@ -94,12 +95,10 @@ class StickingFamily:
             If the parameter cannot have the value.
         """
         near, changes = self.near, {self.paths[0]: self.values(z)[0]}
-        osc, force, _ = replace_parameters(near.oscillator, near.forcing, None, changes)
-        orbit = None
-        if force is not None:
-            # Towards omega = 0 orbits last for ever.
-            check_length(law(osc, force), 0, near.n_periods)
-            orbit = sticking_orbit_near(osc, force, near)
+        osc, force, _ = replace_parameters(*near.system, None, changes)
+        # Towards omega = 0 the period grows without bound.
+        check_length(System(osc, force).law, 0, near.n_periods)
+        orbit = sticking_orbit_near(System(osc, force), near)
         if orbit is None:
             raise ConvergenceError("no release comes back", z, math.nan, "take smaller steps")
         return orbit
@@ -113,7 +112,7 @@ class StickingFamily:
         return point
 
     def settle(self, point: Point[Self]) -> None:
-        """Take a point as the one near which the next are looked for."""
+        """Take a point as the one near which the next are computed."""
         self.near = point.orbit
 
     def plane(self, tangent: Floats) -> Floats:
@@ -123,8 +122,8 @@ class StickingFamily:
     def longest_step(self, point: Point[Self], largest: float) -> float:
         """Return the step; the last one may be longer."""
         part = float(point.z[0])
-        room = 1.0 - part if point.tangent[0] > 0.0 else part
-        return LAST * largest if room < LAST * largest else largest
+        left = 1.0 - part if point.tangent[0] > 0.0 else part
+        return LAST * largest if left < LAST * largest else largest
 
 
 StickingPoint: TypeAlias = Point[StickingFamily]
@@ -148,16 +147,16 @@ def sticking_branch(
     path, value
         Path of the parameter, and its value in the orbit's system.
     ends
-        Its range; the branch is told from the first to the second.
+        Its range; the branch goes from the first to the second.
     steps
-        How many each way at most, and their length as a part of the range.
+        Their number each way at most, and their length as a part of the range.
     progress
         Counts the orbits, and may end the branch.
 
     Returns
     -------
     Branch
-        Of each orbit the velocity of its fastest impact: hops that accumulate have no number.
+        With the velocity of the fastest impact of each orbit: accumulating hops have no number.
     """
     family = StickingFamily(orbit, path, min(ends), max(ends))
     # All steps are of one length: the parameter is the only unknown, and nothing bends.
@@ -181,12 +180,16 @@ class StickingDetector:
         self.largest_step = largest_step
 
     def between(
-        self, here: StickingPoint, found: StickingPoint
+        self, here: StickingPoint, new: StickingPoint
     ) -> Segment[StickingFamily, SpecialPoint]:
-        """Return what changes between two orbits."""
-        return Segment(_changes(here, found))
+        """Return the special points between two orbits."""
+        return Segment(_changes(here, new))
 
-    def stopped(self, here: StickingPoint, reason: str) -> Segment[StickingFamily, SpecialPoint]:  # noqa: ARG002
+    def stopped(
+        self,
+        here: StickingPoint,
+        reason: str,  # noqa: ARG002
+    ) -> Segment[StickingFamily, SpecialPoint]:
         """Return the last orbit of the family, and why it is the last."""
         step = here.problem.longest_step(here, self.largest_step)
         last, beyond = _parted(here, np.clip(here.z + step * here.tangent, 0.0, 1.0), _exists)
@@ -194,7 +197,7 @@ class StickingDetector:
         try:
             here.problem.solution(beyond.z)
         except ParameterError as error:
-            # Nothing ends but the range of the parameter, or of what is looked for.
+            # The domain of the parameter ends, or the longest orbits do; the family does not.
             no_system = "" if error.name == "n_periods" else "there is no such system: "
             row, why = (last, None), f"beyond {last.text} {no_system}{error.reason}"
         except ConvergenceError:
@@ -207,9 +210,9 @@ def _exists(orbit: PeriodicOrbit) -> bool:  # noqa: ARG001
 
 
 def _parted(
-    here: StickingPoint, end: Floats, goes_on: Callable[[PeriodicOrbit], bool]
+    here: StickingPoint, end: Floats, is_same_kind: Callable[[PeriodicOrbit], bool]
 ) -> tuple[StickingPoint, StickingPoint]:
-    """Return the last orbit of a kind before a value, and what comes after it."""
+    """Return the last orbit of a kind before a value, and the next one after it."""
     family = here.problem
     family.settle(here)
     after = here.orbit
@@ -221,7 +224,7 @@ def _parted(
             orbit = family.solution(z)
         except PercussError:
             return Sample(part, -1.0, z)
-        if goes_on(orbit):
+        if is_same_kind(orbit):
             family.near = orbit
             return Sample(part, 1.0, z)
         after = orbit
@@ -239,7 +242,7 @@ def _changes(one: StickingPoint, other: StickingPoint) -> list[StickingRow]:
     if walls == _walls(other.orbit):
         return _grazes(one, other)
     low, high = _parted(one, other.z, lambda orbit: _walls(orbit) == walls)
-    special = _special(low, high, "chatter", "a contact begins or ends: it lasts no time")
+    special = _special(low, high, "chatter", "a contact begins or ends: its duration is zero")
     return [*_grazes(one, low), special, *_changes(high, other)]
 
 
@@ -273,17 +276,17 @@ def _end(last: StickingPoint, beyond: StickingPoint) -> tuple[StickingRow, str]:
     """Return the last orbit of the family, and why it is the last."""
     at, orbit = last.text, last.orbit
     contacts = orbit.trajectory().contacts
-    lasting = contacts.release - contacts.start
-    if float(np.min(lasting)) < NO_TIME * orbit.period:
-        stop = int(contacts.stop[int(np.argmin(lasting))])
-        detail = f"the contact with stop {stop} lasts no time"
+    durations = contacts.release - contacts.start
+    if float(np.min(durations)) < NO_TIME * orbit.period:
+        stop = int(contacts.stop[int(np.argmin(durations))])
+        detail = f"the contact with stop {stop} has zero duration"
         row = _special(last, beyond, "chatter", detail)
-        return row, f"at {at} {detail}: beyond, the force lets go before the impacts end"
+        return row, f"at {at} {detail}: beyond it the release precedes the end of the impacts"
     n = orbit.n_periods
-    longest = int(np.argmax(lasting))
-    if lasting[longest] > (1.0 - NO_TIME) * orbit.period / n:
+    longest = int(np.argmax(durations))
+    if durations[longest] > (1.0 - NO_TIME) * orbit.period / n:
         stop = int(contacts.stop[longest])
-        return (last, None), f"beyond {at} the force lets go of stop {stop} no more"
+        return (last, None), f"beyond {at} the force never releases the mass from stop {stop}"
     periods = "a forcing period" if n == 1 else f"{n} forcing periods"
     return (last, None), f"beyond {at} no release comes back after {periods}"
 
@@ -291,7 +294,7 @@ def _end(last: StickingPoint, beyond: StickingPoint) -> tuple[StickingRow, str]:
 def _contacts(orbit: PeriodicOrbit) -> list[tuple[int, slice]]:
     """Return of each contact its wall and the impacts before the hops that lead to it."""
     contacts, impacts = orbit.trajectory().contacts, orbit.impacts
-    found, first = [], 0
+    pattern, first = [], 0
     for start, wall in zip(contacts.start.tolist(), contacts.stop.tolist(), strict=True):
         last = int(np.searchsorted(impacts.t, start, side="right"))
         speeds, hop = np.abs(impacts.v_before), last
@@ -299,17 +302,17 @@ def _contacts(orbit: PeriodicOrbit) -> list[tuple[int, slice]]:
             if hop < last and speeds[hop - 1] <= speeds[hop]:
                 break
             hop -= 1
-        found.append((wall, slice(first, hop)))
+        pattern.append((wall, slice(first, hop)))
         first = last
-    return found
+    return pattern
 
 
 def _pattern(orbit: PeriodicOrbit) -> StickingPattern:
-    """Return what tells an orbit from one beyond a graze: hops that accumulate have no number."""
+    """Return the stops that are met between the contacts; hops that accumulate do not count."""
     stops = orbit.impacts.stop
-    found = [(wall, tuple(stops[before].tolist())) for wall, before in _contacts(orbit)]
-    # Whichever contact the orbit is told from.
-    return min(tuple(found[k:] + found[:k]) for k in range(len(found)))
+    pattern = [(wall, tuple(stops[before].tolist())) for wall, before in _contacts(orbit)]
+    # The same for every contact with which the orbit may begin.
+    return min(tuple(pattern[k:] + pattern[:k]) for k in range(len(pattern)))
 
 
 def _has(pattern: StickingPattern) -> Callable[[PeriodicOrbit], bool]:
@@ -321,9 +324,9 @@ def _walls(orbit: PeriodicOrbit) -> tuple[int, ...]:
 
 
 def _graze(one: PeriodicOrbit, other: PeriodicOrbit) -> str:
-    """Return what an impact that one of two neighbours has loses, "" if it is none of no velocity.
+    """Return in words the graze at which one of two neighbours loses an impact, "" if it is none.
 
-    Two impacts of one velocity, neither of them slow, make another pattern, too.
+    Two impacts of equal velocity, neither of them slow, change the pattern, too.
     """
     slowest, stop = math.inf, -1
     for orbit in (one, other):

@@ -8,8 +8,6 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
-from percuss.model.exact import as_float
-from percuss.model.paths import get_parameter
 from percuss.numerics import directions, matmul, norm
 from percuss.orbits.bifurcations.family import Family, own_value
 from percuss.orbits.bifurcations.grazing_contact import (
@@ -32,15 +30,15 @@ __all__ = ["orbit_past_graze", "switch_branch"]
 SWITCHED = ("period_doubling", "symmetry_breaking", "branch_point", "grazing")
 OTHERS = {
     "fold": "the family turns there, and no other one starts",
-    "chatter": "impacts accumulate there, and those beyond stick",
-    "corner": "the same orbits go on beyond it, where they do",
-    "strong_resonance": "the orbits born there are no branch of this family",
+    "chatter": "impacts accumulate there, and the orbits beyond it stick",
+    "corner": "the same orbits continue beyond it, if any do",
+    "strong_resonance": "the orbits that bifurcate there are no branch of this family",
 }
-# Half the range of the parameter that is the unit of its steps, as a part of its value.
-BESIDE = 0.01
-# Length of the step off, as a part of the period and of the largest velocity, and past a graze.
+# Half the range of the parameter, the unit of its steps, as a part of its value.
+HALF_RANGE = 0.01
+# Scaled length of the step onto the other family, and of that past a graze.
 FIRST, FIRST_PAST_GRAZE = 1e-2, 1e-3
-# Directions that the equations hold as weakly as this, as a part of the strongest, are free.
+# Directions of singular values below this part of the largest are free.
 FREE = 1e-4
 
 
@@ -49,26 +47,26 @@ def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicO
 
     At a period doubling that is the orbit of twice the period; where a symmetry breaks, one of
     the two that mirror each other; at a branch point, an orbit of the family that crosses; at a
-    graze, one with another impact, or without the one that has no velocity. In the first three the
-    equations are those of the orbit, of its two-fold cover at a doubling; they hold two directions
-    weakly, one along the branch, and the step goes along the other (Keller 1977, section 5; Seydel
-    2010, section 5.6). Newton's method follows it with the length of that step held and the
-    parameter free.
+    graze, one with another impact, or without the one of zero velocity. In the first three cases
+    the equations are those of the orbit, at a doubling of its two-fold cover; they have two small
+    singular values, one along the branch, and the step goes along the other (Keller 1977,
+    section 5; Seydel 2010, section 5.6). Newton's method corrects it with the length of that step
+    fixed and the parameter free.
 
     Parameters
     ----------
     point
         Of kind "period_doubling", "symmetry_breaking", "branch_point" or "grazing".
     other_side
-        Not at a graze: step the other way: to the mirrored orbit, the same doubled orbit a period
-        later, or to the other half of a family that crosses.
+        Whether to step in the opposite direction, not at a graze: to the mirrored orbit, the same
+        doubled orbit a period later, or the other half of a family that crosses.
 
     Returns
     -------
     PeriodicOrbit
-        Ready for `continue_orbit` along the same parameter. Where a doubled family is born from
-        a shorter orbit that doubles, a "period_doubling" of either branch, it is from the doubled
-        branch that shorter orbit: the `detail` of the point says so.
+        Ready for `continue_orbit` along the same parameter. From the doubled branch, at the
+        "period_doubling" from which it bifurcates, it is the primitive orbit: the `detail` of the
+        point says so.
 
     Raises
     ------
@@ -114,21 +112,20 @@ def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicO
 def _stepped_off(
     orbit: PeriodicOrbit, path: str, tangent: Floats | None, side: float
 ) -> PeriodicOrbit:
-    """Return an orbit a step away, along what the equations leave free beside the tangent."""
-    value = as_float(get_parameter(orbit.oscillator, orbit.forcing, None, path))
-    beside = BESIDE * abs(value) or BESIDE
-    family = Family(orbit, path, value - beside, value + beside)
+    """Return an orbit a step away, along the free direction that is not the tangent."""
+    value = own_value(orbit, path)
+    family = Family(orbit, path, *_range(value))
     start = family.start(orbit, value)
     direction = side * _across(family, start, tangent)
-    found, why = family.stepped_off(start, direction, FIRST)
-    if found is not None:
-        return found
+    other, why = family.stepped_off(start, direction, FIRST)
+    if other is not None:
+        return other
     what = f"no other family found at {path} = {value:.12g}"
     raise ConvergenceError(what, None, np.nan, f"{why}; look whether the point is located")
 
 
 def _across(family: Family, start: Floats, tangent: Floats | None) -> Floats:
-    """Return the unit direction that the equations leave free and that is not the tangent's."""
+    """Return the unit vector of the free direction that is not the tangent."""
     sizes, rows = directions(family.derivatives(start))
     if sizes[-2] > FREE * sizes[0]:
         what = f"the orbit at {family.path} = {family.value(start):.12g} has no second direction"
@@ -140,7 +137,7 @@ def _across(family: Family, start: Floats, tangent: Floats | None) -> Floats:
         along = matmul(free, tangent / np.append(family.scale, family.high - family.low))
     along /= norm(along)
     across = along[0] * free[1] - along[1] * free[0]
-    # One and the same side on every machine.
+    # The same sign on every machine.
     largest = int(np.argmax(np.abs(across)))
     return np.asarray(across * np.sign(across[largest]))
 
@@ -148,8 +145,8 @@ def _across(family: Family, start: Floats, tangent: Floats | None) -> Floats:
 def orbit_past_graze(orbit: PeriodicOrbit, path: str) -> PeriodicOrbit:
     """Return an orbit of the other family that starts at a graze.
 
-    Where a turning point touches a stop that is one with another impact there; where an impact
-    has no velocity, one without it. Either is physical there.
+    Where a turning point grazes a stop that is one with another impact there; where an impact has
+    zero velocity, one without it. Either is admissible there.
 
     Parameters
     ----------
@@ -164,64 +161,67 @@ def orbit_past_graze(orbit: PeriodicOrbit, path: str) -> PeriodicOrbit:
         If none is found.
     """
     value = own_value(orbit, path)
-    beside = BESIDE * abs(value) or BESIDE
     where = f"{path} = {value:.12g}"
     contacts = grazing_contacts(orbit)
-    found: PeriodicOrbit | None = None
-    if any(is_soft(orbit, touch) for touch in contacts):
-        family = Family(orbit, path, value - beside, value + beside)
-        found = orbit_beyond(family, orbit, value)
+    if any(is_soft(orbit, contact) for contact in contacts):
+        other = orbit_beyond(Family(orbit, path, *_range(value)), orbit, value)
     elif _all_with_impacts(orbit, contacts):
-        found = _without_impacts(orbit, path, (value - beside, value + beside), contacts)
+        other = _without_impacts(orbit, path, contacts)
     else:
-        added = [touch for touch in contacts if not touch.events]
-        found = _with_impacts(orbit, path, (value - beside, value + beside), added)
-    if found is None:
+        added = [contact for contact in contacts if not contact.events]
+        other = _with_impacts(orbit, path, added)
+    if other is None:
         advice = "look whether the graze is located, and whether another one lies beside it"
         raise ConvergenceError(f"no other family found at {where}", None, np.nan, advice)
-    return found
+    return other
+
+
+def _range(value: float) -> tuple[float, float]:
+    half = HALF_RANGE * abs(value) or HALF_RANGE
+    return value - half, value + half
 
 
 def _all_with_impacts(orbit: PeriodicOrbit, contacts: list[GrazingContact]) -> bool:
-    """Return whether an orbit, or a shorter one that it goes round, has an impact at each touch."""
-    if all(touch.events for touch in contacts):
+    """Return whether an orbit, or a primitive one that it covers, has an impact at each graze."""
+    if all(contact.events for contact in contacts):
         return True
-    if not any(touch.events for touch in contacts):
+    if not any(contact.events for contact in contacts):
         return False
-    return all(touch.events for touch in merged(contacts, without(orbit, contacts).period))
+    return all(contact.events for contact in merged(contacts, without(orbit, contacts).period))
 
 
 def _without_impacts(
-    orbit: PeriodicOrbit, path: str, ends: tuple[float, float], contacts: list[GrazingContact]
+    orbit: PeriodicOrbit, path: str, contacts: list[GrazingContact]
 ) -> PeriodicOrbit | None:
-    """Return an orbit that does not come to the stop, on the side where that is so."""
-    base = without(orbit, contacts)
-    family = Family(base, path, *ends)
-    start = family.start(base, own_value(base, path))
-    held = along_parameter(len(start))
-    for sign in (-1.0, 1.0):
+    """Return an orbit that does not reach the stop, on the side where it is admissible."""
+    base, value = without(orbit, contacts), own_value(orbit, path)
+    family = Family(base, path, *_range(value))
+    start = family.start(base, value)
+    normal = along_parameter(len(start))
+    for step in (-FIRST_PAST_GRAZE, FIRST_PAST_GRAZE):
         try:
-            found = family.solution(family.corrected(start + sign * FIRST_PAST_GRAZE * held, held))
+            other = family.solution(family.corrected(start + step * normal, normal))
         except PercussError:
             continue
-        if found.admissible:
-            return found
+        if other.admissible:
+            return other
     return None
 
 
 def _with_impacts(
-    orbit: PeriodicOrbit, path: str, ends: tuple[float, float], contacts: list[GrazingContact]
+    orbit: PeriodicOrbit, path: str, contacts: list[GrazingContact]
 ) -> PeriodicOrbit | None:
-    """Return an orbit with an impact at each touch."""
-    instants = np.array([orbit.t0 + (touch.t - orbit.t0) % orbit.period for touch in contacts])
-    rows = [[touch.bound, touch.region, touch.region] for touch in contacts]
+    """Return an orbit with an impact at each graze."""
+    instants = np.array([orbit.t0 + (contact.t - orbit.t0) % orbit.period for contact in contacts])
+    rows = [[contact.bound, contact.region, contact.region] for contact in contacts]
     itinerary, _ = orbit.itinerary.inserted(instants, np.array(rows, dtype=np.int64), orbit.period)
     grazing = orbit_of_itinerary(orbit, itinerary)
-    family = Family(grazing, path, *ends)
-    start = family.start(grazing, own_value(orbit, path))
+    value = own_value(orbit, path)
+    family = Family(grazing, path, *_range(value))
+    start = family.start(grazing, value)
     tangent = family.tangent(start, along_parameter(len(start)))
-    found, _ = family.stepped_off(
+    other, _ = family.stepped_off(
         start, tangent, FIRST_PAST_GRAZE, signs=(-1.0, 1.0),
         is_wanted=lambda orbit: bool((family.into_stops(orbit) > 0.0).all()),
     )  # fmt: skip
-    return found
+    return other

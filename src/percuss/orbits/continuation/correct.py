@@ -21,8 +21,7 @@ WEAK = 1e-7
 # Residuals of a solution, as a part of its own size: rounding of a sequence of flights is some
 # 1e-15.
 SOLVED = 1e-12
-# Residuals that are rounded by more than the orbit is large: no step from there leads anywhere,
-# though it may lead back where an unknown enters linearly and its digits cancel by chance.
+# Residuals whose rounding errors exceed the orbit: steps from there are meaningless.
 LOST = 2.0**52
 
 
@@ -47,7 +46,7 @@ def corrected(
     steps, enough
         The most steps, and relative residuals that need not become smaller.
     size
-        How large a point is.
+        The scale of a point.
     weak
         Directions weaker than this part of the strongest stay as the guess has them.
 
@@ -81,7 +80,7 @@ def corrected(
 
 
 class Broyden:
-    """Equations whose derivatives are updated by what each step shows (Broyden 1965).
+    """Equations with derivatives that are updated by each step (Broyden 1965).
 
     The matrix is that of the derivatives near the first point, (K, K + 1).
     """

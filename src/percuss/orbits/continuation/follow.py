@@ -1,4 +1,4 @@
-"""The walk along branches and curves: predictor, corrector, length of steps, ends and closure."""
+"""Continuation along branches and curves: predictor, corrector, step length, ends and closure."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from percuss.model.exact import real, whole
 from percuss.numerics import dot, norm
 from percuss.orbits.continuation.problem import P, Point, along_parameter
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.same import are_same
+from percuss.orbits.orbit.signature import are_same
 from percuss.progress import Progress
 
 __all__ = ["STOPPED", "Detector", "Segment", "StepLimits", "follow", "follow_both_ways"]
 
 S = TypeVar("S")
 
-# Cosines of the angle between tangents: below the first a step is made again, half as long;
+# Cosines of the angle between tangents: below the first a step is repeated with half its length;
 # above the second the next one is longer.
 TURNED, STRAIGHT = 0.97, 0.995
 LONGER = 1.6
 # The corrector may move a predicted point by this part of the step.
 ASIDE = 0.5
-# A closed curve has more points than this, and its last step passes the start within this part.
+# A closed curve has more points than this, and its last step passes the start within this part of
+# its length.
 FEWEST, PASSED = 5, 0.6
 
 STOPPED = "stopped by progress"
@@ -36,7 +37,7 @@ STOPPED = "stopped by progress"
 
 @dataclass(frozen=True, slots=True)
 class StepLimits:
-    """How many points are computed one way at most, and how far apart, in scaled arclength."""
+    """The most points each way, and their distances in scaled arclength."""
 
     max_points: int
     largest: float
@@ -57,16 +58,16 @@ class StepLimits:
 
 @dataclass(frozen=True, slots=True)
 class Segment(Generic[P, S]):
-    """What lies between two neighbours.
+    """The part of a branch or curve between two neighbours.
 
     Attributes
     ----------
     rows
-        Points with what is special there, in order.
+        Points with the special points among them, in order.
     end_reason
-        Why the second neighbour is none; "" if it is.
+        Why the second neighbour does not belong to it; "" if it does.
     beyond
-        Where another problem takes over then, None if the walk ends.
+        The point of another problem that continues it then, None if it ends.
     """
 
     rows: list[tuple[Point[P], S | None]]
@@ -75,13 +76,13 @@ class Segment(Generic[P, S]):
 
 
 class Detector(Protocol[P, S]):
-    """What happens along a branch or curve besides its points."""
+    """Finds special points and ends of a branch or curve."""
 
-    def between(self, here: Point[P], found: Point[P]) -> Segment[P, S]:
-        """Return what lies between two neighbours."""
+    def between(self, here: Point[P], new: Point[P]) -> Segment[P, S]:
+        """Return the part between two neighbours."""
 
     def stopped(self, here: Point[P], reason: str) -> Segment[P, S]:
-        """Return what lies behind the last point from which a step was found."""
+        """Return the part beyond the last point, from which no step was found."""
 
 
 def follow_both_ways(
@@ -124,11 +125,11 @@ def follow(
     sign
         1.0 along its tangent, -1.0 against it.
     detector
-        Finds what is special between neighbours, and where the walk has to end.
+        Finds special points between neighbours, and where the walk ends.
     steps
         Their length and number.
     until
-        Ends the walk at something special, which then is in the last row.
+        A condition on special points that ends the walk; the point is in the last row.
     progress
         Counts the points, and may end the walk.
 
@@ -145,24 +146,24 @@ def follow(
         if end:
             return rows, end, False
         here.problem.settle(here)
-        found, step, why = _step(here, bend, step, steps)
-        stretch = detector.stopped(here, why) if found is None else detector.between(here, found)
-        for row in stretch.rows:
+        new, step, why = _step(here, bend, step, steps)
+        segment = detector.stopped(here, why) if new is None else detector.between(here, new)
+        for row in segment.rows:
             rows.append(row)
             if until is not None and row[1] is not None and until(row[1]):
                 return rows, "", False
-        if found is None or (stretch.end_reason and stretch.beyond is None):
-            return rows, stretch.end_reason, False
-        if stretch.beyond is not None:
-            here = stretch.beyond
+        if new is None or (segment.end_reason and segment.beyond is None):
+            return rows, segment.end_reason, False
+        if segment.beyond is not None:
+            here = segment.beyond
             bend, step = np.zeros(len(here.z)), min(steps.first, steps.largest)
             continue
-        rows.append((found, None))
-        if len(rows) > FEWEST and _is_back(start, found, sign, here):
-            return rows, f"the {found.problem.noun} closed", True
-        if found.problem.order == 2:
-            bend = (found.tangent - here.tangent) / norm(found.z - here.z)
-        here = found
+        rows.append((new, None))
+        if len(rows) > FEWEST and _is_back(start, new, sign, here):
+            return rows, f"the {new.problem.noun} closed", True
+        if new.problem.order == 2:
+            bend = (new.tangent - here.tangent) / norm(new.z - here.z)
+        here = new
         path, value = here.problem.paths[0], here.problem.values(here.z)[0]
         if progress is not None and not progress.advance(text=f"{path} = {value:.6g}"):
             return rows, STOPPED, False
@@ -188,12 +189,12 @@ def _step(
     step = min(step, problem.longest_step(here, steps.largest))
     while step > steps.least:
         try:
-            found = _tried(here, bend, step)
+            new = _tried(here, bend, step)
         except PercussError as error:
-            found, why, invalid = None, str(error), isinstance(error, ParameterError)
-        if found is not None:
-            straight = dot(here.tangent, found.tangent) > STRAIGHT
-            return found, step * LONGER if straight else step, ""
+            new, why, invalid = None, str(error), isinstance(error, ParameterError)
+        if new is not None:
+            straight = dot(here.tangent, new.tangent) > STRAIGHT
+            return new, step * LONGER if straight else step, ""
         here = problem.refined(here)
         step *= 0.5
     if invalid:
@@ -220,32 +221,32 @@ def _tried(here: Point[P], bend: Floats, step: float) -> Point[P] | None:
     outside = (np.abs(z[-n:] - 0.5) > 0.5).any()
     if outside or norm(z - guess) > ASIDE * step:
         return None
-    found = problem.point(z, here)
-    return found if dot(here.tangent, found.tangent) > TURNED else None
+    new = problem.point(z, here)
+    return new if dot(here.tangent, new.tangent) > TURNED else None
 
 
-def _is_back(start: Point[P], found: Point[P], sign: float, before: Point[P]) -> bool:
+def _is_back(start: Point[P], new: Point[P], sign: float, before: Point[P]) -> bool:
     """Return whether the last step passed the start, whole periods apart."""
-    if found.problem is not start.problem:
-        return _is_back_in_another_problem(start, found, before)
-    apart = start.z - found.z
-    if len(apart) > len(found.problem.paths):
+    if new.problem is not start.problem:
+        return _is_back_in_another_problem(start, new, before)
+    difference = start.z - new.z
+    if len(difference) > len(new.problem.paths):
         # The first unknown is an instant, in periods.
-        apart[0] -= round(apart[0])
-    step = norm(found.z - before.z)
-    along = sign * dot(start.tangent, found.tangent) > TURNED
-    return along and norm(apart) < PASSED * step
+        difference[0] -= round(difference[0])
+    step = norm(new.z - before.z)
+    along = sign * dot(start.tangent, new.tangent) > TURNED
+    return along and norm(difference) < PASSED * step
 
 
-def _is_back_in_another_problem(start: Point[P], found: Point[P], before: Point[P]) -> bool:
+def _is_back_in_another_problem(start: Point[P], new: Point[P], before: Point[P]) -> bool:
     """Return whether the last step passed the start after other problems have taken over."""
-    value, last, new = start.z[-1], before.z[-1], found.z[-1]
-    if (last - value) * (new - value) > 0.0 or last == new or len(found.z) != len(start.z):
+    value, last, now = start.z[-1], before.z[-1], new.z[-1]
+    if (last - value) * (now - value) > 0.0 or last == now or len(new.z) != len(start.z):
         return False
-    guess = before.z + (value - last) / (new - last) * (found.z - before.z)
+    guess = before.z + (value - last) / (now - last) * (new.z - before.z)
     try:
-        z = found.problem.corrected(guess, along_parameter(len(guess)))
-        orbit: PeriodicOrbit = found.problem.solution(z)
+        z = new.problem.corrected(guess, along_parameter(len(guess)))
+        orbit: PeriodicOrbit = new.problem.solution(z)
         return are_same(orbit, start.orbit)
     except PercussError:
         return False

@@ -1,4 +1,4 @@
-"""Where a test function vanishes between two points of a branch or curve."""
+"""Zeros of a test function between two points of a branch or curve."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ __all__ = ["Zero", "bracketed", "changes_sign", "locate"]
 # some 1e-13.
 CLOSE = 1e-12
 MOST_STEPS = 80
-# How often the corrector may find nothing, at which parts of the bracket it is tried then, and
-# how long a bracket may be that is given nevertheless, as a part of the chord.
+# How often the corrector may fail, the parts of the bracket that are tried then, and the longest
+# bracket that is accepted nevertheless, as a part of the chord.
 MOST_LOST, ASIDE, LOST = 12, (0.5, 0.25, 0.75, 0.4, 0.6, 0.1, 0.9), 1e-2
-# What is left of a function at a zero that it goes through, as a part of its values at the ends.
+# Largest value of a function next to a zero that it goes through, as a part of those at the ends.
 LEFT = 1e-4
 
 
@@ -36,11 +36,11 @@ class Zero:
     Attributes
     ----------
     part
-        How far along the chord it lies.
+        Part of the chord at which it lies.
     z, orbit
         The point.
     ends
-        The points between which it lies.
+        Points between which it lies.
     goes_through
         Whether the function goes through zero there; otherwise it jumps.
     """
@@ -71,9 +71,9 @@ def locate(
     test: Callable[[Floats], float],
     values: tuple[float, float],
     *,
-    beside_others: bool = True,
+    near_others: bool = True,
 ) -> Zero | None:
-    """Return a zero of a test function between two points, None if it gets lost.
+    """Return a zero of a test function between two points, None if it is not found.
 
     Parameters
     ----------
@@ -84,8 +84,8 @@ def locate(
     values
         Its values at both, of opposite signs; or the second is 0.
     beside_others
-        At such zeros other branches may cross. The equations then hold one direction more weakly,
-        and solving them so takes longer.
+        Whether other branches may cross at the zero: then a further singular value is small, and
+        the corrector takes more steps.
     """
     problem = a.problem
     chord = b.z - a.z
@@ -95,9 +95,9 @@ def locate(
     def at(part: float) -> Sample:
         guess = a.z + part * chord
         try:
-            z = problem.corrected(guess, normal, beside_others=beside_others)
+            z = problem.corrected(guess, normal, near_others=near_others)
         except ConvergenceError:
-            z = problem.corrected(guess, normal, beside_others=not beside_others)
+            z = problem.corrected(guess, normal, near_others=not near_others)
         if norm(z - guess) > length:
             raise ConvergenceError("Newton's method leaves the chord", z, math.nan, "look aside")
         return Sample(part, test(z), z)
@@ -130,7 +130,7 @@ def bracketed(
             break
         part = _next(low, high, tolerance, halve=k % 3 == 2)
         if lost:
-            # Newton's method gets lost very near to another branch, and not beside it.
+            # Newton's method fails very near another branch only.
             part = low.part + ASIDE[lost % len(ASIDE)] * (high.part - low.part)
         try:
             sample = at(part)
@@ -147,11 +147,11 @@ def bracketed(
 
 
 def _next(low: Sample, high: Sample, tolerance: float, *, halve: bool) -> float:
-    """Return where to look next: on the secant, a tolerance off the ends, or in the middle."""
+    """Return the next part: on the secant, a tolerance off the ends, or in the middle."""
     width = high.part - low.part
     fraction = low.value / (low.value - high.value)
     if halve or not 0.0 <= fraction <= 1.0:
         return low.part + 0.5 * width
-    # From an end into the bracket: so that the other end comes near, too.
-    room = min(0.5 * width, 0.5 * tolerance)
-    return min(max(low.part + fraction * width, low.part + room), high.part - room)
+    # At a distance from the ends, so that the other end comes near, too.
+    least = min(0.5 * width, 0.5 * tolerance)
+    return min(max(low.part + fraction * width, low.part + least), high.part - least)

@@ -1,4 +1,4 @@
-"""What is continued: equations with one unknown more than there are equations."""
+"""Problems of continuation: equations with one unknown more than there are equations."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ class Problem(Protocol):
     Attributes
     ----------
     noun
-        What such a curve is called: "branch", "curve".
+        The name of such a curve: "branch" or "curve".
     paths
         Paths of the parameters: the last unknowns, scaled so that their ranges go from 0 to 1.
     order
         Order of the predictor: 1 for the tangent, 2 for a parabola through the last points, which
-        is worth its evaluation where the equations have no cheap derivatives.
+        pays where the derivatives are expensive.
     """
 
     noun: str
@@ -35,7 +35,7 @@ class Problem(Protocol):
     def values(self, z: Floats) -> tuple[float, ...]:
         """Return the parameters of a point."""
 
-    def corrected(self, guess: Floats, normal: Floats, *, beside_others: bool = False) -> Floats:
+    def corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:
         """Return the solution in the plane through a guess with this normal.
 
         Raises
@@ -53,10 +53,10 @@ class Problem(Protocol):
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
 
     def refined(self, point: Point[Self]) -> Point[Self]:
-        """Return a point from which no step leads on, with the best tangent there is."""
+        """Return a point from which no step was found, with the best tangent there is."""
 
     def settle(self, point: Point[Self]) -> None:
-        """Take a point as the one near which the next are looked for."""
+        """Take a point as the one near which the next are computed."""
 
     def plane(self, tangent: Floats) -> Floats:
         """Return the normal of the plane in which a predicted point is corrected."""
@@ -83,7 +83,7 @@ class Point(Generic[P]):
     tests
         Functions that are zero at special points, by their names.
     problem
-        What it solves.
+        The problem that it solves.
     """
 
     z: Floats

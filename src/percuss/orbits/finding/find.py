@@ -6,17 +6,15 @@ import math
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from percuss.errors import ConvergenceError, FormalOrbitWarning, ParameterError
 from percuss.model.exact import as_float, plain, whole
-from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
-from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
-from percuss.model.system import kind_faults
+from percuss.model.system import System
 from percuss.numerics import log
 from percuss.orbits.finding.refine_guess import (
     Known,
@@ -38,17 +36,17 @@ from percuss.orbits.finding.search_budget import SearchBudget, check_length
 from percuss.orbits.finding.settled import settled_motions
 from percuss.orbits.finding.single_impact import has_closed_form, single_impact_orbits
 from percuss.orbits.orbit.itinerary import events_of_stops
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.same import are_same
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
+from percuss.orbits.orbit.signature import are_same
 from percuss.orbits.orbit.steady import free_region, regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 from percuss.progress import Report
 
-__all__ = ["FoundOrbits", "estimate_unseen", "find_formal_orbit", "find_orbit", "find_orbits"]
+__all__ = ["FoundOrbits", "estimate_unseen", "find_orbit", "find_orbits"]
 
-# The better first.
+# From the best to the worst.
 _RANKS = ("asymptotic", "elliptic", "parabolic", "unstable")
-# Motions that are followed for long where nothing physical is found otherwise.
+# Motions that are followed for long where no admissible orbit is found otherwise.
 ATTRACTED = 40
 # Batches of a search for all orbits, at an effort of 1; it ends early when fewer orbits than this
 # are estimated to be unseen. The estimate is no bound: of 60 systems at random those that stopped
@@ -56,8 +54,10 @@ ATTRACTED = 40
 FEWEST_BATCHES, MOST_BATCHES = 4, 16
 ENOUGH = 0.25
 LEAST_EFFORT, MOST_EFFORT = 0.1, 100.0
-# An impact as slow as rounding, as a part of the fastest one.
+# Velocity of an impact that is rounding, as a part of the fastest.
 NO_SPEED = 1e-12
+# The estimate of unseen orbits is of what a search with so many times the samples would show.
+SAMPLES = 6.0
 
 
 def find_orbit(
@@ -69,6 +69,7 @@ def find_orbit(
     guess: GivenGuess | None = None,
     *,
     seed: int = 0,
+    formal: bool = False,
     progress: Report = None,
 ) -> PeriodicOrbit:
     """Find a periodic orbit with so many impacts in so many forcing periods.
@@ -87,7 +88,7 @@ def find_orbit(
     n_impacts
         Impacts on walls and entries into soft stops: 0 for none, `math.inf` with sticking.
     n_periods
-        Forcing periods, >= 1. Not looked at for free motion.
+        Forcing periods, >= 1. Disregarded for free motion.
     sequence
         The stops met, in order; default: what a search finds.
     guess
@@ -97,6 +98,8 @@ def find_orbit(
         Default: a search from random starts.
     seed
         Of the random starts.
+    formal
+        Whether a formal orbit is returned without a warning.
     progress
         True shows a line on the error stream after two seconds; a function
         ``(done, total) -> bool`` is called after each start of the search, and ends it by
@@ -133,53 +136,22 @@ abs(multipliers) 0.5843, 0.5843>
     >>> round(float(orbit.impacts.v_before[0]), 12)
     1.695732937595
     """
-    orbit = find_formal_orbit(
-        osc, force, n_impacts, n_periods, sequence, guess, seed=seed, progress=progress
-    )
-    if not orbit.admissible:
-        warnings.warn(_why_formal(orbit), FormalOrbitWarning, stacklevel=2)
-    return orbit
-
-
-def find_formal_orbit(
-    osc: Oscillator,
-    force: Forcing | None = None,
-    n_impacts: float = 1,
-    n_periods: int = 1,
-    sequence: Sequence[int] | None = None,
-    guess: GivenGuess | None = None,
-    *,
-    seed: int = 0,
-    progress: Report = None,
-) -> PeriodicOrbit:
-    """Find a periodic orbit as `find_orbit` does, without a warning where it is formal.
-
-    For callers that look at `admissible` themselves. Parameters, value and errors are those of
-    `find_orbit`.
-    """
     n_impacts, n_periods = _counts(n_impacts, n_periods)
-    _check(osc, force, n_impacts, sequence)
+    system = System.of(osc, force)
+    _check(system, n_impacts, sequence)
     if guess is not None:
         n_impacts, n_periods = counts_of_guess(guess, n_impacts, n_periods)
-        # Of orbits without impacts and with sticking there is nothing to guess: they are complete.
-        if n_impacts not in (0, math.inf):
-            return orbit_near(osc, force, int(n_impacts), n_periods, sequence, guess)
-        _check(osc, force, n_impacts, None)
-    table = law(osc, force)
-    check_length(table, n_impacts, n_periods)
-    budget = SearchBudget(table, progress, starts_of(osc, table) + SCATTERED + ATTRACTED)
-    found: list[PeriodicOrbit] = []
-    for search in (_wanted, _scattered, _attracting):
-        found += search(osc, force, n_impacts, n_periods, sequence, seed, budget)
-        if budget.end_reason or any(orbit.admissible for orbit in found):
-            break
-    budget.close()
-    if not found:
-        what = described(n_impacts, n_periods if _has_period(force) else 0)
-        why = f"; the search ended: {budget.end_reason}" if budget.end_reason else ""
-        advice = "give a guess: (cycle, v_after) of an impact, or a run that settles on it"
-        raise ConvergenceError(f"no orbit with {what} found{why}", None, math.nan, advice)
-    return min(found, key=_order)
+        if n_impacts in (0, math.inf):
+            # All orbits without impacts and with sticking are known: they need no guess.
+            _check(system, n_impacts, None)
+            guess = sequence = None
+    if guess is not None:
+        orbit = orbit_near(system, int(n_impacts), n_periods, sequence, guess)
+    else:
+        orbit = _searched(_Wanted(system, n_impacts, n_periods, sequence, seed), progress)
+    if not orbit.admissible and not formal:
+        warnings.warn(_why_formal(orbit), FormalOrbitWarning, stacklevel=2)
+    return orbit
 
 
 def _why_formal(orbit: PeriodicOrbit) -> str:
@@ -188,7 +160,7 @@ def _why_formal(orbit: PeriodicOrbit) -> str:
         stop, depth = orbit.passages.stop[k], orbit.passages.depth[k]
         where = f"it passes through stop {stop}, by {depth:.3g} at t = {orbit.passages.t[k]:.6g}"
     else:
-        where = "one of its flights lasts less than no time"
+        where = "one of its flights has a negative duration"
     return f"the orbit is formal, no motion follows it: {where}; its admissible is False"
 
 
@@ -206,12 +178,13 @@ def find_orbits(
     """Find all periodic orbits that a search from random starts finds, each once.
 
     Orbits with one impact on a wall under one harmonic, without impacts and with sticking are
-    complete: they come from closed forms. The others start from stretches of motions that almost
-    close; of a family of orbits in one system one member is given. From how many starts each
-    orbit was reached tells about how many were reached from none (`unseen_estimate`). The search
-    goes on until this estimate is below a quarter of an orbit, or its effort is spent: some ten million swings
-    of all motions that are followed at the most. Very unstable orbits are reached from one start
-    in a thousand or fewer; where none of them was seen the estimate cannot know of them.
+    complete: they come from closed forms. The search for the others starts from stretches of
+    motions that almost close; of a family of orbits in one system one member is given. The number
+    of starts from which each orbit was reached gives an estimate of how many were reached from none
+    (`unseen_estimate`). The search goes on until this estimate is below a quarter of an orbit, or
+    its effort is spent: some ten million swings of all motions that are followed at the most. Very
+    unstable orbits are reached from one start in a thousand or fewer; where none of them was seen
+    the estimate does not count them.
 
     Parameters
     ----------
@@ -222,7 +195,7 @@ def find_orbits(
     seed
         Of the random starts.
     formal
-        Whether to return those, too, that pass through a stop between impacts.
+        Whether to return formal orbits too, which pass through a stop between impacts.
     effort
         Multiplies the starts, 0.1 to 100: 200 from each stop at least and 800 at most. More find
         more of the orbits that are hard to reach, which are the very unstable ones.
@@ -245,7 +218,7 @@ def find_orbits(
 
     Examples
     --------
-    Below a fold of the gap, a stable and an unstable orbit beside the one without impacts:
+    Below a fold of the gap, a stable and an unstable orbit, and the one without impacts:
 
     >>> import percuss as pc
     >>> osc = pc.impact_oscillator(0.7, wall="1.45789", side="above", damping=0.05)
@@ -255,38 +228,37 @@ def find_orbits(
     1 asymptotic
     1 unstable
 
-    Of a search the estimate of what is unseen is told:
+    After a search the number of unseen orbits is estimated:
 
-    >>> found = find_orbits(osc, pc.cosine("1.5"), max_impacts=2, max_periods=2)
-    >>> found.unseen_estimate < 1.0
+    >>> orbits = find_orbits(osc, pc.cosine("1.5"), max_impacts=2, max_periods=2)
+    >>> orbits.unseen_estimate < 1.0
     True
     """
     max_impacts, max_periods = (
         whole("max_impacts", max_impacts, 1),
         whole("max_periods", max_periods, 1),
     )
-    raise_first(kind_faults(osc, force))
-    _check(osc, force, max_impacts if osc.stops else 0, None)
-    table = law(osc, force)
-    check_length(table, max_impacts, max_periods)
+    system = System.of(osc, force)
+    _check(system, max_impacts if osc.stops else 0, None)
+    check_length(system.law, max_impacts, max_periods)
     if not LEAST_EFFORT <= effort <= MOST_EFFORT:
         reason = f"outside {LEAST_EFFORT:g} to {MOST_EFFORT:g}; 1 is the usual effort"
         raise ParameterError("effort", effort, reason)
     batch_counts = max(1, round(effort * FEWEST_BATCHES)), max(1, round(effort * MOST_BATCHES))
-    budget = SearchBudget(table, progress, starts_of(osc, table, batch_counts[1]))
+    budget = SearchBudget(system.law, progress, starts_of(system, batch_counts[1]))
     unseen = Unseen()
-    found: list[PeriodicOrbit] = []
-    for orbit in _all(osc, force, (max_impacts, max_periods), seed, budget, batch_counts, unseen):
-        wanted = (orbit.admissible or formal) and not _only_touches(orbit)
-        if wanted and not any(are_same(orbit, other) for other in found):
-            found.append(orbit)
+    orbits: list[PeriodicOrbit] = []
+    for orbit in _all(system, (max_impacts, max_periods), seed, budget, batch_counts, unseen):
+        wanted = (orbit.admissible or formal) and not _has_idle_impact(orbit)
+        if wanted and not any(are_same(orbit, other) for other in orbits):
+            orbits.append(orbit)
     budget.close()
-    found.sort(key=lambda orbit: (orbit.n_periods, orbit.n_impacts, *_order(orbit)))
-    return FoundOrbits(found, unseen.estimate, budget.n_done)
+    orbits.sort(key=lambda orbit: (orbit.n_periods, orbit.n_impacts, *_order(orbit)))
+    return FoundOrbits(orbits, unseen.estimate, budget.n_done)
 
 
 def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
-    """Return impacts and periods as Python's numbers; a float that is whole will do."""
+    """Return impacts and periods as Python's numbers; whole floats are accepted."""
     numbers = plain(n_impacts), plain(n_periods)
     impacts, periods = (int(n) if isinstance(n, float) and n.is_integer() else n for n in numbers)
     if impacts != math.inf and not (isinstance(impacts, int) and impacts >= 0):
@@ -294,17 +266,12 @@ def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
     return cast("float", impacts), whole("n_periods", periods, 1)
 
 
-def _check(
-    osc: Oscillator,
-    force: Forcing | None,
-    n_impacts: float,
-    sequence: Sequence[int] | None,
-) -> None:
-    raise_first(kind_faults(osc, force))
+def _check(system: System, n_impacts: float, sequence: Sequence[int] | None) -> None:
+    osc, force = system
     if force is not None and force.harmonics and force.period is None:
         reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)
-    if n_impacts in (0, math.inf) and not _has_period(force):
+    if n_impacts in (0, math.inf) and system.period is None:
         reason = "free motion has no orbit of this kind that is not rest or a free oscillation"
         raise ParameterError("n_impacts", n_impacts, reason)
     if n_impacts != 0 and not osc.stops:
@@ -313,19 +280,15 @@ def _check(
         reason = f"not one stop for each of the {n_impacts} impacts"
         raise ParameterError("sequence", tuple(sequence), reason)
     if sequence is not None:
-        # It says what is wrong with a stop that is none, or with one that is on the way.
-        events_of_stops(osc, law(osc, force), tuple(sequence))
-    if not _has_period(force) and as_float(osc.damping) > 0.0:
+        # It raises the error of a stop that there is not, or that lies between two others.
+        events_of_stops(system, tuple(sequence))
+    if system.period is None and as_float(osc.damping) > 0.0:
         reason = "free motion loses energy all the time and never returns"
         raise ParameterError("oscillator.damping", osc.damping, reason)
 
 
-def _has_period(force: Forcing | None) -> bool:
-    return force is not None and force.period is not None
-
-
-def _only_touches(orbit: PeriodicOrbit) -> bool:
-    """Return whether one of several impacts has no velocity: the orbit without it is the same."""
+def _has_idle_impact(orbit: PeriodicOrbit) -> bool:
+    """Return whether one of several impacts has zero velocity: without it the orbit is the same."""
     if not 2 <= orbit.n_impacts < math.inf:
         return False
     return orbit.min_impact_speed <= NO_SPEED * float(np.abs(orbit.impacts.v_before).max())
@@ -336,74 +299,83 @@ def _order(orbit: PeriodicOrbit) -> tuple[bool, int, float]:
     return not orbit.admissible, _RANKS.index(orbit.stability), -slowest
 
 
-def _wanted(
-    osc: Oscillator,
-    force: Forcing | None,
-    n_impacts: float,
-    n_periods: int,
-    sequence: Sequence[int] | None,
-    seed: int,
-    budget: SearchBudget,
-) -> Iterator[PeriodicOrbit]:
-    """Yield orbits of one kind."""
-    periods = n_periods if _has_period(force) else 0
-    if force is not None and n_impacts == 0:
-        yield from _steady(osc, force, every=False)
-    elif force is not None and math.isinf(n_impacts):
-        found = sticking_orbits(osc, force, n_periods)
-        yield from (orbit for orbit in found if orbit.n_periods == n_periods)
+class _Wanted(NamedTuple):
+    """The orbit that a caller looks for."""
+
+    system: System
+    n_impacts: float
+    n_periods: int
+    sequence: Sequence[int] | None
+    seed: int
+
+    def is_met(self, orbit: PeriodicOrbit) -> bool:
+        """Return whether an orbit has these impacts and periods, and meets these stops."""
+        if self.n_impacts == 0:
+            return True
+        periods = self.n_periods if self.system.period is not None else 0
+        if (orbit.n_impacts, orbit.n_periods) != (self.n_impacts, periods):
+            return False
+        return self.sequence is None or _is_rotation(orbit.sequence, tuple(self.sequence))
+
+    @property
+    def may_be_guessed(self) -> bool:
+        """Whether there are forced orbits with finitely many impacts, which a guess leads to."""
+        return self.system.period is not None and self.n_impacts not in (0, math.inf)
+
+
+def _searched(wanted: _Wanted, progress: Report) -> PeriodicOrbit:
+    """Return the best orbit of a search; ConvergenceError if there is none."""
+    system, n_impacts, n_periods, *_ = wanted
+    check_length(system.law, n_impacts, n_periods)
+    n_starts = starts_of(system) + SCATTERED + ATTRACTED
+    budget = SearchBudget(system.law, progress, n_starts)
+    orbits: list[PeriodicOrbit] = []
+    for search in (_from_motions, _from_random_guesses, _from_attractors):
+        orbits += (orbit for orbit in search(wanted, budget) if wanted.is_met(orbit))
+        if budget.end_reason or any(orbit.admissible for orbit in orbits):
+            break
+    budget.close()
+    if not orbits:
+        what = described(n_impacts, n_periods if system.period is not None else 0)
+        why = f"; the search ended: {budget.end_reason}" if budget.end_reason else ""
+        advice = "give a guess: (cycle, v_after) of an impact, or a run that settles on it"
+        raise ConvergenceError(f"no orbit with {what} found{why}", None, math.nan, advice)
+    return min(orbits, key=_order)
+
+
+def _from_motions(wanted: _Wanted, budget: SearchBudget) -> Iterator[PeriodicOrbit]:
+    """Yield orbits from closed forms and from stretches of motions that almost close."""
+    system, n_impacts, n_periods, _, seed = wanted
+    if n_impacts == 0:
+        yield from _steady(system, every=False)
+    elif math.isinf(n_impacts):
+        yield from sticking_orbits(system, n_periods)
     else:
-        counts = int(n_impacts), n_periods
-        for orbit in _impacting(osc, force, *counts, seed, budget, exactly=True):
-            if (orbit.n_impacts, orbit.n_periods) != (n_impacts, periods):
-                continue
-            if sequence is None or _is_rotation(orbit.sequence, tuple(sequence)):
-                yield orbit
+        yield from _impacting(system, int(n_impacts), n_periods, seed, budget, exactly=True)
 
 
-def _scattered(
-    osc: Oscillator,
-    force: Forcing | None,
-    n_impacts: float,
-    n_periods: int,
-    sequence: Sequence[int] | None,
-    seed: int,
-    budget: SearchBudget,
-) -> Iterator[PeriodicOrbit]:
-    """Yield orbits of one kind from guesses at random, where the order of the stops is known."""
-    if force is None or not _has_period(force) or n_impacts in (0, math.inf):
-        return
-    if sequence is None and len(osc.stops) > 1:
+def _from_random_guesses(wanted: _Wanted, budget: SearchBudget) -> Iterator[PeriodicOrbit]:
+    """Yield orbits from guesses at random, where the sequence of stops is known."""
+    system, n_impacts, n_periods, sequence, seed = wanted
+    if not wanted.may_be_guessed or (sequence is None and len(system.oscillator.stops) > 1):
         return
     stops = (0,) * int(n_impacts) if sequence is None else tuple(sequence)
-    known = Known(osc, force)
-    for guess in scattered(osc, force, stops, n_periods, seed, budget):
+    known = Known(system)
+    for guess in scattered(system, stops, n_periods, seed, budget):
         orbit = _refined(guess, known, budget)
-        if orbit is not None and (orbit.n_impacts, orbit.n_periods) == (n_impacts, n_periods):
+        if orbit is not None:
             yield orbit
 
 
-def _attracting(
-    osc: Oscillator,
-    force: Forcing | None,
-    n_impacts: float,
-    n_periods: int,
-    sequence: Sequence[int] | None,
-    seed: int,
-    budget: SearchBudget,
-) -> Iterator[PeriodicOrbit]:
-    """Yield orbits of one kind to which motions settle that are followed for long."""
-    if force is None or not _has_period(force) or n_impacts in (0, math.inf):
+def _from_attractors(wanted: _Wanted, budget: SearchBudget) -> Iterator[PeriodicOrbit]:
+    """Yield orbits to which motions settle that are followed for long."""
+    system, n_impacts, n_periods, _, seed = wanted
+    if not wanted.may_be_guessed:
         return
     counts = int(n_impacts), n_periods
-    for motion in settled_motions(
-        osc, force, *counts, n_starts=ATTRACTED, seed=seed, budget=budget
-    ):
-        orbit = motion.orbit
-        if orbit is None or (orbit.n_impacts, orbit.n_periods) != counts:
-            continue
-        if sequence is None or _is_rotation(orbit.sequence, tuple(sequence)):
-            yield orbit
+    for motion in settled_motions(system, *counts, n_starts=ATTRACTED, seed=seed, budget=budget):
+        if motion.orbit is not None:
+            yield motion.orbit
 
 
 def _is_rotation(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
@@ -413,32 +385,30 @@ def _is_rotation(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
 
 
 def _all(
-    osc: Oscillator,
-    force: Forcing | None,
+    system: System,
     counts: tuple[int, int],
     seed: int,
     budget: SearchBudget,
     batch_counts: tuple[int, int],
     unseen: Unseen,
 ) -> Iterator[PeriodicOrbit]:
-    if force is not None and _has_period(force):
-        yield from _steady(osc, force, every=True)
-        yield from sticking_orbits(osc, force, counts[1])
-    if not osc.stops:
+    """Yield all orbits that are found, and set the estimate of those that are not."""
+    if system.period is not None:
+        yield from _steady(system, every=True)
+        yield from sticking_orbits(system, counts[1])
+    if not system.oscillator.stops:
         return
-    if force is None or not _has_period(force):
+    if system.period is None:
         unseen.estimate = math.nan
-        yield from _impacting(osc, force, *counts, seed, budget, exactly=False)
+        yield from _impacting(system, *counts, seed, budget, exactly=False)
         return
-    closed = _closed_forms(osc, force)
-    for stop in closed:
-        for n in range(1, counts[1] + 1):
-            yield from single_impact_orbits(osc, force, n, stop)
-    if counts[0] == 1 and len(closed) == len(osc.stops):
+    yield from _single_impacts(system, range(1, counts[1] + 1))
+    closed = _closed_forms(system)
+    if counts[0] == 1 and len(closed) == len(system.oscillator.stops):
         return
-    known = Known(osc, force)
+    known = Known(system)
     fewest, most = batch_counts
-    for k, batch in enumerate(batches(osc, force, *counts, seed, budget, most)):
+    for k, batch in enumerate(batches(system, counts, seed, budget, most)):
         for guess in batch:
             orbit = _refined(guess, known, budget)
             if orbit is not None:
@@ -454,7 +424,7 @@ def _all(
             if admissible and not (len(signature.stops) == 1 and signature.stops[0] in closed)
         )
         if not budget.goes_on() and k + 1 < fewest:
-            # Cut short before there was enough to estimate from.
+            # The samples of a search cut short are too few for an estimate.
             unseen.estimate = math.nan
         if k + 1 >= fewest and unseen.estimate < ENOUGH:
             return
@@ -462,24 +432,33 @@ def _all(
 
 @dataclass(slots=True)
 class Unseen:
-    """How many orbits a search has probably not seen."""
+    """The estimate of how many orbits a search has not seen."""
 
     estimate: float = 0.0
 
 
-def _closed_forms(osc: Oscillator, force: Forcing | None) -> list[int]:
-    return [stop for stop in range(len(osc.stops)) if has_closed_form(osc, force, stop)]
+def _closed_forms(system: System) -> list[int]:
+    stops = range(len(system.oscillator.stops))
+    return [stop for stop in stops if has_closed_form(system, stop)]
 
 
-def _steady(osc: Oscillator, force: Forcing, *, every: bool) -> Iterator[PeriodicOrbit]:
-    """Yield orbits without impacts: of every region, or the one free of stops and what fits."""
-    table = law(osc, force)
-    free = free_region(osc, table)
-    for region in regions(table):
+def _single_impacts(system: System, periods: Iterable[int]) -> Iterator[PeriodicOrbit]:
+    """Yield the orbits with one impact that closed forms give."""
+    osc, force = system
+    if force is not None:
+        for stop in _closed_forms(system):
+            for n_periods in periods:
+                yield from single_impact_orbits(osc, force, n_periods, stop)
+
+
+def _steady(system: System, *, every: bool) -> Iterator[PeriodicOrbit]:
+    """Yield admissible orbits without impacts, and that of the region free of stops."""
+    free = free_region(system)
+    for region in regions(system.law):
         try:
-            orbit = steady_orbit(osc, force, region)
+            orbit = steady_orbit(system, region)
         except ConvergenceError:
-            # The one that was asked for tells why there is none.
+            # The error of the region asked for says why there is none.
             if not every and region == free:
                 raise
             continue
@@ -488,8 +467,7 @@ def _steady(osc: Oscillator, force: Forcing, *, every: bool) -> Iterator[Periodi
 
 
 def _impacting(
-    osc: Oscillator,
-    force: Forcing | None,
+    system: System,
     max_impacts: int,
     max_periods: int,
     seed: int,
@@ -499,18 +477,15 @@ def _impacting(
 ) -> Iterator[PeriodicOrbit]:
     """Yield orbits with impacts: from closed forms, then from a search.
 
-    ``exactly`` takes those with as many impacts and periods only.
+    ``exactly`` takes only those with as many impacts and periods.
     """
-    closed = _closed_forms(osc, force)
-    if force is not None and (max_impacts == 1 or not exactly):
-        for stop in closed:
-            for n in range(max_periods if exactly else 1, max_periods + 1):
-                yield from single_impact_orbits(osc, force, n, stop)
-        if max_impacts == 1 and len(closed) == len(osc.stops):
+    if max_impacts == 1 or not exactly:
+        yield from _single_impacts(system, range(max_periods if exactly else 1, max_periods + 1))
+        if max_impacts == 1 and len(_closed_forms(system)) == len(system.oscillator.stops):
             return
-    known = Known(osc, force)
-    counts = max_impacts, max_periods if _has_period(force) else 0
-    for guess in guesses(osc, force, max_impacts, max_periods, seed, budget, exactly=exactly):
+    known = Known(system)
+    counts = max_impacts, max_periods if system.period is not None else 0
+    for guess in guesses(system, (max_impacts, max_periods), seed, budget, exactly=exactly):
         if exactly and (guess.n_impacts, guess.n_periods) != counts:
             continue
         orbit = _refined(guess, known, budget)
@@ -522,30 +497,26 @@ def _impacting(
 
 def _refined(guess: Guess, known: Known, budget: SearchBudget) -> PeriodicOrbit | None:
     """Return the new orbit that a guess leads to, if there is one."""
-    orbit = refined(known.osc, known.forcing, guess, known)
-    budget.solved(len(guess.chain))
+    orbit = refined(guess, known)
+    budget.solved(len(guess.itinerary))
     if orbit is not None:
         budget.made(orbit.period)
     return orbit
 
 
-# The estimate is of what a search with so many times the samples would show.
-SAMPLES = 6.0
-
-
 class FoundOrbits(list[PeriodicOrbit]):
-    """The list of the periodic orbits that `find_orbits` has found.
+    """The periodic orbits that `find_orbits` has found.
 
     Parameters
     ----------
     orbits
         The orbits.
     unseen_estimate
-        How many orbits of the kinds that were looked for have not been found, estimated from how
-        often the others were (`estimate_unseen`); 0 where closed forms give all, NaN where the search
-        gives no estimate (free motion, or too few starts).
+        How many orbits of these kinds have not been found, estimated from how often the others were
+        (`estimate_unseen`); 0 where closed forms give all, NaN where the search gives no estimate
+        (free motion, or too few starts).
     n_searches
-        From how many starts was searched.
+        The number of starts of the search.
     """
 
     def __init__(
@@ -558,19 +529,18 @@ class FoundOrbits(list[PeriodicOrbit]):
         self.unseen_estimate, self.n_searches = unseen_estimate, n_searches
 
     def __repr__(self) -> str:
-        """Tell the orbits, one a line, and how complete they are."""
+        """Return the orbits, one a line, and how complete they are."""
         return "\n".join([*map(repr, self), self.completeness()])
 
     def completeness(self) -> str:
         """Return in words how many orbits were found and how many may be missing."""
-        n = len(self)
-        found = f"{n} periodic orbit" + ("" if n == 1 else "s")
+        text = counted(len(self), "periodic orbit")
         if self.n_searches == 0:
-            return f"{found} from closed forms"
-        found += f" from {self.n_searches:,} starts"
+            return f"{text} from closed forms"
+        text += f" from {self.n_searches:,} starts"
         if math.isnan(self.unseen_estimate):
-            return found
-        return f"{found}; some {self.unseen_estimate:.2g} more are estimated to be unseen"
+            return text
+        return f"{text}; some {self.unseen_estimate:.2g} more are estimated to be unseen"
 
 
 def estimate_unseen(counts: Iterable[int]) -> float:

@@ -7,127 +7,101 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from percuss.arrays import Floats
 from percuss.errors import ConvergenceError
-from percuss.kernels.law import PERIOD
-from percuss.model.forcing import Forcing
-from percuss.model.law import law
-from percuss.model.oscillator import Oscillator
+from percuss.model.system import System
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.finding.search import GivenGuess, Guess, counts_of_run, guess_of
-from percuss.orbits.orbit.making import orbit_of_solution
-from percuss.orbits.orbit.newton import Solution, solve
+from percuss.orbits.orbit.itinerary import TOLERANCE, Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
-from percuss.orbits.orbit.same import TOLERANCE, Signature, repetitions, signature_of
+from percuss.orbits.orbit.signature import Signature, signature_of
+from percuss.orbits.orbit.solve import Solution, orbit_of_solution, solve
 
-__all__ = ["Known", "counts_of_guess", "described", "orbit_near", "refined", "solved"]
+__all__ = ["Known", "counts_of_guess", "described", "orbit_near", "refined"]
 
-# A guess this near to a known orbit, in cycles and velocities, leads to it.
+# A guess this near a known orbit, in cycles and velocities, leads to it.
 SETTLED = 1e-5
 # Velocities below this part of the largest are rounding.
 IDLE = 1e-10
 
 
 class Known:
-    """The orbits of one system that were found already."""
+    """The orbits of one system that have been found."""
 
-    def __init__(self, osc: Oscillator, force: Forcing | None) -> None:
-        self.osc, self.forcing = osc, force
-        self.law = law(osc, force)
+    def __init__(self, system: System) -> None:
+        self.system = system
         self.signatures: list[Signature] = []
-        # Of each, the starts that led to it, and whether it is an admissible orbit.
+        # The starts that led to each orbit, and whether the orbit is admissible.
         self.trials: list[set[int]] = []
         self.admissible: list[bool] = []
 
-    def signature(self, guess: Guess, *, isolated: bool = True) -> Signature:
-        """Return the signature that a guess would have as an orbit."""
-        return signature_of(
-            self.osc, self.law, guess.chain, guess.unknowns, guess.n_periods, isolated=isolated
-        )
+    def signature(self, itinerary: Itinerary, *, isolated: bool = True) -> Signature:
+        """Return the signature of an orbit with this itinerary."""
+        return signature_of(self.system, itinerary, isolated=isolated)
 
-    def leads_to_one(self, guess: Guess) -> bool:
-        """Return whether a guess is as good as one of them."""
-        return self._is_met(self.signature(guess), guess.trial, SETTLED)
+    def is_near(self, guess: Guess) -> bool:
+        """Return whether a guess is as near to a known orbit as Newton's method would come."""
+        return self._has(self.signature(guess.itinerary), guess.trial, SETTLED)
 
-    def holds(self, signature: Signature, trial: int = 0) -> bool:
-        """Return whether an orbit is one of them; if not, it is from now on."""
-        if self._is_met(signature, trial, TOLERANCE):
-            return True
+    def add(self, solution: Solution, trial: int = 0) -> bool:
+        """Add the orbit of a solution, and return whether it was new."""
+        signature = self.signature(solution.itinerary, isolated=solution.isolated)
+        if self._has(signature, trial, TOLERANCE):
+            return False
         self.signatures.append(signature)
         self.trials.append({trial})
         self.admissible.append(False)
-        return False
+        return True
 
-    def _is_met(self, signature: Signature, trial: int, tolerance: float) -> bool:
-        for k, other in enumerate(self.signatures):
-            if signature.matches(other, tolerance):
-                self.trials[k].add(trial)
+    def _has(self, signature: Signature, trial: int, tolerance: float) -> bool:
+        for trials, known in zip(self.trials, self.signatures, strict=True):
+            if signature.matches(known, tolerance):
+                trials.add(trial)
                 return True
         return False
 
 
-def solved(osc: Oscillator, force: Forcing | None, guess: Guess) -> Solution:
-    """Return the solution of the equations of a guess's chain."""
-    table = law(osc, force)
-    period = guess.n_periods * float(table[0, PERIOD]) if guess.n_periods else None
-    return solve(table, guess.chain, guess.unknowns, period)
+def refined(guess: Guess, known: Known) -> PeriodicOrbit | None:
+    """Return the orbit that a guess leads to; None for none, or for a known one.
 
-
-def refined(
-    osc: Oscillator, force: Forcing | None, guess: Guess, known: Known
-) -> PeriodicOrbit | None:
-    """Return the orbit that a guess leads to, None for none or one that is known.
-
-    Of a solution that goes round an orbit several times, the orbit is taken once.
+    Of a solution that covers a primitive orbit several times the primitive orbit is taken.
     """
-    while not known.leads_to_one(guess):
-        solution = solved(osc, force, guess)
+    while not known.is_near(guess):
+        solution = solve(known.system, guess.itinerary)
         if not solution.converged:
             return None
-        times = repetitions(guess.chain, solution.unknowns, guess.n_periods)
+        times = solution.itinerary.times_covered
         if times == 1:
-            if _has_idle_impact(guess, solution) or _goes_back(guess, solution):
+            if _has_idle_impact(solution.itinerary) or _has_negative_flight(solution.itinerary):
                 return None
-            there = Guess(guess.chain, solution.unknowns, guess.n_impacts, guess.n_periods)
-            if known.holds(known.signature(there, isolated=solution.isolated), guess.trial):
+            if not known.add(solution, guess.trial):
                 return None
-            orbit = orbit_of_solution(osc, force, guess.chain, solution, guess.n_periods)
+            orbit = orbit_of_solution(known.system, solution)
             known.admissible[-1] = orbit.admissible
             return orbit
-        guess = once(guess, solution.unknowns, times)
+        guess = guess.primitive(solution.itinerary, times)
     return None
 
 
-def _has_idle_impact(guess: Guess, solution: Solution) -> bool:
-    """Return whether an impact has no speed: an orbit may have any number of those at a graze."""
-    speeds = np.abs(solution.unknowns[1 + len(guess.chain) :])
+def _has_idle_impact(itinerary: Itinerary) -> bool:
+    """Return whether an impact has zero velocity: at a graze an orbit may have any number."""
+    speeds = np.abs(itinerary.velocities)
     # A velocity that is zero by restitution 0 is exactly so.
     return bool(((speeds > 0.0) & (speeds < IDLE * speeds.max())).any())
 
 
-def _goes_back(guess: Guess, solution: Solution) -> bool:
-    """Return whether a flight lasts less than no time: that is no motion, not even a formal one."""
-    durations = solution.unknowns[1 : 1 + len(guess.chain)]
-    return bool(durations.min() < -SETTLED * durations.sum())
-
-
-def once(guess: Guess, unknowns: Floats, times: int) -> Guess:
-    """Return a guess that goes round several times as one that goes round once."""
-    n = len(guess.chain)
-    m = n // times
-    first = np.concatenate([unknowns[: 1 + m], unknowns[1 + n :][:m]])
-    counts = guess.n_impacts // times, guess.n_periods // times
-    return Guess(guess.chain[:m], first, *counts, guess.trial)
+def _has_negative_flight(itinerary: Itinerary) -> bool:
+    """Return whether a flight has a negative duration: not even a formal orbit of a search."""
+    return bool(itinerary.durations.min() < -SETTLED * itinerary.durations.sum())
 
 
 def described(n_impacts: float, n_periods: int) -> str:
-    """Return a kind of orbit in words."""
+    """Return impacts and periods of an orbit in words."""
     count = "sticking" if math.isinf(n_impacts) else counted(n_impacts, "impact")
     return count + (f" in {counted(n_periods, 'forcing period')}" if n_periods else "")
 
 
 def counts_of_guess(given: GivenGuess, n_impacts: float, n_periods: int) -> tuple[float, int]:
-    """Return the impacts and periods that are asked for, by default those of a run or an orbit."""
+    """Return the impacts and periods asked for, by default those of a run or an orbit."""
     if (n_impacts, n_periods) != (1, 1):
         return n_impacts, n_periods
     if isinstance(given, PeriodicOrbit):
@@ -136,8 +110,7 @@ def counts_of_guess(given: GivenGuess, n_impacts: float, n_periods: int) -> tupl
 
 
 def orbit_near(
-    osc: Oscillator,
-    force: Forcing | None,
+    system: System,
     n_impacts: int,
     n_periods: int,
     sequence: Sequence[int] | None,
@@ -152,30 +125,28 @@ def orbit_near(
     ConvergenceError
         If it leads to none, or to one that is shorter.
     """
-    guess = guess_of(osc, force, n_impacts, n_periods, sequence, given)
+    guess = guess_of(system, n_impacts, n_periods, sequence, given)
     if isinstance(given, Trajectory):
-        # What a run repeats may be twice its orbit.
-        orbit = refined(osc, force, guess, Known(osc, force))
+        # The pattern that a run repeats may cover its orbit twice.
+        orbit = refined(guess, Known(system))
         if orbit is not None:
             return orbit
-    solution = solved(osc, force, guess)
+    solution = solve(system, guess.itinerary)
     what = described(guess.n_impacts, guess.n_periods)
     if not solution.converged:
-        last = _as_pairs(guess, solution)
+        last = _as_pairs(solution.itinerary)
         advice = "try another guess, one nearer to the orbit"
         raise ConvergenceError(f"no orbit with {what} found", last, solution.residual, advice)
-    times = repetitions(guess.chain, solution.unknowns, guess.n_periods)
+    times = solution.itinerary.times_covered
     if times > 1:
-        last = _as_pairs(guess, solution)
+        last = _as_pairs(solution.itinerary)
         shorter = described(guess.n_impacts // times, guess.n_periods // times)
-        reason = f"the guess leads to an orbit with {shorter}, {times} times round"
+        reason = f"the guess leads to the {times}-fold cover of an orbit with {shorter}"
         advice = f"try another guess, or ask for {shorter}"
         raise ConvergenceError(reason, last, solution.residual, advice)
-    return orbit_of_solution(osc, force, guess.chain, solution, guess.n_periods)
+    return orbit_of_solution(system, solution)
 
 
-def _as_pairs(guess: Guess, solution: Solution) -> list[tuple[float, float]]:
+def _as_pairs(itinerary: Itinerary) -> list[tuple[float, float]]:
     """Return (t, v_after) of each event of an iterate."""
-    n = len(guess.chain)
-    t = solution.unknowns[0] + np.concatenate([[0.0], np.cumsum(solution.unknowns[1:n])])
-    return [(float(a), float(b)) for a, b in zip(t, solution.unknowns[1 + n :], strict=True)]
+    return list(zip(itinerary.instants.tolist(), itinerary.velocities.tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""Where motions settle: the attractors that direct simulation from many starts comes to."""
+"""The attractors to which motions from many starts settle in direct simulation."""
 
 from __future__ import annotations
 
@@ -12,47 +12,45 @@ import numpy as np
 from percuss.arrays import Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
-from percuss.kernels.law import PERIOD, Law, Table
+from percuss.kernels.law import PERIOD, Table
 from percuss.model.exact import as_float
-from percuss.model.forcing import Forcing
-from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.model.system import System
 from percuss.numerics import power
-from percuss.orbits.finding.refine_guess import once, solved
 from percuss.orbits.finding.search import Guess, guesses_in, scale_of_speed
 from percuss.orbits.finding.search_budget import SearchBudget
 from percuss.orbits.orbit.extremes import Extremes, extremes_of, extremes_of_record
-from percuss.orbits.orbit.making import orbit_of_solution
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.propagator import Propagator
-from percuss.orbits.orbit.same import are_same, repetitions
+from percuss.orbits.orbit.signature import are_same
+from percuss.orbits.orbit.solve import orbit_of_solution, solve
 from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 
 __all__ = ["Settled", "settled_motions"]
 
 
-# Forcing periods of a run, of the part of it that is looked at, and how often it goes on.
-STAGE, LOOKED_AT, STAGES = 60, 25, 5
-# How far the ends of a stretch may be apart: it has come near to its orbit.
+# Forcing periods of a stage of a run and of the end of it that is examined, and the most stages.
+STAGE, TAIL, STAGES = 60, 25, 5
+# Largest distance of the ends of a stretch of a motion that is near its orbit.
 NEAR = 0.05
-# Orbits are looked for up to so many times the impacts and periods that are asked for.
+# In the last stage orbits have up to so many times the impacts and periods that are asked for.
 LONGER = 4
-# How near to the last stretch its orbit is, in cycles and as a part of the velocity.
+# Distance of the last stretch from its orbit, in cycles and as a part of the velocity.
 CLOSE = 0.1
-# A motion this near to an attractor that is known has come to it.
+# A motion this near a known attractor has settled on it.
 ARRIVED = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """What a motion has come to.
+    """The attractor of a motion.
 
     Attributes
     ----------
     n_impacts, n_periods
-        Of one round; inf with sticking; NaN and 0 where no period was found.
+        Impacts and forcing periods of the orbit; inf with sticking; NaN and 0 without a period.
     orbit
         The orbit; None where no period was found.
     state
@@ -60,7 +58,7 @@ class Settled:
     impact_speed
         The largest, of the orbit or near the end of the run [length/time]; NaN without impacts.
     extremes
-        How far the orbit, or the end of the run, swings.
+        Of the orbit, or of the end of the run.
     """
 
     n_impacts: float
@@ -72,8 +70,7 @@ class Settled:
 
 
 def settled_motions(
-    osc: Oscillator,
-    force: Forcing,
+    system: System,
     max_impacts: int,
     max_periods: int,
     *,
@@ -82,38 +79,37 @@ def settled_motions(
     also: Sequence[tuple[float, float]] = (),
     budget: SearchBudget | None = None,
 ) -> list[Settled]:
-    """Follow motions from many starts for long and return what they come to, each once.
+    """Follow motions from many starts for long and return their attractors, each once.
 
     Parameters
     ----------
-    osc, force
-        What moves; the forcing has a period.
+    system
+        Oscillator and forcing; the forcing has a period.
     max_impacts, max_periods
-        Kinds of orbits that are told from one another; up to four times as long ones are looked
-        for as well.
+        The longest orbits that are searched for first; then those up to four times as long.
     n_starts
-        How many motions: one from rest, the others at random.
+        Number of motions: one from rest, the others at random.
     seed
         Of the random starts.
     also
         More starts, (x, v) at t = 0; those beyond a wall are left out.
-    looking
-        Is told of each start, and may end the search.
+    budget
+        Counts the starts, and may end the search.
 
     Returns
     -------
     list of Settled
-        Motions without a period that was found count as one.
+        Motions for which no period was found count as one attractor.
     """
-    search = _Search(osc, force, (max_impacts, max_periods), budget)
-    starts = [(x, v, 0.0) for x, v in also if _is_free(osc, x)]
-    for start in starts + _starts(osc, force, search.runs.law, n_starts, seed):
+    search = _Search(system, (max_impacts, max_periods), budget)
+    starts = [(x, v, 0.0) for x, v in also if _is_free(system.oscillator, x)]
+    for start in starts + _starts(system, n_starts, seed):
         search.follow(start)
         if budget is not None:
             budget.start_is_done()
             if not budget.goes_on():
                 break
-    return search.found
+    return search.attractors
 
 
 def _is_free(osc: Oscillator, x: float) -> bool:
@@ -121,12 +117,10 @@ def _is_free(osc: Oscillator, x: float) -> bool:
     return all(x <= as_float(w.at) if w.side == "above" else x >= as_float(w.at) for w in walls)
 
 
-def _starts(
-    osc: Oscillator, force: Forcing, table: Law, n_starts: int, seed: int
-) -> list[tuple[float, float, float]]:
+def _starts(system: System, n_starts: int, seed: int) -> list[tuple[float, float, float]]:
     """Return (x, v, t0) of starts at the stops and at rest, at any phase."""
-    random = np.random.default_rng(seed)
-    period, speed = float(table[0, PERIOD]), scale_of_speed(osc, force, table)
+    random, osc = np.random.default_rng(seed), system.oscillator
+    period, speed = float(system.law[0, PERIOD]), scale_of_speed(system)
     places = [as_float(stop.at) for stop in osc.stops] or [0.0]
     rest = 0.0
     for stop in osc.stops:
@@ -142,26 +136,22 @@ def _starts(
 
 
 class _Search:
-    """What motions of one system were found to come to."""
+    """The attractors of one system that have been found."""
 
     def __init__(
-        self,
-        osc: Oscillator,
-        force: Forcing,
-        counts: tuple[int, int],
-        budget: SearchBudget | None,
+        self, system: System, counts: tuple[int, int], budget: SearchBudget | None
     ) -> None:
-        self.osc, self.force, self.counts, self.budget = osc, force, counts, budget
-        self.runs = Propagator(osc, force)
+        self.system, self.counts, self.budget = system, counts, budget
+        self.runs = Propagator(system)
         self.period = float(self.runs.law[0, PERIOD])
-        self.found: list[Settled] = []
+        self.attractors: list[Settled] = []
 
     @cached_property
     def sticking(self) -> list[PeriodicOrbit]:
-        return sticking_orbits(self.osc, self.force, self.counts[1])
+        return sticking_orbits(self.system, self.counts[1])
 
     def follow(self, start: tuple[float, float, float]) -> None:
-        """Follow a motion, and add what it comes to if that is new."""
+        """Follow a motion, and add its attractor if that is new."""
         x, v, t0 = start
         for stage in range(STAGES):
             end = t0 + STAGE * self.period
@@ -174,40 +164,40 @@ class _Search:
             t0 = end % self.period
             if not (math.isfinite(x) and math.isfinite(v)):
                 return
-            if any(_is_on(it, record, self.period) for it in self.found):
+            if any(_is_on(known, record, self.period) for known in self.attractors):
                 return
             tail = _tail(record, end, self.period)
             orbit = self._orbit_of(tail, LONGER if stage == STAGES - 1 else 1)
             if orbit is not None:
                 self._add(orbit, (x, v))
                 return
-        if all(it.orbit is not None for it in self.found):
-            swing = extremes_of_record(self.runs.law, *tail, start[0], end)
-            self.found.append(Settled(math.nan, 0, None, (x, v), _fastest(tail), swing))
+        if all(known.orbit is not None for known in self.attractors):
+            extremes = extremes_of_record(self.runs.law, *tail, start[0], end)
+            self.attractors.append(Settled(math.nan, 0, None, (x, v), _fastest(tail), extremes))
 
     def _add(self, orbit: PeriodicOrbit, state: tuple[float, float]) -> None:
-        known = [other.orbit for other in self.found if other.orbit is not None]
+        known = [other.orbit for other in self.attractors if other.orbit is not None]
         if any(are_same(orbit, other) for other in known):
             return
         speed = float(np.abs(orbit.impacts.v_before).max()) if orbit.n_impacts else math.nan
         counts = orbit.n_impacts, orbit.n_periods
-        self.found.append(Settled(*counts, orbit, state, speed, extremes_of(orbit)))
+        self.attractors.append(Settled(*counts, orbit, state, speed, extremes_of(orbit)))
 
     def _orbit_of(self, tail: tuple[Table, Integers], longer: int) -> PeriodicOrbit | None:
-        """Return the attracting orbit that the end of a motion is on, None if none is found."""
+        """Return the attracting orbit on which a motion ends, None if none is found."""
         events, marks = tail
         kinds = marks[1:, columns.KIND]
         if len(kinds) == 0:
-            return _without_impacts(self.osc, self.force, int(marks[0, columns.NEXT_REGION]))
+            return _without_impacts(self.system, int(marks[0, columns.NEXT_REGION]))
         if (kinds == columns.CONTACT).any():
             return self.sticking[0] if self.sticking else None
         # The last stretches, a few of each length: the shortest that closes is the orbit.
         most = longer * self.counts[0], longer * self.counts[1]
-        last = 3 * (most[0] + 1) * (len(self.osc.stops) + 1)
+        last = 3 * (most[0] + 1) * (len(self.system.oscillator.stops) + 1)
         record = events[-last:], marks[-last:]
-        guesses = guesses_in(self.osc, self.runs.law, record, *most, near=NEAR)
-        for guess in sorted(guesses, key=lambda it: (it.n_periods, it.n_impacts)):
-            orbit = _attractor(self.osc, self.force, guess)
+        guesses = guesses_in(self.system, record, *most, near=NEAR)
+        for guess in sorted(guesses, key=lambda guess: (guess.n_periods, guess.n_impacts)):
+            orbit = _attractor(self.system, guess)
             if orbit is not None:
                 return orbit
         return None
@@ -216,7 +206,7 @@ class _Search:
 def _tail(record: tuple[Table, Integers], end: float, period: float) -> tuple[Table, Integers]:
     """Return the last part of a record; its first row stands for a start."""
     events, marks = record
-    first = int(np.searchsorted(events[:, columns.EVENT_T], end - LOOKED_AT * period))
+    first = int(np.searchsorted(events[:, columns.EVENT_T], end - TAIL * period))
     return events[max(first - 1, 0) :].copy(), marks[max(first - 1, 0) :].copy()
 
 
@@ -227,9 +217,9 @@ def _fastest(tail: tuple[Table, Integers]) -> float:
     return float(speeds.max()) if len(speeds) else math.nan
 
 
-def _is_on(it: Settled, record: tuple[Table, Integers], period: float) -> bool:
-    """Return whether the last event of a record is one of a known orbit, near enough."""
-    orbit = it.orbit
+def _is_on(known: Settled, record: tuple[Table, Integers], period: float) -> bool:
+    """Return whether the last event of a record is one of a known orbit."""
+    orbit = known.orbit
     if orbit is None or orbit.n_impacts == 0 or math.isinf(orbit.n_impacts):
         return False
     events, _ = record
@@ -238,36 +228,36 @@ def _is_on(it: Settled, record: tuple[Table, Integers], period: float) -> bool:
         return False
     speed = float(np.abs(own[:, columns.V_AFTER]).max())
     cycles = (last[columns.EVENT_T] - own[:, columns.EVENT_T]) / period
-    apart = np.abs(cycles - np.round(cycles))
-    off = np.abs(own[:, columns.V_AFTER] - last[columns.V_AFTER]) / speed
-    return bool((np.maximum(apart, off) < ARRIVED).any())
+    phases = np.abs(cycles - np.round(cycles))
+    velocities = np.abs(own[:, columns.V_AFTER] - last[columns.V_AFTER]) / speed
+    return bool((np.maximum(phases, velocities) < ARRIVED).any())
 
 
-def _without_impacts(osc: Oscillator, force: Forcing, region: int) -> PeriodicOrbit | None:
-    """Return the motion inside a region, if it attracts and stays there."""
-    if region not in regions(law(osc, force)):
+def _without_impacts(system: System, region: int) -> PeriodicOrbit | None:
+    """Return the steady motion of a region, if it attracts and stays there."""
+    if region not in regions(system.law):
         return None
     try:
-        orbit = steady_orbit(osc, force, region)
+        orbit = steady_orbit(system, region)
     except ConvergenceError:
         return None
     return orbit if orbit.is_stable and orbit.admissible else None
 
 
-def _attractor(osc: Oscillator, force: Forcing, guess: Guess) -> PeriodicOrbit | None:
+def _attractor(system: System, guess: Guess) -> PeriodicOrbit | None:
     """Return the orbit next to a stretch of a motion, if there is one and it attracts."""
-    solution = solved(osc, force, guess)
+    solution = solve(system, guess.itinerary)
     if not solution.converged:
         return None
-    n = len(guess.chain)
-    apart = np.abs(solution.unknowns - guess.unknowns)
-    period, speed = guess.unknowns[1 : 1 + n].sum(), np.abs(guess.unknowns[1 + n :]).max()
-    if (apart[: 1 + n] > CLOSE * period).any() or (apart[1 + n :] > CLOSE * speed).any():
+    near, stretch = solution.itinerary, guess.itinerary
+    distances = np.abs(near.vector - stretch.vector)
+    largest = np.repeat(
+        [stretch.period, np.abs(stretch.velocities).max()], [1 + len(near), len(near)]
+    )
+    if (distances > CLOSE * largest).any():
         return None
-    times = repetitions(guess.chain, solution.unknowns, guess.n_periods)
-    unknowns = solution.unknowns
+    times = near.times_covered
     if times > 1:
-        guess = once(guess, unknowns, times)
-        solution = solved(osc, force, guess)
-    orbit = orbit_of_solution(osc, force, guess.chain, solution, guess.n_periods)
+        solution = solve(system, near.primitive(times))
+    orbit = orbit_of_solution(system, solution)
     return orbit if orbit.is_stable and orbit.admissible else None

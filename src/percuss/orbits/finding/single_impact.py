@@ -26,14 +26,13 @@ from percuss.kernels.flight import constant_force, free_response, harmonic_respo
 from percuss.kernels.law import Law
 from percuss.kernels.shooting import factor, place
 from percuss.model.forcing import Forcing
-from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.model.system import System
 from percuss.numerics import atan2, directions, dot, matmul, solve_linear
-from percuss.orbits.orbit.itinerary import entry, events_of_stops, row_of_region
-from percuss.orbits.orbit.making import orbit_of_solution
-from percuss.orbits.orbit.newton import Solution, solve
+from percuss.orbits.orbit.itinerary import Itinerary, entry, events_of_stops, row_of_region
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.solve import Solution, orbit_of_solution, solve
 
 __all__ = [
     "SingleImpact",
@@ -85,8 +84,9 @@ class SingleImpact:
     roots: Floats
 
 
-def has_closed_form(osc: Oscillator, force: Forcing | None, stop: int) -> bool:
+def has_closed_form(system: System, stop: int) -> bool:
     """Return whether `single_impact` has a formula for impacts on a stop."""
+    osc, force = system
     return force is not None and len(force.components()) == 1 and isinstance(osc.stops[stop], Wall)
 
 
@@ -98,7 +98,7 @@ def single_impact(
     Parameters
     ----------
     osc
-        The oscillator. Other stops are not looked at.
+        The oscillator. Its other stops are disregarded.
     force
         One harmonic, and a constant.
     n_periods
@@ -124,38 +124,33 @@ def single_impact(
     array([[ 0.012088,  1.695733],
            [ 0.480213, -1.68751 ]])
     """
-    wanted = entry(osc, stop)
-    if not has_closed_form(osc, force, stop):
+    system, sign = System(osc, force), entry(osc, stop).sign
+    if not has_closed_form(system, stop):
         raise ParameterError("stop", stop, "no wall, or the forcing is not one harmonic")
-    table = law(osc, force)
-    matrix, of_one, of_velocity = equations_of(osc, table, n_periods, stop)
-    amplitude = float(table[at.FIRST_HARMONIC, at.AMPLITUDE])
-    found = _on_circle(matrix, of_one, of_velocity, amplitude)
-    points, coefficients, discriminant = found
-    roots = [(cycle_of(table, p, q), u) for p, q, u in points]
-    roots.sort(key=lambda root: -wanted.sign * root[1])
-    return SingleImpact(
-        stop, n_periods, wanted.sign, coefficients, discriminant, np.array(roots).reshape(-1, 2)
-    )
+    amplitude = float(system.law[at.FIRST_HARMONIC, at.AMPLITUDE])
+    equations = equations_of(system, n_periods, stop)
+    points, coefficients, discriminant = _on_circle(*equations, amplitude)
+    roots = [(cycle_of(system.law, p, q), u) for p, q, u in points]
+    roots.sort(key=lambda root: -sign * root[1])
+    table = np.array(roots).reshape(-1, 2)
+    return SingleImpact(stop, n_periods, sign, coefficients, discriminant, table)
 
 
-def equations_of(
-    osc: Oscillator, table: Law, n_periods: int, stop: int
-) -> tuple[Floats, Floats, Floats]:
+def equations_of(system: System, n_periods: int, stop: int) -> tuple[Floats, Floats, Floats]:
     """Return M, b and d of the equations M (p, q) = b + d U."""
-    bound = entry(osc, stop).bound
-    region = row_of_region(table, entry(osc, stop).before)
-    kept = factor(table, region, bound)
-    period = n_periods * float(table[0, at.PERIOD])
-    blow, even, rise = free_response(table, region, period)
+    law, met = system.law, entry(system.oscillator, stop)
+    bound, region = met.bound, row_of_region(law, met.before)
+    kept = factor(law, region, bound)
+    period = n_periods * float(law[0, at.PERIOD])
+    blow, even, rise = free_response(law, region, period)
     # After whole periods the force is what it was, exactly.
-    to_cos, to_sin = harmonic_response(table, region, 0, period, blow, even, (1.0, 0.0))
-    omega = table[at.FIRST_HARMONIC, at.OMEGA]
-    force = constant_force(table, region, place(table, region, bound))
-    drag = table[region, at.DAMPING] * blow
+    to_cos, to_sin = harmonic_response(law, region, 0, period, blow, even, (1.0, 0.0))
+    omega = law[at.FIRST_HARMONIC, at.OMEGA]
+    force = constant_force(law, region, place(law, region, bound))
+    drag = law[region, at.DAMPING] * blow
     matrix = np.array([[to_cos, to_sin], [blow - omega * to_sin, omega * to_cos]])
     # Where the free motion returns by itself the force leaves nothing but rounding.
-    response = table[region + 1]
+    response = law[region + 1]
     gain = math.hypot(response[at.GAIN_RE], response[at.GAIN_IM])
     most = 0.5 * period * period if gain == 0.0 else min(0.5 * period * period, 2.0 * gain)
     matrix[np.abs(matrix) < ROUNDING * most * np.array([[1.0], [omega]])] = 0.0
@@ -181,7 +176,7 @@ def _on_circle(
         c0 = dot(one, one) - amplitude * amplitude
         points = [(*(one + slope * u), u) for u in _real_roots(c2, c1, c0)]
         return points, np.array([c2, c1, c0]), float(c1 * c1 - 4.0 * c2 * c0)
-    # What the force cannot do at all must come from U; then one coordinate is left free.
+    # In the direction out of the range of M the equations give U; one coordinate of (p, q) is free.
     onto = matmul(matrix, right[0]) / sizes[0]
     across = np.array([-onto[1], onto[0]])
     of_u = dot(across, of_velocity)
@@ -207,9 +202,9 @@ def _real_roots(c2: float, c1: float, c0: float) -> list[float]:
     return [first] if first == second else [first, second]
 
 
-def cycle_of(table: Law, p: float, q: float) -> float:
+def cycle_of(law: Law, p: float, q: float) -> float:
     """Return the cycle at which the force's part in phase is p and in quadrature q."""
-    row = table[at.FIRST_HARMONIC]
+    row = law[at.FIRST_HARMONIC]
     # p + i q = (C + i S) exp(-i w t).
     angle = atan2(float(row[at.SINE]), float(row[at.COSINE])) - atan2(float(q), float(p))
     cycle = (angle / (2.0 * math.pi)) % 1.0
@@ -246,26 +241,27 @@ def single_impact_orbits(
     unstable 1.49258925
     """
     form = single_impact(osc, force, n_periods, stop)
-    found = (orbit_of_root(osc, force, form, cycle, u) for cycle, u in form.roots.tolist())
-    return [orbit for orbit in found if orbit is not None]
+    system = System(osc, force)
+    orbits = (orbit_of_root(system, form, cycle, u) for cycle, u in form.roots.tolist())
+    return [orbit for orbit in orbits if orbit is not None]
 
 
 def orbit_of_root(
-    osc: Oscillator, force: Forcing, form: SingleImpact, cycle: float, u: float
+    system: System, form: SingleImpact, cycle: float, u: float
 ) -> PeriodicOrbit | None:
-    """Return the orbit of a root, polished by Newton's method; None for one of no velocity.
+    """Return the orbit of a root, polished by Newton's method; None for one of zero velocity.
 
-    That one touches the wall, and needs no wall: an orbit without impacts.
+    That one grazes the wall: it is an orbit without impacts.
     """
     if u == 0.0:
         return None
-    table = law(osc, force)
-    chain = events_of_stops(osc, table, (form.stop,))
-    lasting = form.n_periods * float(table[0, at.PERIOD])
-    kept = -factor(table, int(chain[0, 1]), int(chain[0, 0]))
-    guess = np.array([cycle * float(table[0, at.PERIOD]), lasting, -kept * u])
-    solution = solve(table, chain, guess, lasting)
+    law, events = system.law, events_of_stops(system, (form.stop,))
+    period = float(law[0, at.PERIOD])
+    bound, before, _ = events[0].tolist()
+    unknowns = np.array([cycle * period, form.n_periods * period, factor(law, before, bound) * u])
+    guess = Itinerary.of_vector(events, unknowns, form.n_periods)
+    solution = solve(system, guess)
     if not solution.converged:
-        # The closed form stands; Newton's method only polishes it.
+        # The closed form is a solution: Newton's method only polishes it.
         solution = Solution(guess, solution.residual, converged=True, isolated=True)
-    return orbit_of_solution(osc, force, chain, solution, form.n_periods)
+    return orbit_of_solution(system, solution)

@@ -1,4 +1,4 @@
-"""How far a periodic motion swings: its exact extremes, from the closed form of its flights."""
+"""The extreme displacements of a periodic motion, exact from the closed form of its flights."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from percuss.arrays import Integers
 from percuss.kernels import record as columns
 from percuss.kernels.law import Law, Table
 from percuss.kernels.shooting import place
-from percuss.model.law import law
-from percuss.orbits.orbit.passages import flight_turns, flights_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.turning_points import flight_turns, flights_of
 
 __all__ = ["Extremes", "extremes_of", "extremes_of_record"]
 
@@ -41,11 +40,11 @@ class Extremes:
 
 
 def extremes_of(orbit: PeriodicOrbit) -> Extremes:
-    """Return the extremes of an orbit: of its turning points and its events, nothing is sampled.
+    """Return the extremes of an orbit, over its turning points and events; nothing is sampled.
 
-    Between two events the motion is a formula, and its turning points are found as zeros of the
-    velocity; at impacts it stops at the wall. A formal orbit is taken as its formula goes, beyond
-    the stops that it passes through.
+    Between two events the motion is a closed form, whose turning points are the zeros of its
+    velocity; at an impact it turns at the wall. A formal orbit is followed beyond the stops that it
+    penetrates.
 
     Parameters
     ----------
@@ -68,17 +67,16 @@ def extremes_of(orbit: PeriodicOrbit) -> Extremes:
     >>> abs(extremes_of(orbit).amplitude - 1.0 / math.hypot(3.0, 0.2)) < 1e-15
     True
     """
-    table = law(orbit.oscillator, orbit.forcing)
     t_end = orbit.t0 + orbit.period
     is_steady = len(orbit.record[0]) == 1
     if is_steady:
         # Without events a period and a half holds both extremes, wherever it starts.
         t_end += 0.5 * orbit.period
-    return extremes_of_record(table, *orbit.record, orbit.x0, t_end, is_steady=is_steady)
+    return extremes_of_record(orbit.system.law, *orbit.record, orbit.x0, t_end, is_steady=is_steady)
 
 
 def extremes_of_record(
-    table: Law,
+    law: Law,
     events: Table,
     marks: Integers,
     x0: float,
@@ -90,26 +88,26 @@ def extremes_of_record(
 
     Parameters
     ----------
-    table
-        The law.
+    law
+        The law of the motion.
     events, marks
-        What `march` has written; the first row may be any event.
+        A record of `march`; its first row may be any event.
     x0
-        Where a record begins whose first row is its start [length].
+        Displacement at the first row where that is a start [length].
     t_end
-        Where the motion ends if there is no other row [time].
+        End of the motion if there is one row only [time].
     """
     is_alone = len(events) == 1
-    places = [
+    displacements = [
         x0
         if mark[columns.KIND] == columns.START
-        else place(table, int(mark[columns.NEXT_REGION]), int(mark[columns.BOUND]))
+        else place(law, int(mark[columns.NEXT_REGION]), int(mark[columns.BOUND]))
         for mark in (marks if is_alone else marks[:-1])
     ]
     # No flight follows the last of several rows.
     for _, region, x, start, duration in flights_of(
-        table, events, marks, x0, t_end if is_alone else -math.inf
+        law, events, marks, x0, t_end if is_alone else -math.inf
     ):
-        turns = flight_turns(table, region, x, start, duration, is_steady=is_steady)
-        places += [x + y for y in turns[:, 1].tolist()]
-    return Extremes(min(places), max(places))
+        turns = flight_turns(law, region, x, start, duration, is_steady=is_steady)
+        displacements += [x + y for y in turns[:, 1].tolist()]
+    return Extremes(min(displacements), max(displacements))

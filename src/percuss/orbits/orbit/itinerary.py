@@ -1,7 +1,8 @@
-"""The itinerary of a motion: which events it has, when, and how fast it leaves them."""
+"""The itinerary of a motion: the sequence, instants and velocities of its events."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,6 +18,7 @@ from percuss.kernels.shooting import CHAIN_COLUMNS
 from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.model.system import System
 
 __all__ = [
     "Entry",
@@ -25,8 +27,13 @@ __all__ = [
     "entry",
     "events_of_record",
     "events_of_stops",
+    "is_wall",
     "row_of_region",
 ]
+
+# Itineraries that differ by less than this part of the period and of the largest velocity are the
+# same: Newton's method finds an orbit to some 1e-12.
+TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,11 +47,11 @@ class Itinerary:
     start
         Instant of the first one [time].
     durations
-        (n,) array, of the flights after the events [time].
+        (n,) array, durations of the flights after the events [time].
     velocities
-        (n,) array, after the events [length/time]; (n, m) with m unknowns an event.
+        (n,) array, velocities after the events [length/time]; (n, m) with m unknowns an event.
     n_periods
-        How many forcing periods the motion lasts; 0 without forcing.
+        Number of forcing periods; 0 without forcing.
 
     Examples
     --------
@@ -82,16 +89,34 @@ class Itinerary:
 
     @property
     def period(self) -> float:
-        """How long the motion lasts [time]."""
+        """The sum of the durations [time]."""
         return float(self.durations.sum())
 
     @property
     def instants(self) -> Floats:
-        """(n,) array, when the events happen [time]."""
+        """(n,) array, the instants of the events [time]."""
         return self.start + np.append(0.0, np.cumsum(self.durations[:-1]))[: len(self)]
 
+    @property
+    def times_covered(self) -> int:
+        """How often the motion covers a primitive orbit; 1 if it is primitive itself."""
+        n = len(self)
+        tolerances = TOLERANCE * self.durations.sum(), TOLERANCE * np.abs(self.velocities).max()
+        # A forced orbit lasts whole forcing periods; one of free motion needs none.
+        most = n if self.n_periods == 0 else math.gcd(n, self.n_periods)
+        for times in range(most, 1, -1):
+            shift, rest = divmod(n, times)
+            if (
+                rest == self.n_periods % times == 0
+                and (self.events == np.roll(self.events, shift, axis=0)).all()
+                and _is_near(self.durations, shift, tolerances[0])
+                and _is_near(self.velocities, shift, tolerances[1])
+            ):
+                return times
+        return 1
+
     def repeated(self, times: int) -> Itinerary:
-        """Return the motion over several periods: its n-fold cover."""
+        """Return the n-fold cover of the motion."""
         events, durations, velocities = (
             np.concatenate([part] * times)
             for part in (self.events, self.durations, self.velocities)
@@ -99,7 +124,7 @@ class Itinerary:
         return Itinerary(events, self.start, durations, velocities, times * self.n_periods)
 
     def primitive(self, times: int) -> Itinerary:
-        """Return the shorter motion whose n-fold cover this is; the mean where nearly."""
+        """Return the primitive motion whose n-fold cover this is, or nearly: then the mean."""
         n = len(self) // times
         durations, velocities = (
             part.reshape(times, n, *part.shape[1:]).mean(axis=0)
@@ -109,7 +134,7 @@ class Itinerary:
         return Itinerary(events, self.start, durations, velocities, self.n_periods // times)
 
     def mirrored_mean(self) -> Itinerary:
-        """Return the motion nearest to this one whose second half mirrors the first."""
+        """Return the nearest motion whose second half mirrors the first."""
         first, second = np.split(self.velocities, 2)
         durations = self.durations.reshape(2, -1).mean(axis=0)
         velocities = 0.5 * (first - second)
@@ -122,10 +147,9 @@ class Itinerary:
         )
 
     def halves_differ(self) -> float:
-        """Return by how much the halves differ, in periods and largest velocities.
+        """Return the difference of the two halves, in periods and largest velocities.
 
-        Infinite if they are not alike in their events, or the motion lasts an odd number of
-        forcing periods.
+        Infinite if their events differ, or if the number of forcing periods is odd.
         """
         n = len(self)
         if n == 0 or n % 2 or self.n_periods % 2:
@@ -139,7 +163,7 @@ class Itinerary:
         return float(max(np.abs(durations).max() / self.period, np.abs(velocities).max() / fastest))
 
     def without(self, rows: Collection[int], first: int) -> Itinerary:
-        """Return the motion without some events, beginning with another one."""
+        """Return the motion without the events of some rows, beginning with the row ``first``."""
         n, instants = len(self), self.instants
         kept = [(first + k) % n for k in range(n) if (first + k) % n not in rows]
         after = np.cumsum(np.roll(self.durations, -first))
@@ -156,7 +180,7 @@ class Itinerary:
     def inserted(
         self, instants: Floats, events: Integers, period: float
     ) -> tuple[Itinerary, Integers]:
-        """Return the motion with more events, without velocity, and the order of old and new.
+        """Return the motion with more events, at zero velocity, and the order of old and new.
 
         Parameters
         ----------
@@ -165,7 +189,7 @@ class Itinerary:
         events
             (m, 3) array.
         period
-            How long the motion lasts: without events it is told by nothing else [time].
+            Period of the motion [time]; nothing else gives it where there are no events.
         """
         every = np.append(self.instants, instants)
         order = np.argsort(every, kind="stable")
@@ -178,6 +202,10 @@ class Itinerary:
             self.n_periods,
         )
         return whole, order
+
+
+def _is_near(values: Floats, shift: int, tolerance: float) -> bool:
+    return bool((np.abs(values - np.roll(values, shift)) <= tolerance).all())
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,9 +231,9 @@ class Entry:
     sign: float
 
 
-def row_of_region(table: Law, number: int) -> int:
+def row_of_region(law: Law, number: int) -> int:
     """Return the row of a region of a law."""
-    return _row(int(table[0, at.N_HARMONICS]), number)
+    return _row(int(law[0, at.N_HARMONICS]), number)
 
 
 def _row(n_harmonics: int, number: int) -> int:
@@ -213,7 +241,7 @@ def _row(n_harmonics: int, number: int) -> int:
 
 
 def entry(osc: Oscillator, stop: int) -> Entry:
-    """Return the event of meeting a stop from where the mass is free of it.
+    """Return the event of meeting a stop from its free side.
 
     Parameters
     ----------
@@ -252,50 +280,49 @@ def entry(osc: Oscillator, stop: int) -> Entry:
     return Entry(stop, bound, before, after, 1.0 if above else -1.0)
 
 
-def events_of_stops(osc: Oscillator, table: Law, stops: Sequence[int]) -> Integers:
+def events_of_stops(system: System, stops: Sequence[int]) -> Integers:
     """Return the events of a motion that meets these stops in turn, and then the first again.
 
-    Between two of them it leaves the soft stops that lie on its way.
+    Between two of them it leaves the soft stops that lie between.
 
     Parameters
     ----------
-    osc
-        The oscillator.
-    table
-        Its law.
+    system
+        Oscillator and forcing.
     stops
         Indices of the stops, in the order in which they are met; at least one.
 
     Returns
     -------
     array
-        (n, 3), a chain of `percuss.kernels.shooting`.
+        (n, 3), as `percuss.kernels.shooting` takes them.
 
     Raises
     ------
     ParameterError
-        If there is no such stop, or another one lies on the way.
+        If there is no such stop, or another one lies between two of them.
     """
-    entries = [entry(osc, stop) for stop in stops]
-    chain: list[tuple[int, int, int]] = []
+    law = system.law
+    entries = [entry(system.oscillator, stop) for stop in stops]
+    events: list[tuple[int, int, int]] = []
     for this, following in zip(entries, [*entries[1:], entries[0]], strict=True):
-        chain.append((this.bound, this.before, this.after))
-        now = this.after
-        while now != following.before:
-            up = following.before > now
-            row = row_of_region(table, now)
-            if table[row, at.UPPER_ENTRY if up else at.LOWER_ENTRY] == 1.0:
+        events.append((this.bound, this.before, this.after))
+        region = this.after
+        while region != following.before:
+            up = following.before > region
+            row = row_of_region(law, region)
+            if law[row, at.UPPER_ENTRY if up else at.LOWER_ENTRY] == 1.0:
                 reason = f"between stops {this.stop} and {following.stop} another one is met"
                 raise ParameterError("sequence", tuple(stops), reason)
             step = 1 if up else -1
-            chain.append((now + 1 if up else now, now, now + step))
-            now += step
-    rows = [[b, row_of_region(table, i), row_of_region(table, j)] for b, i, j in chain]
+            events.append((region + 1 if up else region, region, region + step))
+            region += step
+    rows = [[b, row_of_region(law, i), row_of_region(law, j)] for b, i, j in events]
     return np.array(rows, dtype=np.int64).reshape(-1, CHAIN_COLUMNS)
 
 
 def events_of_record(marks: Integers) -> Integers:
-    """Return the chain of the impacts and crossings in a record of `march`, less its START."""
+    """Return the impacts and crossings in a record of `march`, without its START."""
     before = marks[:-1, columns.NEXT_REGION]
     rows = np.column_stack([marks[1:, columns.BOUND], before, marks[1:, columns.NEXT_REGION]])
     return np.ascontiguousarray(rows, dtype=np.int64)
@@ -303,25 +330,25 @@ def events_of_record(marks: Integers) -> Integers:
 
 @lru_cache(maxsize=64)
 def _entries(osc: Oscillator, n_harmonics: int) -> dict[tuple[int, int, int], int]:
-    """Return the stop that each event in a chain meets, of those that meet one."""
-    met = {}
+    """Return the stop that each event meets, of those that meet one."""
+    stops = {}
     for stop in reversed(range(len(osc.stops))):
-        it = entry(osc, stop)
-        met[it.bound, _row(n_harmonics, it.before), _row(n_harmonics, it.after)] = stop
-    return met
+        met = entry(osc, stop)
+        stops[met.bound, _row(n_harmonics, met.before), _row(n_harmonics, met.after)] = stop
+    return stops
 
 
-def entries_of(osc: Oscillator, table: Law, chain: Integers) -> list[tuple[int, int]]:
-    """Return (row of the chain, stop) of the events that meet a stop; others leave one."""
-    met = _entries(osc, int(table[0, at.N_HARMONICS]))
-    events: Iterable[tuple[int, int, int]] = map(tuple, chain.tolist())
-    return [(i, met[event]) for i, event in enumerate(events) if event in met]
+def entries_of(system: System, events: Integers) -> list[tuple[int, int]]:
+    """Return (row, stop) of the events that meet a stop; others leave one."""
+    stops = _entries(system.oscillator, int(system.law[0, at.N_HARMONICS]))
+    rows: Iterable[tuple[int, int, int]] = map(tuple, events.tolist())
+    return [(i, stops[row]) for i, row in enumerate(rows) if row in stops]
 
 
-def is_wall(table: Law, chain: Integers) -> list[bool]:
-    """Tell which events of a chain are impacts on walls."""
+def is_wall(law: Law, events: Integers) -> list[bool]:
+    """Return of each event whether it is an impact on a wall."""
     kinds: list[bool] = []
-    for bound, before, _ in chain:
-        lower = bound == int(table[before, at.NUMBER])
-        kinds.append(bool(table[before, at.LOWER_KIND if lower else at.UPPER_KIND] == at.WALL))
+    for bound, before, _ in events:
+        lower = bound == int(law[before, at.NUMBER])
+        kinds.append(bool(law[before, at.LOWER_KIND if lower else at.UPPER_KIND] == at.WALL))
     return kinds

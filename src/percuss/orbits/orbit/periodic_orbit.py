@@ -14,17 +14,17 @@ from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.law import Table
 from percuss.model.forcing import Forcing
-from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
+from percuss.model.system import System
 from percuss.motion.html_table import html_table
 from percuss.motion.outcome import Outcome
 from percuss.motion.spectrum import line_spectrum
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.orbit.itinerary import Itinerary
-from percuss.orbits.orbit.passages import Passages, TurningPoints, turns_of
 from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
+from percuss.orbits.orbit.turning_points import Passages, TurningPoints, turns_of
 
 if TYPE_CHECKING:
     # A second of import.
@@ -93,10 +93,16 @@ class PeriodicOrbit:
     min_impact_speed: float
     isolated: bool
     residual: float
+    # The names of these fields are those in files.
     _events: Table = field(repr=False)
     _marks: Integers = field(repr=False)
     _chain: Integers = field(repr=False)
     _unknowns: Floats = field(repr=False)
+
+    @property
+    def system(self) -> System:
+        """Its oscillator and forcing as one value."""
+        return System(self.oscillator, self.forcing)
 
     @property
     def itinerary(self) -> Itinerary:
@@ -105,16 +111,15 @@ class PeriodicOrbit:
 
     @property
     def record(self) -> tuple[Table, Integers]:
-        """Its events and their marks, as the kernels write them; the last one is the first again."""
+        """Its events and marks as the kernels write them; the last event is the first again."""
         return self._events, self._marks
 
     @property
     def turning_points(self) -> TurningPoints:
-        """Where it turns between two events in a period; without any, in one and a half."""
+        """Turning points between two events in a period; of a motion without events, in 1.5."""
         # The ends of a flight are no turning points of it.
-        lasting = self.period if len(self._chain) else 1.5 * self.period
-        table = law(self.oscillator, self.forcing)
-        return turns_of(table, self._events, self._marks, self.x0, self.t0 + lasting)
+        duration = self.period if len(self._chain) else 1.5 * self.period
+        return turns_of(self.system.law, *self.record, self.x0, self.t0 + duration)
 
     @property
     def is_stable(self) -> bool:
@@ -129,7 +134,7 @@ class PeriodicOrbit:
         and its forcing has odd harmonics only.
         """
         even = self.n_periods > 0 and self.n_periods % 2 == 0
-        if even or not is_symmetric_system(self.oscillator, self.forcing):
+        if even or not is_symmetric_system(*self.system):
             return False
         run = self.trajectory(2)
         # In the middle of the longest flight: no event is near.
@@ -147,7 +152,7 @@ class PeriodicOrbit:
         return tuple(int(stop) for stop in self.impacts.stop)
 
     def __repr__(self) -> str:
-        """Tell the orbit in a line."""
+        """Return the orbit in a line."""
         count = "sticking" if math.isinf(self.n_impacts) else counted(self.n_impacts, "impact")
         turns = f" in {counted(self.n_periods, 'forcing period')}" if self.n_periods else ""
         sizes = ", ".join(f"{abs(value):.4g}" for value in self.multipliers)
@@ -209,11 +214,9 @@ class PeriodicOrbit:
         t_end = float(events[-1, columns.EVENT_T]) if len(events) > 1 else 0.0
         if len(self._events) == 1:
             t_end = self.t0 + periods * self.period
-        table = law(self.oscillator, self.forcing)
-        record = table, (self.x0, self.v0), events, marks, np.empty((0, columns.GRAZE_COLUMNS))
-        return Trajectory.of_record(
-            self.oscillator, self.forcing, record, t_end, Outcome.reached_t_end
-        )
+        grazes = np.empty((0, columns.GRAZE_COLUMNS))
+        record = self.system.law, (self.x0, self.v0), events, marks, grazes
+        return Trajectory.of_record(*self.system, record, t_end, Outcome.reached_t_end)
 
     def spectrum(self, n_lines: int = 33) -> Dataset:
         """Return the Fourier coefficients of the displacement, exact to rounding.
@@ -244,6 +247,6 @@ class PeriodicOrbit:
         return line_spectrum(self.trajectory(3), self.period, n_lines)
 
 
-def counted(n: float, thing: str) -> str:
-    """Return a number and what it counts."""
-    return f"{n:g} {thing}" + ("" if n == 1 else "s")
+def counted(n: float, noun: str) -> str:
+    """Return a number and the noun that it counts."""
+    return f"{n:g} {noun}" + ("" if n == 1 else "s")

@@ -1,4 +1,4 @@
-"""Many short runs of one oscillator, on arrays that are used again."""
+"""Many short runs of one system, in buffers that are used again."""
 
 from __future__ import annotations
 
@@ -13,15 +13,13 @@ from percuss.kernels import record as columns
 from percuss.kernels.law import Law, Table
 from percuss.kernels.sample import evaluate
 from percuss.kernels.tangent import neighbours
-from percuss.model.forcing import Forcing
-from percuss.model.law import law
-from percuss.model.oscillator import Oscillator
+from percuss.model.system import System
 from percuss.motion.simulate import simulate
 
 __all__ = ["Propagator"]
 
-# Room for the events of a run; one that has more, or a flight that is searched for long, is left
-# to `simulate`, which has no limits.
+# Events of a run, and steps of the search in a flight: runs with more are left to `simulate`, which
+# has no limits.
 CAPACITY = 512
 PATIENCE = 20_000
 MORE_IMPACTS = 1_000_000
@@ -29,24 +27,23 @@ MORE_IMPACTS = 1_000_000
 
 @dataclass(slots=True)
 class Propagator:
-    """Runs of one oscillator: each `follow` replaces the record of the one before.
+    """Runs of one system: each `follow` replaces the record of the one before.
 
     Attributes
     ----------
-    oscillator, forcing
-        What moves.
+    system
+        Oscillator and forcing.
     law
-        The kernels' table of both.
+        Their law.
     """
 
-    oscillator: Oscillator
-    forcing: Forcing | None
+    system: System
     law: Law = field(init=False)
     _run: columns.Run = field(init=False)
     _record: tuple[Table, Integers] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.law = law(self.oscillator, self.forcing)
+        self.law = self.system.law
         self._run = columns.new_run(self.law, CAPACITY)
         self._record = self._run.events[:0], self._run.marks[:0]
 
@@ -72,9 +69,7 @@ class Propagator:
         self, x: float, v: float, t0: float, t_end: float, n_impacts: int
     ) -> tuple[Table, Integers]:
         end = None if t_end == math.inf else t_end
-        run = simulate(
-            self.oscillator, self.forcing, x, v, t0, t_end=end, max_impacts=n_impacts or None
-        )
+        run = simulate(*self.system, x, v, t0, t_end=end, max_impacts=n_impacts or None)
         self._record = run._events, run._marks
         return self._record
 

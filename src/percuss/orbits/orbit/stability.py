@@ -1,4 +1,4 @@
-"""What the multipliers of an orbit tell."""
+"""The multipliers of an orbit, and its stability."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Stability", "multipliers_of", "stability_of"]
 Stability: TypeAlias = Literal["asymptotic", "elliptic", "parabolic", "unstable"]
 
 # A trace this near to the edge of stability, as a part of the matrix, is on it: orbits are
-# found to some 1e-12, and a conservative family sits there exactly.
+# found to some 1e-12, and a conservative family lies there exactly.
 ON_EDGE = 1e-9
 
 
@@ -53,7 +53,7 @@ def multipliers_of(monodromy: Floats, determinant: float) -> Complexes:
 
 
 def stability_of(monodromy: Floats, determinant: float, *, conservative: bool) -> Stability:
-    """Return the stability that a monodromy matrix means to first order.
+    """Return the stability of an orbit to first order, from its monodromy matrix.
 
     With D its determinant, at most 1, both multipliers lie inside the unit circle if
     abs(trace) < 1 + D.

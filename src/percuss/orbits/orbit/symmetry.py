@@ -34,7 +34,7 @@ def is_symmetric_system(osc: Oscillator, force: Forcing | None) -> bool:
     Parameters
     ----------
     osc, force
-        What moves; None for free motion, where any shift of time will do.
+        Oscillator and forcing; None for free motion, which any shift of time leaves unchanged.
 
     Returns
     -------
@@ -50,8 +50,8 @@ def is_symmetric_system(osc: Oscillator, force: Forcing | None) -> bool:
     >>> is_symmetric_system(backlash, pc.cosine(2.0, constant=0.1))
     False
     """
-    stops = sorted(_told(stop, mirrored=False) for stop in osc.stops)
-    if stops != sorted(_told(stop, mirrored=True) for stop in osc.stops):
+    stops = sorted(_identity(stop, mirrored=False) for stop in osc.stops)
+    if stops != sorted(_identity(stop, mirrored=True) for stop in osc.stops):
         return False
     if force is None:
         return True
@@ -60,8 +60,8 @@ def is_symmetric_system(osc: Oscillator, force: Forcing | None) -> bool:
     return all(_is_odd(part.omega, force) for part in force.components() if part.cos or part.sin)
 
 
-def _told(stop: Stop, *, mirrored: bool) -> tuple[object, ...]:
-    """Return what tells a stop, or its mirror image, from others."""
+def _identity(stop: Stop, *, mirrored: bool) -> tuple[object, ...]:
+    """Return numbers that distinguish a stop, or its mirror image, from others."""
     at, above = as_fraction(stop.at), stop.side == "above"
     if isinstance(stop, SoftStop):
         numbers = 1, as_fraction(stop.stiffness), as_fraction(stop.damping)
@@ -88,7 +88,7 @@ def is_mirrored_state(one: tuple[float, float], other: tuple[float, float], scal
     return bool((np.abs(np.add(one, other)) <= MIRRORED * scale).all())
 
 
-def half_multipliers(table: Law, events: Table, marks: Integers) -> tuple[complex, complex]:
+def half_multipliers(law: Law, events: Table, marks: Integers) -> tuple[complex, complex]:
     """Return the multipliers of the map over half a symmetric orbit, mirrored.
 
     Their squares are those of the orbit. Where one is -1 the symmetry breaks: two orbits start
@@ -97,15 +97,15 @@ def half_multipliers(table: Law, events: Table, marks: Integers) -> tuple[comple
 
     Parameters
     ----------
-    table
-        The law.
+    law
+        The law of the motion.
     events, marks
         The record of the orbit, an even number of events after its START.
     """
     half = (len(events) - 1) // 2
-    phases, out = np.empty((int(table[0, N_HARMONICS]), 2)), np.empty((1, 4))
+    phases, out = np.empty((int(law[0, N_HARMONICS]), 2)), np.empty((1, 4))
     instant = events[half : half + 1, columns.EVENT_T].copy()
-    record = columns.MotionRecord(table, 0.0, events[: half + 1], marks[: half + 1])
+    record = columns.MotionRecord(law, 0.0, events[: half + 1], marks[: half + 1])
     neighbours(record, instant, True, phases, out)
     trace = -float(out[0, 0] + out[0, 3])
     determinant = float(out[0, 0] * out[0, 3] - out[0, 1] * out[0, 2])

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, whole
-from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form
-from percuss.model.system import kind_faults
+from percuss.model.system import System
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.extremes import extremes_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -46,7 +45,7 @@ __all__ = [
 
 Interval = tuple[float, float]
 
-# How a branch ends that comes back to where it started.
+# The end reason of a closed branch.
 CLOSED = "the branch closed"
 
 
@@ -57,13 +56,13 @@ class FamilyRange:
     Attributes
     ----------
     n_impacts, n_periods
-        Impacts and forcing periods of a round.
+        Impacts and forcing periods of an orbit.
     branches
         Numbers of the branches.
     ranges
-        Where physical ones are, as intervals of the parameter.
+        Intervals of the parameter with admissible orbits.
     stable_ranges
-        Where stable ones are.
+        Intervals with stable admissible orbits.
     """
 
     n_impacts: int
@@ -97,12 +96,11 @@ class Response:
         A (n,) array for each branch: the largest velocity into a stop [length/time]; NaN without
         impacts.
     attractors
-        What direct simulation at other values of the parameter came to, and on which branch
-        it lies.
+        The attractors of direct simulation at other values of the parameter, and their branches.
     left_out
-        Orbits that were found and not followed: their value, the orbit and the reason.
+        Orbits that were found and not followed: value, orbit and reason.
     complete
-        False if it was stopped before its end.
+        False if the search was stopped.
     """
 
     path: str
@@ -122,35 +120,37 @@ class Response:
     def missed(self) -> tuple[SeenAttractor, ...]:
         """Periodic attractors of the kinds looked for that are on no branch."""
         return tuple(
-            it
-            for it in self.attractors
-            if it.branch is None
-            and it.n_impacts <= self.max_impacts
-            and 1 <= it.n_periods <= self.max_periods
+            attractor
+            for attractor in self.attractors
+            if attractor.branch is None
+            and attractor.n_impacts <= self.max_impacts
+            and 1 <= attractor.n_periods <= self.max_periods
         )
 
     @property
     def families(self) -> tuple[FamilyRange, ...]:
-        """The kinds of orbits, with where they are and where they are stable."""
+        """The kinds of orbits, with the ranges in which they exist and are stable."""
         kinds: dict[tuple[int, int], list[tuple[int, Flags]]] = {}
         for number, branch in enumerate(self.branches):
             each = kinds_of(branch)
             for kind in np.unique(each, axis=0).tolist():
                 of_kind = (each == kind).all(axis=1)
                 kinds.setdefault((kind[0], kind[1]), []).append((number, of_kind))
-        found = []
+        families = []
         for n_periods, n_impacts in sorted(kinds):
-            there = kinds[n_periods, n_impacts]
-            physical = [(self.branches[k], rows & self.branches[k].admissible) for k, rows in there]
+            members = kinds[n_periods, n_impacts]
+            physical = [
+                (self.branches[k], rows & self.branches[k].admissible) for k, rows in members
+            ]
             stable = _union([i for b, rows in physical for i in _runs(b, rows & b.is_stable)])
             ranges = _union([i for b, rows in physical for i in _runs(b, rows)])
-            numbers = tuple(number for number, _ in there)
-            found.append(FamilyRange(n_impacts, n_periods, numbers, ranges, stable))
-        return tuple(found)
+            numbers = tuple(number for number, _ in members)
+            families.append(FamilyRange(n_impacts, n_periods, numbers, ranges, stable))
+        return tuple(families)
 
     def __repr__(self) -> str:
-        """Tell the chart in a line."""
-        kinds = ", ".join(f"({it.n_impacts}, {it.n_periods})" for it in self.families)
+        """Return the chart in a line."""
+        kinds = ", ".join(f"({kind.n_impacts}, {kind.n_periods})" for kind in self.families)
         missed = f"{len(self.missed)} missed" if self.missed else "none missed"
         stopped = "" if self.complete else "; stopped before its end"
         return (
@@ -195,12 +195,12 @@ def response_curve(
 
     At values spread over the range motions are followed from many starts to their attractors,
     and orbits, unstable ones too, are searched for from stretches of motions that almost close
-    (`find_orbits`). What is found is followed both ways (`continue_orbit`), unless it lies on a
-    branch already, and so are the orbits that start at its period doublings. Then attractors at
-    other values, and beside special points, are compared with the branches. Those that lie on
-    none are followed, too, and others are compared, until nothing new is found or four rounds
-    are over: `missed` tells what was new in the last one. Unstable families that nothing stable
-    is connected to can be missed without notice.
+    (`find_orbits`). Orbits that lie on no branch yet are followed both ways (`continue_orbit`), and
+    so are the orbits that start at period doublings. Then attractors at other values, and near
+    special points, are compared with the branches. Those that lie on none are followed, too, and
+    others are compared, until nothing new is found, four times at most: `missed` holds those that
+    were new in the last comparison. Unstable families without a connection to stable ones can be
+    missed without notice.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def response_curve(
     path, within = _checked(osc, force, over)
     n_seeds = whole("n_seeds", n_seeds, 1)
     counts = whole("max_impacts", max_impacts, 1), whole("max_periods", max_periods, 1)
-    following = Following(osc, force, path, within)
+    following = Following(System(osc, force), path, within)
     attractors, complete = search_families(following, counts, seed, n_seeds, progress)
     return _response(following, counts, attractors, complete=complete)
 
@@ -251,7 +251,7 @@ def response_curve(
 def _checked(
     osc: Oscillator, force: Forcing, over: Mapping[str, tuple[Phase, Phase]]
 ) -> tuple[str, Range]:
-    raise_first(kind_faults(osc, force))
+    system = System.of(osc, force)
     if force is None:
         raise ParameterError("force", force, "not a Forcing; a response is one to a forcing")
     if len(over) != 1:
@@ -265,10 +265,10 @@ def _checked(
         raise ParameterError(path, given, "not a range of two numbers") from error
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ParameterError(path, given, "not a range of two different finite numbers")
-    following = Following(osc, force, path, Range(low, high))
+    following = Following(system, path, Range(low, high))
     for end in (low, high):
-        # It says why the parameter cannot have this value.
-        if following.system(end)[1].period is None:
+        # It raises the error of a value that the parameter cannot have.
+        if following.system(end).period is None:
             reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
             raise ParameterError("forcing.period", None, reason)
     return path, Range(low, high)
@@ -283,8 +283,8 @@ def _response(
 ) -> Response:
     order = sorted(range(len(following.branches)), key=lambda k: _rank(following.branches[k]))
     branches = tuple(following.branches[k] for k in order)
-    place = {old: new for new, old in enumerate(order)}
-    swings = [[extremes_of(orbit) for orbit in branch] for branch in branches]
+    numbers = {old: new for new, old in enumerate(order)}
+    extremes = [[extremes_of(orbit) for orbit in branch] for branch in branches]
     return Response(
         path=following.path,
         low=following.within.low,
@@ -292,10 +292,10 @@ def _response(
         max_impacts=counts[0],
         max_periods=counts[1],
         branches=branches,
-        amplitude=tuple(np.array([it.amplitude for it in rows]) for rows in swings),
-        largest_displacement=tuple(np.array([it.largest for it in rows]) for rows in swings),
+        amplitude=tuple(np.array([row.amplitude for row in rows]) for rows in extremes),
+        largest_displacement=tuple(np.array([row.largest for row in rows]) for rows in extremes),
         impact_velocity=tuple(_largest_velocity(branch) for branch in branches),
-        attractors=tuple(it.on(place) for it in attractors),
+        attractors=tuple(attractor.on(numbers) for attractor in attractors),
         left_out=tuple(following.left_out),
         complete=complete,
     )
@@ -314,7 +314,7 @@ def _largest_velocity(branch: Branch) -> Floats:
 def _runs(branch: Branch, flags: Flags) -> list[Interval]:
     """Return the intervals that stretches of flagged neighbours cover, special points at the ends.
 
-    A special point is on the edge: rounding decides how its own row is flagged.
+    A special point lies on an edge: the flag of its own row is rounding.
     """
     special = np.zeros(len(flags), dtype=np.bool_)
     special[[point.row for point in branch.special_points]] = True
@@ -323,19 +323,19 @@ def _runs(branch: Branch, flags: Flags) -> list[Interval]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     parts = [branch.values[i:j] for i, j in zip(edges[::2], edges[1::2], strict=True)]
     if branch.end_reason == CLOSED and flags[0] and flags[-1]:
-        # The last row is beside the first one.
+        # The last row is next to the first one.
         parts.append(branch.values[[-1, 0]])
     return [(float(part.min()), float(part.max())) for part in parts]
 
 
 def _union(intervals: list[Interval]) -> tuple[Interval, ...]:
-    found: list[Interval] = []
+    joined: list[Interval] = []
     for low, high in sorted(intervals):
-        if found and low <= found[-1][1]:
-            found[-1] = found[-1][0], max(high, found[-1][1])
+        if joined and low <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(high, joined[-1][1])
         else:
-            found.append((low, high))
-    return tuple(found)
+            joined.append((low, high))
+    return tuple(joined)
 
 
 def kinds_of(branch: Branch) -> Integers:
@@ -361,9 +361,9 @@ def rows_of(
         "stability": joined((b.stability.astype(str) for b in branches), str),
         "admissible": joined((b.admissible for b in branches), bool),
     }
-    found: dict[str, Any] = {name: ("point", column) for name, column in each.items()}
-    found["value"] = ("point", each["value"], {"long_name": path})
-    return found
+    table: dict[str, Any] = {name: ("point", column) for name, column in each.items()}
+    table["value"] = ("point", each["value"], {"long_name": path})
+    return table
 
 
 def special_rows_of(branches: Sequence[Branch]) -> dict[str, Any]:
@@ -379,18 +379,18 @@ def special_rows_of(branches: Sequence[Branch]) -> dict[str, Any]:
 
 def attractor_rows_of(seen: Sequence[SeenAttractor]) -> dict[str, Any]:
     """Return the columns of the attractors."""
-    on = [-1 if it.branch is None else it.branch for it in seen]
+
+    def column(values: Iterable[Any], kind: type) -> tuple[str, NDArray[Any]]:
+        return "attractor", np.array(list(values), dtype=kind)
+
+    numbers = column(
+        (-1 if attractor.branch is None else attractor.branch for attractor in seen), int
+    )
     return {
-        "attractor_value": ("attractor", np.array([it.value for it in seen], dtype=float)),
-        "attractor_n_impacts": ("attractor", np.array([it.n_impacts for it in seen], dtype=float)),
-        "attractor_n_periods": ("attractor", np.array([it.n_periods for it in seen], dtype=int)),
-        "attractor_branch": ("attractor", np.array(on, dtype=int), {"none": -1}),
-        "attractor_amplitude": (
-            "attractor",
-            np.array([it.extremes.amplitude for it in seen], dtype=float),
-        ),
-        "attractor_impact_velocity": (
-            "attractor",
-            np.array([it.impact_speed for it in seen], dtype=float),
-        ),
+        "attractor_value": column((attractor.value for attractor in seen), float),
+        "attractor_n_impacts": column((attractor.n_impacts for attractor in seen), float),
+        "attractor_n_periods": column((attractor.n_periods for attractor in seen), int),
+        "attractor_branch": (*numbers, {"none": -1}),
+        "attractor_amplitude": column((attractor.extremes.amplitude for attractor in seen), float),
+        "attractor_impact_velocity": column((attractor.impact_speed for attractor in seen), float),
     }

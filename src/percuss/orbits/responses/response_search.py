@@ -12,35 +12,34 @@ import numpy as np
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels.law import PERIOD
 from percuss.model.exact import as_float
-from percuss.model.forcing import Forcing
-from percuss.model.law import law
-from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, replace_parameter
+from percuss.model.system import System
 from percuss.numerics import log, power
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.continue_orbit import continue_orbit
 from percuss.orbits.bifurcations.switching import switch_branch
 from percuss.orbits.finding.find import find_orbits
-from percuss.orbits.finding.refine_guess import Known, solved
-from percuss.orbits.finding.search import Guess
+from percuss.orbits.finding.refine_guess import Known
 from percuss.orbits.finding.settled import Settled, settled_motions
 from percuss.orbits.finding.single_impact import has_closed_form, single_impact_orbits
 from percuss.orbits.orbit.extremes import Extremes
+from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.solve import solve
 from percuss.orbits.orbit.steady import free_region, steady_orbit
 from percuss.progress import Progress, Report
 
 __all__ = ["Following", "Range", "SeenAttractor", "search_families"]
 
-# Values with motions for each value with a search; starts at each; rounds of comparison at most.
+# Simulated values for each searched value; starts at each; comparisons at most.
 PER_SEARCH, STARTS, ROUNDS = 8, 12, 4
-# Values at which attractors are compared in a round, at least.
+# Values at which attractors are compared at least each time.
 LEAST_COMPARED = 16
-# Values at which a motion without impacts is asked for.
+# Values at which a motion without impacts is tried.
 VALUES_WITHOUT = 3
-# How far beside special points attractors are compared, as a part of the range.
-BESIDE = 0.004
-# Parts of the range that are nowhere near to one another (Weyl's sequence).
+# Distance from special points at which attractors are compared, as a part of the range.
+OFFSET = 0.004
+# Multiples of this, modulo 1, are spread evenly (Weyl's sequence).
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 Seed = tuple[float, PeriodicOrbit]
@@ -48,20 +47,20 @@ Seed = tuple[float, PeriodicOrbit]
 
 @dataclass(frozen=True, slots=True)
 class SeenAttractor:
-    """What a direct simulation came to.
+    """The attractor of a direct simulation.
 
     Attributes
     ----------
     value
         The parameter.
     n_impacts, n_periods
-        Of one round; inf with sticking; NaN and 0 where no period was found.
+        Impacts and forcing periods of the orbit; inf with sticking; NaN and 0 without a period.
     branch
         Number of the branch on which it lies, None for none.
     impact_speed
         The largest [length/time]; NaN without impacts.
     extremes
-        How far it swings.
+        Least and largest displacement.
     orbit
         The orbit; None where no period was found.
     """
@@ -88,7 +87,7 @@ def search_families(
     Parameters
     ----------
     following
-        Where the branches are collected.
+        The branches, to which new ones are added.
     counts
         Most impacts and most periods.
     seed
@@ -101,7 +100,7 @@ def search_families(
     Returns
     -------
     list of SeenAttractor, bool
-        The attractors of the rounds of comparison, and whether it came to its end.
+        The attractors that were compared, and whether the search was completed.
     """
     each = PER_SEARCH * n_seeds
     n_compared = max(LEAST_COMPARED, each // 2)
@@ -114,14 +113,18 @@ def search_families(
         seen: list[SeenAttractor] = []
         for number in range(ROUNDS):
             compared = list(search.compared(number, n_compared))
-            new = [it for it in compared if it.branch is None and it.orbit is not None]
+            new = [
+                (attractor.value, attractor.orbit)
+                for attractor in compared
+                if attractor.branch is None and attractor.orbit is not None
+            ]
             seen += compared
-            if progress.is_stopped or not any(search.is_wanted(it.orbit) for it in new):
+            seeds = [seed for seed in new if search.is_wanted(seed[1])]
+            if progress.is_stopped or not seeds:
                 break
             if number < ROUNDS - 1:
-                found = [(it.value, it.orbit) for it in new if it.orbit is not None]
-                search.follow([seed for seed in found if search.is_wanted(seed[1])])
-                seen = [search.seen(it) for it in seen]
+                search.follow(seeds)
+                seen = [search.seen(attractor) for attractor in seen]
     finally:
         progress.close()
     return seen, not progress.is_stopped
@@ -151,8 +154,8 @@ class _ResponseSearch:
                 return
             osc, force = self.following.system(value)
             if osc.stops:
-                found = find_orbits(osc, force, *self.counts, self.seed)
-                yield from ((value, orbit) for orbit in found)
+                orbits = find_orbits(osc, force, *self.counts, self.seed)
+                yield from ((value, orbit) for orbit in orbits)
 
     def settled(self, n_values: int) -> Iterator[Seed]:
         """Yield attractors; motions start at random and where those at the last value were."""
@@ -160,32 +163,32 @@ class _ResponseSearch:
         for i in range(n_values):
             before = self._settled(i, (i + 0.5) / n_values, before)
             value = self.following.within.value((i + 0.5) / n_values)
-            yield from ((value, it.orbit) for it in before if it.orbit is not None)
+            yield from ((value, seen.orbit) for seen in before if seen.orbit is not None)
             yield from ((value, orbit) for orbit in self._in_closed_form(value))
 
     def _in_closed_form(self, value: float) -> Iterator[PeriodicOrbit]:
         """Yield the physical orbits with one impact on a wall, which need no search."""
         if self.progress.is_stopped:
             return
-        osc, force = self.following.system(value)
+        system = self.following.system(value)
+        osc, force = system
+        assert force is not None
         for stop in range(len(osc.stops)):
-            if has_closed_form(osc, force, stop):
+            if has_closed_form(system, stop):
                 for n_periods in range(1, self.counts[1] + 1):
-                    found = single_impact_orbits(osc, force, n_periods, stop)
-                    yield from (orbit for orbit in found if orbit.admissible)
+                    orbits = single_impact_orbits(osc, force, n_periods, stop)
+                    yield from (orbit for orbit in orbits if orbit.admissible)
 
     def _settled(self, number: int, part: float, before: list[Settled]) -> list[Settled]:
         value = self.following.within.value(part)
         if not self.progress.advance(text=f"settling at {self.following.path} = {value:.6g}"):
             return []
-        osc, force = self.following.system(value)
         return settled_motions(
-            osc,
-            force,
+            self.following.system(value),
             *self.counts,
             n_starts=STARTS,
             seed=self.seed + number,
-            also=[it.state for it in before],
+            also=[seen.state for seen in before],
         )
 
     def compared(self, round_number: int, n_values: int) -> Iterator[SeenAttractor]:
@@ -193,52 +196,54 @@ class _ResponseSearch:
         first = round_number * n_values
         parts = sorted((GOLDEN * (first + i + 1)) % 1.0 for i in range(n_values))
         if round_number == 0:
-            parts = sorted([*parts, *self._beside_special_points()])
+            parts = sorted([*parts, *self._parts_at_special_points()])
         # Down the range, where the seeds were found going up: both ends of a hysteresis are seen.
         before: list[Settled] = []
         for i, part in enumerate(reversed(parts)):
             before = self._settled(10_000 + first + i, part, before)
             value = self.following.within.value(part)
-            for it in before:
-                counts = it.n_impacts, it.n_periods
-                here = SeenAttractor(value, *counts, None, it.impact_speed, it.extremes, it.orbit)
-                yield self.seen(here)
+            for motion in before:
+                counts, speed = (motion.n_impacts, motion.n_periods), motion.impact_speed
+                extremes, orbit = motion.extremes, motion.orbit
+                yield self.seen(SeenAttractor(value, *counts, None, speed, extremes, orbit))
 
-    def _beside_special_points(self) -> set[float]:
-        """Return parts of the range on both sides of where physical orbits change in kind."""
-        found = set()
+    def _parts_at_special_points(self) -> set[float]:
+        """Return parts of the range on both sides of the special points of admissible orbits."""
+        parts = set()
         for branch in self.following.branches:
             for point in branch.special_points:
                 near = branch.admissible[max(point.row - 1, 0) : point.row + 2]
                 part = round(self.following.within.part(point.value), 3)
-                sides = (part - BESIDE, part + BESIDE) if near.any() else ()
-                found |= {side for side in sides if 0.0 < side < 1.0}
-        return found
+                sides = (part - OFFSET, part + OFFSET) if near.any() else ()
+                parts |= {side for side in sides if 0.0 < side < 1.0}
+        return parts
 
-    def seen(self, it: SeenAttractor) -> SeenAttractor:
+    def seen(self, attractor: SeenAttractor) -> SeenAttractor:
         """Return an attractor with the branch on which it lies."""
-        if it.orbit is None or it.branch is not None or math.isinf(it.n_impacts):
-            return it
-        return dataclasses.replace(it, branch=self.following.branch_of(it.orbit, it.value))
+        orbit = attractor.orbit
+        if orbit is None or attractor.branch is not None or math.isinf(attractor.n_impacts):
+            return attractor
+        branch = self.following.branch_of(orbit, attractor.value)
+        return dataclasses.replace(attractor, branch=branch)
 
     def follow_without_impacts(self) -> None:
-        """Follow the motion free of all stops, formal where it is too large: the linear response."""
+        """Follow the linear response, in which no stop acts; formal where it is too large."""
         for i in range(VALUES_WITHOUT):
             value = self.following.within.value((i + 0.5) / VALUES_WITHOUT)
-            osc, force = self.following.system(value)
-            region = free_region(osc, law(osc, force))
+            system = self.following.system(value)
+            region = free_region(system)
             if region is None:
                 return
             try:
-                orbit = steady_orbit(osc, force, region)
+                orbit = steady_orbit(system, region)
             except ConvergenceError:
-                # At resonance without damping there is none; there is beside it.
+                # At resonance without damping there is none, but at other values.
                 continue
             self.following.add(orbit, value)
             return
 
     def follow(self, seeds: list[Seed]) -> None:
-        """Follow orbits that are on no branch, and those that start at their period doublings."""
+        """Follow orbits that are on no branch, and those that start at its period doublings."""
         # From the fastest on: their velocities and periods are the units of the steps.
         todo = sorted(seeds, key=_slowness)
         while todo and not self.progress.is_stopped:
@@ -257,10 +262,10 @@ class _ResponseSearch:
             try:
                 doubled = switch_branch(point)
             except PercussError:
-                # Where doubled orbits are found otherwise, they are followed from there.
+                # Doubled orbits that the search finds are followed from there.
                 continue
             if self.is_wanted(doubled) and doubled.n_periods == twice[1] and doubled.admissible:
-                value = get_parameter(doubled.oscillator, doubled.forcing, None, point.path)
+                value = get_parameter(*doubled.system, None, point.path)
                 yield as_float(value), doubled
 
 
@@ -272,7 +277,7 @@ def _slowness(seed: Seed) -> float:
 FIRST_WIDTH = 0.04
 # Ranges whose ends have a larger ratio are divided by ratios, others by differences.
 WIDE = 4.0
-# Most rows each way: a family that takes more winds itself up among formal orbits.
+# Most rows each way: a family that takes more continues among formal orbits.
 MAX_POINTS = 800
 # Longest steps, as parts of a stretch; without impacts no unknown tells how a resonance bends.
 LARGEST_STEP, SMALL_STEP = 0.02, 0.002
@@ -311,29 +316,27 @@ class Following:
 
     Attributes
     ----------
-    osc, force
-        What moves, at any value of the parameter.
+    base
+        Oscillator and forcing, at any value of the parameter.
     path, within
         The parameter and its range.
     branches
         Each family once.
     left_out
-        Orbits that cannot be followed, with the reason.
+        Orbits that cannot be followed, with their values and the reasons.
     """
 
-    osc: Oscillator
-    force: Forcing
+    base: System
     path: str
     within: Range
     branches: list[Branch] = field(default_factory=list)
     left_out: list[tuple[float, PeriodicOrbit, str]] = field(default_factory=list)
     _known: dict[float, tuple[Known, int, list[int]]] = field(default_factory=dict)
 
-    def system(self, value: float) -> tuple[Oscillator, Forcing]:
-        """Return what moves at a value of the parameter."""
-        osc, force, _ = replace_parameter(self.osc, self.force, None, self.path, value)
-        assert force is not None
-        return osc, force
+    def system(self, value: float) -> System:
+        """Return the system at a value of the parameter."""
+        osc, force, _ = replace_parameter(*self.base, None, self.path, value)
+        return System(osc, force)
 
     def branch_of(self, orbit: PeriodicOrbit, value: float) -> int | None:
         """Return the number of the branch on which an orbit of this value lies, None if on none."""
@@ -344,16 +347,14 @@ class Following:
                 if (branch[0].n_impacts, branch[0].record[1][0, 2]) == (0, region):
                     return i if _reaches(branch, value) else None
             return None
-        events, unknowns = orbit.itinerary.events, orbit.itinerary.vector
-        guess = Guess(events, unknowns, int(orbit.n_impacts), orbit.n_periods)
-        signature = known.signature(guess, isolated=orbit.isolated)
+        signature = known.signature(orbit.itinerary, isolated=orbit.isolated)
         for other, owner in zip(known.signatures, owners, strict=True):
             if signature.matches(other):
                 return owner
         return None
 
     def add(self, orbit: PeriodicOrbit, value: float) -> bool:
-        """Follow an orbit unless it is on a branch already; tell whether it was followed."""
+        """Follow an orbit unless it is on a branch already, and return whether it was followed."""
         if math.isinf(orbit.n_impacts):
             self.left_out.append((value, orbit, "it sticks, and what sticks is not followed"))
             return False
@@ -370,7 +371,7 @@ class Following:
         return True
 
     def _is_known(self, branch: Branch) -> bool:
-        """Return whether a branch is one of those that there are: near a birth two halves mix up."""
+        """Return whether a branch is a known one, which may be found by its other half."""
         physical = np.flatnonzero(branch.admissible)
         special = [point.row for point in branch.special_points]
         physical = physical[~np.isin(physical, special)]
@@ -382,15 +383,15 @@ class Following:
         )
 
     def _followed(self, orbit: PeriodicOrbit, value: float) -> Branch:
-        """Follow an orbit as far as there are physical ones, in stretches that grow.
+        """Follow an orbit as far as its branch is admissible, in stretches that grow.
 
-        Formal orbits go on to any number of impacts in places where nothing moves that way.
+        Formal parts of a branch may continue without end.
         """
         width = FIRST_WIDTH if orbit.n_impacts else 1.0
-        here = self.within.part(value)
+        part = self.within.part(value)
         down, up = width, width
         while True:
-            low, high = self.within.value(here - down), self.within.value(here + up)
+            low, high = self.within.value(part - down), self.within.value(part + up)
             step = LARGEST_STEP if orbit.n_impacts else SMALL_STEP
             branch = continue_orbit(
                 orbit, {self.path: (low, high)}, max_points=MAX_POINTS, largest_step=step
@@ -404,17 +405,14 @@ class Following:
 
     def _orbits_at(self, value: float) -> tuple[Known, list[int]]:
         """Return the orbits of all branches at a value, and the branch of each."""
-        osc, force = self.system(value)
+        system = self.system(value)
         if value not in self._known:
-            self._known[value] = Known(osc, force), 0, []
+            self._known[value] = Known(system), 0, []
         known, done, owners = self._known[value]
         for number in range(done, len(self.branches)):
-            for guess in _crossings(self.branches[number], value, float(known.law[0, PERIOD])):
-                solution = solved(osc, force, guess)
-                if not solution.converged:
-                    continue
-                there = Guess(guess.chain, solution.unknowns, guess.n_impacts, guess.n_periods)
-                if not known.holds(known.signature(there, isolated=solution.isolated)):
+            for guess in _crossings(self.branches[number], value, float(system.law[0, PERIOD])):
+                solution = solve(system, guess)
+                if solution.converged and known.add(solution):
                     owners.append(number)
         self._known[value] = known, len(self.branches), owners
         return known, owners
@@ -424,22 +422,22 @@ def _reaches(branch: Branch, value: float) -> bool:
     return bool(branch.values.min() <= value <= branch.values.max())
 
 
-def _crossings(branch: Branch, value: float, period: float) -> list[Guess]:
-    """Return the orbits between neighbouring rows of a branch, at a value of the parameter."""
-    off = branch.values - value
-    rows = np.flatnonzero((off[:-1] * off[1:] < 0.0) | (off[:-1] == 0.0))
+def _crossings(branch: Branch, value: float, period: float) -> list[Itinerary]:
+    """Return the itineraries between neighbouring rows of a branch, at a value of the parameter."""
+    distances = branch.values - value
+    rows = np.flatnonzero((distances[:-1] * distances[1:] < 0.0) | (distances[:-1] == 0.0))
     guesses = [_between(branch, int(row), value, period) for row in rows]
-    if len(off) and off[-1] == 0.0:
-        guesses.append(_between(branch, len(off) - 2, value, period))
+    if len(distances) and distances[-1] == 0.0:
+        guesses.append(_between(branch, len(distances) - 2, value, period))
     return [guess for guess in guesses if guess is not None]
 
 
-def _between(branch: Branch, row: int, value: float, period: float) -> Guess | None:
-    """Return the orbit on the straight line between two rows, times as parts of the period."""
+def _between(branch: Branch, row: int, value: float, period: float) -> Itinerary | None:
+    """Return the linear interpolation of two rows, with times as parts of the period."""
     one, other = branch[row], branch[row + 1]
-    chain = one.itinerary.events
-    n = len(chain)
-    if n == 0 or not np.array_equal(chain, other.itinerary.events):
+    events = one.itinerary.events
+    n = len(events)
+    if n == 0 or not np.array_equal(events, other.itinerary.events):
         return None
     steps = branch.values[row + 1] - branch.values[row]
     part = (value - branch.values[row]) / steps if steps else 0.0
@@ -449,4 +447,4 @@ def _between(branch: Branch, row: int, value: float, period: float) -> Guess | N
     b[0] += round(a[0] - b[0])
     unknowns = a + part * (b - a)
     unknowns[: 1 + n] *= period
-    return Guess(chain, unknowns, int(one.n_impacts), one.n_periods)
+    return Itinerary.of_vector(events, unknowns, one.n_periods)

@@ -32,12 +32,10 @@ from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels.flight import free_response
 from percuss.model.exact import as_float, whole
-from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
-from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameter
-from percuss.model.system import kind_faults
+from percuss.model.system import System
 from percuss.numerics import (
     atan2,
     cos,
@@ -62,7 +60,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 __all__ = ["VelocityGap", "velocity_gap_curve"]
 
 
-# Below this part of its larger one, a singular value of a matrix is rounding.
+# Below this part of the larger one, a singular value of a matrix is rounding.
 SINGULAR = 1e-12
 
 
@@ -140,7 +138,7 @@ class VelocityGap:
         return np.asarray(roots[roots > 0.0])
 
     def __repr__(self) -> str:
-        """Tell the curve in a line."""
+        """Return the curve in a line."""
         return (
             f"<VelocityGap: 1 impact in {counted(self.n_periods, 'forcing period')}, grazing with "
             f"gaps of {self.graze:.6g} and {-self.graze:.6g}, fold at {self.fold:.6g}, largest "
@@ -153,13 +151,13 @@ def velocity_gap_curve(
 ) -> VelocityGap:
     """Return impact velocity against gap of orbits with one impact in n forcing periods.
 
-    An ellipse around the equilibrium, in closed form, for one wall and one harmonic. Stability and admissibility are those of the
-    orbits along it.
+    The curve is an ellipse around the equilibrium, in closed form, for one wall and one harmonic.
+    Stability and admissibility are those of the orbits along it.
 
     Parameters
     ----------
     osc
-        The oscillator, with one wall and a spring; where its wall is does not matter.
+        The oscillator, with one wall and a spring; the position of the wall does not matter.
     force
         One harmonic, and a constant.
     n_periods
@@ -191,21 +189,21 @@ def velocity_gap_curve(
     True
     """
     n_periods, n_points = whole("n_periods", n_periods, 1), whole("n_points", n_points, 3)
-    _check(osc, force)
-    map_, rest, way = _map(osc, force, n_periods)
-    inverse_map = inverse(map_)
+    system = System.of(osc, force)
+    _check(system)
+    map_, rest, sign = _map(system, n_periods)
     # Columns (gap, velocity) as functions of the angle: towards the wall both are positive.
-    axes = way * inverse_map
+    axes = sign * inverse(map_)
     angles = _physical_half(axes[1], n_points)
     circle = np.array([cos(angles), sin(angles)])
     gap, velocity = matmul(axes, circle)
     velocity[[0, -1]] = 0.0
     widths = matmul(axes, axes.T)
-    table = law(osc, force)
-    amplitude = float(table[at.FIRST_HARMONIC, at.AMPLITUDE])
-    cycle = np.array([cycle_of(table, p, q) for p, q in (amplitude * circle).T])
-    orbits = [_orbit(osc, force, n_periods, rest + way * g, c, way * v)
-              for g, v, c in zip(gap.tolist(), velocity.tolist(), cycle.tolist(), strict=True)]  # fmt: skip
+    law = system.law
+    amplitude = float(law[at.FIRST_HARMONIC, at.AMPLITUDE])
+    cycle = np.array([cycle_of(law, p, q) for p, q in (amplitude * circle).T])
+    rows = zip(gap.tolist(), velocity.tolist(), cycle.tolist(), strict=True)
+    orbits = [_orbit(system, n_periods, rest + sign * g, c, sign * v) for g, v, c in rows]
     return VelocityGap(
         n_periods=n_periods,
         equilibrium=rest,
@@ -222,9 +220,9 @@ def velocity_gap_curve(
     )
 
 
-def _check(osc: Oscillator, force: Forcing) -> None:
-    raise_first(kind_faults(osc, force))
-    if len(osc.stops) != 1 or not has_closed_form(osc, force, 0):
+def _check(system: System) -> None:
+    osc = system.oscillator
+    if len(osc.stops) != 1 or not has_closed_form(system, 0):
         reason = "the closed form is for one wall and no other stop, under one harmonic"
         raise ParameterError("osc", osc, reason)
     if as_float(osc.stiffness) == 0.0:
@@ -232,25 +230,26 @@ def _check(osc: Oscillator, force: Forcing) -> None:
         raise ParameterError("oscillator.stiffness", osc.stiffness, reason)
 
 
-def _map(osc: Oscillator, force: Forcing, n_periods: int) -> tuple[Floats, float, float]:
-    """Return B / A, which takes (s - s0, U) to the unit circle; s0; and the way into the wall."""
-    table = law(osc, force)
-    matrix, _, of_velocity = equations_of(osc, table, n_periods, 0)
-    wanted = entry(osc, 0)
-    row = row_of_region(table, wanted.before)
-    blow, _, rise = free_response(table, row, n_periods * float(table[0, at.PERIOD]))
+def _map(system: System, n_periods: int) -> tuple[Floats, float, float]:
+    """Return B / A, which maps (s - s0, U) to the unit circle; s0; and the sign into the wall."""
+    (osc, force), law = system, system.law
+    assert force is not None
+    matrix, _, of_velocity = equations_of(system, n_periods, 0)
+    met = entry(osc, 0)
+    row = row_of_region(law, met.before)
+    blow, _, rise = free_response(law, row, n_periods * float(law[0, at.PERIOD]))
     stiffness = as_float(osc.stiffness)
     right = np.column_stack([stiffness * np.array([rise, blow]), of_velocity])
-    amplitude = float(table[at.FIRST_HARMONIC, at.AMPLITUDE])
-    scale = np.array([1.0, float(table[at.FIRST_HARMONIC, at.OMEGA])])
+    amplitude = float(law[at.FIRST_HARMONIC, at.AMPLITUDE])
+    scale = np.array([1.0, float(law[at.FIRST_HARMONIC, at.OMEGA])])
     if amplitude == 0.0 or _is_singular(matrix / scale[:, np.newaxis]):
         reason = f"the free motion closes after {n_periods} forcing periods, or there is no force"
         raise ParameterError("n_periods", n_periods, f"{reason}: there is no ellipse")
-    found = solve_linear(matrix, right) / amplitude
-    if _is_singular(found * scale):
+    map_ = solve_linear(matrix, right) / amplitude
+    if _is_singular(map_ * scale):
         reason = "the ellipse degenerates into lines: impacts are elastic and nothing is damped,"
         raise ParameterError("osc", osc, f"{reason} or a whole number of free periods passes")
-    return np.asarray(found, dtype=np.float64), as_float(force.constant) / stiffness, wanted.sign
+    return np.asarray(map_, dtype=np.float64), as_float(force.constant) / stiffness, met.sign
 
 
 def _is_singular(matrix: Floats) -> bool:
@@ -267,8 +266,8 @@ def _physical_half(of_velocity: Floats, n_points: int) -> Floats:
 
 
 def _orbit(
-    osc: Oscillator, force: Forcing, n_periods: int, place: float, cycle: float, u: float
+    system: System, n_periods: int, wall: float, cycle: float, u: float
 ) -> PeriodicOrbit | None:
-    moved, _, _ = replace_parameter(osc, force, None, "oscillator.stops.0.at", place)
-    form = single_impact(moved, force, n_periods)
-    return orbit_of_root(moved, force, form, cycle, u)
+    osc, force, _ = replace_parameter(*system, None, "oscillator.stops.0.at", wall)
+    assert force is not None
+    return orbit_of_root(System(osc, force), single_impact(osc, force, n_periods), cycle, u)

@@ -1,4 +1,4 @@
-"""Many motions of one oscillator, followed back in time."""
+"""Many motions of one system, followed back in time."""
 
 from __future__ import annotations
 
@@ -10,22 +10,21 @@ from percuss.arrays import Floats, Integers
 from percuss.kernels import backward as engine
 from percuss.kernels import law as at
 from percuss.kernels.law import Law
-from percuss.model.forcing import Forcing
-from percuss.model.law import law
-from percuss.model.oscillator import Oscillator
+from percuss.model.system import System
 from percuss.orbits.orbit.itinerary import row_of_region
 
 __all__ = ["BackwardMotions", "Pasts"]
 
 
-# The number of no bound.
-NOWHERE = -1
+# No bound has this number.
+NO_BOUND = -1
+# Velocity beyond which a motion is given up [length/time].
 FASTEST = 1e9
 
 
 @dataclass(frozen=True, slots=True)
 class Pasts:
-    """What came before each of n states.
+    """The events before each of n states.
 
     Attributes
     ----------
@@ -37,9 +36,9 @@ class Pasts:
     n_between
         (n, m) array, events between each of them and the state; -1 where there are no more.
     status
-        (n,) array, why the way back ended: the codes of `percuss.kernels.backward`.
+        (n,) array, why the motion back ended: the codes of `percuss.kernels.backward`.
     x_end, v_end
-        (n,) arrays, the state at the end of the way back.
+        (n,) arrays, the state at its end.
     """
 
     t: Floats
@@ -52,22 +51,21 @@ class Pasts:
 
 @dataclass(slots=True)
 class BackwardMotions:
-    """Follows motions of one oscillator back in time.
+    """Follows motions of one system back in time.
 
     Attributes
     ----------
-    oscillator, forcing
-        What moves.
+    system
+        Oscillator and forcing.
     law
-        The kernels' table of both.
+        Their law.
     """
 
-    oscillator: Oscillator
-    forcing: Forcing | None
+    system: System
     law: Law = field(init=False)
 
     def __post_init__(self) -> None:
-        self.law = law(self.oscillator, self.forcing)
+        self.law = self.system.law
 
     def follow(
         self,
@@ -77,8 +75,8 @@ class BackwardMotions:
         longest: float,
         *,
         region: int | Integers | None = None,
-        bound: int = NOWHERE,
-        way: float = 0.0,
+        bound: int = NO_BOUND,
+        sign: float = 0.0,
         n_hits: int = 1,
         fastest: float = FASTEST,
     ) -> Pasts:
@@ -90,22 +88,22 @@ class BackwardMotions:
             (n,) arrays: instants, positions and velocities; where one of them is that of an
             event, the velocity before it.
         longest
-            How far back [time].
+            The longest time back [time].
         region
-            Rows of the regions they come from; default: where they are.
+            Rows of the regions of the states just before; default: by position and velocity.
         bound
-            Number of a bound; the way back ends at the ``n_hits``-th impact on it.
-        way
+            Number of a bound; a motion ends at the ``n_hits``-th impact on it.
+        sign
             Sign of the velocity with which a soft stop there is entered.
         n_hits
-            How many impacts on it, >= 1.
+            Number of impacts on it, >= 1.
         fastest
             Velocity beyond which a motion is given up [length/time].
 
         Returns
         -------
         Pasts
-            What was met.
+            Impacts, status and end of each.
         """
         n = len(t)
         states = np.zeros((n, engine.STATE_ENTRIES))
@@ -115,9 +113,9 @@ class BackwardMotions:
         rows = np.array(np.broadcast_to(region, n), dtype=np.int64)
         hits = np.full((n, n_hits, engine.HIT_COLUMNS), np.nan)
         ends = np.zeros((n, 2), dtype=np.int64)
-        room = np.empty((2, int(self.law[0, at.N_HARMONICS]), 2))
+        workspace = np.empty((2, int(self.law[0, at.N_HARMONICS]), 2))
         limits = (float(longest), float(fastest))
-        engine.trace_batch(self.law, rows, states, (bound, way), limits, hits, ends, room)
+        engine.trace_batch(self.law, rows, states, (bound, sign), limits, hits, ends, workspace)
         met = np.arange(n_hits) < ends[:, 1:]
         between = np.where(met, hits[:, :, engine.HIT_EVENTS], -1.0).astype(np.int64)
         instants = hits[:, :, engine.HIT_T] + hits[:, :, engine.HIT_T_LOW]
@@ -140,6 +138,6 @@ class BackwardMotions:
         rows = np.array([row_of_region(self.law, i) for i in range(n_regions)])
         upper = self.law[rows[:-1], at.UPPER]
         inside = np.searchsorted(upper, x, side="left")
-        # From an edge the way back leads against the velocity.
+        # At an edge the state comes from the side against its velocity.
         on_edge = np.isin(x, upper) & (v < 0.0)
         return np.asarray(rows[inside + on_edge], dtype=np.int64)

@@ -48,13 +48,13 @@ GrowthEnd: TypeAlias = Literal["length", "max_points", "no_image", "collapse", "
 
 # Points of the piece next to the saddle, before it is refined.
 FIRST_POINTS = 17
-# Parts of that piece nearer than this have no digits between them: what lies apart is a jump.
+# Parts of that piece nearer than this are neighbouring floats: a distance there is a jump.
 FINEST = 1e-9
 # Neighbours may turn the curve by so much [rad] if they are not closer than this part of the
 # spacing already.
 TURN, CLOSE = 0.15, 0.05
-MOST_IMAGES = 2000
-MOST_ROUNDS = 1000
+# Images of the fundamental domain, and refinements of each, at most.
+MOST_IMAGES, MOST_REFINEMENTS = 2000, 1000
 # An image shorter than this part of the spacing has shrunk to a point.
 COLLAPSED = 1e-6
 
@@ -72,7 +72,7 @@ class Grown:
     arclength
         (n,) array, length of the pieces so far, in the units of the scale.
     image
-        (n,) array, how often the map was applied to come there.
+        (n,) array, how often the map was applied to each.
     end
         Why it ends.
     """
@@ -86,15 +86,15 @@ class Grown:
 
 @dataclass(slots=True)
 class Grower:
-    """Takes the fundamental domain of a manifold, from s / lambda to s, through its images.
+    """Maps the fundamental domain of a manifold, from s / lambda to s, forward.
 
     Attributes
     ----------
-    forth, apart
-        The map, which moves points off the saddle without changing sides, and differences.
+    forward, differences
+        The map, which moves points off the saddle and keeps their side, and differences.
     local
         The manifold next to the saddle.
-    way
+    side
         +1 or -1, the side of the saddle.
     scale
         (2,) array, units of length.
@@ -102,27 +102,27 @@ class Grower:
         Largest distance of neighbours, in these units.
     """
 
-    forth: PointMap
-    apart: Difference
+    forward: PointMap
+    differences: Difference
     local: LocalManifold
-    way: float
+    side: float
     scale: Floats
     spacing: float
 
     def begin(self, parts: Floats) -> Floats:
         """Return the points of the fundamental domain at parts from 0 to 1 of it."""
-        reach = self.way * self.local.reach
+        reach = self.side * self.local.reach
         return self.local.at(reach * power(self.local.multiplier, parts - 1.0))
 
     def refined(
-        self, parts: Floats, points: Floats, image: int, longest: float, room: int
+        self, parts: Floats, points: Floats, image: int, longest: float, capacity: int
     ) -> tuple[Floats, Floats, bool]:
-        """Return the parts and their images with new ones where neighbours lie apart.
+        """Return the parts and their images, refined where neighbours are too distant.
 
-        No more is done than for a length of ``longest`` and ``room`` points; the flag tells
-        whether that was enough.
+        At most a length of ``longest`` and ``capacity`` points are refined; the flag says whether
+        that was all.
         """
-        for _ in range(MOST_ROUNDS):
+        for _ in range(MOST_REFINEMENTS):
             gaps = np.diff(parts)
             # Chords are no longer than their arcs, jumps have no length.
             chords = np.where(gaps > FINEST, np.nan_to_num(self.sizes(points)), 0.0)
@@ -131,16 +131,16 @@ class Grower:
             wide &= (gaps > FINEST) & (before < longest)
             count = int(wide.sum())
             if count == 0:
-                return parts, points, len(parts) <= room
-            if len(parts) + count > room:
+                return parts, points, len(parts) <= capacity
+            if len(parts) + count > capacity:
                 break
             new = (parts[:-1] + 0.5 * gaps)[wide]
-            made = self.begin(new)
+            mapped = self.begin(new)
             for _ in range(image):
-                made = self.forth(made)
+                mapped = self.forward(mapped)
             order = np.argsort(np.concatenate([parts, new]), kind="stable")
             parts = np.concatenate([parts, new])[order]
-            points = np.concatenate([points, made])[order]
+            points = np.concatenate([points, mapped])[order]
         return parts, points, False
 
     def sizes(self, points: Floats) -> Floats:
@@ -150,10 +150,10 @@ class Grower:
 
     def steps(self, points: Floats) -> Floats:
         """Return the (n - 1, 2) differences of neighbours, in units of the scale."""
-        return np.asarray(self.apart(points[:-1], points[1:]) / self.scale)
+        return np.asarray(self.differences(points[:-1], points[1:]) / self.scale)
 
     def _wide(self, points: Floats) -> Flags:
-        """Tell between which neighbours another point is wanted."""
+        """Return between which neighbours another point is needed."""
         steps, sizes = self.steps(points), self.sizes(points)
         known = np.isfinite(points[:, 0])
         wide: Flags = np.logical_or(sizes > self.spacing, known[1:] != known[:-1])
@@ -170,8 +170,8 @@ def grow(grower: Grower, length: float, max_points: int, go_on: Callable[[float]
     """Grow one branch of a manifold from its saddle on.
 
     Its points are images of points of a fundamental domain: none is interpolated. Where images
-    of neighbours lie apart, or turn too sharply, the domain is divided between them, and the new
-    point taken through all images. What lies apart in the end is cut.
+    of neighbours are too distant, or turn too sharply, the domain is divided between them, and the
+    new point mapped as often. Where neighbours remain distant the manifold is cut.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def grow(grower: Grower, length: float, max_points: int, go_on: Callable[[float]
     max_points
         Points after which no more are made.
     go_on
-        Told what part of the length is done; False stops.
+        Called with the part of the length that is done; stops by returning False.
 
     Returns
     -------
@@ -192,30 +192,32 @@ def grow(grower: Grower, length: float, max_points: int, go_on: Callable[[float]
     local = grower.local
     n_inner = min(2 + int(local.reach / grower.spacing), max_points)
     inner = np.linspace(0.0, local.reach / local.multiplier, n_inner)
-    blocks = [local.at(grower.way * inner)]
+    blocks = [local.at(grower.side * inner)]
     parts = np.linspace(0.0, 1.0, FIRST_POINTS)
-    now = grower.begin(parts)
+    points = grower.begin(parts)
     done, count = float(inner[-1]), len(inner)
     end: GrowthEnd = "no_image"
     for image in range(MOST_IMAGES):
-        now = now if image == 0 else grower.forth(now)
-        parts, now, enough = grower.refined(parts, now, image, length - done, max_points - count)
-        sizes = grower.sizes(now)
+        points = points if image == 0 else grower.forward(points)
+        parts, points, enough = grower.refined(
+            parts, points, image, length - done, max_points - count
+        )
+        sizes = grower.sizes(points)
         travelled = done + np.cumsum(np.where(sizes <= grower.spacing, sizes, 0.0))
-        # What lies beyond the length, or beyond what there was room for, is not refined.
+        # Points beyond the length or the capacity are not refined.
         last = int(np.searchsorted(travelled, length))
         if not enough:
             coarse = (sizes > grower.spacing) & (np.diff(parts) > FINEST)
             last = min(last, int(np.argmax(coarse)) if coarse.any() else len(coarse))
             last = min(last, max_points - count)
-        blocks.append(now[1 : last + 2 if enough else last + 1])
+        blocks.append(points[1 : last + 2 if enough else last + 1])
         count += len(blocks[-1])
         added, done = float(travelled[-1]) - done, float(travelled[-1])
         if done >= length:
             end = "length"
         elif not enough:
             end = "max_points"
-        elif np.isnan(now).any(axis=1).all():
+        elif np.isnan(points).any(axis=1).all():
             end = "no_image"
         elif added <= COLLAPSED * grower.spacing:
             end = "collapse"
@@ -243,7 +245,7 @@ def _joined(
     return Grown(points[kept], numbers, arclength[kept], image[kept], end)
 
 
-# Takes (n, 2) points to (n, 2) points, NaN where there is no image.
+# Maps (n, 2) points to (n, 2) points, NaN without an image.
 PointMap: TypeAlias = Callable[[Floats], Floats]
 Difference: TypeAlias = Callable[[Floats, Floats], Floats]
 
@@ -284,8 +286,8 @@ class LocalManifold:
 
 
 def local_manifold(
-    forth: PointMap,
-    apart: Difference,
+    forward: PointMap,
+    differences: Difference,
     saddle: Floats,
     jacobian: Floats,
     direction: Floats,
@@ -296,7 +298,7 @@ def local_manifold(
 
     Parameters
     ----------
-    forth, apart
+    forward, differences
         The map, under which points on the manifold move off the saddle, and differences.
     saddle
         (2,) array, its fixed point.
@@ -312,35 +314,38 @@ def local_manifold(
     LocalManifold
         With a defect above `TOLERANCE` where the map is not smooth next to the saddle.
     """
-    bend = _bend(forth, apart, saddle, jacobian, direction, multiplier, STEP)
+    bend = _bend(forward, differences, saddle, jacobian, direction, multiplier, STEP)
     reach = LONGEST
     while reach >= SHORTEST:
         tried = [
             _with_defect(
-                forth, apart, LocalManifold(saddle, direction, h, multiplier, reach, 0.0), scale
+                forward,
+                differences,
+                LocalManifold(saddle, direction, h, multiplier, reach, 0.0),
+                scale,
             )
             for h in (np.zeros(2), bend)
         ]
-        found = min(tried, key=lambda local: local.defect)
-        if found.defect <= TOLERANCE:
+        best = min(tried, key=lambda local: local.defect)
+        if best.defect <= TOLERANCE:
             break
         reach *= 0.5
-    return found
+    return best
 
 
 def _with_defect(
-    forth: PointMap, apart: Difference, local: LocalManifold, scale: Floats
+    forward: PointMap, differences: Difference, local: LocalManifold, scale: Floats
 ) -> LocalManifold:
     s = local.reach * np.array([1.0, 0.7, 0.3, -1.0, -0.7, -0.3])
-    missed = apart(forth(local.at(s / local.multiplier)), local.at(s)) / scale
+    missed = differences(forward(local.at(s / local.multiplier)), local.at(s)) / scale
     # Without an image it misses by any length.
     defect = np.nan_to_num(hypot(missed[:, 0], missed[:, 1]), nan=np.inf).max()
     return replace(local, defect=float(defect))
 
 
 def _bend(
-    forth: PointMap,
-    apart: Difference,
+    forward: PointMap,
+    differences: Difference,
     saddle: Floats,
     jacobian: Floats,
     direction: Floats,
@@ -348,13 +353,13 @@ def _bend(
     step: float,
 ) -> Floats:
     """Return h, from the terms of second order of the map: (J - lambda^2) h = -F''(e, e) / 2."""
-    points = forth(saddle + step * np.array([[-1.0], [1.0]]) * direction)
-    sides = apart(np.broadcast_to(saddle, (2, 2)), points)
+    points = forward(saddle + step * np.array([[-1.0], [1.0]]) * direction)
+    sides = differences(np.broadcast_to(saddle, (2, 2)), points)
     second = sides.sum(axis=0) / (step * step)
     if not np.isfinite(second).all():
         return np.zeros(2)
-    found = solve_linear(jacobian - multiplier * multiplier * np.eye(2), -0.5 * second)
-    return np.asarray(found)
+    matrix = jacobian - multiplier * multiplier * np.eye(2)
+    return np.asarray(solve_linear(matrix, -0.5 * second))
 
 
 ManifoldKind: TypeAlias = Literal["stable", "unstable"]
@@ -401,7 +406,7 @@ class ManifoldBranch:
         return len(self.points)
 
     def __repr__(self) -> str:
-        """Tell the branch in a line."""
+        """Return the branch in a line."""
         return (
             f"<ManifoldBranch: {self.kind}, saddle {self.saddle}, side {self.side:+d}; "
             f"{len(self)} points in {len(self.pieces)} pieces; ends at {self.end_reason}>"
@@ -432,7 +437,7 @@ class Manifolds:
     unstable_directions, stable_directions
         (m, 2) arrays, eigenvectors there, of length 1 in units of the scale.
     multipliers
-        (2,) array, of one turn of the orbit: unstable and stable.
+        (2,) array, of one period of the orbit: unstable and stable.
     scale
         (2,) array, the units in which lengths are measured.
     branches
@@ -461,7 +466,7 @@ class Manifolds:
         return tuple(branch for branch in self.branches if branch.kind == "unstable")
 
     def __repr__(self) -> str:
-        """Tell the manifolds in a line."""
+        """Return the manifolds in a line."""
         count = [sum(map(len, half)) for half in (self.stable, self.unstable)]
         where = f"at cycle {self.cycle:g}" if self.stop < 0 else f"of stop {self.stop}"
         return (
@@ -475,15 +480,15 @@ class Manifolds:
         Returns
         -------
         xarray.Dataset
-            Along ``point``, with the number of the branch and the piece beside each; what
-            belongs to whole branches along ``branch``.
+            Along ``point``, with the numbers of branch and piece; quantities of whole branches
+            along ``branch``.
         """
         import xarray
 
         names = ("x", "v") if self.section == "stroboscopic" else ("cycle", "v_after")
         points = np.concatenate([branch.points for branch in self.branches] or [np.empty((0, 2))])
         sizes = [len(branch) for branch in self.branches]
-        beside = {
+        of_points = {
             name: np.concatenate([getattr(b, name) for b in self.branches] or [np.empty(0)])
             for name in ("piece", "arclength")
         }
@@ -492,7 +497,7 @@ class Manifolds:
             for name, kind in (("kind", str), ("saddle", int), ("side", int), ("end_reason", str))
         }
         columns = {name: ("point", points[:, i]) for i, name in enumerate(names)}
-        columns |= {name: ("point", values) for name, values in beside.items()}
+        columns |= {name: ("point", values) for name, values in of_points.items()}
         columns["number"] = ("point", np.repeat(np.arange(len(sizes)), sizes))
         attrs = {"section": self.section, "cycle": self.cycle, "stop": self.stop}
         return xarray.Dataset({**columns, **whole}, attrs=attrs)
@@ -537,8 +542,8 @@ def manifolds(
     kinds
         Which to grow.
     progress
-        Show how far it is, or be told (done, total) of the branches; False from the callable
-        stops, and what has been grown is returned.
+        True shows a line on the error stream; a function ``(done, total) -> bool`` is called with
+        the number of branches, and stops by returning False: those grown so far are returned.
 
     Returns
     -------
@@ -567,18 +572,18 @@ def manifolds(
     >>> import percuss as pc
     >>> osc = pc.Oscillator(stiffness=-1.0, damping=0.1)
     >>> orbit = pc.find_orbit(osc, pc.cosine(2.0), n_impacts=0)
-    >>> found = pc.manifolds(orbit, length=2.0)
-    >>> x, v = (found.unstable[0].points - found.saddles[0]).T
+    >>> grown = pc.manifolds(orbit, length=2.0)
+    >>> x, v = (grown.unstable[0].points - grown.saddles[0]).T
     >>> round(float(v[-1] / x[-1]), 9), round((1 + 0.1**2) ** 0.5 - 0.1, 9)
     (0.904987562, 0.904987562)
     """
     check_saddle(orbit)
     cycle, length, spacing = real("cycle", cycle), real("length", length), real("spacing", spacing)
     _check(section, kinds, length, spacing)
-    place, saddles, stop = _section(orbit, section, cycle, stop, length)
+    surface, saddles, stop = _section(orbit, section, cycle, stop, length)
     multipliers = orbit.multipliers.real.copy()
     unstable, stable = (saddles.directions(float(value)) for value in multipliers)
-    ways = {"unstable": (unstable, multipliers[0]), "stable": (stable, multipliers[1])}
+    eigen = {"unstable": (unstable, multipliers[0]), "stable": (stable, multipliers[1])}
     reported = Progress(progress, 2 * len(saddles.points) * len(kinds))
     branches: list[ManifoldBranch] = []
 
@@ -587,13 +592,16 @@ def manifolds(
 
     for kind, i in product(kinds, range(len(saddles.points))):
         if not reported.is_stopped:
-            map_, local = _local(place, kind, saddles, i, ways[kind][0][i], float(ways[kind][1]))
+            vectors, value = eigen[kind]
+            forward, local = _local(surface, kind, saddles, i, vectors[i], float(value))
         for side in (1, -1):
             if reported.is_stopped:
                 break
-            grower = Grower(map_, place.apart, local, float(side), saddles.scale, spacing)
+            grower = Grower(
+                forward, surface.differences, local, float(side), saddles.scale, spacing
+            )
             grown = grow(grower, length, max_points, part_done)
-            branches.append(_branch(place, kind, i, side, grown))
+            branches.append(_branch(surface, kind, i, side, grown))
             reported.reach(len(branches))
     reported.close()
     return Manifolds(
@@ -618,16 +626,12 @@ def _section(
     if kind == "stroboscopic":
         saddles = points_at_strobes(orbit, cycle % 1.0)
         fastest = _fastest(saddles, length)
-        return (
-            StroboscopicSection(orbit.oscillator, orbit.forcing, cycle % 1.0, fastest),
-            saddles,
-            None,
-        )
+        return StroboscopicSection(orbit.system, cycle % 1.0, fastest), saddles, None
     if stop is None:
         stop = int(orbit.impacts.stop[0]) if len(orbit.impacts) else None
     saddles = points_at_impacts(orbit, stop)
     fastest = _fastest(saddles, length)
-    return ImpactSection(orbit.oscillator, orbit.forcing, stop or 0, fastest), saddles, stop
+    return ImpactSection(orbit.system, stop or 0, fastest), saddles, stop
 
 
 def _check(
@@ -644,12 +648,12 @@ def _check(
 
 
 def _fastest(saddles: SaddlePoints, length: float) -> float:
-    """Return a velocity far beyond what a branch reaches without jumps."""
+    """Return a velocity far above those of a branch without jumps."""
     return float(np.abs(saddles.points[:, 1]).max() + FAR * (1.0 + length) * saddles.scale[1])
 
 
 def _local(
-    place: Section,
+    surface: Section,
     kind: ManifoldKind,
     saddles: SaddlePoints,
     i: int,
@@ -660,23 +664,25 @@ def _local(
     jacobian = saddles.jacobians[i]
     if kind == "stable":
         jacobian, multiplier = inverse(jacobian), 1.0 / multiplier
-    turns = len(saddles.points)
+    steps = len(saddles.points)
     if multiplier < 0.0:
-        # Points change sides from one turn to the next: two turns keep them.
-        turns, jacobian, multiplier = (
-            2 * turns,
-            matmul(jacobian, jacobian),
-            multiplier * multiplier,
-        )
-    step = place.forth if kind == "unstable" else place.back
+        # Points change sides with each period of the orbit: two periods keep them.
+        steps, jacobian, multiplier = 2 * steps, matmul(jacobian, jacobian), multiplier**2
+    step = surface.forward if kind == "unstable" else surface.backward
 
-    def forth(points: Floats) -> Floats:
-        for _ in range(turns):
+    def forward(points: Floats) -> Floats:
+        for _ in range(steps):
             points = step(points)
         return points
 
     local = local_manifold(
-        forth, place.apart, saddles.points[i], jacobian, direction, multiplier, saddles.scale
+        forward,
+        surface.differences,
+        saddles.points[i],
+        jacobian,
+        direction,
+        multiplier,
+        saddles.scale,
     )
     if not local.defect <= TOLERANCE:
         where = tuple(saddles.points[i].tolist())
@@ -686,11 +692,13 @@ def _local(
             local.defect,
             "the orbit nearly grazes, or is not found well enough; try another section",
         )
-    return forth, local
+    return forward, local
 
 
-def _branch(place: Section, kind: ManifoldKind, i: int, side: int, grown: Grown) -> ManifoldBranch:
+def _branch(
+    surface: Section, kind: ManifoldKind, i: int, side: int, grown: Grown
+) -> ManifoldBranch:
     points = grown.points
-    if isinstance(place, ImpactSection):
+    if isinstance(surface, ImpactSection):
         points = np.column_stack([points[:, 0] % 1.0, points[:, 1]])
     return ManifoldBranch(kind, i, side, points, grown.piece, grown.arclength, grown.end)

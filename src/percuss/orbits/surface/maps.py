@@ -20,23 +20,24 @@ from percuss.kernels.shooting import factor
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
-from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import start_faults
 from percuss.model.stops import Wall
-from percuss.model.system import kind_faults
+from percuss.model.system import System
 from percuss.numerics import matmul
+from percuss.orbits.orbit.itinerary import entry
 from percuss.orbits.orbit.propagator import Propagator
 
-__all__ = ["ImpactMap", "StroboscopicMap", "impact_map", "stroboscopic_map"]
+__all__ = ["ImpactMap", "StroboscopicMap", "impact_map", "periodic_system", "stroboscopic_map"]
 
-# What is computed for an impact at a time with a velocity.
+# A quantity of the impact at an instant with a velocity.
 OfImpact: TypeAlias = Callable[[Propagator, float, float], ArrayLike]
 
-# On other stops, before the next one on the stop asked for.
+# Impacts on other stops before the next one on the stop of the map.
 MOST_IMPACTS = 4096
 
-NOWHERE = np.full((2, 2), np.nan)
+# The derivative where there is no next impact.
+UNDEFINED = np.full((2, 2), np.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +80,8 @@ class ImpactMap:
         ParameterError
             If a number is not finite, or a velocity has the other sign.
         """
-        found = self._each(cycle, v_after, self._next)
-        return found[..., 0], found[..., 1]
+        images = self._each(cycle, v_after, self._next)
+        return images[..., 0], images[..., 1]
 
     def jacobian(self, cycle: ArrayLike, v_after: ArrayLike) -> Floats:
         """Return the derivative of (cycle, v_after) at the next impact by that at this one.
@@ -102,10 +103,10 @@ class ImpactMap:
         ParameterError
             As for the map itself.
         """
-        found = self._each(cycle, v_after, self._derivative)
-        return found.reshape(*found.shape[:-1], 2, 2)
+        matrices = self._each(cycle, v_after, self._derivative)
+        return matrices.reshape(*matrices.shape[:-1], 2, 2)
 
-    def _each(self, cycle: ArrayLike, v_after: ArrayLike, what: OfImpact) -> Floats:
+    def _each(self, cycle: ArrayLike, v_after: ArrayLike, quantity: OfImpact) -> Floats:
         cycles, speeds = np.broadcast_arrays(reals("cycle", cycle), reals("v_after", v_after))
         _check_finite("cycle", cycles)
         _check_finite("v_after", speeds)
@@ -114,24 +115,25 @@ class ImpactMap:
         sign = off if isinstance(stop, Wall) else -off
         wrong = speeds[sign * speeds < 0.0]
         if wrong.size:
-            way = "into the wall" if isinstance(stop, Wall) else "out of the stop"
-            reason = f"{way}; a velocity after an impact there is {'+' if sign > 0 else '-'}"
+            where = "into the wall" if isinstance(stop, Wall) else "out of the stop"
+            reason = f"{where}; a velocity after an impact there is {'+' if sign > 0 else '-'}"
             raise ParameterError("v_after", float(wrong.flat[0]), reason)
-        runs = Propagator(self.oscillator, self.forcing)
+        runs = Propagator(System(self.oscillator, self.forcing))
         period = float(runs.law[0, PERIOD])
-        found = [what(runs, c * period, v) for c, v in zip(cycles.flat, speeds.flat, strict=True)]
-        return np.array(found, dtype=np.float64).reshape(*cycles.shape, -1)
+        impacts = zip(cycles.flat, speeds.flat, strict=True)
+        values = [quantity(runs, c * period, v) for c, v in impacts]
+        return np.array(values, dtype=np.float64).reshape(*cycles.shape, -1)
 
     def _follow(self, runs: Propagator, t: float, v: float) -> tuple[Table, Integers] | None:
         """Return the record up to the next impact, None if there is none."""
         at = as_float(self.oscillator.stops[self.stop].at)
-        wanted = _bound(self.oscillator, self.stop)
+        bound = entry(self.oscillator, self.stop).bound
         n = 1
         while n <= MOST_IMPACTS:
             events, marks = runs.follow(at, v, t, n_impacts=n)
             kinds = marks[:, columns.KIND]
             impacts = (kinds == columns.IMPACT) | (kinds == columns.CROSSING)
-            hits = np.flatnonzero(impacts & (marks[:, columns.BOUND] == wanted))
+            hits = np.flatnonzero(impacts & (marks[:, columns.BOUND] == bound))
             hits = hits[self._enters(events[hits], kinds[hits])]
             if hits.size:
                 return events[: hits[0] + 1], marks[: hits[0] + 1]
@@ -141,7 +143,7 @@ class ImpactMap:
         return None
 
     def _enters(self, events: Table, kinds: Integers) -> Flags:
-        """Tell which events at the stop's bound are impacts on it."""
+        """Return which events at the bound of the stop are impacts on it."""
         sign = 1.0 if self.oscillator.stops[self.stop].side == "above" else -1.0
         into = sign * events[:, columns.V_BEFORE] > 0.0
         return np.asarray((kinds == columns.IMPACT) | into)
@@ -159,7 +161,7 @@ class ImpactMap:
     def _derivative(self, runs: Propagator, t: float, v: float) -> Floats:
         record = self._follow(runs, t, v)
         if record is None:
-            return NOWHERE.reshape(-1)
+            return UNDEFINED.reshape(-1)
         events, marks = record
         runs._record = events[:-1], marks[:-1]
         until = float(events[-1, columns.EVENT_T])
@@ -212,8 +214,8 @@ class StroboscopicMap:
         ParameterError
             If a number is not finite, or a position inside a wall.
         """
-        found = self._each(x, v, derivative=False)
-        return found[..., 0], found[..., 1]
+        images = self._each(x, v, derivative=False)
+        return images[..., 0], images[..., 1]
 
     def jacobian(self, x: ArrayLike, v: ArrayLike) -> Floats:
         """Return the derivative of (x, v) one period later by (x, v).
@@ -235,26 +237,26 @@ class StroboscopicMap:
         ParameterError
             As for the map itself.
         """
-        found = self._each(x, v, derivative=True)
-        return found.reshape(*found.shape[:-1], 2, 2)
+        matrices = self._each(x, v, derivative=True)
+        return matrices.reshape(*matrices.shape[:-1], 2, 2)
 
     def _each(self, x: ArrayLike, v: ArrayLike, *, derivative: bool) -> Floats:
         places, speeds = np.broadcast_arrays(reals("x", x), reals("v", v))
         _check_finite("v", speeds)
         for extreme in (places.min(), places.max()) if places.size else ():
             raise_first(start_faults(self.oscillator, float(extreme), 0.0, t_end=1.0))
-        runs = Propagator(self.oscillator, self.forcing)
+        runs = Propagator(System(self.oscillator, self.forcing))
         period = float(runs.law[0, PERIOD])
         begin = self.cycle * period
         end = begin + period
-        found = []
+        values = []
         for place, speed in zip(places.flat, speeds.flat, strict=True):
             runs.follow(float(place), float(speed), begin, t_end=end)
             if derivative:
-                found.append(runs.derivative_at(end).reshape(-1))
+                values.append(runs.derivative_at(end).reshape(-1))
             else:
-                found.append(np.array(runs.state_at(float(place), end)))
-        return np.array(found, dtype=np.float64).reshape(*places.shape, -1)
+                values.append(np.array(runs.state_at(float(place), end)))
+        return np.array(values, dtype=np.float64).reshape(*places.shape, -1)
 
 
 def impact_map(osc: Oscillator, force: Forcing, stop: int = 0) -> ImpactMap:
@@ -293,7 +295,7 @@ def impact_map(osc: Oscillator, force: Forcing, stop: int = 0) -> ImpactMap:
     >>> round(float(cycle), 5), round(float(v), 5)
     (0.01209, -1.35659)
     """
-    check_period(osc, force, "an impact map")
+    periodic_system(osc, force, "an impact map")
     stop = whole("stop", stop, 0)
     if stop >= len(osc.stops):
         reason = f"the oscillator has {len(osc.stops)} stops, counted from 0"
@@ -313,7 +315,7 @@ def stroboscopic_map(osc: Oscillator, force: Forcing, *, cycle: float = 0.0) -> 
     force
         The forcing, with a period.
     cycle
-        Cycle at which the motion is looked at, (t / period) mod 1.
+        Cycle of the instants, (t / period) mod 1.
 
     Returns
     -------
@@ -334,31 +336,23 @@ def stroboscopic_map(osc: Oscillator, force: Forcing, *, cycle: float = 0.0) -> 
     >>> round(float(np.linalg.det(matrix) / np.exp(-0.2 * 2 * np.pi / 3) / 0.8**2), 9)
     1.0
     """
-    check_period(osc, force, "a stroboscopic map")
+    periodic_system(osc, force, "a stroboscopic map")
     return StroboscopicMap(osc, force, real("cycle", cycle))
 
 
-def check_period(osc: Oscillator, force: Forcing | None, what: str) -> None:
-    """Raise a ParameterError if this is no oscillator, or the forcing has no period."""
-    raise_first(kind_faults(osc, force))
-    if force is None or force.period is None:
+def periodic_system(osc: Oscillator, force: Forcing | None, what: str) -> System:
+    """Return the system of two arguments; ParameterError if the forcing has no period."""
+    system = System.of(osc, force)
+    if system.period is None:
         reason = f"{what} needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)
+    return system
 
 
 def _check_finite(name: str, values: Floats) -> None:
     wrong = values[~np.isfinite(values)]
     if wrong.size:
         raise ParameterError(name, float(wrong.flat[0]), "not a finite number")
-
-
-def _bound(osc: Oscillator, stop: int) -> int:
-    """Return the number of the bound at which a stop lies."""
-    layout = lines(osc)
-    for i, (wall, edges) in enumerate(zip(layout.wall, layout.edges, strict=True)):
-        if wall == stop or stop in edges:
-            return i
-    raise ParameterError("stop", stop, "not one of the oscillator's stops")
 
 
 def _acceleration(

@@ -1,4 +1,4 @@
-"""Saddles of the maps, and the surfaces that their manifolds lie in."""
+"""Saddles of the maps, and the sections in which their manifolds lie."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from percuss.errors import ParameterError
 from percuss.kernels import backward as engine
 from percuss.kernels import law as at
 from percuss.model.exact import as_float
-from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
+from percuss.model.system import System
 from percuss.numerics import directions, matmul
 from percuss.orbits.orbit.itinerary import Entry, entry
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -34,11 +33,11 @@ __all__ = [
 ]
 
 
-# Multipliers this near to the unit circle, as a part of 1, leave no saddle.
+# Multipliers this near the unit circle make no saddle.
 HYPERBOLIC = 1e-6
-# An impact this near to the instant of a section, as a part of a period, is at it.
+# An impact this near the instant of a section, as a part of a period, is at it.
 AT_SECTION = 1e-6
-# Points of an orbit whose ranges are its size.
+# Points of an orbit whose ranges of x and v are its scale.
 SAMPLES = 257
 
 
@@ -51,7 +50,7 @@ class SaddlePoints:
     points
         (m, 2) array, in their order along the orbit.
     jacobians
-        (m, 2, 2) array, derivative over one turn of the orbit at each.
+        (m, 2, 2) array, derivative over one period of the orbit at each.
     scale
         (2,) array, units in which lengths are measured.
     """
@@ -62,14 +61,14 @@ class SaddlePoints:
 
     def directions(self, multiplier: float) -> Floats:
         """Return the (m, 2) eigenvectors of a multiplier, of length 1 in the units of the scale."""
-        found = np.empty_like(self.points)
+        vectors = np.empty_like(self.points)
         for i, matrix in enumerate(self.jacobians):
             scaled = matrix * self.scale / self.scale[:, None]
             vector = directions(scaled - multiplier * np.eye(2))[1][-1]
-            # Pointing to greater x or cycle, or upwards.
+            # The sign is that of growing x or cycle, else of growing v.
             first = vector[0] if abs(vector[0]) > 1e-12 else vector[1]
-            found[i] = math.copysign(1.0, first) * vector * self.scale
-        return found
+            vectors[i] = math.copysign(1.0, first) * vector * self.scale
+        return vectors
 
 
 def check_saddle(orbit: PeriodicOrbit) -> None:
@@ -87,8 +86,8 @@ def check_saddle(orbit: PeriodicOrbit) -> None:
             "and there is no map back in time to grow a stable manifold with"
         )
         raise ParameterError("orbit", orbit, reason)
-    is_saddle = large.imag == 0.0 and abs(large) > 1.0 + HYPERBOLIC and abs(small) < 1.0 - HYPERBOLIC  # fmt: skip
-    if not is_saddle:
+    hyperbolic = abs(large) > 1.0 + HYPERBOLIC and abs(small) < 1.0 - HYPERBOLIC
+    if large.imag != 0.0 or not hyperbolic:
         reason = f"no saddle: its multipliers have moduli {abs(large):.6g} and {abs(small):.6g}"
         raise ParameterError("orbit", orbit, reason)
 
@@ -116,8 +115,8 @@ def points_at_strobes(orbit: PeriodicOrbit, cycle: float) -> SaddlePoints:
     assert orbit.forcing is not None
     assert orbit.forcing.period is not None
     period = orbit.forcing.period
-    away = (orbit.impacts.cycle - cycle + 0.5) % 1.0 - 0.5
-    if away.size and np.abs(away).min() < AT_SECTION:
+    distances = (orbit.impacts.cycle - cycle + 0.5) % 1.0 - 0.5
+    if distances.size and np.abs(distances).min() < AT_SECTION:
         raise ParameterError("cycle", cycle, "the orbit has an impact at it; choose another one")
     run = orbit.trajectory(2)
     first = math.ceil(run.t0 / period - cycle) + cycle
@@ -126,7 +125,7 @@ def points_at_strobes(orbit: PeriodicOrbit, cycle: float) -> SaddlePoints:
     step = stroboscopic_map(orbit.oscillator, orbit.forcing, cycle=cycle)
     x, v = run(np.linspace(run.t0, run.t0 + orbit.period, SAMPLES))
     scale = np.array([np.ptp(x) or 1.0, np.ptp(v) or 1.0])
-    return SaddlePoints(points, _turns(step.jacobian(*points.T)), scale)
+    return SaddlePoints(points, _over_period(step.jacobian(*points.T)), scale)
 
 
 def points_at_impacts(orbit: PeriodicOrbit, stop: int | None) -> SaddlePoints:
@@ -156,23 +155,23 @@ def points_at_impacts(orbit: PeriodicOrbit, stop: int | None) -> SaddlePoints:
     points = np.stack([orbit.impacts.cycle[on_it], orbit.impacts.v_after[on_it]], axis=1)
     step = impact_map(orbit.oscillator, orbit.forcing, int(stop or 0))
     scale = np.array([1.0, float(np.abs(orbit.impacts.v_after[on_it]).max())])
-    return SaddlePoints(points, _turns(step.jacobian(*points.T)), scale)
+    return SaddlePoints(points, _over_period(step.jacobian(*points.T)), scale)
 
 
-def _turns(steps: Floats) -> Floats:
+def _over_period(steps: Floats) -> Floats:
     """Return the product of all steps that begins with each of them."""
-    found = []
+    products = []
     for i in range(len(steps)):
-        turn = np.eye(2)
+        product = np.eye(2)
         for step in np.roll(steps, -i, axis=0):
-            turn = matmul(step, turn)
-        found.append(turn)
-    return np.array(found)
+            product = matmul(step, product)
+        products.append(product)
+    return np.array(products)
 
 
 SectionKind: TypeAlias = Literal["stroboscopic", "impact"]
 
-# Natural or forcing periods in which the impact before one is looked for.
+# Forcing periods in which the preceding impact is searched for.
 LONGEST = 100.0
 
 
@@ -182,52 +181,53 @@ class StroboscopicSection:
 
     Attributes
     ----------
-    oscillator, forcing
-        What moves.
+    system
+        Oscillator and forcing; the forcing has a period.
     cycle
         The cycle.
     fastest
         Velocity beyond which motions are not followed back [length/time].
     """
 
-    oscillator: Oscillator
-    forcing: Forcing
+    system: System
     cycle: float
     fastest: float
     _past: BackwardMotions = field(init=False)
 
     def __post_init__(self) -> None:
-        self._past = BackwardMotions(self.oscillator, self.forcing)
+        self._past = BackwardMotions(self.system)
 
-    def forth(self, points: Floats) -> Floats:
+    def forward(self, points: Floats) -> Floats:
         """Return (n, 2) points one period later; NaN for NaN."""
         known = np.isfinite(points).all(axis=1)
-        found = np.full_like(points, np.nan)
-        x, v = self._inside(points[known])
-        found[known] = np.stack(stroboscopic_map(self.oscillator, self.forcing, cycle=self.cycle)(x, v), axis=1)  # fmt: skip
-        return found
+        images = np.full_like(points, np.nan)
+        osc, force = self.system
+        assert force is not None
+        step = stroboscopic_map(osc, force, cycle=self.cycle)
+        images[known] = np.stack(step(*self._inside(points[known])), axis=1)
+        return images
 
-    def back(self, points: Floats) -> Floats:
+    def backward(self, points: Floats) -> Floats:
         """Return (n, 2) points one period earlier; NaN where there was no such motion."""
         known = np.isfinite(points).all(axis=1)
-        found = np.full_like(points, np.nan)
+        images = np.full_like(points, np.nan)
         x, v = self._inside(points[known])
         period = float(self._past.law[0, at.PERIOD])
         t = np.full(len(x), (1.0 + self.cycle) * period)
         past = self._past.follow(t, x, v, period, fastest=self.fastest)
         ends = np.stack(self._inside(np.stack([past.x_end, past.v_end], axis=1)), axis=1)
         ends[past.status != engine.AT_TIME] = np.nan
-        found[known] = ends
-        return found
+        images[known] = ends
+        return images
 
-    def apart(self, first: Floats, second: Floats) -> Floats:
+    def differences(self, first: Floats, second: Floats) -> Floats:
         """Return the differences between points."""
         return second - first
 
     def _inside(self, points: Floats) -> tuple[Floats, Floats]:
-        """Return x and v of points; rounding may have left some in a wall."""
+        """Return x and v of points, moved out of walls that rounding put them in."""
         x = points[:, 0]
-        for stop in self.oscillator.stops:
+        for stop in self.system.oscillator.stops:
             if isinstance(stop, Wall):
                 wall = as_float(stop.at)
                 x = np.maximum(x, wall) if stop.side == "below" else np.minimum(x, wall)
@@ -240,43 +240,44 @@ class ImpactSection:
 
     Attributes
     ----------
-    oscillator, forcing
-        What moves.
+    system
+        Oscillator and forcing; the forcing has a period.
     stop
         Index of the stop.
     fastest
         Velocity beyond which motions are not followed back [length/time].
     """
 
-    oscillator: Oscillator
-    forcing: Forcing
+    system: System
     stop: int
     fastest: float
     _past: BackwardMotions = field(init=False)
     _entry: Entry = field(init=False)
 
     def __post_init__(self) -> None:
-        self._past = BackwardMotions(self.oscillator, self.forcing)
-        self._entry = entry(self.oscillator, self.stop)
+        self._past = BackwardMotions(self.system)
+        self._entry = entry(self.system.oscillator, self.stop)
 
-    def forth(self, points: Floats) -> Floats:
+    def forward(self, points: Floats) -> Floats:
         """Return (n, 2) points at the next impact; NaN where there is none, or after a contact."""
         moving = np.isfinite(points).all(axis=1) & (points[:, 1] != 0.0)
-        found = np.full_like(points, np.nan)
-        step = impact_map(self.oscillator, self.forcing, self.stop)
-        found[moving] = np.stack(step(*points[moving].T), axis=1)
-        return found
+        images = np.full_like(points, np.nan)
+        osc, force = self.system
+        assert force is not None
+        step = impact_map(osc, force, self.stop)
+        images[moving] = np.stack(step(*points[moving].T), axis=1)
+        return images
 
-    def back(self, points: Floats) -> Floats:
+    def backward(self, points: Floats) -> Floats:
         """Return (n, 2) points at the impact before; NaN where there was none."""
         known = np.isfinite(points).all(axis=1)
-        found = np.full_like(points, np.nan)
-        stop = self.oscillator.stops[self.stop]
+        images = np.full_like(points, np.nan)
+        stop = self.system.oscillator.stops[self.stop]
         before, region = points[known, 1].copy(), self._entry.before
         if isinstance(stop, Wall):
             restitution = as_float(stop.restitution)
             if restitution == 0.0:
-                return found
+                return images
             before /= -restitution
         period = float(self._past.law[0, at.PERIOD])
         past = self._past.follow(
@@ -286,17 +287,17 @@ class ImpactSection:
             LONGEST * period,
             region=self._past.row(region),
             bound=self._entry.bound,
-            way=self._entry.sign,
+            sign=self._entry.sign,
             fastest=self.fastest,
         )
-        found[known] = np.stack([past.t[:, 0] / period % 1.0, past.v[:, 0]], axis=1)
-        return found
+        images[known] = np.stack([past.t[:, 0] / period % 1.0, past.v[:, 0]], axis=1)
+        return images
 
-    def apart(self, first: Floats, second: Floats) -> Floats:
+    def differences(self, first: Floats, second: Floats) -> Floats:
         """Return the differences between points, less whole cycles."""
-        found = second - first
-        found[:, 0] = (found[:, 0] + 0.5) % 1.0 - 0.5
-        return np.asarray(found)
+        differences = second - first
+        differences[:, 0] = (differences[:, 0] + 0.5) % 1.0 - 0.5
+        return np.asarray(differences)
 
 
 Section: TypeAlias = StroboscopicSection | ImpactSection

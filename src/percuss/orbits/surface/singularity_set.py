@@ -1,4 +1,4 @@
-"""The states of the impact surface that lead to an impact without velocity."""
+"""The states of the impact surface that lead to a grazing impact (zero normal velocity)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from percuss.numerics import cos as cos_of
 from percuss.numerics import sin as sin_of
 from percuss.orbits.orbit.itinerary import Entry, entry, row_of_region
 from percuss.orbits.surface.backward import BackwardMotions
-from percuss.orbits.surface.maps import check_period
+from percuss.orbits.surface.maps import periodic_system
 
 if TYPE_CHECKING:
     # A second of import.
@@ -37,9 +37,9 @@ __all__ = [
     "SingularityCurve",
     "SingularitySet",
     "Tracer",
+    "grazing_intervals",
     "singularity_set",
     "stretches",
-    "touch_intervals",
 ]
 
 CurveEnd: TypeAlias = Literal[
@@ -52,38 +52,38 @@ CurveEnd: TypeAlias = Literal[
     "closed",
 ]
 
-# Instants of touches on an interval, before it is refined.
+# Instants of grazes on an interval, before it is refined.
 FIRST_POINTS = 512
-# Two instants nearer than this part of a period are neighbours for good: what lies apart there
-# is a jump, whose end is known to its square root, 1e-6.
+# Between two instants nearer than this part of a period nothing is refined: a distance there is a
+# jump, whose end is known to its square root, 1e-6.
 FINEST = 1e-12
-MOST_ROUNDS = 60
+MOST_REFINEMENTS = 60
 # An end with a velocity below this part of the largest one is at zero.
 AT_ZERO = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class CurveStretch:
-    """One curve: states in a continuous row, along the touch that they lead to.
+    """One curve: states in a continuous row, by the instant of the graze that they lead to.
 
     Attributes
     ----------
     iterate
-        Which impact before the touch they are, counted from 1.
+        Number of the impact before the graze, counted from 1.
     t, v
         (n,) arrays, instants [time] and velocities after the impact [length/time].
-    touch
-        (n,) array, instants of the touches [time].
+    graze
+        (n,) array, instants of the grazes [time].
     n_between
-        (n,) array, events between each state and its touch.
+        (n,) array, events between each state and its graze.
     begins, ends
-        Why there.
+        Why the curve begins and ends.
     """
 
     iterate: int
     t: Floats
     v: Floats
-    touch: Floats
+    graze: Floats
     n_between: Integers
     begins: CurveEnd
     ends: CurveEnd
@@ -91,43 +91,43 @@ class CurveStretch:
 
 @dataclass(slots=True)
 class Tracer:
-    """Follows touches of one stop back to the impacts on another one, or on the same.
+    """Follows grazes of one stop back to the impacts on the same or another one.
 
     Attributes
     ----------
     motions
         The oscillator's motions back in time.
-    place
-        Position of the touched stop.
-    touched, stop
-        Events of meeting the touched stop and the one whose impacts are looked for.
+    x
+        Position of the grazed stop [length].
+    grazed, stop
+        Events of meeting the grazed stop and the stop of the impacts.
     n_hits
-        How many impacts of each motion.
+        Number of impacts of each motion.
     longest
-        How far back [time].
+        The longest time back [time].
     """
 
     motions: BackwardMotions
-    place: float
-    touched: Entry
+    x: float
+    grazed: Entry
     stop: Entry
     n_hits: int
     longest: float
 
-    def follow(self, touch: Floats) -> Floats:
-        """Return (touch, status, then t, v, events of each hit) for each touch, one row each."""
+    def follow(self, graze: Floats) -> Floats:
+        """Return (graze, status, then t, v, events of each hit) for each graze, one row each."""
         past = self.motions.follow(
-            touch,
-            self.place,
-            np.zeros_like(touch),
+            graze,
+            self.x,
+            np.zeros_like(graze),
             self.longest,
-            region=self.motions.row(self.touched.before),
+            region=self.motions.row(self.grazed.before),
             bound=self.stop.bound,
-            way=self.stop.sign,
+            sign=self.stop.sign,
             n_hits=self.n_hits,
         )
-        hits = np.stack([past.t, past.v, past.n_between], axis=2).reshape(len(touch), -1)
-        return np.column_stack([touch, past.status, hits])
+        hits = np.stack([past.t, past.v, past.n_between], axis=2).reshape(len(graze), -1)
+        return np.column_stack([graze, past.status, hits])
 
 
 def stretches(
@@ -137,15 +137,15 @@ def stretches(
     spacing: float,
     max_points: int,
 ) -> list[CurveStretch]:
-    """Return the curves of the touches in an interval of instants.
+    """Return the curves of the grazes in an interval of instants.
 
-    Where neighbours lie apart by more than the spacing, one more touch is followed between them,
-    until they lie near enough or their instants do: then the curve has an end.
+    Where neighbours are more distant than the spacing, one more graze is followed between them,
+    until they are near enough or their instants are neighbours: there the curve has an end.
 
     Parameters
     ----------
     tracer
-        Follows the touches.
+        Follows the grazes.
     interval
         Their first and last instant [time]; over a whole period the curve may close.
     period
@@ -153,47 +153,47 @@ def stretches(
     spacing
         Largest distance of neighbours, as a part of a period and of the largest velocity.
     max_points
-        Touches after which no more are followed: where the way back is as long as one likes,
-        curves without number accumulate.
+        Grazes after which no more are followed: where motions back in time have no end, infinitely
+        many curves accumulate.
 
     Returns
     -------
-    list of Stretch
-        Those of each iterate, along the touch.
+    list of CurveStretch
+        Those of each iterate, by the instant of the graze.
     """
     low, high = interval
     whole = high - low >= period
     parts = np.linspace(0.0, 1.0, FIRST_POINTS + 1)
     if not whole:
-        # Ends of the interval, where touches lose their acceleration, are looked at closely.
+        # The ends of the interval, where the acceleration of a graze vanishes, are refined first.
         fine = geometric(FINEST, 1.0 / FIRST_POINTS, 13)[:-1]
         parts = np.concatenate([fine, parts[1:-1], 1.0 - fine[::-1]])
     rows = tracer.follow(low + (high - low) * parts)
     scales = [_scale(rows, k) for k in range(tracer.n_hits)]
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MOST_REFINEMENTS):
         gaps = rows[1:, 0] - rows[:-1, 0]
         wide = np.zeros(len(gaps), dtype=np.bool_)
         for k, scale in enumerate(scales):
-            wide |= _apart(rows, k, scale, period, spacing)
+            wide |= _are_distant(rows, k, scale, period, spacing)
         wide &= gaps > FINEST * period
         if not wide.any() or len(rows) + wide.sum() > max_points:
             break
         middles = 0.5 * (rows[1:, 0] + rows[:-1, 0])[wide]
         rows = np.concatenate([rows, tracer.follow(middles)])
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    found: list[CurveStretch] = []
+    curves: list[CurveStretch] = []
     for k, scale in enumerate(scales):
-        cut = _apart(rows, k, scale, period, spacing)
-        turned = rows
+        cut = _are_distant(rows, k, scale, period, spacing)
+        shifted = rows
         if whole and cut.any():
-            # Begin at a cut: the first instant of a whole period is no end.
-            turned = _turned(rows, int(np.flatnonzero(cut)[0]) + 1, period)
-            cut = _apart(turned, k, scale, period, spacing)
-        found += _split(turned, k, cut, scale, FINEST * period, whole=whole)
-    return found
+            # The first instant of a whole period is no end: the rows begin at a cut.
+            shifted = _shifted(rows, int(np.flatnonzero(cut)[0]) + 1, period)
+            cut = _are_distant(shifted, k, scale, period, spacing)
+        curves += _split(shifted, k, cut, scale, FINEST * period, whole=whole)
+    return curves
 
 
-def _turned(rows: Floats, first: int, period: float) -> Floats:
+def _shifted(rows: Floats, first: int, period: float) -> Floats:
     """Return the rows of a whole period from a row on; the last one is the first, later."""
     later = rows[1:first].copy()
     later[:, [0, *range(2, rows.shape[1], 3)]] += period
@@ -211,8 +211,8 @@ def _scale(rows: Floats, k: int) -> float:
     return float(known.max()) if known.size and known.max() > 0.0 else 1.0
 
 
-def _apart(rows: Floats, k: int, scale: float, period: float, spacing: float) -> Flags:
-    """Tell which neighbours lie apart, or are of different kinds."""
+def _are_distant(rows: Floats, k: int, scale: float, period: float, spacing: float) -> Flags:
+    """Return which neighbours are more distant than the spacing, or of different kinds."""
     t, v, _ = _columns(rows, k)
     known = np.isfinite(v)
     far = hypot(np.diff(t) / period, np.diff(v) / scale) > spacing
@@ -225,34 +225,25 @@ def _split(
     """Return the curves between the cuts."""
     t, v, events = _columns(rows, k)
     edges = [0, *(np.flatnonzero(cut) + 1).tolist(), len(rows)]
-    found = []
+    curves = []
     for first, last in pairwise(edges):
         if not np.isfinite(v[first:last]).all() or last - first < 2:
             continue
         closed = whole and not cut.any()
         part = slice(first, last)
-        found.append(
-            CurveStretch(
-                iterate=k + 1,
-                t=t[part],
-                v=v[part],
-                touch=rows[part, 0],
-                n_between=events[part].astype(np.int64),
-                begins="closed"
-                if closed
-                else _reason(rows, v, (first, first - 1), scale, finest, whole=whole),
-                ends="closed"
-                if closed
-                else _reason(rows, v, (last - 1, last), scale, finest, whole=whole),
-            )
+        begins, ends = (
+            "closed" if closed else _reason(rows, v, pair, scale, finest, whole=whole)
+            for pair in ((first, first - 1), (last - 1, last))
         )
-    return found
+        between = events[part].astype(np.int64)
+        curves.append(CurveStretch(k + 1, t[part], v[part], rows[part, 0], between, begins, ends))
+    return curves
 
 
 def _reason(
     rows: Floats, v: Floats, ends: tuple[int, int], scale: float, finest: float, *, whole: bool
 ) -> CurveEnd:
-    """Tell why a curve ends at the first of two rows, beyond which is the second, or none."""
+    """Return why a curve ends at the first of two rows, beyond which lies the second, or none."""
     last, beyond = ends
     if abs(v[last]) < AT_ZERO * scale:
         return "zero_velocity"
@@ -268,12 +259,12 @@ def _reason(
     return "tangency"
 
 
-# Roots of the polynomial this near to the unit circle are looked at.
+# Distance from the unit circle of roots of the polynomial that are taken for zeros of the force.
 NEAR = 1e-5
 NEWTON_STEPS = 6
 
 
-def touch_intervals(table: Law, constant: float, sign: float) -> list[tuple[float, float]]:
+def grazing_intervals(law: Law, constant: float, sign: float) -> list[tuple[float, float]]:
     """Return the open intervals of a period in which sign * (constant + harmonic force) > 0.
 
     The force is a trigonometric polynomial, its zeros are those of an algebraic one on the unit
@@ -281,8 +272,8 @@ def touch_intervals(table: Law, constant: float, sign: float) -> list[tuple[floa
 
     Parameters
     ----------
-    table
-        The law of an oscillator, with a period.
+    law
+        The law of a system with a period.
     constant
         The constant force.
     sign
@@ -298,11 +289,11 @@ def touch_intervals(table: Law, constant: float, sign: float) -> list[tuple[floa
     --------
     >>> import percuss as pc
     >>> from percuss.model.law import law
-    >>> touch_intervals(law(pc.impact_oscillator(), pc.sine(1.0)), 0.0, -1.0)
+    >>> grazing_intervals(law(pc.impact_oscillator(), pc.sine(1.0)), 0.0, -1.0)
     [(3.141592653589793, 6.283185307179586)]
     """
-    n, period = int(table[0, at.N_HARMONICS]), float(table[0, at.PERIOD])
-    rows = table[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]
+    n, period = int(law[0, at.N_HARMONICS]), float(law[0, at.PERIOD])
+    rows = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]
     omega, cos, sin = rows[:, at.OMEGA], rows[:, at.COSINE], rows[:, at.SINE]
     zeros = _zeros(omega, cos, sin, constant, period)
     if zeros.size == 0:
@@ -311,16 +302,16 @@ def touch_intervals(table: Law, constant: float, sign: float) -> list[tuple[floa
     middles = 0.5 * (zeros + ends)
     force = constant + (cos * cos_of(np.outer(middles, omega))).sum(axis=1)
     force += (sin * sin_of(np.outer(middles, omega))).sum(axis=1)
-    found: list[tuple[float, float]] = []
+    intervals: list[tuple[float, float]] = []
     for first, last, value in zip(zeros.tolist(), ends.tolist(), force.tolist(), strict=True):
         if sign * value <= 0.0:
             continue
-        if found and found[-1][1] == first:
-            # A double zero between: a touch of no acceleration, one instant of an interval.
-            found[-1] = (found[-1][0], last)
+        if intervals and intervals[-1][1] == first:
+            # A double zero is one instant of an interval: a graze of zero acceleration.
+            intervals[-1] = (intervals[-1][0], last)
         else:
-            found.append((first, last))
-    return found
+            intervals.append((first, last))
+    return intervals
 
 
 def _zeros(omega: Floats, cos: Floats, sin: Floats, constant: float, period: float) -> Floats:
@@ -348,37 +339,37 @@ def _zeros(omega: Floats, cos: Floats, sin: Floats, constant: float, period: flo
     return t[np.diff(t, prepend=-1.0) > 1e-14 * period]
 
 
-# Forcing periods, or natural ones, over which a touch is followed back.
+# Forcing periods, or natural ones, over which a graze is followed back.
 LONGEST = 20.0
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class SingularityCurve:
-    """One curve of a singularity set: states along the instant of the touch they lead to.
+    """One curve of a singularity set: states by the instant of the graze that they lead to.
 
     Attributes
     ----------
     touched
-        Index of the stop that is touched.
+        Index of the stop that is grazed.
     iterate
-        n where the touch takes the place of the n-th next impact on the set's own stop, or on
-        another stop comes between the (n - 1)-th and the n-th.
+        n: the graze is the n-th next impact on the set's own stop, or, on another stop, lies
+        between the (n - 1)-th and the n-th.
     cycle
         (n,) array, continuous along the curve; the first lies in [0, 1), others may leave it.
     v_after
         (n,) array, velocities after the impact, or into the soft stop [length/time].
     touch_cycle
-        (n,) array, cycle of the touch, continuous; not less than that of the state.
+        (n,) array, cycle of the graze, continuous; not less than that of the state.
     duration
-        (n,) array, time from the state to the touch [time].
+        (n,) array, time from the state to the graze [time].
     n_between
-        (n,) array, events between the state and the touch: impacts and crossings of edges.
+        (n,) array, events between the state and the graze: impacts and crossings of edges.
     begins, ends
-        Why the curve begins and ends there. "tangency": there the motion touches a stop a second
-        time; "zero_velocity": the impact is a touch itself; "no_acceleration": the force at the
-        touch vanishes; "longest": the way back is cut off; "no_restitution": it leads to an
-        impact that leaves no velocity; "unresolved": `max_points` was too few; "closed": it
-        returns to where it began.
+        Why the curve begins and ends there. "tangency": the motion grazes a second time;
+        "zero_velocity": the impact is a graze itself; "no_acceleration": the force at the graze
+        vanishes; "longest": the motion back in time is cut off; "no_restitution": it leads to an
+        impact that leaves no velocity; "unresolved": `max_points` was too few; "closed": the curve
+        returns to its first point.
     """
 
     touched: int
@@ -396,7 +387,7 @@ class SingularityCurve:
         return len(self.cycle)
 
     def __repr__(self) -> str:
-        """Tell the curve in a line."""
+        """Return the curve in a line."""
         return (
             f"<SingularityCurve: {len(self)} points, iterate {self.iterate}, touches stop "
             f"{self.touched}; begins at {self.begins}, ends at {self.ends}>"
@@ -427,7 +418,7 @@ class SingularitySet:
         return len(self.curves)
 
     def __iter__(self) -> Iterator[SingularityCurve]:
-        """Go through the curves."""
+        """Iterate over the curves."""
         return iter(self.curves)
 
     def __getitem__(self, i: int) -> SingularityCurve:
@@ -435,7 +426,7 @@ class SingularitySet:
         return self.curves[i]
 
     def __repr__(self) -> str:
-        """Tell the set in a line."""
+        """Return the set in a line."""
         points = sum(len(curve) for curve in self.curves)
         return f"<SingularitySet of stop {self.stop}: {len(self)} curves, {points} points>"
 
@@ -445,14 +436,14 @@ class SingularitySet:
         Returns
         -------
         xarray.Dataset
-            Along ``point``, with the number of the curve beside each; what belongs to whole
-            curves along ``curve``.
+            Along ``point``, with the number of the curve; quantities of whole curves along
+            ``curve``.
 
         Examples
         --------
         >>> import percuss as pc
-        >>> found = pc.singularity_set(pc.impact_oscillator(0.8), pc.cosine(2.5))
-        >>> list(found.to_xarray().sizes)
+        >>> singular = pc.singularity_set(pc.impact_oscillator(0.8), pc.cosine(2.5))
+        >>> list(singular.to_xarray().sizes)
         ['point', 'curve']
         """
         import xarray
@@ -483,12 +474,12 @@ def singularity_set(
     longest: float | None = None,
     max_points: int = 20_000,
 ) -> SingularitySet:
-    """Return the states of an impact surface that lead to an impact without velocity.
+    """Return the states of an impact surface that lead to a grazing impact (zero velocity).
 
-    There the impact map has a square root on the one side and a jump across. Each touch, at any
-    instant at which the force leads the mass off the stop, is followed back in closed form to
-    the impacts before it, the first of which is the state; the way back is searched with proof.
-    So a curve has no false parts. It ends where its motion touches a stop twice.
+    There the impact map jumps, and has a square root on one side. Each graze, at any instant at
+    which the force leads the mass off the stop, is followed back in closed form to the impacts
+    before it, the first of which is the state; no event of the motion back is missed. So a curve
+    has no false parts. It ends where its motion grazes twice.
 
     Parameters
     ----------
@@ -497,20 +488,20 @@ def singularity_set(
     force
         The forcing, with a period.
     stop
-        Index of the stop whose impact surface (cycle, v_after) is looked at.
+        Index of the stop of the impact surface (cycle, v_after).
     n_iterates
-        Touches at up to the so many-th next impact on that stop, >= 1.
+        Grazes at up to the n-th next impact on that stop, >= 1.
     touched
-        Index of the stop that is touched; default: the stop itself, and any wall.
+        Index of the stop that is grazed; default: the stop itself, and any wall.
     spacing
         Largest distance of neighbouring points, with a cycle and the largest velocity as units,
-        > 0. Pieces of a curve whose touches all lie within 1/512 of a period may be missed.
+        > 0. Pieces of a curve whose grazes all lie within 1/512 of a period may be missed.
     longest
-        How far a touch is followed back [time]; default: 20 forcing periods, or natural ones
-        where these are longer.
+        The longest time that a graze is followed back [time]; default: 20 forcing periods, or
+        natural ones where these are longer.
     max_points
-        Touches of one stop after which no more are followed. Where a touch has a past without
-        end, curves without number accumulate; those that are too fine end "unresolved".
+        Grazes of one stop after which no more are followed. Where motions back in time have no
+        end, infinitely many curves accumulate; those that are too fine end "unresolved".
 
     Returns
     -------
@@ -521,49 +512,47 @@ def singularity_set(
     ------
     ParameterError
         If there is no such stop, the forcing has no period, a number is out of its range, or
-        more than one iterate is wanted of a wall without restitution: then nothing tells what
-        came before an impact.
+        more than one iterate is asked for at a wall without restitution, where the velocity
+        before an impact is unknown.
 
     Notes
     -----
     Singularity sets and what they do to attractors: Budd & Dux (1994), Phil. Trans. R. Soc. A
-    347, 365. docs/theory/impact-surface.md tells how the way back is found.
+    347, 365. docs/theory/impact-surface.md explains the motion back in time.
 
     Examples
     --------
-    Off a wall at the equilibrium the touch at phase theta of the unforced state is hit after
-    half a natural period:
+    The motion from a state of the set reaches the wall without velocity:
 
     >>> import percuss as pc
-    >>> found = pc.singularity_set(pc.impact_oscillator(0.8), pc.cosine(2.5))
-    >>> curve = found[0]
+    >>> singular = pc.singularity_set(pc.impact_oscillator(0.8), pc.cosine(2.5))
+    >>> curve = singular[0]
     >>> v = float(curve.v_after[50])
-    >>> run = pc.simulate(found.oscillator, found.forcing, x0=0.0, v0=v,
-    ...                   t0=float(curve.cycle[50]) * found.forcing.period, t_end=20.0)
+    >>> run = pc.simulate(singular.oscillator, singular.forcing, x0=0.0, v0=v,
+    ...                   t0=float(curve.cycle[50]) * singular.forcing.period, t_end=20.0)
     >>> x, speed = run(run.t0 + float(curve.duration[50]))
     >>> bool(abs(x) < 1e-12), bool(abs(speed) < 1e-12)
     (True, True)
     """
-    check_period(osc, force, "a singularity set")
+    system = periodic_system(osc, force, "a singularity set")
     stop, n_iterates = whole("stop", stop, 0), whole("n_iterates", n_iterates, 1)
     spacing = real("spacing", spacing)
     longest = None if longest is None else real("longest", longest)
-    wanted = entry(osc, stop)
+    met_stop = entry(osc, stop)
     _check(osc, stop, n_iterates, spacing, longest)
-    motions = BackwardMotions(osc, force)
+    motions = BackwardMotions(system)
     period = float(motions.law[0, at.PERIOD])
     if longest is None:
         longest = LONGEST * max(period, _natural_period(motions.law))
-    walls = [i for i, it in enumerate(osc.stops) if isinstance(it, Wall) or i == stop]
+    grazed = [k for k, other in enumerate(osc.stops) if isinstance(other, Wall) or k == stop]
     curves: list[SingularityCurve] = []
-    for which in walls if touched is None else [touched]:
-        met = entry(osc, which)
-        place = as_float(osc.stops[which].at)
-        tracer = Tracer(motions, place, met, wanted, n_iterates, longest)
-        force_there = constant_force(motions.law, row_of_region(motions.law, met.before), place)
-        for interval in touch_intervals(motions.law, force_there, -met.sign):
-            found = stretches(tracer, interval, period, spacing, max_points)
-            curves += [_curve(which, stretch, period) for stretch in found]
+    for k in grazed if touched is None else [touched]:
+        met, x = entry(osc, k), as_float(osc.stops[k].at)
+        tracer = Tracer(motions, x, met, met_stop, n_iterates, longest)
+        constant = constant_force(motions.law, row_of_region(motions.law, met.before), x)
+        for interval in grazing_intervals(motions.law, constant, -met.sign):
+            parts = stretches(tracer, interval, period, spacing, max_points)
+            curves += [_curve(k, part, period) for part in parts]
     curves.sort(key=lambda curve: (curve.iterate, curve.touched))
     return SingularitySet(osc, force, stop, tuple(curves))
 
@@ -575,19 +564,19 @@ def _check(
         raise ParameterError("spacing", spacing, "not positive")
     if longest is not None and not longest > 0.0:
         raise ParameterError("longest", longest, "not a finite positive time")
-    it = osc.stops[stop]
-    if n_iterates > 1 and isinstance(it, Wall) and as_float(it.restitution) == 0.0:
+    wall = osc.stops[stop]
+    if n_iterates > 1 and isinstance(wall, Wall) and as_float(wall.restitution) == 0.0:
         reason = "with restitution 0 nothing tells what came before an impact; at most 1"
         raise ParameterError("n_iterates", n_iterates, reason)
 
 
-def _natural_period(table: Law) -> float:
+def _natural_period(law: Law) -> float:
     """Return the longest period of free motion in a region; 0 if none oscillates."""
     longest = 0.0
-    for number in range(int(table[0, at.N_REGIONS])):
-        row = row_of_region(table, number)
-        if table[row, at.OVERDAMPED] == 0.0 and table[row, at.RATE] > 0.0:
-            longest = max(longest, 2.0 * math.pi / float(table[row, at.RATE]))
+    for number in range(int(law[0, at.N_REGIONS])):
+        row = row_of_region(law, number)
+        if law[row, at.OVERDAMPED] == 0.0 and law[row, at.RATE] > 0.0:
+            longest = max(longest, 2.0 * math.pi / float(law[row, at.RATE]))
     return longest
 
 
@@ -598,8 +587,8 @@ def _curve(touched: int, stretch: CurveStretch, period: float) -> SingularityCur
         iterate=stretch.iterate,
         cycle=stretch.t / period - whole,
         v_after=stretch.v,
-        touch_cycle=stretch.touch / period - whole,
-        duration=stretch.touch - stretch.t,
+        touch_cycle=stretch.graze / period - whole,
+        duration=stretch.graze - stretch.t,
         n_between=stretch.n_between,
         begins=stretch.begins,
         ends=stretch.ends,

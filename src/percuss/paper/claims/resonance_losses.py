@@ -12,7 +12,7 @@ from percuss import numerics
 from percuss.certified import certify
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.forcing import cosine
-from percuss.orbits.finding.find import find_formal_orbit
+from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.paper.claims.certain import in_ball
 from percuss.paper.claims.evidence import condition, near
@@ -60,7 +60,7 @@ def _orbit(n: int, omega: str, losses: tuple[str, str]) -> PeriodicOrbit:
     for cycle in np.arange(12) / 12.0:
         try:
             guess = cycle, float(restitution) * speed
-            orbit = find_formal_orbit(osc, force, 1, n // 2, guess=guess)
+            orbit = find_orbit(osc, force, 1, n // 2, guess=guess, formal=True)
         except ConvergenceError:
             continue
         # The same equations have a second solution, on the wrong side of the wall.

@@ -21,7 +21,7 @@ from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
 from percuss.orbits.bifurcations.continue_orbit import continue_orbit
-from percuss.orbits.finding.find import find_formal_orbit
+from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.paper.models.averaging import averaged, kick
 from percuss.paper.models.resonance_runs import growing_phase
@@ -165,7 +165,7 @@ def peak_orbit(omega: Fraction, restitution: float) -> PeriodicOrbit:
     for shift in np.arange(0, 48) / 48.0 / found.q * found.p:
         try:
             guess = (cycle + shift) % 1.0, restitution * speed
-            orbit = find_formal_orbit(osc, force, found.q, found.p, guess=guess)
+            orbit = find_orbit(osc, force, found.q, found.p, guess=guess, formal=True)
         except ConvergenceError:
             continue
         if orbit.admissible and np.abs(orbit.impacts.v_before).max() > 0.7 * speed:

@@ -91,10 +91,10 @@ class Sought:
 
     def find(self, study: Study) -> PeriodicOrbit:
         """Find the orbit of a study."""
-        # Without a warning: the report and the files say where an orbit is formal.
-        from percuss.orbits.finding.find import find_formal_orbit
+        # The report and the files say where an orbit is formal.
+        from percuss.orbits.finding.find import find_orbit
 
-        return find_formal_orbit(
+        return find_orbit(
             study.oscillator,
             study.forcing,
             self.impacts,
@@ -102,6 +102,7 @@ class Sought:
             self.sequence,
             self.guess,
             seed=self.seed,
+            formal=True,
         )
 
 

@@ -1,4 +1,4 @@
-"""Where two impacts of a family fall together: one graze, and no special point beside it."""
+"""Coincident impacts of a family: one graze, and no other special point near it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from percuss.orbits.bifurcations.family import Family
 from percuss.orbits.bifurcations.grazing_contact import grazing_contacts
 
 WALL, OMEGA = "oscillator.stops.0.at", "forcing.omega"
-# The steady motion swings this far: there the wall is touched, and both impacts with it.
+# The steady motion swings this far: there it grazes the wall, and both impacts coincide.
 FREQUENCY, AMPLITUDE, DAMPING = 3.409, 1.694, 0.05
 EDGES = {"period_doubling": -1.0, "fold": 1.0, "branch_point": 1.0}
 SWING = AMPLITUDE / math.hypot(1.0 - FREQUENCY**2, 2.0 * DAMPING * FREQUENCY)
@@ -42,11 +42,11 @@ def test_it_is_one_graze_at_its_closed_form(branch: Branch) -> None:
 def test_special_points_of_the_branch_have_their_multipliers(branch: Branch) -> None:
     for point in branch.special_points:
         assert point.status == "located"
-        if point.kind in EDGES and "shorter" not in point.detail:
+        if point.kind in EDGES and "cover" not in point.detail:
             assert np.abs(point.orbit.multipliers - EDGES[point.kind]).min() < 1e-6
 
 
-def test_the_touch_is_that_of_the_motion_without_impacts(branch: Branch) -> None:
+def test_the_graze_is_that_of_the_motion_without_impacts(branch: Branch) -> None:
     graze = min(branch.special_points, key=lambda point: abs(point.value + SWING))
 
     first, again = grazing_contacts(graze.orbit)
@@ -65,7 +65,7 @@ def test_the_touch_is_that_of_the_motion_without_impacts(branch: Branch) -> None
 
 
 def test_beyond_it_there_is_no_motion(orbit: pc.PeriodicOrbit) -> None:
-    """On one side the flight between the two would last less than no time: the family ends."""
+    """On one side the flight between the two would have a negative duration: the family ends."""
     down = pc.continue_orbit(
         pc.continue_orbit(orbit, over={WALL: (-0.2, 0.2)})[0], over={WALL: (-1.0, 1.0)}
     )
@@ -93,7 +93,7 @@ def test_a_flight_of_no_time_is_no_solution_by_itself(orbit: pc.PeriodicOrbit) -
 
 
 @pytest.mark.parametrize("short", [1e-3, 0.3])
-def test_equations_told_by_duration_have_their_derivative(
+def test_equations_divided_by_durations_have_their_derivative(
     orbit: pc.PeriodicOrbit, short: float
 ) -> None:
     family = Family(orbit, WALL, -1.0, 1.0)
@@ -127,7 +127,7 @@ def wall(at: float, r: float, damping: float) -> pc.Oscillator:
     return pc.impact_oscillator(r, wall=at, damping=damping)
 
 
-# Families that had false points: beside such a graze, or where flights of less than no time follow
+# Families that had false points: near such a graze, or where flights of negative duration follow
 # it, whose multipliers were those of no flight; the last by a step of Newton's method far aside.
 FAMILIES = {
     "two impacts": (wall(0.362, 0.9, 0.05), pc.cosine(1.464, 1.342, phase=0.7), (2, 1), WALL),
@@ -152,5 +152,5 @@ def test_no_family_has_false_points(name: str) -> None:
     assert points
     for point in points:
         assert point.status == "located", point
-        if point.kind in EDGES and "shorter" not in point.detail:
+        if point.kind in EDGES and "cover" not in point.detail:
             assert np.abs(point.orbit.multipliers - EDGES[point.kind]).min() < 1e-5, point

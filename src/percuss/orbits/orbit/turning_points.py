@@ -1,4 +1,4 @@
-"""How near an orbit comes to the stops between its events, and where it passes through one."""
+"""The turning points of a motion between its events, their clearance, and penetrated stops."""
 
 from __future__ import annotations
 
@@ -22,19 +22,20 @@ __all__ = [
     "TurningPoints",
     "flight_turns",
     "flights_of",
-    "passages_of",
+    "margin_of",
+    "penetrations_of",
     "turns_of",
 ]
 
 
-# Turning points of a flight for which there is room at first.
-ROOM = 64
+# Turning points of a flight: first length of the buffer, multiplied by eight while it is full.
+FIRST_CAPACITY = 64
 ULP = 2.220446049250313e-16
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Passages:
-    """Where a formal orbit passes through stops: at its turning points beyond them.
+    """Where a formal orbit penetrates stops: its turning points beyond them.
 
     Attributes
     ----------
@@ -43,7 +44,7 @@ class Passages:
     stop
         (n,) array, index into the oscillator's `stops`.
     depth
-        (n,) array, how far beyond the stop [length], > 0.
+        (n,) array, distance beyond the stop [length], > 0.
     """
 
     t: Floats
@@ -51,11 +52,11 @@ class Passages:
     depth: Floats
 
     def __len__(self) -> int:
-        """Return the number of passages."""
+        """Return the number of penetrations."""
         return len(self.t)
 
     def __repr__(self) -> str:
-        """Tell the number of passages and the depth of the deepest."""
+        """Return the number of penetrations and the depth of the deepest."""
         deepest = f", the deepest {self.depth.max():.3g}" if len(self) else ""
         return f"<Passages: {len(self)}{deepest}>"
 
@@ -69,11 +70,11 @@ class TurningPoints:
     t
         (n,) array, instants [time].
     clearance
-        (n,) array, distance to the nearer bound of the region, negative beyond it [length].
+        (n,) array, distance to the nearer bound of the region [length], negative beyond it.
     bound
         (n,) array, number of that bound.
     flight
-        (n,) array, number of the event that the flight comes from.
+        (n,) array, number of the event that begins the flight.
     doubt
         (n,) array, bound on the rounding error of `clearance` [length].
     """
@@ -85,28 +86,27 @@ class TurningPoints:
     doubt: Floats
 
 
-def turns_of(table: Law, events: Table, marks: Integers, x0: float, t_end: float) -> TurningPoints:
+def turns_of(law: Law, events: Table, marks: Integers, x0: float, t_end: float) -> TurningPoints:
     """Return the turning points of all flights of a record up to t_end.
 
-    A record of its start alone is that of a steady motion: no event ever disturbs it.
+    A record that holds its start only is that of a steady motion, without events.
     """
     is_steady = len(events) == 1 and marks[0, columns.KIND] == columns.START
     rows: list[tuple[float, float, int, int, float]] = []
-    for i, region, x, start, duration in flights_of(table, events, marks, x0, t_end):
-        for s, y, doubt in flight_turns(table, region, x, start, duration, is_steady=is_steady):
-            distance = _clearance(table, region, x, y)
+    for i, region, x, start, duration in flights_of(law, events, marks, x0, t_end):
+        for s, y, doubt in flight_turns(law, region, x, start, duration, is_steady=is_steady):
+            distance = _clearance(law, region, x, y)
             rows.append((start[0] + s, *distance, i, doubt + ULP * abs(x)))
-    found = list(zip(*rows, strict=True)) if rows else [()] * 5
-    floats = (np.array(found[k], dtype=np.float64) for k in (0, 1, 4))
-    t_, clearance, doubts = floats
-    bound, flight = (np.array(found[k], dtype=np.int64) for k in (2, 3))
-    return TurningPoints(t_, clearance, bound, flight, doubts)
+    columns_ = list(zip(*rows, strict=True)) if rows else [()] * 5
+    t, clearance, doubts = (np.array(columns_[k], dtype=np.float64) for k in (0, 1, 4))
+    bound, flight = (np.array(columns_[k], dtype=np.int64) for k in (2, 3))
+    return TurningPoints(t, clearance, bound, flight, doubts)
 
 
 def flights_of(
-    table: Law, events: Table, marks: Integers, x0: float, t_end: float
+    law: Law, events: Table, marks: Integers, x0: float, t_end: float
 ) -> Iterator[tuple[int, int, float, tuple[float, float, float], float]]:
-    """Yield the row, region, place, start (t, t_low, v) and duration of each flight of a record."""
+    """Yield row, region, displacement, start (t, t_low, v) and duration of each flight."""
     ends = [*events[1:], np.array([t_end, 0.0, 0.0, 0.0])]
     for i, (event, mark, end) in enumerate(zip(events, marks, ends, strict=True)):
         t, t_low = float(event[columns.EVENT_T]), float(event[columns.EVENT_T_LOW])
@@ -115,12 +115,12 @@ def flights_of(
             continue
         region, x = int(mark[columns.NEXT_REGION]), x0
         if mark[columns.KIND] != columns.START:
-            x = place(table, region, int(mark[columns.BOUND]))
+            x = place(law, region, int(mark[columns.BOUND]))
         yield i, region, x, (t, t_low, float(event[columns.V_AFTER])), duration
 
 
 def flight_turns(
-    table: Law,
+    law: Law,
     region: int,
     x: float,
     start: tuple[float, float, float],
@@ -130,48 +130,47 @@ def flight_turns(
 ) -> Table:
     """Return (s, y, doubt) of the turning points of a flight, (n, 3).
 
-    Steady motion holds no free motion: its harmonics alone say how fast it may turn, however fast
-    the free motion would be.
+    A steady motion holds no free motion: its harmonics alone bound how fast it turns.
     """
-    n = int(table[0, N_HARMONICS])
+    n = int(law[0, N_HARMONICS])
     phases, arrival = np.empty((n, 2)), np.empty((n, 2))
-    set_phases(table, start[0], start[1], phases)
-    whole = (*start, constant_force(table, region, x))
-    search_step = float(table[region, at.STEP])
+    set_phases(law, start[0], start[1], phases)
+    state = (*start, constant_force(law, region, x))
+    search_step = float(law[region, at.STEP])
     if is_steady:
-        harmonics = table[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]
+        harmonics = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]
         fastest = harmonics[harmonics[:, at.AMPLITUDE] > 0.0, at.OMEGA].max(initial=0.0)
         search_step = 1.0 / fastest if fastest > 0.0 else 0.0
-    room = ROOM
+    capacity = FIRST_CAPACITY
     while True:
-        out = np.empty((room, 3))
-        flight = Flight(table, region, whole, phases, arrival)
-        found = turning_points(flight, duration, search_step, out)
-        if found < room:
-            return out[:found]
-        room *= 8
+        out = np.empty((capacity, 3))
+        flight = Flight(law, region, state, phases, arrival)
+        count = turning_points(flight, duration, search_step, out)
+        if count < capacity:
+            return out[:count]
+        capacity *= 8
 
 
-def _clearance(table: Law, region: int, x: float, y: float) -> tuple[float, int]:
-    """Return distance to, and number of, the nearer bound of a region at x + y."""
-    number = int(table[region, at.NUMBER])
-    below = (x - float(table[region, at.LOWER])) + y
-    above = (float(table[region, at.UPPER]) - x) - y
+def _clearance(law: Law, region: int, x: float, y: float) -> tuple[float, int]:
+    """Return the distance to the nearer bound of a region at x + y, and the bound's number."""
+    number = int(law[region, at.NUMBER])
+    below = (x - float(law[region, at.LOWER])) + y
+    above = (float(law[region, at.UPPER]) - x) - y
     return (below, number) if below <= above else (above, number + 1)
 
 
-def passages_of(osc: Oscillator, turns: TurningPoints) -> Passages:
-    """Return those turning points that lie beyond a stop, more than rounding can tell."""
-    beyond = turns.clearance < -turns.doubt
+def penetrations_of(osc: Oscillator, turns: TurningPoints) -> Passages:
+    """Return the turning points that lie beyond a stop by more than their rounding error."""
+    deep = turns.clearance < -turns.doubt
     layout = lines(osc)
     stops = [wall if wall is not None else edges[0] if edges else -1
              for wall, edges in zip(layout.wall, layout.edges, strict=True)]  # fmt: skip
-    stop = np.array(stops, dtype=np.int64)[turns.bound[beyond]]
-    return Passages(turns.t[beyond], stop, -turns.clearance[beyond])
+    stop = np.array(stops, dtype=np.int64)[turns.bound[deep]]
+    return Passages(turns.t[deep], stop, -turns.clearance[deep])
 
 
 def margin_of(turns: TurningPoints, counted: Flags | None = None) -> float:
-    """Return the least clearance, 0 where rounding cannot tell its sign; inf without a turn."""
+    """Return the least clearance, 0 within its rounding error; inf without turning points."""
     clearance = np.where(np.abs(turns.clearance) <= turns.doubt, 0.0, turns.clearance)
     if counted is not None:
         clearance = clearance[counted]

@@ -7,7 +7,7 @@ import pytest
 
 import percuss as pc
 from percuss.model.law import law
-from percuss.orbits.surface.singularity_set import touch_intervals
+from percuss.orbits.surface.singularity_set import grazing_intervals
 
 OSC = pc.impact_oscillator()
 
@@ -24,7 +24,7 @@ def test_intervals_are_those_of_the_sign_on_a_fine_grid(seed: int, sign: float) 
     phases = 1.3 * np.outer(t, np.arange(1, 2 + seed))
     value = constant + np.cos(phases) @ cos + np.sin(phases) @ sin
 
-    found = touch_intervals(law(OSC, force), constant, sign)
+    found = grazing_intervals(law(OSC, force), constant, sign)
 
     inside = np.zeros(len(t), dtype=np.bool_)
     for begin, end in found:
@@ -34,17 +34,17 @@ def test_intervals_are_those_of_the_sign_on_a_fine_grid(seed: int, sign: float) 
     np.testing.assert_array_equal(inside, sign * value > 0.0)
 
 
-def test_force_that_touches_zero_leads_off_all_but_one_instant() -> None:
+def test_force_that_has_a_double_zero_leads_off_all_but_one_instant() -> None:
     table = law(OSC, pc.cosine(1.0))
 
-    lengths = [end - begin for begin, end in touch_intervals(table, 1.0, 1.0)]
+    lengths = [end - begin for begin, end in grazing_intervals(table, 1.0, 1.0)]
     assert sum(lengths) == pytest.approx(2.0 * np.pi, abs=1e-6)
-    assert sum(end - begin for begin, end in touch_intervals(table, 1.0, -1.0)) < 1e-6
+    assert sum(end - begin for begin, end in grazing_intervals(table, 1.0, -1.0)) < 1e-6
 
 
 def test_force_of_one_sign_leads_off_always_or_never() -> None:
     table = law(OSC, pc.cosine(2.0, amplitude=0.3))
 
-    assert touch_intervals(table, 1.0, 1.0) == [(0.0, np.pi)]
-    assert touch_intervals(table, 1.0, -1.0) == []
-    assert touch_intervals(law(OSC, pc.cosine(2.0, amplitude=0.0)), 0.0, 1.0) == []
+    assert grazing_intervals(table, 1.0, 1.0) == [(0.0, np.pi)]
+    assert grazing_intervals(table, 1.0, -1.0) == []
+    assert grazing_intervals(law(OSC, pc.cosine(2.0, amplitude=0.0)), 0.0, 1.0) == []
