@@ -83,7 +83,7 @@ def locate(
         The function of a point.
     values
         Its values at both, of opposite signs; or the second is 0.
-    beside_others
+    near_others
         Whether other branches may cross at the zero: then a further singular value is small, and
         the corrector takes more steps.
     """
