@@ -19,8 +19,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from percuss.arrays import Floats
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.law import Table
 
 Pair: TypeAlias = tuple[float, float]
 
@@ -244,14 +244,14 @@ def exponentials(x: float) -> tuple[float, float]:
     other = np.int64(halvings) - half
     scale = np.int64((half + BIAS) << MANTISSA).view(np.float64)
     scale_2 = np.int64((other + BIAS) << MANTISSA).view(np.float64)
-    found = ((whole + (error + small)) * scale) * scale_2
+    value = ((whole + (error + small)) * scale) * scale_2
     if halvings > ONE_LOST:
-        return found, found
+        return value, value
     if halvings < -ONE_LOST:
-        return found, -1.0
+        return value, -1.0
     scale *= scale_2
     total, error = two_sum(scale - 1.0, scale * r)
-    return found, total + (error + scale * small)
+    return value, total + (error + scale * small)
 
 
 @kernel
@@ -378,28 +378,28 @@ def hypotenuse(x: float, y: float) -> float:
     smaller = min(x, y)
     if math.isnan(x) or math.isnan(y):
         return math.nan
-    back = 1.0
+    scale = 1.0
     if larger > LARGE:
         larger *= DOWN
         smaller *= DOWN
-        back = UP
+        scale = UP
     elif larger < SMALL:
         larger *= UP
         smaller *= UP
-        back = DOWN
+        scale = DOWN
     if smaller <= larger * 2.0**-54:
-        return (larger + smaller) * back
-    found = math.sqrt(larger * larger + smaller * smaller)
+        return (larger + smaller) * scale
+    root = math.sqrt(larger * larger + smaller * smaller)
     # What its square misses by, exactly but for one rounding (Borges 2019).
-    square, error = two_product(found, found)
+    square, error = two_product(root, root)
     first, error_1 = two_product(larger, larger)
     second, error_2 = two_product(smaller, smaller)
     missing = ((first - square) + second) + ((error_1 + error_2) - error)
-    return (found + missing / (2.0 * found)) * back
+    return (root + missing / (2.0 * root)) * scale
 
 
 @kernel
-def evaluate(which: int, x: Table, y: Table, out: Table) -> None:
+def evaluate(which: int, x: Floats, y: Floats, out: Floats) -> None:
     """Write a function of each of some numbers; ``y`` is the second argument of two, or ``x``.
 
     A phasor is two numbers, the cosine and the sine.

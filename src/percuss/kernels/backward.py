@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, Pair, exponential, later
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import Flight, acceleration_and_jerk, constant_force, move, set_phases
@@ -33,7 +33,6 @@ from percuss.kernels.law import (
     UPPER_RESTITUTION,
     WALL,
     Law,
-    Table,
 )
 
 # Columns of the state: instant, displacement from PLACE, velocity, PLACE, the events met, and
@@ -67,10 +66,10 @@ class Past(NamedTuple):
 
     law: Law
     region: int
-    state: Table
+    state: Floats
     force: float
-    phases: Table
-    arrival: Table
+    phases: Floats
+    arrival: Floats
 
 
 @kernel
@@ -107,14 +106,7 @@ def time_to_leave(first: float, second: float, third: float, fourth: float, widt
 @kernel
 def flight_back(past: Past) -> Flight:
     """Return the flight to be followed back; its force is that where it starts."""
-    law, region, state, force, phases, arrival = (
-        past.law,
-        past.region,
-        past.state,
-        past.force,
-        past.phases,
-        past.arrival,
-    )
+    law, region, state, force, phases, arrival = past
     start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
     return Flight(law, region, start, phases, arrival)
 
@@ -267,7 +259,7 @@ def meet_before(
 
 @kernel
 def shapes_on(
-    state: Table,
+    state: Floats,
     reach: tuple[float, float],
     ends: tuple[bool, bool],
     bends: tuple[float, float, float],
@@ -300,7 +292,7 @@ def longest_part(law: Law, region: int, longest: float) -> float:
 
 
 @kernel
-def cross_back(law: Law, state: Table, region: int, side: float) -> tuple[int, int]:
+def cross_back(law: Law, state: Floats, region: int, side: float) -> tuple[int, int]:
     """Take a state at a bound back over it; return the region before and a status, -1 if none."""
     kind = law[region, LOWER_KIND if side < 0.0 else UPPER_KIND]
     x = law[region, LOWER if side < 0.0 else UPPER]
@@ -321,11 +313,11 @@ def cross_back(law: Law, state: Table, region: int, side: float) -> tuple[int, i
 def trace_back(
     law: Law,
     region: int,
-    state: Table,
+    state: Floats,
     wanted: tuple[int, float],
     limits: Pair,
-    hits: Table,
-    scratch: Table,
+    hits: Floats,
+    scratch: Floats,
 ) -> tuple[int, int, int]:
     """Follow a motion back until ``hits`` (n, HIT_COLUMNS) are full, or by the first of ``limits``.
 
@@ -372,12 +364,12 @@ def trace_back(
 def trace_batch(
     law: Law,
     regions: Integers,
-    states: Table,
+    states: Floats,
     wanted: tuple[int, float],
     limits: Pair,
-    hits: Table,
+    hits: Floats,
     ends: Integers,
-    scratch: Table,
+    scratch: Floats,
 ) -> None:
     """Follow each motion back as `trace_back` does.
 

@@ -15,19 +15,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.flight import Flight, constant_force, set_phases
+from percuss.kernels.flight import Flight, constant_force, restitution_at, set_phases
 from percuss.kernels.law import (
     LOWER,
     LOWER_KIND,
-    LOWER_RESTITUTION,
     NUMBER,
     PLAIN,
     UPPER,
-    UPPER_RESTITUTION,
     WALL,
-    Table,
 )
 from percuss.kernels.lockstep import (
     AT,
@@ -120,23 +117,23 @@ NEW = -1
 class Batch(NamedTuple):
     """Many motions: their laws, stacked, and the number of each one's law; then a row for each."""
 
-    laws: Table
+    laws: Floats
     which: Integers
-    states: Table
+    states: Floats
     counters: Integers
     status: Integers
-    plans: Table
-    tallies: Table
-    points: Table
+    plans: Floats
+    tallies: Floats
+    points: Floats
 
 
 class Workspace(NamedTuple):
     """Arrays that members use in turn: buffers of a record, and (3, n_harmonics, 2) for phases."""
 
-    events: Table
+    events: Floats
     marks: Integers
-    grazes: Table
-    phases: Table
+    grazes: Floats
+    phases: Floats
 
 
 class Options(NamedTuple):
@@ -154,7 +151,7 @@ class Options(NamedTuple):
 class Blocks(NamedTuple):
     """The SIMD blocks of a call, zeros at first, and which member is in each of their slots."""
 
-    numbers: Table
+    numbers: Floats
     occupants: Integers
 
 
@@ -326,8 +323,7 @@ def carry_neighbour(member: Member, flight: Flight, row: int) -> None:
     jump = event_saltation(law, event, (t, t_low), events[row, V_BEFORE], phases)
     restitution = 1.0
     if kind == IMPACT:
-        upper = marks[row, BOUND] > law[region, NUMBER]
-        restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
+        restitution = restitution_at(law, region, int(marks[row, BOUND]))
     if kind == CONTACT:
         restitution = 0.0
     s = (t - start[0]) + (t_low - start[1])
@@ -423,7 +419,7 @@ def serve_block(
 
 
 @formula
-def load_slot(member: Member, options: Options, block: Table, slot: int) -> None:
+def load_slot(member: Member, options: Options, block: Floats, slot: int) -> None:
     """Load a member that leaves its wall into a slot."""
     run, plan, tally = member.run, member.plan, member.tally
     from_start = options.section == TANGENTS or tally.shape[0] > TALLIES
@@ -433,7 +429,7 @@ def load_slot(member: Member, options: Options, block: Table, slot: int) -> None
 
 
 @formula
-def serve_slot(member: Member, options: Options, block: Table, slot: int, many: bool) -> int:
+def serve_slot(member: Member, options: Options, block: Floats, slot: int, many: bool) -> int:
     """Do what a round has left to do for a member; return MOVING where it keeps its slot."""
     run = member.run
     state, counters = run.state, run.counters
@@ -460,7 +456,7 @@ def serve_slot(member: Member, options: Options, block: Table, slot: int, many: 
 
 
 @formula
-def count_impact(member: Member, options: Options, block: Table, slot: int) -> bool:
+def count_impact(member: Member, options: Options, block: Floats, slot: int) -> bool:
     """Take what is kept from a plain flight and its impact; False where it is more than that."""
     plan, tally = member.plan, member.tally
     until = block[NEXT_AT * SLOTS + slot]
@@ -484,7 +480,7 @@ def count_impact(member: Member, options: Options, block: Table, slot: int) -> b
 
 
 @formula
-def landed_flight(run: Run, block: Table, slot: int) -> Flight:
+def landed_flight(run: Run, block: Floats, slot: int) -> Flight:
     """Return the flight that a round has made, with phases of its own."""
     v = block[SIGN * SLOTS + slot] * block[SPEED * SLOTS + slot]
     start = (block[AT * SLOTS + slot], block[AT_LOW * SLOTS + slot], v, run.state[FORCE])
@@ -492,7 +488,7 @@ def landed_flight(run: Run, block: Table, slot: int) -> Flight:
 
 
 @formula
-def tally_landing(member: Member, options: Options, block: Table, slot: int) -> None:
+def tally_landing(member: Member, options: Options, block: Floats, slot: int) -> None:
     """Take what is kept from the flight and the impact that a round has made."""
     run = member.run
     events, marks = run.events, run.marks

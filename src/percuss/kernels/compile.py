@@ -120,14 +120,14 @@ class KernelCache(FunctionCache):
     def load_overload(self, sig: object, target_context: object) -> object:
         """Load machine code; None where there is none that can be used."""
         try:
-            found = super().load_overload(sig, target_context)
+            overload = super().load_overload(sig, target_context)
         except Exception:  # noqa: BLE001  a damaged file raises whatever unpickling it leads to
             with contextlib.suppress(OSError):
                 self.flush()
-            found = None
-        if found is None:
+            overload = None
+        if overload is None:
             _announce_compilation()
-        return found
+        return overload
 
     def save_overload(self, sig: object, data: object) -> None:
         """Save machine code where that is possible, and remove what has become stale."""

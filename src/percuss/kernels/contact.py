@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import (
     ULP,
     Pair,
@@ -36,7 +37,6 @@ from percuss.kernels.law import (
     TURNS_LOW,
     UPPER,
     Law,
-    Table,
 )
 
 # 2 pi less its double.
@@ -166,7 +166,7 @@ def pressing_shape(law: Law, force: float, sign: float, instant: Pair, width: fl
 
 
 @kernel
-def push(law: Law, force: float, instant: tuple[float, float], phases: Table) -> float:
+def push(law: Law, force: float, instant: tuple[float, float], phases: Floats) -> float:
     """Return the first derivative of x that is not zero, at rest at the place of ``force``.
 
     Its sign is the direction in which the mass sets off; 0 for a mass that stays at rest. The force's
@@ -195,7 +195,7 @@ def chatter_time(
     speed: float,
     fastest: float,
     force: float,
-    phases: Table,
+    phases: Floats,
 ) -> tuple[float, float]:
     """Return (time left to the accumulation, error bound) of a chatter, (-1, 0) if it is none.
 
@@ -236,7 +236,7 @@ def release_time(
     instant: tuple[float, float],
     begin: float,
     longest: float,
-    phases: Table,
+    phases: Floats,
 ) -> tuple[bool, float, float]:
     """Return (True, time, free) of a contact's release, or (False, time of no release up to, 0).
 
@@ -306,19 +306,19 @@ def fine_release(
     for _ in range(FINE_STEPS):
         if s > longest:
             break
-        here = later(instant[0], instant[1], s)
-        pressing = -sign * fine_force(law, force, here, 0)
+        now = later(instant[0], instant[1], s)
+        pressing = -sign * fine_force(law, force, now, 0)
         if pressing > 2.0 * doubt:
             break
-        if pressing < -fine_tolerance(law, force, here, 0):
-            return True, s, pulling_time(law, sign, force, here)
-        shape = pressing_shape(law, force, sign, here, width)
+        if pressing < -fine_tolerance(law, force, now, 0):
+            return True, s, pulling_time(law, sign, force, now)
+        shape = pressing_shape(law, force, sign, now, width)
         if shape == UNDECIDED and width > 8.0 * ULP * s:
             width *= 0.5
             continue
-        there = later(instant[0], instant[1], s + width)
-        end = -sign * fine_force(law, force, there, 0)
-        if shape not in (PRESSES, VANISHES) and end < -fine_tolerance(law, force, there, 0):
+        then = later(instant[0], instant[1], s + width)
+        end = -sign * fine_force(law, force, then, 0)
+        if shape not in (PRESSES, VANISHES) and end < -fine_tolerance(law, force, then, 0):
             right = s + width
             s, free = fine_zero(law, sign, force, instant, s, right)
             return True, s, free
@@ -352,16 +352,16 @@ def fine_zero(
 
 
 @kernel
-def pulling_time(law: Law, sign: float, force: float, here: tuple[float, float]) -> float:
+def pulling_time(law: Law, sign: float, force: float, instant: tuple[float, float]) -> float:
     """Return a time over which the wall provably pulls from an instant on.
 
     Where none is seen it is next to none, after which a flight's departure is not asked about.
     """
     width = quiet_time(law)
     for _ in range(BISECTIONS):
-        if pressing_shape(law, force, -sign, here, width) == PRESSES:
+        if pressing_shape(law, force, -sign, instant, width) == PRESSES:
             return width
-        if pressing_shape(law, force, sign, here, width) == FALLS:
+        if pressing_shape(law, force, sign, instant, width) == FALLS:
             return width
         width *= 0.5
     return width

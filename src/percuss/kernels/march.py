@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import Pair, later
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING, chatter_time, push, release_time
@@ -28,7 +29,6 @@ from percuss.kernels.law import (
     UPPER_KIND,
     UPPER_RESTITUTION,
     WALL,
-    Table,
 )
 from percuss.kernels.plain import plain_flights
 from percuss.kernels.record import (
@@ -178,7 +178,7 @@ def begin(run: Run) -> None:
 
 
 @kernel
-def flight_of(run: Run, phases: Table) -> Flight:
+def flight_of(run: Run, phases: Floats) -> Flight:
     """Return the flight from the state of a run, with these phases at its start."""
     state = run.state
     start = (state[T], state[T_LOW], state[V], state[FORCE])

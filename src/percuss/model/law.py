@@ -13,9 +13,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from percuss.arrays import Floats
 from percuss.kernels import law as at
-from percuss.kernels.flight import fill_steps
 from percuss.kernels.law import Law
+from percuss.kernels.step import fill_steps
 from percuss.model.exact import PI, as_fraction
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import Component
@@ -142,7 +143,7 @@ class _Region:
 @lru_cache(maxsize=256)
 def _region_row(
     oscillator: Oscillator, constant: Fraction, number: int
-) -> tuple[at.Table, Fraction, Fraction]:
+) -> tuple[Floats, Fraction, Fraction]:
     """Return what a region's row holds whatever the harmonics are, and its K and a."""
     bounds = lines(oscillator)
     region = _region(oscillator, bounds, number)
@@ -167,7 +168,7 @@ def _region(oscillator: Oscillator, bounds: Lines, number: int) -> _Region:
 
 
 def _fill_header(
-    row: at.Table, forcing: Forcing | None, components: tuple[Component, ...], n_regions: int
+    row: Floats, forcing: Forcing | None, components: tuple[Component, ...], n_regions: int
 ) -> None:
     row[at.N_HARMONICS], row[at.N_REGIONS] = len(components), n_regions
     bounds = row[at.FORCE_BOUND : at.FORCE_BOUND + at.N_FORCE_BOUNDS]
@@ -190,14 +191,14 @@ def _fill_header(
         row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = turns_per_time(frequency, 2)
 
 
-def _fill_harmonic(row: at.Table, component: Component) -> None:
+def _fill_harmonic(row: Floats, component: Component) -> None:
     row[at.COSINE], row[at.SINE] = component.cos, component.sin
     row[at.OMEGA] = float(component.omega)
     row[at.TURNS], row[at.TURNS_LOW] = turns_per_time(component.omega, 2)
     row[at.AMPLITUDE] = math.hypot(component.cos, component.sin)
 
 
-def _fill_bounds(row: at.Table, oscillator: Oscillator, bounds: Lines, number: int) -> None:
+def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: Lines, number: int) -> None:
     columns = (
         (number, at.LOWER, at.LOWER_KIND, at.LOWER_RESTITUTION, -math.inf),
         (number + 1, at.UPPER, at.UPPER_KIND, at.UPPER_RESTITUTION, math.inf),
@@ -216,7 +217,7 @@ def _fill_bounds(row: at.Table, oscillator: Oscillator, bounds: Lines, number: i
             row[restitution] = float(as_fraction(stop.restitution)) if isinstance(stop, Wall) else 0
 
 
-def _fill_forces(row: at.Table, region: _Region, bounds: Lines, constant: Fraction) -> None:
+def _fill_forces(row: Floats, region: _Region, bounds: Lines, constant: Fraction) -> None:
     low, high = bounds.at[region.number], bounds.at[region.number + 1]
     # The point nearest to 0: a far bound would cost the digits of the force here.
     origin = max(Fraction(0), low) if low is not None else Fraction(0)
@@ -228,7 +229,7 @@ def _fill_forces(row: at.Table, region: _Region, bounds: Lines, constant: Fracti
         row[at.UPPER_FORCE] = region.force_at(constant, high)
 
 
-def _fill_motion(row: at.Table, region: _Region) -> None:
+def _fill_motion(row: Floats, region: _Region) -> None:
     """Fill the rates of the free motion."""
     stiffness, damping = region.stiffness, region.damping
     k, a = float(stiffness), float(damping)
@@ -245,7 +246,7 @@ def _fill_motion(row: at.Table, region: _Region) -> None:
     row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * a)
 
 
-def _fill_steps_of_search(row: at.Table, omega: float) -> None:
+def _fill_steps_of_search(row: Floats, omega: float) -> None:
     """Fill the length of a search step, and the constants of ``derivative_bound``.
 
     For K >= 0 the energy norm of (x, v) does not grow without force; for K < 0 the norm
@@ -265,7 +266,7 @@ def _fill_steps_of_search(row: at.Table, omega: float) -> None:
         row[at.BOUND_OF_X], row[at.BOUND_OF_V] = pace * math.sqrt(k), pace
 
 
-def _fill_response(row: at.Table, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
+def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
     # K - w^2 and 2 a w over one denominator, as integers: see `_pair`.
     bottom = stiffness.denominator * damping.denominator * omega.denominator**2
     square_of_omega = omega.numerator**2 * stiffness.denominator * damping.denominator
@@ -292,7 +293,7 @@ def _fill_response(row: at.Table, stiffness: Fraction, damping: Fraction, omega:
     row[at.GAP_RE], row[at.GAP_IM] = gap.real, gap.imag
 
 
-def _mark_simple(row: at.Table, responses: at.Table) -> None:
+def _mark_simple(row: Floats, responses: Floats) -> None:
     """Mark a region where one harmonic, away from resonance, meets an oscillating mass."""
     kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
     if len(responses) == 1 and responses[0, at.NEAR] == 0.0:

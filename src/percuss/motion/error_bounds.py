@@ -9,7 +9,7 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.error_bounds import GENERATORS, contact_errors
-from percuss.kernels.law import N_HARMONICS, Table
+from percuss.kernels.law import N_HARMONICS
 from percuss.model.exact import PI, angle, as_float, as_fraction
 from percuss.model.forcing import Forcing
 from percuss.model.law import law as law_of
@@ -31,7 +31,7 @@ class ContactErrors:
         oscillator: Oscillator,
         forcing: Forcing | None,
         start: Start,
-        events: Table,
+        events: Floats,
         marks: Integers,
     ) -> None:
         self._motion = oscillator, forcing, start, events, marks

@@ -26,7 +26,6 @@ from percuss.kernels.law import (
     STIFFNESS,
     UPPER,
     Law,
-    Table,
 )
 from percuss.kernels.search import coast, slowest
 from percuss.numerics import exp, hypot
@@ -44,7 +43,7 @@ def free_until(
     region: int,
     x: float,
     start: FlightStart,
-    phases: Table,
+    phases: Floats,
     s: float,
     longest: float,
 ) -> float:
@@ -73,7 +72,7 @@ def misses(reach: tuple[float, float], low: float, high: float, size: float) -> 
     return low - slack > reach[0] and high + slack < reach[1]
 
 
-def steady(law: Law, region: int, phases: Table) -> Floats:
+def steady(law: Law, region: int, phases: Floats) -> Floats:
     """Return (y, v) of the steady motion of each harmonic at the instant of ``phases``."""
     n = len(phases)
     rows = law[FIRST_HARMONIC : FIRST_HARMONIC + n]
@@ -87,7 +86,7 @@ def steady(law: Law, region: int, phases: Table) -> Floats:
 
 
 def drifts_away(
-    law: Law, region: int, start: FlightStart, phases: Table, s: float, reach: tuple[float, float]
+    law: Law, region: int, start: FlightStart, phases: Floats, s: float, reach: tuple[float, float]
 ) -> bool:
     """Return whether a mass without spring (K = 0) meets no bound after s, and never will.
 

@@ -9,7 +9,7 @@ from typing import cast
 
 import numpy as np
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
@@ -20,7 +20,6 @@ from percuss.kernels.law import (
     STIFFNESS,
     TURNS,
     Law,
-    Table,
 )
 from percuss.kernels.sample import evaluate
 from percuss.model.exact import Exact, Phase, as_float, plain
@@ -289,7 +288,7 @@ class _March:
             grazes = np.concatenate([grazes, np.empty_like(grazes)])
         self.arrays = self.arrays._replace(events=events, marks=marks, grazes=grazes)
 
-    def record(self) -> tuple[Law, tuple[float, float], Table, Integers, Table]:
+    def record(self) -> tuple[Law, tuple[float, float], Floats, Integers, Floats]:
         """Return what happened, without the unused room."""
         n = int(self.counters[columns.N_EVENTS])
         events, marks = self.arrays.events[:n], self.arrays.marks[:n]

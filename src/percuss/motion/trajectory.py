@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
-from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
+from percuss.kernels.law import N_HARMONICS, PERIOD, Law
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import cycles, evaluate
 from percuss.model.exact import Phase, as_float, reals, whole
@@ -81,7 +81,7 @@ class Trajectory:
     grazes: Grazes
     start: Start = field(repr=False)
     end: Phase = field(repr=False)
-    _events: Table = field(repr=False)
+    _events: Floats = field(repr=False)
     _marks: Integers = field(repr=False)
 
     @classmethod
@@ -89,7 +89,7 @@ class Trajectory:
         cls,
         oscillator: Oscillator,
         forcing: Forcing | None,
-        record: tuple[Law, tuple[float, float], Table, Integers, Table],
+        record: tuple[Law, tuple[float, float], Floats, Integers, Floats],
         t_end: Phase,
         outcome: Outcome,
         start: Start | None = None,
@@ -322,7 +322,7 @@ def _stop_of_bound(oscillator: Oscillator) -> Integers:
     return np.array([-1 if wall is None else wall for wall in walls], dtype=np.int64)
 
 
-def _impacts(oscillator: Oscillator, law: Law, events: Table, marks: Integers) -> Impacts:
+def _impacts(oscillator: Oscillator, law: Law, events: Floats, marks: Integers) -> Impacts:
     impacts = marks[:, columns.KIND] == columns.IMPACT
     # Mostly all events but the start are impacts: no need then to pick them out.
     which = slice(1, None) if impacts[1:].all() else np.flatnonzero(impacts)
@@ -346,7 +346,7 @@ def _impacts(oscillator: Oscillator, law: Law, events: Table, marks: Integers) -
     )
 
 
-def _crossings(oscillator: Oscillator, events: Table, marks: Integers) -> Crossings:
+def _crossings(oscillator: Oscillator, events: Floats, marks: Integers) -> Crossings:
     which = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING)
     if len(which) == 0:
         return NO_CROSSINGS
@@ -362,7 +362,7 @@ def _crossings(oscillator: Oscillator, events: Table, marks: Integers) -> Crossi
 
 
 def _contacts(
-    oscillator: Oscillator, events: Table, marks: Integers, errors: ContactErrors
+    oscillator: Oscillator, events: Floats, marks: Integers, errors: ContactErrors
 ) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
@@ -382,7 +382,7 @@ def _contacts(
     )
 
 
-def _grazes(oscillator: Oscillator, grazes: Table) -> Grazes:
+def _grazes(oscillator: Oscillator, grazes: Floats) -> Grazes:
     if len(grazes) == 0:
         return NO_GRAZES
     bounds = grazes[:, columns.GRAZE_BOUND].astype(np.int64)

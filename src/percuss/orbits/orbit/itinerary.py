@@ -13,7 +13,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
 from percuss.kernels.law import Law
-from percuss.kernels.shooting import CHAIN_COLUMNS
+from percuss.kernels.shooting import ITINERARY_COLUMNS
 from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
@@ -291,7 +291,7 @@ def events_of_stops(osc: Oscillator, table: Law, stops: Sequence[int]) -> Intege
             chain.append((now + 1 if up else now, now, now + step))
             now += step
     rows = [[b, row_of_region(table, i), row_of_region(table, j)] for b, i, j in chain]
-    return np.array(rows, dtype=np.int64).reshape(-1, CHAIN_COLUMNS)
+    return np.array(rows, dtype=np.int64).reshape(-1, ITINERARY_COLUMNS)
 
 
 def events_of_record(marks: Integers) -> Integers:

@@ -9,10 +9,10 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
-from percuss.kernels.flight import Flight, constant_force, move, set_phases
+from percuss.kernels.flight import Flight, constant_force, move, place, set_phases
 from percuss.kernels.law import DAMPING, N_HARMONICS, PERIOD, Law, Table
 from percuss.kernels.sample import cycles
-from percuss.kernels.shooting import AFTER, AT, BEFORE, factor, place
+from percuss.kernels.shooting import AFTER, AT, BEFORE, factor
 from percuss.kernels.tangent import neighbours
 from percuss.model.forcing import Forcing
 from percuss.model.law import law

@@ -14,9 +14,9 @@ import numpy as np
 from percuss.arrays import Flags, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
+from percuss.kernels.flight import place
 from percuss.kernels.law import PERIOD, Law, Table
 from percuss.kernels.sample import cycles
-from percuss.kernels.shooting import place
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
