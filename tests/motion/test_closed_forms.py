@@ -12,8 +12,7 @@ import pytest
 
 import percuss as pc
 from percuss.arrays import Floats
-from percuss.motion.eigenset_forms import contact_time
-from percuss.motion.harmonic_forms import harmonic_contact_time
+from percuss.motion.eigenset_forms import contact_time, harmonic_contact_time
 
 WALL = pc.impact_oscillator()
 SUBSETS = [2, 3, 4, 5, 6, 7, 12, 15]

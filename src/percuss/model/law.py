@@ -159,8 +159,8 @@ def _region(oscillator: Oscillator, bounds: Lines, number: int) -> _Region:
     for i, edges in enumerate(bounds.edges):
         for k in edges:
             stop = oscillator.stops[k]
-            beyond = number >= i if stop.side == "above" else number < i
-            if isinstance(stop, SoftStop) and beyond:
+            is_touched = number >= i if stop.side == "above" else number < i
+            if isinstance(stop, SoftStop) and is_touched:
                 touched.append(stop)
     stiffness = sum((as_fraction(s.stiffness) for s in touched), as_fraction(oscillator.stiffness))
     damping = sum((as_fraction(s.damping) for s in touched), as_fraction(oscillator.damping))

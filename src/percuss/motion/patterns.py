@@ -112,8 +112,8 @@ def find_pattern(times: Floats, period: float | None, *, is_dissipative: bool) -
     Examples
     --------
     >>> k = np.arange(40.0)
-    >>> found = find_pattern(k + 0.1 * (-0.8) ** k, 1.0, is_dissipative=True)
-    >>> found.n_impacts, found.is_settling, round(found.rate, 6)
+    >>> pattern = find_pattern(k + 0.1 * (-0.8) ** k, 1.0, is_dissipative=True)
+    >>> pattern.n_impacts, pattern.is_settling, round(pattern.rate, 6)
     (1, True, 0.223144)
     """
     if len(times) < FEWEST:
@@ -124,11 +124,11 @@ def find_pattern(times: Floats, period: float | None, *, is_dissipative: bool) -
     # a quasi-periodic motion.
     equal = max(TOLERANCE * mean, rounding) if is_dissipative else rounding
     for n_impacts in _candidates(times, period):
-        found = _repeating(times, n_impacts, period, equal)
-        if found is None and is_dissipative:
-            found = _settling(times, n_impacts, period, rounding)
-        if found is not None:
-            return found
+        pattern = _repeating(times, n_impacts, period, equal)
+        if pattern is None and is_dissipative:
+            pattern = _settling(times, n_impacts, period, rounding)
+        if pattern is not None:
+            return pattern
     return None
 
 
@@ -265,8 +265,8 @@ def _deviations(times: Floats, n_impacts: int, period: float | None) -> tuple[Fl
     n_periods, duration = _duration(lags, n_impacts, period)
     # Without a known period repetitions are compared with one another.
     off = lags - duration if period is not None else lags[n_impacts:] - lags[:-n_impacts]
-    rounds = len(off) // n_impacts
-    return off[len(off) - rounds * n_impacts :].reshape(rounds, n_impacts), n_periods, duration
+    count = len(off) // n_impacts
+    return off[len(off) - count * n_impacts :].reshape(count, n_impacts), n_periods, duration
 
 
 def _thirds(off: Floats) -> tuple[float, float, float]:

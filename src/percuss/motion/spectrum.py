@@ -140,8 +140,8 @@ def fast_amplitudes(run: Trajectory, low: float, high: float, n: int) -> tuple[F
     >>> import percuss as pc
     >>> run = pc.simulate(pc.impact_oscillator(), v0=1.0, t_end=100.0)
     >>> omega, amplitude = fast_amplitudes(run, 0.0, 100.0, 1024)
-    >>> found = spectrum(run, "fft", n=1024)
-    >>> bool((found.amplitude.values == amplitude).all() and (found.omega.values == omega).all())
+    >>> lines = spectrum(run, "fft", n=1024)
+    >>> bool((lines.amplitude.values == amplitude).all() and (lines.omega.values == omega).all())
     True
     """
     omega, transform = _fast(run, low, high, "hann", "displacement", n)
@@ -215,10 +215,10 @@ def line_spectrum(
     values = 2.0 * _exact(run, omega, low, high, "none", of) / (high - low)
     values[0] *= 0.5
     names = {"method": "exact", "of": of, "period": period, "start": low, "end": high}
-    found = _dataset("line", np.arange(n_lines), values, names)
+    dataset = _dataset("line", np.arange(n_lines), values, names)
     t = _middle_of_longest(run, high - period, high)
     now, before = run(t), run(t - period)
-    return found.assign(
+    return dataset.assign(
         omega=("line", omega),
         mismatch_x=abs(float(now[0] - before[0])),
         mismatch_v=abs(float(now[1] - before[1])),

@@ -112,13 +112,13 @@ def solve_linear(matrix: Floats, right: Floats) -> Floats:
     """
     _check(matrix, right)
     columns = right.reshape(len(right), -1).T
-    found = np.empty(columns.shape)
+    solution = np.empty(columns.shape)
     for i, column in enumerate(columns):
-        found[i] = column
-        if not kernels.eliminate(np.array(matrix, dtype=np.float64), found[i], 0.0):
+        solution[i] = column
+        if not kernels.eliminate(np.array(matrix, dtype=np.float64), solution[i], 0.0):
             what = f"the {len(matrix)} linear equations are singular"
             raise ConvergenceError(what, None, math.nan, "move a little away from this point")
-    return np.ascontiguousarray(found.T).reshape(right.shape)
+    return np.ascontiguousarray(solution.T).reshape(right.shape)
 
 
 def inverse(matrix: Floats) -> Floats:
@@ -215,12 +215,12 @@ def least_squares(matrix: Floats, right: Floats, weak: float) -> Floats:
     """
     _check(matrix, right)
     sizes, images, rows = _turned(matrix)
-    found = np.zeros(matrix.shape[1])
+    solution = np.zeros(matrix.shape[1])
     for size, image, row in zip(sizes.tolist(), images, rows, strict=True):
         if size > weak * sizes[0]:
             # In two steps: the square of a size may lie beyond the doubles.
-            found += dot(image / size, right) / size * row
-    return found
+            solution += dot(image / size, right) / size * row
+    return solution
 
 
 def fit_line(x: Floats, y: Floats) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from percuss.kernels.law import Table
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
+from percuss.model.system import System
 from percuss.motion.html_table import html_table
 from percuss.motion.outcome import Outcome
 from percuss.motion.spectrum import line_spectrum
@@ -209,11 +210,9 @@ class PeriodicOrbit:
         t_end = float(events[-1, columns.EVENT_T]) if len(events) > 1 else 0.0
         if len(self._events) == 1:
             t_end = self.t0 + periods * self.period
-        table = law(self.oscillator, self.forcing)
-        record = table, (self.x0, self.v0), events, marks, np.empty((0, columns.GRAZE_COLUMNS))
-        return Trajectory.of_record(
-            self.oscillator, self.forcing, record, t_end, Outcome.reached_t_end
-        )
+        record = (self.x0, self.v0), events, marks, np.empty((0, columns.GRAZE_COLUMNS))
+        system = System(self.oscillator, self.forcing)
+        return Trajectory.of_record(system, record, t_end, Outcome.reached_t_end)
 
     def spectrum(self, n_lines: int = 33) -> Dataset:
         """Return the Fourier coefficients of the displacement, exact to rounding.
