@@ -52,7 +52,7 @@ AT_HITS, AT_TIME, NO_RESTITUTION, NO_PAST, TOO_FAST, TOO_MANY = range(6)
 PART = 0.5
 # Relative rounding of a stretch, of the sizes of its terms.
 ROUNDING = 32.0 * ULP
-# Relative rounding of a whole flight: a touch that is less deep is none.
+# Relative rounding of a whole flight: a touch less deep does not count.
 TOUCH = 64.0 * ULP
 MOST_EVENTS = 100_000
 HALVINGS = 60
@@ -129,7 +129,10 @@ def root_before(
     bound: Pair,
     right: float,
 ) -> float:
-    """Return how long before a state the clearance, positive there, was zero, once in ``right``."""
+    """Return how long before a state the clearance was zero.
+
+    It is positive at the state and has one zero within ``right``.
+    """
     state = past.state
     sign, distance = bound
     flight = flight_back(past)
@@ -159,7 +162,10 @@ def turn_before(
     bound: Pair,
     right: float,
 ) -> tuple[float, float]:
-    """Return how long ago the velocity was zero, once in ``right``, and the clearance then."""
+    """Return how long ago the velocity was zero, and the clearance then.
+
+    It has one zero within ``right``.
+    """
     state = past.state
     sign, distance = bound
     flight = flight_back(past)
@@ -186,9 +192,9 @@ def zero_on(
     piece: tuple[float, float],
     shape: int,
 ) -> float:
-    """Return how long before a state a bound was met, infinite if not at all.
+    """Return how long before a state a bound was met, infinite if not on this piece.
 
-    ``piece`` is how long, and up to which clearance a touch is none.
+    ``piece`` is its duration, and the depth up to which a touch does not count.
     """
     state = past.state
     sign, distance = bound
@@ -321,10 +327,10 @@ def trace_back(
 ) -> tuple[int, int, int]:
     """Follow a motion back until ``hits`` (n, HIT_COLUMNS) are full, or by the first of ``limits``.
 
-    A hit is an impact on the bound of that number, or a crossing of it that comes with a velocity
-    of that sign. It ends too where it was faster than the second of ``limits``: back in time
-    impacts accumulate between two walls, each slower than the one before it. Return why it ended,
-    the number of hits and the region's row.
+    ``wanted`` is the number of a bound and a sign: a hit is an impact on that bound, or a crossing
+    of it with a velocity of that sign. The motion also ends where it was faster than the second of
+    ``limits``: back in time impacts accumulate between two walls, each slower than the one before
+    it. Return why it ended, the number of hits and the region's row.
     """
     longest, fastest = limits
     phases = scratch[0]

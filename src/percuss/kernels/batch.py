@@ -106,7 +106,7 @@ BUFFER = 130
 GRAZES = 4
 # Blocks of a call: their numbers fit the fastest memory.
 BLOCKS = 4
-# With fewer motions a round takes longer than following each.
+# With no more motions than this a round takes longer than following each.
 FEWEST = 3
 # As int64 and not int, for which numba would compile a function anew.
 ONE = np.int64(1)
@@ -137,9 +137,10 @@ class Workspace(NamedTuple):
 
 
 class Options(NamedTuple):
-    """What is wanted of all members, and the searches for each before control returns.
+    """Options of all members.
 
-    ``section`` says which points are kept (`survey`), ``surveyed`` whether extremes are.
+    ``section`` names the points that are kept (`survey`), ``surveyed`` asks for extremes, and
+    ``patience`` bounds the searches of each member before control returns.
     """
 
     max_impacts: int
@@ -211,7 +212,7 @@ def follow(member: Member, options: Options, until_plain: bool) -> int:
 
 @kernel
 def may_be_plain(run: Run) -> bool:
-    """Return whether a motion is about to leave the one wall there is with a velocity off it."""
+    """Return whether a motion is about to leave its only wall, with a velocity off it."""
     law, state, counters = run.law, run.state, run.counters
     region = counters[REGION]
     if law[region, PLAIN] != 1.0 or counters[TOUCHED] != 0:
@@ -239,7 +240,7 @@ def skip(member: Member, options: Options) -> int:
 
 @kernel
 def next_stretch(member: Member, options: Options) -> int:
-    """Go to the next event, whatever it is; return MOVING, or why there is none."""
+    """Go to the next event of any kind; return MOVING, or why there is none."""
     run, plan, tally = member.run, member.plan, member.tally
     counters = run.counters
     counters[N_EVENTS] = 0
@@ -395,7 +396,7 @@ def serve_block(
     taken: int,
     many: bool,
 ) -> int:
-    """Do what a round of a block has left to do; return how many slots are taken then."""
+    """Finish a round for the members of a block; return how many slots are taken then."""
     status = batch.status
     block = blocks.numbers[k]
     slot = 0
@@ -411,7 +412,7 @@ def serve_block(
         if status[i] == MOVING:
             slot += 1
             continue
-        # The last slot that is taken fills the gap, and is looked at next.
+        # The last slot that is taken fills the gap, and is served next.
         taken -= 1
         blocks.occupants[k * SLOTS + slot] = blocks.occupants[taken]
         move_slot(blocks.numbers[taken // SLOTS], taken % SLOTS, block, slot)
@@ -430,7 +431,7 @@ def load_slot(member: Member, options: Options, block: Floats, slot: int) -> Non
 
 @formula
 def serve_slot(member: Member, options: Options, block: Floats, slot: int, many: bool) -> int:
-    """Do what a round has left to do for a member; return MOVING where it keeps its slot."""
+    """Finish a round for a member; return MOVING where it keeps its slot."""
     run = member.run
     state, counters = run.state, run.counters
     counters[N_IMPACTS] = options.max_impacts - int(block[LEFT * SLOTS + slot])
@@ -457,7 +458,7 @@ def serve_slot(member: Member, options: Options, block: Floats, slot: int, many:
 
 @formula
 def count_impact(member: Member, options: Options, block: Floats, slot: int) -> bool:
-    """Take what is kept from a plain flight and its impact; False where it is more than that."""
+    """Tally a plain flight and its impact; return False where more is kept than its tallies."""
     plan, tally = member.plan, member.tally
     until = block[NEXT_AT * SLOTS + slot]
     if block[DONE * SLOTS + slot] == 1.0 or until < block[COUNTED_FROM * SLOTS + slot]:

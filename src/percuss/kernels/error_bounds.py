@@ -1,12 +1,11 @@
 """Bounds on the error of the start of each contact, by all rounding before it.
 
 The rounding of each flight and event is carried along by the exact linear maps of the flights and
-events that follow; what is not linear is bounded and added, so that the bound is rigorous and not
-of first order only. The errors that an event may have are a
-zonotope: the sums of *generators*, each a pair (of its instant, of the velocity after it) times a
-number in [-1, 1]. Motions are compared at equal times since their last event, so that a shift in
-time alone stays one. A contact
-forgets all of them but that of its own instant (docs/theory/error-bounds.md has the proof).
+events that follow; nonlinear terms are bounded and added, so that the bound is rigorous and not
+of first order only. The possible errors of an event form a zonotope: the sums of *generators*,
+each a pair (error of its instant, of the velocity after it) times a number in [-1, 1]. Motions are
+compared at equal times since their last event, so that a shift in time stays a shift in time. A
+contact forgets all errors but that of its own instant (docs/theory/error-bounds.md has the proof).
 """
 
 from __future__ import annotations
@@ -66,8 +65,8 @@ from percuss.kernels.record import (
 )
 from percuss.kernels.tangent import delayed_start, propagator
 
-# Generators that are kept: with half of them merged whenever room runs out, those that are
-# merged are small beside the rest.
+# Generators that are kept. When they are used up the smaller half is merged, which is small
+# compared with the rest.
 GENERATORS = 96
 # Generators that one event adds at most.
 ADDED = 8
@@ -156,8 +155,8 @@ def total(errors: Errors, row: int) -> float:
 
 
 @kernel
-def make_room(errors: Errors) -> None:
-    """Merge the smaller half of the generators into two where the next event may need the room.
+def merge_smaller_half(errors: Errors) -> None:
+    """Merge the smaller half of the generators into two where the next event may need more.
 
     The two span the parallelogram, along the largest of those merged, that holds them all.
     Position and velocity are compared by their own totals.
@@ -248,12 +247,12 @@ def carry_along_flight(
     arrival: Floats,
     errors: Errors,
 ) -> bool:
-    """Carry the errors along the flight to the event of a row; False where they are too large.
+    """Carry the errors along the flight to the event of a row; return False if too large.
 
     ``begins`` are the errors of x and of the constant force at its start.
     """
     law, events, marks = record.law, record.events, record.marks
-    make_room(errors)
+    merge_smaller_half(errors)
     x = place_of_event(record, row - 1)
     flight = flight_after(record, row - 1, phases, arrival)
     region = flight.region
@@ -312,7 +311,7 @@ def move_by(errors: Errors, y: float, v: float) -> None:
 
 @kernel
 def growth_of_errors(law: Law, region: int, s: float) -> float:
-    """Return by how much a displacement may grow in a time s beyond what it does freely."""
+    """Return the factor by which an error of a displacement may grow in a time s."""
     return exponential(law[region, SLOW_ROOT] * s) if law[region, STIFFNESS] < 0.0 else 1.0
 
 
@@ -410,7 +409,8 @@ def time_away(
 ) -> float:
     """Return for how long a motion with these first three derivatives keeps its direction.
 
-    The first that is not zero keeps half of its size. 0 where its error may turn it round.
+    The first derivative that is not zero keeps half of its size that long. Return 0 where its
+    error may reverse it.
     """
     v, second, third = derivatives
     if v != 0.0:
@@ -487,7 +487,7 @@ def reach_of_errors(
 def error_of_contact(
     record: MotionRecord, row: int, start_error: float, phases: Floats, errors: Errors
 ) -> float:
-    """Return the bound of the error of a contact's instant; infinity where it may not come."""
+    """Return a bound on the error of a contact's instant; infinity if it may not happen."""
     law, events, marks = record.law, record.events, record.marks
     low = abs(events[row, EVENT_T_LOW])
     if marks[row - 1, KIND] == START:
@@ -504,7 +504,7 @@ def error_of_contact(
     pressing = side * (force + harmonic)
     time_error = total(errors, 0)
     whole = time_since_event(events, row)
-    # The force presses at all instants at which the contact may begin.
+    # The contact is certain only if the force presses at all instants at which it may begin.
     change = abs(slope) + law[0, FORCE_BOUND + 2] * time_error
     doubt = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
     if not (doubt + change * time_error < 0.5 * pressing):

@@ -343,7 +343,7 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
     law, region, start, phases, arrival = flight
     _, _, v0, force = start
     blow, even, rise = free_response(law, region, s)
-    # What the forces do is summed first: each rounding of the whole would stay in it.
+    # The terms of the forces are summed first: a rounding of the larger whole would stay in it.
     y = force * rise
     v = force * blow - v0 * law[region, DAMPING] * blow
     for j in range(phases.shape[0]):
@@ -384,7 +384,7 @@ def uncertainties(flight: Flight, s: float) -> tuple[float, float]:
 
 @kernel
 def growth_of_rounding(law: Law, region: int, s: float) -> float:
-    """Return the factor of what a growing exponential adds: the rounding of its exponent."""
+    """Return the factor of rounding of a growing exponential, whose exponent is rounded too."""
     return 1.0 + max(0.0, law[region, SLOW_ROOT] * s) / 16.0
 
 

@@ -4,8 +4,8 @@ A stretch is cut until on each piece the clearance is provably positive, or prov
 one zero or one turning point, which is then computed. The bounds are Taylor's theorem with the
 remainder of `derivative_bound`; docs/theory/first-event.md has the proof.
 
-A motion may meet a wall with a velocity of exactly zero while the force turns against it. What
-rounding leaves of that velocity would bounce for ever: `rest_at_landing` recognises such a landing and
+A motion may meet a wall with a velocity of exactly zero while the force turns against it. The
+rounding of that velocity would bounce for ever: `rest_at_landing` recognises such a landing and
 takes its instant from the derivatives of the flight (docs/theory/first-event.md, section 7).
 """
 
@@ -218,7 +218,7 @@ def first_touch(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, fl
         width = min(width, right - left)
         fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
         if not fourth < math.inf:
-            # Beyond the range of floats; the velocity says so.
+            # Outside the range of floats; the velocity NaN says so.
             return HIT, left, math.nan, 0.0, left
         gap = sign * (y - distance)
         speed = sign * v
@@ -247,7 +247,7 @@ def first_touch(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, fl
         second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
         left = after
         width *= 2.0
-    # Never seen: say that nothing is known beyond.
+    # This has never happened; the answer is that nothing is known from here on.
     return GRAZE, left, sign * (y - distance), math.inf, right
 
 
@@ -259,9 +259,9 @@ def foot_of(
     dips: bool,
     doubt: float,
 ) -> tuple[tuple[float, float, float], float, float]:
-    """Return where a piece decides itself, as (s, clearance, doubt), and (y, v) at its end.
+    """Return the decisive point of a piece as (s, clearance, doubt), and (y, v) at its end.
 
-    That is its end, but where the clearance ``dips`` on it and rises again the minimum. ``bound``
+    It is the minimum where the clearance ``dips`` and rises again, otherwise the end. ``bound``
     is (sign, distance); ``flight.arrival`` receives the phases at the end.
     """
     sign, distance = bound
@@ -329,7 +329,8 @@ def departure(
     """Return a time up to which a flight that starts on a bound is free of it, 0 if not at all.
 
     With m the first derivative that is not zero, the clearance is at least
-    s^m / m! (abs(y^(m)) - s / (m + 1) * bound of y^(m+1)). Infinite for a motion that is none.
+    s^m / m! (abs(y^(m)) - s / (m + 1) * bound of y^(m+1)). A mass that stays at rest is free for
+    ``longest``.
     """
     law, region, start, phases, _ = flight
     _, _, value, force = start
@@ -407,14 +408,14 @@ def rest_at_landing(
     landed: tuple[float, float],
     longest: float,
 ) -> tuple[bool, float, tuple[float, float, float]]:
-    """Return whether the mass may come to the wall at rest, when, and errors.
+    """Return whether the mass may come to the wall at rest, when, and three errors.
 
-    These are the error of the instant, its part that is later, and the doubt of the clearance.
+    The errors are that of the instant, its part that is later, and the doubt of the clearance.
 
     ``bound`` is (sign, distance) with the clearance sign * (y - distance), and ``landed`` (s, v).
-    It may where the clearance is within its rounding and the velocity too: at the landing itself,
-    where the acceleration passes through zero (the force turns towards the wall), or at a turning
-    point. A hop that never leaves its doubt ends where it is below the wall beyond doubt.
+    Rest is possible where clearance and velocity are both within their rounding: at the landing
+    itself, where the acceleration passes through zero (the force turns towards the wall), or at a
+    turning point. A hop that never leaves its doubt ends where it is below the wall beyond doubt.
     """
     law, region, start, _, arrival = flight
     sign, distance = bound
@@ -499,9 +500,10 @@ def crossing_time(
     sign: float,
     limit: float,
 ) -> float:
-    """Return where, from s forwards (1) or back (-1), the clearance is next beyond a limit.
+    """Return where, from s forwards (1) or back (-1), the clearance next passes a limit.
 
-    Beyond is above a positive limit and below a negative one; back, no farther than the start.
+    It rises above a positive limit and falls below a negative one. The search back ends at the
+    start of the flight.
     """
     inner = s
     width = ULP * s

@@ -16,11 +16,11 @@ MOST_SWEEPS = 60
 
 @kernel
 def eliminate(matrix: Floats, right: Floats, weak: float) -> int:
-    """Solve matrix x = right in place, x into ``right``; return 0 where it cannot be done.
+    """Solve matrix x = right in place, x into ``right``; return 0 if the matrix is singular.
 
-    That is where a pivot is at most ``weak`` of the largest entry, or no number. Otherwise
-    the answer is the sign by which the determinant differs from the product of the pivots,
-    which stand in the diagonal then.
+    It counts as singular where a pivot is at most ``weak`` of the largest entry, or NaN. Otherwise
+    return the sign by which the determinant differs from the product of the pivots, which are left
+    in the diagonal.
     """
     n = matrix.shape[0]
     sign = 1

@@ -64,13 +64,13 @@ MODE, COUNT, Y, W, WALK_PUSH, WALK_RATE = range(46, 52)
 OTHER = 6
 # the landing, and the impact.
 S, BEFORE, S_LOW, NEXT_AT, NEXT_AT_LOW, NEXT_SPEED = range(58, 64)
-# From when on impacts are kept, how many there may be yet, and 1 where nothing is left to do.
+# From when on impacts are kept, how many more may come, and 1 where nothing is left to do.
 COUNTED_FROM, LEFT, DONE = range(64, 67)
 ROWS = 67
-# What the motion of a slot is at: there is none; between flights; on the walk; on a step that ends
-# in the wall; at a step that is not clear; landed; at something that is not plain.
+# The mode of a slot: empty; between flights; on the walk; on a step that ends in the wall; at a
+# step that is not clear; landed; at something that is not plain.
 ABSENT, READY, WALKING, ENDING, DOUBTFUL, LANDED, NOT_PLAIN = (float(mode) for mode in range(7))
-# So few motions of a block are quicker one by one.
+# With no more motions left in a block than this, one by one is quicker.
 FEW = 3
 
 
@@ -327,7 +327,7 @@ def aim(block: Floats) -> None:
 
 @kernel
 def land_all(block: Floats) -> None:
-    """Look at the landings until they are settled, the last few alone."""
+    """Iterate the landings until they are settled, the last few one by one."""
     iterations = MOST_ITERATIONS
     left = SLOTS
     while left > FEW and iterations > 0:
@@ -349,13 +349,13 @@ def land_all(block: Floats) -> None:
 
 @kernel
 def iterate_all(block: Floats) -> int:
-    """Look once; return how many landings are left."""
+    """Make one iteration of all landings; return how many are not settled."""
     left = 0
     for i in range(SLOTS):
         mode = block[MODE * SLOTS + i]
         s = block[S * SLOTS + i]
         active = (mode == ENDING) & (s > 0.0)
-        # All is read before anything is written, or else the loop is none of vectors.
+        # All reads come before all writes, without which the compiler makes no vectors of the loop.
         before = block[BEFORE * SLOTS + i]
         s_low_before = block[S_LOW * SLOTS + i]
         motion = motion_at(block, i)

@@ -197,7 +197,7 @@ def fly(run: Run, t_end: float) -> int:
 
 @kernel
 def arrive(run: Run, event: NextEvent, longest: float) -> int:
-    """Carry out what `next_event` has found."""
+    """Carry out the event that `next_event` returned."""
     law, state, phases = run.law, run.state, run.phases
     flight = flight_of(run, phases)
     region = flight.region
@@ -227,7 +227,7 @@ def arrive(run: Run, event: NextEvent, longest: float) -> int:
     state[T_LOW] = t_low
     state[FREE_BELOW] = 0.0
     state[FREE_ABOVE] = 0.0
-    # Afresh from the instant: turned along from flight to flight they would drift from it.
+    # Computed afresh: phases turned along from flight to flight would drift from the instant.
     set_phases(law, t, t_low, phases)
     if at_rest:
         come_to_rest(run, side, value, errors)
@@ -307,7 +307,7 @@ def come_to_rest(run: Run, side: float, v: float, errors: tuple[float, float, fl
     state[FORCE] = law[region, UPPER_FORCE if side > 0.0 else LOWER_FORCE]
     state[V] = 0.0
     note(run, SLOW_LANDING, bound, v, 0.0)
-    # A limit of impacts ends motions that land at rest again and again, too.
+    # It counts as an impact, so that the limit also ends motions that land at rest for ever.
     counters[N_IMPACTS] += 1
     pressing = side * (state[FORCE] + force_and_slopes(law, phases)[0])
     # Within the rounding of the force the contact's release decides, from where the mass would
@@ -322,7 +322,7 @@ def come_to_rest(run: Run, side: float, v: float, errors: tuple[float, float, fl
 
 @kernel
 def stay(run: Run, t_end: float) -> int:
-    """Wait at a wall until the force lets go."""
+    """Stay in contact with a wall until the force changes sign."""
     law, state, counters, phases = run.law, run.state, run.counters, run.phases
     region = counters[REGION]
     normal = counters[TOUCHED]

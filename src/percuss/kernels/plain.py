@@ -67,7 +67,7 @@ FreeMotion: TypeAlias = tuple[
     float, float, float, float, float, float, float, float, float, float, float
 ]
 Bounds: TypeAlias = tuple[float, float, float, float, float, float, float, float]
-# Looks at a landing: most are settled by the second, slow ones need more.
+# Iterations of a landing: most settle at the second, slow ones need more.
 MOST_ITERATIONS = 6
 
 
@@ -178,7 +178,7 @@ def is_end(is_first_step: bool, before: Place, after: Place, slack: float) -> bo
 def plain_guess(
     motion: FreeMotion, step: float, force: float, before: Place, after: Place
 ) -> float:
-    """Return about after which part of a step it comes to the wall."""
+    """Return the part of a step after which the mass meets the wall, approximately."""
     y, v, push, _ = before
     y1, v1, push1, _ = after
     drag = 2.0 * motion[1]
@@ -191,9 +191,9 @@ def plain_guess(
 def plain_iteration(
     motion: FreeMotion, bounds: Bounds, begin: Begin, s: float
 ) -> tuple[bool, float, float, float]:
-    """Return whether a look at s settles the landing, and (s, v, s_low), or where to look next.
+    """Return whether an iteration at s settles the landing, and (s, v, s_low), or the next s.
 
-    That is NaN, with which nothing is ever settled, where s is short.
+    The next s is NaN, which never settles, where s is short.
     """
     stiffness, damping, omega, _, _, _, _, _, _, _, _ = motion
     _, quickest, pace, _, _, force_bound, bound_of_x, bound_of_v = bounds
@@ -262,9 +262,10 @@ def is_first(
     fourth: float,
     slack: float,
 ) -> bool:
-    """Return whether a landing on the step that begins at s is plainly the first (see `meeting`).
+    """Return whether a landing on the step that begins at s is plainly the first.
 
-    And plainly one with a speed: a slower one may be rounding (`rest_at_landing`).
+    The criterion is that of `event_of_step`; a speed that may be rounding is not plain
+    (`rest_at_landing`).
     """
     end, speed, _ = landed
     width = end - s
@@ -376,7 +377,7 @@ def plain_walk(
 
 @kernel
 def is_clear_yet(step: float, before: Place, after: Place, bow: float, slack: float) -> bool:
-    """Return whether a step that does not look clear is so by the minimum of its cubic."""
+    """Return whether the minimum of its cubic clears a step that the coefficients do not."""
     y, v, _, _ = before
     y1, v1, _, _ = after
     return min(y, y1) > slack and cubic_minimum(y, step * v, y1, step * v1) > bow + slack

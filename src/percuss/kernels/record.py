@@ -108,7 +108,7 @@ def time_since_event(events: Floats, row: int) -> float:
 
 
 def new_run(law: Law, capacity: int, grazes: int = 16) -> Run:
-    """Return the arrays of a run, with room for so many events and grazes."""
+    """Return the arrays of a run for at most so many events and grazes."""
     phases = np.zeros((3, int(law[0, N_HARMONICS]), 2))
     return Run(
         law,

@@ -67,8 +67,8 @@ from percuss.kernels.step import step_on
 
 # The phase of the quickest slow part over one stretch.
 STRETCH_PHASE = 1.0
-# What is compared is rounded like any flight; a clearance has to be larger than this part of the
-# sizes involved.
+# Displacements are rounded here as in any flight; a clearance has to be larger than this part of
+# the sizes involved.
 COAST_SLACK = 1e-9
 # A stretch is worth its search where it is this many steps of the walk.
 WORTH = 128.0
@@ -371,7 +371,7 @@ def stays_clear(
 
 @kernel
 def fall_time(v: float, force: float, reach: tuple[float, float], longest: float) -> float:
-    """Return a time within which motion at constant acceleration meets what it ever meets."""
+    """Return a time within which a motion at constant acceleration meets any bound it ever does."""
     speed = abs(v)
     pull = abs(force)
     distance = 0.0
@@ -384,7 +384,7 @@ def fall_time(v: float, force: float, reach: tuple[float, float], longest: float
         # Out, back to where it started, and on to the farther bound.
         time = 2.0 * (speed + math.sqrt(speed * speed + 2.0 * pull * distance)) / pull
     elif speed > 0.0:
-        # Some time at least: a start on a bound, into it, is met at once.
+        # Never 0, so that a start on a bound with a velocity into it is an event at once.
         time = max(2.0 * distance / speed, 1.0)
     return min(time, longest)
 
@@ -449,7 +449,7 @@ def event_of_step(
     its end.
 
     A root is the first one if the cubic through the beginning and the root has Bernstein
-    coefficients above a twelfth of fourth * width^4 / 24 (and room for rounding), for
+    coefficients above a twelfth of fourth * width^4 / 24 (and a margin for rounding), for
     tau^2 (1 - tau)^2 is at most a twelfth of the sum of the two inner Bernstein polynomials.
     """
     law, region, start = flight.law, flight.region, flight.start

@@ -128,9 +128,9 @@ def turning_points(
 ) -> int:
     """Write (s, y, doubt) of the turning points inside a flight to ``out`` (m, 3); return how many.
 
-    ``search_step`` is that of `first_event`, in which the fastest part of the motion turns by a
-    radian; 0 where nothing moves fast. ``doubt`` bounds the rounding error of y. The ends are
-    none. Stops when ``out`` is full.
+    ``search_step`` is the step of the walk (`search`), in which the fastest part of the motion
+    turns by a radian; 0 at constant acceleration. ``doubt`` bounds the rounding error of y. The
+    ends do not count. It stops when ``out`` is full.
     """
     law, region, start, phases, arrival = flight
     v = start[2]
@@ -146,11 +146,11 @@ def turning_points(
             end = longest
         y, after = move(flight, end)
         acceleration, _ = acceleration_and_jerk(law, region, start[3], arrival, y, after)
-        # From rest it goes where it is accelerated to, and may have turned already.
+        # From rest it moves along its acceleration, and may have turned already.
         sign = v if v != 0.0 else before
         middle = end
         if sign * after > 0.0 and sign * before < 0.0 and after * acceleration > 0.0:
-            # It may turn twice: look at where the velocity is least.
+            # It may turn twice: take the point where the velocity is least.
             middle = s + (end - s) * before / (before - acceleration)
             _, least = move(flight, middle)
             if not sign * least < 0.0:
@@ -237,7 +237,7 @@ def equations(
         if i < last:
             scale = speed * time if i % 2 == 0 else speed
         residual[i] /= scale
-        # Larger than any number where it is none.
+        # Infinite for NaN.
         size = max(size, abs(residual[i])) if residual[i] == residual[i] else math.inf
         for k in range(last + 1):
             matrix[i, k] *= (time if k <= n else speed) / scale

@@ -202,7 +202,7 @@ def move_neighbour(
 def stretched(
     law: Law, region: int, s: float, jump: Matrix, tally: Floats
 ) -> tuple[float, float, float]:
-    """Return by how much a neighbour moves away, as a logarithm, and the direction to it then."""
+    """Return the logarithm of a neighbour's growth of distance, and the direction to it then."""
     x = tally[AHEAD_X]
     v = tally[AHEAD_V]
     total = 0.0
@@ -215,7 +215,7 @@ def stretched(
         x, v = matrix[0] * x + matrix[1] * v, matrix[2] * x + matrix[3] * v
         size = hypotenuse(x, v)
         if size == 0.0:
-            # A contact forgets where the mass came from.
+            # In a contact all memory of the start is lost.
             return -math.inf, 0.0, 0.0
         total += logarithm(size)
         x /= size
@@ -233,7 +233,7 @@ def strobe_neighbour(member: Member, region: int, start: FlightStart, until: flo
         s = max((instant - start[0]) - start[1], 0.0)
         stretch, x, v = stretched(law, region, s, (1.0, 0.0, 0.0, 1.0), tally)
         shrunk = tally[SHRUNK] - 2.0 * law[region, DAMPING] * s
-        # A mass in contact has no neighbours any more.
+        # After a contact no neighbour is left.
         write_point(member, tally[STRETCHED] + stretch, shrunk, arctangent(v, x))
 
 

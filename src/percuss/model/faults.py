@@ -1,6 +1,6 @@
-"""What is wrong with the values a user gave: all of it, as a list.
+"""Faults of the values that a user gave: all of them, as a list.
 
-A constructor raises the first fault; a study reports every one with its dotted path.
+A constructor raises the first fault; a study reports every fault with its dotted path.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LARGEST_SCALE = 1e70
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing that is wrong with one parameter.
+    """A parameter whose value the model cannot take, and why.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def faults(value: object, prefix: str | None = None) -> list[Fault]:
 
 
 def draft(kind: type[Model], **fields: object) -> Model:
-    """Return a part of the model that has not been checked, for `faults` to list what is wrong.
+    """Return a part of the model that has not been checked, whose faults `faults` then lists.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def not_negative_faults(name: str, value: object, reason: str) -> list[Fault]:
 
 
 def scale_faults(name: str, value: object) -> list[Fault]:
-    """Return the fault of a number whose square would leave the range of floats; 0 is none."""
+    """Return the fault of a number whose square would leave the range of floats; 0 is allowed."""
     problems = number_faults(name, value)
     size = 0.0 if problems else abs(as_float(cast("Exact", value)))
     if size != 0.0 and not 1.0 / LARGEST_SCALE <= size <= LARGEST_SCALE:

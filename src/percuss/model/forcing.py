@@ -233,7 +233,7 @@ def sine(
 ) -> Forcing:
     """Return the forcing constant + amplitude sin(omega t + phase), which is exactly 0 at rest.
 
-    It is held as the cosine whose phase is less by pi/2, exactly.
+    It is kept as the cosine whose phase is less by pi/2, exactly.
 
     Parameters
     ----------
@@ -310,7 +310,7 @@ def fourier(
     for name, values in (("cos", cos), ("sin", sin)):
         if isinstance(values, str) or not isinstance(values, Iterable):
             raise ParameterError(name, values, "not a tuple of coefficients for n = 1, 2, ...")
-    # Forcing checks the terms, and knows the number of each.
+    # Forcing checks the terms, and names each fault by its number.
     terms = [
         draft(FourierTerm, n=n, cos=c, sin=s)
         for n, (c, s) in enumerate(zip_longest(cos, sin, fillvalue=0.0), 1)
@@ -404,7 +404,7 @@ def _exact_period(forcing: Forcing) -> PiTimes | None:
     return None if forcing.given_period is None else PiTimes(*angle(forcing.given_period))
 
 
-# The next two are asked for once a run; their answers only depend on the frozen value.
+# Every run asks for the next two, which depend on the frozen value alone.
 @lru_cache(maxsize=1024)
 def _frequency(forcing: Forcing) -> Fraction | None:
     omegas = _omegas(forcing)

@@ -1,4 +1,4 @@
-"""The parts of a forcing."""
+"""The parts of a forcing: harmonics and terms of a Fourier sum."""
 
 from __future__ import annotations
 

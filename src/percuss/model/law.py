@@ -31,9 +31,10 @@ __all__ = ["Lines", "law", "lines", "turns_per_time"]
 STEP_PHASE = 1.0
 # With K < 0 the bound over a step holds a factor exp(phase).
 GROWING_STEP_PHASE = 0.5
-# A harmonic is near a root when the gain's inverse is this small a part of its own terms.
+# A harmonic is near a root when the inverse of its gain is this small a part of its own terms.
 NEAR_PART = Fraction(1, 16)
-# Beyond this part by floats it is not so: rounding is far smaller than what lies between.
+# Above this part in floats it is far from a root for certain: rounding is far smaller than the
+# difference of the two.
 FAR_PART = 0.07
 
 
@@ -85,7 +86,7 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     _fill_header(rows[0], forcing, components, n_regions)
     for j, component in enumerate(components):
         _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
-    # A harmonic of no weight sets no pace.
+    # A harmonic of zero amplitude does not shorten the step.
     quickest = max((float(c.omega) for c in components if c.cos or c.sin), default=0.0)
     for number in range(n_regions):
         first = at.FIRST_HARMONIC + n + number * (1 + n)
@@ -124,7 +125,7 @@ def _root(value: Fraction) -> Fraction:
 
 @dataclass(frozen=True, slots=True)
 class _Region:
-    """What acts in one region: the oscillator, the stops in touch, and K and a of them all."""
+    """One region: the oscillator, the stops in touch, and the K and a of them together."""
 
     number: int
     oscillator: Oscillator
@@ -275,7 +276,7 @@ def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: F
     square = p * p + q * q
     if square > 0:
         row[at.GAIN_RE], row[at.GAIN_IM] = p * bottom / square, -q * bottom / square
-    # Far from a root for certain: no need to look exactly.
+    # Far from a root for certain: the exact comparison is not needed.
     k, a, w = float(stiffness), float(damping), float(omega)
     if abs(k - w * w) + 2.0 * a * w > FAR_PART * (2.0 * a * a + w * w + abs(k)):
         return

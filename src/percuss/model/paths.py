@@ -36,7 +36,7 @@ Parts: TypeAlias = tuple[Oscillator, Forcing | None, Start | None]
 T = TypeVar("T")
 
 _SHORT_FORMS = ("forcing.amplitude", "forcing.omega", "forcing.phase")
-# What parameters are called besides, by the last word of their paths.
+# Other names of parameters, and the last word of the paths that they mean.
 _WORDS = {
     "wall": "at",
     "gap": "at",
@@ -151,7 +151,7 @@ def replace_parameters(
 ) -> Parts:
     """Return the same values with several parameters replaced at once.
 
-    Two walls can so be moved together, past where either alone could go.
+    Two walls can thus be moved together, past where either alone could go.
 
     Parameters
     ----------
@@ -249,7 +249,7 @@ def _unknown(path: object, known: list[str], force: Forcing | None) -> str:
             return f"one of {len(force.harmonics)} harmonics; write {wanted} for the first"
     alike = difflib.get_close_matches(str(path), known, n=3, cutoff=0.6)
     meant = _of_that_word(str(path), known)
-    # A word alone is like no path, though it may be all of one that matters.
+    # A single word resembles no whole path, but may be the last word of one.
     similar = alike or meant if "." in str(path) else meant or alike
     hint = f"did you mean {' or '.join(similar)}?" if similar else f"there are {', '.join(known)}"
     return f"no such parameter; {hint}"

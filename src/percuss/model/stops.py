@@ -1,4 +1,4 @@
-"""The stops: rigid walls and soft stops, and how they must lie to one another."""
+"""The stops: rigid walls and soft stops, and which of them fit together."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def forces_at(
             depth = x - as_float(stop.at)
             push = -as_float(stop.stiffness) * depth - 2.0 * as_float(stop.damping) * v
             stops[i] = np.where(_is_beyond(stop, depth), push, 0.0)
-    # A mass in contact does not accelerate: the wall takes what all others leave.
+    # A mass in contact does not accelerate: the wall balances all other forces.
     others = spring + damping + driving + stops.sum(axis=0)
     for wall, start, release in zip(contacts.stop, contacts.start, contacts.release, strict=True):
         in_contact = (t >= start) & ~(t >= release)

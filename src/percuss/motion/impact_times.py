@@ -57,7 +57,7 @@ class ImpactTimes:
         for "settling" of the last repetition; for "approaching_eigenset" of the last intervals
         from the eigenset's. NaN without a pattern.
     n_used
-        How many times the answer rests on: all, or the tail that repeats or settles.
+        Number of times that the answer rests on: all, or the tail that repeats or settles.
     """
 
     kind: PatternKind
@@ -226,7 +226,7 @@ def _approaching(times: Floats, spacing: float) -> ImpactTimes | None:
 def _law_of_approach(times: Floats, off: Floats) -> Growth:
     """Fit the larger of each two distances by a power of the time.
 
-    In some motions every second one is smaller by an order.
+    In some motions every second distance is an order of magnitude smaller.
     """
     pairs = len(off) // 2
     largest = off[: 2 * pairs].reshape(-1, 2).max(axis=1)

@@ -13,8 +13,8 @@ is a longer one, the deviations of a shorter one tend to constants instead. A mu
 pattern settles as well, therefore short patterns are tried first.
 
 Instants carry rounding. Each flight adds an error of the size of its own rounding, and the errors
-of all flights up to an instant t sum at most to some roundings of t itself, which bounds what a
-deviation can still tell.
+of all flights up to an instant t sum at most to some roundings of t itself: smaller deviations
+mean nothing.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ REPETITIONS = 3
 FEWEST = 6
 # Times repeat themselves when they are equal within this part of the mean interval.
 TOLERANCE = 1e-8
-# What flights add up to by rounding, in units of the last digit of the last time.
+# Rounding of all flights together, in units of the last digit of the last time.
 ROUNDINGS = 64
 # A deviation decides the recurrence when it is so many times larger than rounding.
 SIGNIFICANT = 100.0

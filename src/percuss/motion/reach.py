@@ -1,7 +1,7 @@
-"""How far a flight provably meets nothing, where the walk of the kernels has gone on for long.
+"""How long a flight provably meets no stop, asked when the walk of the kernels takes long.
 
-With a spring that is `search.coast`, which the walk asks too; here whatever the spread of the
-rates. A mass without spring that drifts away is recognised.
+With a spring the answer is that of `search.coast`, here for rates of any spread. A mass without
+spring that drifts away is recognised.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from percuss.numerics import exp, hypot
 __all__ = ["free_until"]
 
 
-# What is compared here is rounded like any flight; a clearance has to be larger than this part
-# of the sizes involved.
+# Displacements are rounded here as in any flight; a clearance has to be larger than this part of
+# the sizes involved.
 SLACK = 1e-9
 
 
@@ -90,8 +90,8 @@ def drifts_away(
 ) -> bool:
     """Return whether a mass without spring (K = 0) meets no bound after s, and never will.
 
-    Its motion is what the harmonics make it swing and a drift, which goes one way once it does
-    not go against the constant force.
+    Its motion is the swing under the harmonics and a drift, which keeps its direction once it does
+    not oppose the constant force.
     """
     at = np.empty_like(phases)
     y, _ = move(Flight(law, region, start, phases, at), s)
@@ -101,7 +101,7 @@ def drifts_away(
     swing = law[FIRST_HARMONIC : FIRST_HARMONIC + len(phases), (AMPLITUDE, OMEGA)].T
     size = float((swing[0] * gain).sum())
     speeds = float((swing[0] * swing[1] * gain).sum())
-    # From the start of the flight, where the velocity is not yet rounded by the way.
+    # From the start of the flight, before the velocity is rounded.
     drift = start[2] - float(steady(law, region, phases)[:, 1].sum())
     doubt = SLACK * (abs(start[2]) + speeds)
     damping, force = law[region, DAMPING], start[3]

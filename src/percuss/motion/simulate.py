@@ -146,8 +146,8 @@ def simulate(
             stopped, outcome = last, Outcome.overflow
     if outcome is Outcome.reached_max_impacts and max_impacts is None:
         message = (
-            f"the run ended at t = {march.last_time:.10g} after {limit:,} impacts, the limit without "
-            "max_impacts; give max_impacts to follow it further"
+            f"the run ended at t = {march.last_time:.10g} after {limit:,} impacts, the limit "
+            "without max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=2)
     start = Start(x0, v0, t0)

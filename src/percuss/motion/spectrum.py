@@ -117,9 +117,9 @@ def spectrum(
 
 
 def fast_amplitudes(run: Trajectory, low: float, high: float, n: int) -> tuple[Floats, Floats]:
-    """Return what `spectrum` by "fft" says of the amplitudes, as bare arrays.
+    """Return the frequencies and amplitudes of `spectrum` by "fft" as bare arrays.
 
-    A dataset takes three times as long to make as its numbers, which a slider cannot wait for.
+    A dataset takes three times as long to make as its numbers, too long for a slider.
 
     Parameters
     ----------
@@ -181,8 +181,8 @@ def line_spectrum(
     -------
     xarray.Dataset
         Over ``line``: ``omega`` [1/time], ``cosine``, ``sine``, ``amplitude`` [length, or
-        length/time]. ``mismatch_x`` and ``mismatch_v`` tell whether the run has this period: how
-        far x and v are from where they were one period before, in the middle of the last
+        length/time]. ``mismatch_x`` and ``mismatch_v`` show whether the run has this period: the
+        distances of x and v from their values one period before, in the middle of the last
         period's longest flight.
 
     Raises

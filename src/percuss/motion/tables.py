@@ -53,7 +53,7 @@ COLUMNS: dict[str, dict[str, str]] = {
 
 
 class EventColumns:
-    """What all tables of events can do: count them, show them, and become an xarray.Dataset."""
+    """The table of one kind of event, a column for each quantity."""
 
     __slots__ = ()
     # Row of COLUMNS, and the dimension of the dataset.
@@ -159,7 +159,7 @@ class Crossings(EventColumns):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Contacts(EventColumns):
-    """The times of contact: the mass is held at a wall (sticks).
+    """The contacts: the mass rests on a wall (sticks) while the force presses it there.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ class Contacts(EventColumns):
         (n,) array [time]: where chatter accumulates, a touchdown, or a landing whose speed is zero
         to within its rounding.
     release
-        (n,) array [time]: where the force lets go; NaN where the run ended before.
+        (n,) array [time]: where the force changes sign; NaN where the run ended before.
     stop
         (n,) array, index into the oscillator's `stops`.
     n_impacts

@@ -41,7 +41,7 @@ __all__ = ["Trajectory"]
 
 Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
-# A time that was computed may miss an end of the run by so many units in its last place.
+# A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0
 
 
@@ -329,7 +329,7 @@ def _stop_of_bound(system: System) -> Integers:
 
 def _impacts(system: System, events: Floats, marks: Integers) -> Impacts:
     impacts = marks[:, columns.KIND] == columns.IMPACT
-    # Mostly all events but the start are impacts: no need then to pick them out.
+    # Mostly all events but the start are impacts, and a slice is faster than their numbers.
     which = slice(1, None) if impacts[1:].all() else np.flatnonzero(impacts)
     t = events[which, columns.EVENT_T].copy()
     t_low = events[which, columns.EVENT_T_LOW].copy()
