@@ -180,6 +180,43 @@ def steady_part(law: Law, region: int, j: int, cosine: float, sine: float) -> tu
 
 
 @kernel
+def steady_ends(
+    law: Law, region: int, phases: Floats, width: float, size: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return the steady motions over a stretch as (y, v, y, v at its ends, error, size).
+
+    Those that are slow over it are summed at both ends, with the error of the cubic between them;
+    the others add their amplitudes to the error. All add their amplitudes to ``size``.
+    """
+    y0 = 0.0
+    v0 = 0.0
+    y1 = 0.0
+    v1 = 0.0
+    error = 0.0
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        gain = hypotenuse(law[region + 1 + j, GAIN_RE], law[region + 1 + j, GAIN_IM])
+        swing = law[harmonic, AMPLITUDE] * gain
+        size += swing
+        angle = law[harmonic, OMEGA] * width
+        if angle > STRETCH_PHASE:
+            error += swing
+            continue
+        error += swing * angle**4 * (1.0 / 384.0)
+        cosine = phases[j, 0]
+        sine = phases[j, 1]
+        y, v = steady_part(law, region, j, cosine, sine)
+        y0 += y
+        v0 += v
+        turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], width, 0.0)
+        cosine, sine = cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
+        y, v = steady_part(law, region, j, cosine, sine)
+        y1 += y
+        v1 += v
+    return y0, v0, y1, v1, error, size
+
+
+@kernel
 def is_clear(
     law: Law,
     region: int,
@@ -197,34 +234,7 @@ def is_clear(
     """
     z, w, slow = free
     middle = force * law[region, PER_STIFFNESS]
-    y0 = 0.0
-    v0 = 0.0
-    y1 = 0.0
-    v1 = 0.0
-    error = 0.0
-    size = abs(middle) + abs(slow)
-    for j in range(phases.shape[0]):
-        gain = hypotenuse(law[region + 1 + j, GAIN_RE], law[region + 1 + j, GAIN_IM])
-        swing = law[FIRST_HARMONIC + j, AMPLITUDE] * gain
-        size += swing
-        angle = law[FIRST_HARMONIC + j, OMEGA] * width
-        if angle > STRETCH_PHASE:
-            error += swing
-            continue
-        error += swing * angle**4 * (1.0 / 384.0)
-        cosine = phases[j, 0]
-        sine = phases[j, 1]
-        y, v = steady_part(law, region, j, cosine, sine)
-        y0 += y
-        v0 += v
-        turn = cos_sin(
-            law[FIRST_HARMONIC + j, TURNS], law[FIRST_HARMONIC + j, TURNS_LOW], width, 0.0
-        )
-        y, v = steady_part(
-            law, region, j, cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
-        )
-        y1 += y
-        v1 += v
+    y0, v0, y1, v1, error, size = steady_ends(law, region, phases, width, abs(middle) + abs(slow))
     rate = math.sqrt(law[region, STIFFNESS])
     swing = abs(z)
     if law[region, OVERDAMPED] == 1.0:
