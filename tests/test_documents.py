@@ -14,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
+SOURCES = ROOT / "src" / "percuss"
 BUILT = ("_build", "gallery")
 PAGES = {
     page.relative_to(DOCS).as_posix(): page
@@ -117,11 +118,40 @@ def test_the_links_of_a_page_lead_somewhere(name: str) -> None:
         if re.match(r"https?:|mailto:", link):
             continue
         target = target_of(page, path) if path else page
-        there = target.is_file()
-        if not there or (anchor and anchor not in slugs_of(target.read_text(encoding="utf-8"))):
+        if not target.is_file() or (
+            anchor and anchor not in slugs_of(target.read_text(encoding="utf-8"))
+        ):
             broken.append(link)
 
     assert broken == []
+
+
+def exists_in_code(reference: str) -> bool:
+    """Return whether `module.name`, with or without the folders before it, is defined."""
+    *folders, module, name = reference.split(".")
+    files = [*SOURCES.rglob(f"{'/'.join([*folders, module])}.py")]
+    files += SOURCES.rglob(f"{'/'.join([*folders, module, name])}.py")
+    files += SOURCES.rglob(f"{'/'.join([*folders, module, name])}/__init__.py")
+    return any(
+        file.stem in (name, "__init__")
+        or re.search(rf"^\s*(def |class )?{name}\b", file.read_text(encoding="utf-8"), re.MULTILINE)
+        for file in files
+    )
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in PAGES if name.startswith("theory/") and name != "theory/certified.md"]
+)
+def test_the_code_that_a_theory_page_names_is_there(name: str) -> None:
+    references = re.findall(r"`((?:[a-z_]+\.)+(?!py`|md`)[A-Za-z_]+)`", text_of(name))
+
+    missing = [
+        reference
+        for reference in references
+        if not reference.startswith(("percuss.", "run.")) and not exists_in_code(reference)
+    ]
+
+    assert missing == []
 
 
 def test_every_page_stands_in_a_table_of_contents() -> None:
@@ -131,9 +161,9 @@ def test_every_page_stands_in_a_table_of_contents() -> None:
             for line in block.splitlines():
                 entry = re.sub(r".*<(.+)>$", r"\1", line.strip())
                 if entry and not entry.startswith(":"):
-                    found = page.parent.glob(f"{entry}.md") if "*" in entry else [
+                    entries = page.parent.glob(f"{entry}.md") if "*" in entry else [
                         (page.parent / f"{entry}.md").resolve()]  # fmt: skip
-                    listed |= {it.relative_to(DOCS).as_posix() for it in found}
+                    listed |= {path.relative_to(DOCS).as_posix() for path in entries}
 
     assert set(PAGES) - listed == set()
 

@@ -1,4 +1,4 @@
-"""What percuss raises, in one place; every layer imports it and it imports nothing.
+"""Errors and warnings of percuss, in one place; every layer imports it and it imports nothing.
 
 Every message is a sentence with the numbers in it: what was given, what is wrong, what to do.
 """
@@ -91,7 +91,7 @@ class FormalOrbitWarning(UserWarning):
 class LimitWarning(UserWarning):
     """A computation ended at a limit that nobody asked for; its result is true, but shorter.
 
-    The message tells the limit, how far the computation came, and the keyword that moves it.
+    The message names the limit, how far the computation came, and the keyword that moves it.
     """
 
 

@@ -1,4 +1,4 @@
-"""How work is done: into what store, on what engine, and who hears of its progress."""
+"""How a computation is carried out: its store, its engine and workers, its progress."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Execution"]
 
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """How work is done; nothing of it changes the answer.
+    """How a computation is carried out; the answer does not depend on it.
 
     Attributes
     ----------
@@ -39,6 +39,6 @@ class Execution:
         return self if self.store is None else replace(self, store=self.store / name)
 
     def keywords(self) -> dict[str, Any]:
-        """Return it as the keywords of `percuss.sweep` and its like."""
+        """Return its fields as keywords of `percuss.sweep`, `percuss.basins` and the like."""
         return {"store": self.store, "engine": self.engine, "n_workers": self.n_workers,
                 "progress": self.progress}  # fmt: skip

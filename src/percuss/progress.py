@@ -1,4 +1,4 @@
-"""Progress of a long call: a line on the error stream, or calls of a function."""
+"""Progress of a long call: a line on the error stream, or calls of a function of the caller."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Progress:
     ) -> None:
         self._report, self._units, self._is_bound = report, units, is_bound
         self.done, self.total, self.is_stopped = done, total, False
-        self._started = self._told = time.monotonic()
+        self._started = self._reported = time.monotonic()
         # When the first piece was done and how much that was: it may have had to compile.
         self._first: tuple[float, float] | None = None
         self._can_rewrite = _can_rewrite()
@@ -93,14 +93,14 @@ class Progress:
         self.done, self.total = done, max(done, self.total)
         if self._first is None:
             self._first = now, done
-        return self._tell(now, text)
+        return self._show(now, text)
 
     def tick(self, text: str | Callable[[], str] = "") -> bool:
         """Report by the clock while nothing new is done; return whether to go on."""
         now = time.monotonic()
-        if callable(self._report) and now - self._told < CALLED:
+        if callable(self._report) and now - self._reported < CALLED:
             return not self.is_stopped
-        return self._tell(now, text)
+        return self._show(now, text)
 
     def seconds(self) -> float:
         """Return how long the call has taken so far [s]."""
@@ -111,7 +111,7 @@ class Progress:
         return 0.0 if self._first is None else time.monotonic() - self._first[0]
 
     def seconds_left(self) -> float:
-        """Return how long the rest will take at the rate since the first piece [s]; NaN at first."""
+        """Return how long the rest takes at the rate since the first piece [s]; NaN before it."""
         since = self.since_first()
         if self._first is None or since <= 0.0 or self.done <= self._first[1]:
             return math.nan
@@ -124,16 +124,16 @@ class Progress:
             sys.stderr.flush()
         self._has_line = False
 
-    def _tell(self, now: float, text: str | Callable[[], str]) -> bool:
+    def _show(self, now: float, text: str | Callable[[], str]) -> bool:
         if callable(self._report):
-            self._told = now
+            self._reported = now
             if not self.is_stopped:
                 self.is_stopped = self._report(self.done, self.total) is False
             return not self.is_stopped
         pause = RENEWED if self._can_rewrite else RENEWED_IN_A_LOG
-        is_due = now - self._told > pause or not self._has_line
+        is_due = now - self._reported > pause or not self._has_line
         if self._report and now - self._started > PATIENCE and is_due:
-            self._told, self._has_line = now, True
+            self._reported, self._has_line = now, True
             self._write(self._line(text if isinstance(text, str) else text()))
         return True
 
@@ -156,7 +156,7 @@ class Progress:
 
 def _can_rewrite() -> bool:
     """Return whether the error stream understands a carriage return."""
-    # A notebook's stream is no terminal, but does; its kernel says so by its module.
+    # A notebook's stream is no terminal but understands it; its module tells it from others.
     return sys.stderr.isatty() or type(sys.stderr).__module__.startswith("ipykernel")
 
 

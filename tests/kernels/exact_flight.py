@@ -12,7 +12,7 @@ from mpmath import mp
 import percuss as pc
 from percuss.kernels.law import FIRST_HARMONIC, Law
 from percuss.model.exact import as_fraction
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 
 # mpmath has no types.
 Real = Any
@@ -36,9 +36,9 @@ class Rest:
     omega: float | Fraction = 1.0
 
     @property
-    def table(self) -> Law:
+    def law(self) -> Law:
         """The kernels' table, of one region and one harmonic cos(omega t)."""
-        return law(pc.Oscillator(self.stiffness, self.damping), pc.cosine(self.omega))
+        return law_of(pc.Oscillator(self.stiffness, self.damping), pc.cosine(self.omega))
 
     @property
     def region(self) -> int:

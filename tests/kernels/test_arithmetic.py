@@ -23,11 +23,11 @@ def evaluated(which: int, x: Floats, y: Floats | None = None) -> Floats:
     return out
 
 
-def worst(found: Floats, exact: Callable[[int], mpmath.mpf]) -> float:
+def worst(computed: Floats, exact: Callable[[int], mpmath.mpf]) -> float:
     """Return the largest error, in units in the last place of the exact value."""
     errors = [0.0]
     with mpmath.workprec(300):
-        for i, value in enumerate(found.tolist()):
+        for i, value in enumerate(computed.tolist()):
             right = exact(i)
             nearest = float(right)
             if right == 0 or math.isinf(nearest):
@@ -60,9 +60,9 @@ def test_the_logarithm_is_right_to_one_unit_for_all_positive_doubles() -> None:
     near_one = 1.0 + spread(4, -16, -1)
     x = np.concatenate([np.abs(spread(5, -323, 308)), near_one, random.uniform(0.4, 3, 400), SIDES])
 
-    found = evaluated(arithmetic.LOGARITHM, x)
+    computed = evaluated(arithmetic.LOGARITHM, x)
 
-    assert worst(found, lambda i: mpmath.log(mpmath.mpf(float(x[i])))) < 1.0
+    assert worst(computed, lambda i: mpmath.log(mpmath.mpf(float(x[i])))) < 1.0
 
 
 def test_cosine_and_sine_are_right_to_one_unit_up_to_huge_angles() -> None:

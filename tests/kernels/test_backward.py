@@ -10,7 +10,7 @@ from percuss.kernels import backward as engine
 from percuss.kernels.backward import bound_of_fourth, time_to_leave
 from percuss.kernels.flight import Flight, move, set_phases
 from percuss.kernels.law import FIRST_HARMONIC, QUICKEST
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 from percuss.model.system import System
 from percuss.orbits.surface.backward import BackwardMotions
 
@@ -107,14 +107,14 @@ def test_start_at_a_wall_with_the_velocity_off_it_is_that_after_an_impact() -> N
 @pytest.mark.parametrize("stiffness", [1.0, 0.0, -1.0])
 def test_fourth_derivative_keeps_its_bound(damping: float, stiffness: float) -> None:
     osc = pc.Oscillator(stiffness, damping)
-    table = law(osc, pc.cosine(1.7, amplitude=2.0))
+    law = law_of(osc, pc.cosine(1.7, amplitude=2.0))
     region = FIRST_HARMONIC + 1
     phases, arrival = np.empty((1, 2)), np.empty((1, 2))
-    set_phases(table, 0.4, 0.0, phases)
-    width = 0.5 / max(1.7, table[region, QUICKEST])
+    set_phases(law, 0.4, 0.0, phases)
+    width = 0.5 / max(1.7, law[region, QUICKEST])
 
     def derivatives(s: float) -> tuple[float, float, float]:
-        y, v = move(Flight(table, region, (0.4, 0.0, 0.8, 0.0), phases, arrival), -s)
+        y, v = move(Flight(law, region, (0.4, 0.0, 0.8, 0.0), phases, arrival), -s)
         t = 0.4 - s
         second = 2.0 * np.cos(1.7 * t) - 2.0 * damping * v - stiffness * y
         third = -3.4 * np.sin(1.7 * t) - 2.0 * damping * second - stiffness * v
@@ -124,7 +124,7 @@ def test_fourth_derivative_keeps_its_bound(damping: float, stiffness: float) -> 
     second, third, _ = derivatives(0.0)
     largest = max(abs(derivatives(s)[2]) for s in np.linspace(0.0, width, 40))
     for bound in (bound_of_fourth, bound_of_fourth.py_func):  # type: ignore[attr-defined]
-        assert largest <= bound(table, region, second, third, width) < 30.0 * (largest + 6.0)
+        assert largest <= bound(law, region, second, third, width) < 30.0 * (largest + 6.0)
 
 
 def test_time_to_leave_keeps_the_clearance_positive() -> None:

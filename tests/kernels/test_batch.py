@@ -1,4 +1,4 @@
-"""Many lanes in one call are the runs of `simulate`, whatever lanes are called together."""
+"""Many motions in one call are the runs of `simulate`, whatever motions are called together."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ CASES: dict[str, tuple[pc.Oscillator, pc.Forcing, tuple[float, float]]] = {
 }
 
 
-def lanes_of(
+def follow(
     osc: pc.Oscillator,
     force: pc.Forcing,
     starts: NDArray[np.float64],
@@ -71,40 +71,40 @@ def lanes_of(
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_lane_is_the_run_of_simulate(name: str) -> None:
+def test_a_member_of_a_batch_is_the_run_of_simulate(name: str) -> None:
     osc, force, (x0, v0) = CASES[name]
     run = pc.simulate(osc, force, x0, v0, t_end=30.0)
 
-    lanes = lanes_of(osc, force, np.array([[x0, v0, 0.0]]), 30.0)
+    motions = follow(osc, force, np.array([[x0, v0, 0.0]]), 30.0)
 
     entries = int((run.crossings.direction == "in").sum())
     at_rest = int((run._marks[:, columns.KIND] == columns.SLOW_LANDING).sum())
-    assert lanes.n_impacts[0] == len(run.impacts) + entries + at_rest
+    assert motions.n_impacts[0] == len(run.impacts) + entries + at_rest
     x, v = run(30.0, "before")
-    found = lanes.tallies[0, [survey.END_X, survey.END_V]]
+    ends = motions.tallies[0, [survey.END_X, survey.END_V]]
     # The trajectory sums the terms of a fast formula in another order.
-    np.testing.assert_allclose(found, [x, v], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(ends, [x, v], rtol=0, atol=1e-12)
     if len(run.impacts):
-        assert lanes.tallies[0, survey.PEAK_SPEED] >= np.abs(run.impacts.v_before).max()
+        assert motions.tallies[0, survey.PEAK_SPEED] >= np.abs(run.impacts.v_before).max()
 
 
 def test_every_impact_has_the_bits_that_simulate_gives_it() -> None:
     run = pc.simulate(*CHAOS, v0=1.0, t_end=200.0)
     n = len(run.impacts)
 
-    lanes = lanes_of(*CHAOS, STARTS[:1], 200.0, section=survey.IMPACT_POINTS, n_points=n)
+    motions = follow(*CHAOS, STARTS[:1], 200.0, section=survey.IMPACT_POINTS, n_points=n)
 
     assert n > 80
-    np.testing.assert_array_equal(lanes.points[0, :, survey.FIRST], run.impacts.cycle)
-    np.testing.assert_array_equal(lanes.points[0, :, survey.SECOND], run.impacts.v_after)
+    np.testing.assert_array_equal(motions.points[0, :, survey.FIRST], run.impacts.cycle)
+    np.testing.assert_array_equal(motions.points[0, :, survey.SECOND], run.impacts.v_after)
 
 
 def test_of_many_points_the_last_are_kept_in_their_order() -> None:
     run = pc.simulate(*CHAOS, v0=1.0, t_end=200.0)
 
-    lanes = lanes_of(*CHAOS, STARTS[:1], 200.0, section=survey.IMPACT_POINTS, n_points=7)
+    motions = follow(*CHAOS, STARTS[:1], 200.0, section=survey.IMPACT_POINTS, n_points=7)
 
-    np.testing.assert_array_equal(lanes.points[0, :, survey.SECOND], run.impacts.v_after[-7:])
+    np.testing.assert_array_equal(motions.points[0, :, survey.SECOND], run.impacts.v_after[-7:])
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -113,7 +113,7 @@ def test_strobes_are_those_of_the_run(name: str) -> None:
     period = float(force.period or math.nan)
     run = pc.simulate(osc, force, x0, v0, t_end=12.1 * period)
 
-    lanes = lanes_of(
+    motions = follow(
         osc,
         force,
         np.array([[x0, v0, 0.0]]),
@@ -124,8 +124,8 @@ def test_strobes_are_those_of_the_run(name: str) -> None:
     )
 
     x, v = run(4.0 * period + np.arange(9) * period)
-    np.testing.assert_allclose(lanes.points[0, :, survey.FIRST], x, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(lanes.points[0, :, survey.SECOND], v, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(motions.points[0, :, survey.FIRST], x, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(motions.points[0, :, survey.SECOND], v, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -135,10 +135,10 @@ def test_extremes_are_those_of_a_fine_sample(name: str) -> None:
     hits = run.impacts.t[run.impacts.t >= 5.0]
     x, _ = run(np.sort(np.concatenate([np.linspace(5.0, 20.0, 200_001), hits])))
 
-    lanes = lanes_of(osc, force, np.array([[x0, v0, 0.0]]), 20.0, since=5.0, surveyed=True)
+    motions = follow(osc, force, np.array([[x0, v0, 0.0]]), 20.0, since=5.0, surveyed=True)
 
-    low, high = lanes.tallies[0, [survey.LOWEST, survey.HIGHEST]]
-    if lanes.status[0] == columns.AT_REST:
+    low, high = motions.tallies[0, [survey.LOWEST, survey.HIGHEST]]
+    if motions.status[0] == columns.AT_REST:
         assert (low, high) == (math.inf, -math.inf)
         return
     # A sample misses a turning point by less than x'' dt^2 / 8.
@@ -153,7 +153,7 @@ def test_the_energy_that_is_lost_is_the_work_of_the_force() -> None:
     period = float(force.period or math.nan)
     start = np.array([[0.0, 1.0, 0.0]])
 
-    lanes = lanes_of(osc, force, start, 401 * period, since=400 * period, surveyed=True)
+    motions = follow(osc, force, start, 401 * period, since=400 * period, surveyed=True)
 
     run = pc.simulate(osc, force, v0=1.0, t_end=401.5 * period)
     cuts = run.impacts.t[(run.impacts.t > 400 * period) & (run.impacts.t < 401 * period)]
@@ -163,17 +163,17 @@ def test_the_energy_that_is_lost_is_the_work_of_the_force() -> None:
     for low, high in itertools.pairwise(edges):
         t = 0.5 * (low + high) + 0.5 * (high - low) * nodes
         work += 0.5 * (high - low) * float(weights @ (np.cos(2.2 * t) * run(t)[1]))
-    lost = lanes.tallies[0, survey.LOST] + lanes.tallies[0, survey.DRAGGED]
-    assert lanes.tallies[0, survey.DRAGGED] > 0.01 * lost
+    lost = motions.tallies[0, survey.LOST] + motions.tallies[0, survey.DRAGGED]
+    assert motions.tallies[0, survey.DRAGGED] > 0.01 * lost
     # The motion has come to its round up to 1e-11.
     assert lost == pytest.approx(work, abs=1e-9)
 
 
-def test_a_lane_has_the_same_bits_alone_and_among_others() -> None:
-    together = lanes_of(*CHAOS, STARTS, 500.0, section=survey.STROBES, n_points=50, surveyed=True)
+def test_a_member_of_a_batch_has_the_same_bits_alone_and_among_others() -> None:
+    together = follow(*CHAOS, STARTS, 500.0, section=survey.STROBES, n_points=50, surveyed=True)
 
     for i in range(len(STARTS)):
-        alone = lanes_of(
+        alone = follow(
             *CHAOS, STARTS[i : i + 1], 500.0, section=survey.STROBES, n_points=50, surveyed=True
         )
         np.testing.assert_array_equal(alone.tallies[0], together.tallies[i])
@@ -186,13 +186,13 @@ def test_a_flight_of_a_million_steps_does_not_hold_up_the_others() -> None:
     force = pc.Forcing((pc.Harmonic(1e-3, 1e7), pc.Harmonic(1e-4, 1.5)), period=pc.pi_times(4))
     start = np.array([[0.0, 0.1, 0.0]])
 
-    lanes = lanes_of(osc, force, start, 50.0)
+    motions = follow(osc, force, start, 50.0)
 
-    assert lanes.status[0] == columns.REACHED_END
+    assert motions.status[0] == columns.REACHED_END
     run = pc.simulate(osc, force, 0.0, 0.1, t_end=50.0)
     x, v = run(50.0)
     np.testing.assert_allclose(
-        lanes.tallies[0, [survey.END_X, survey.END_V]], [x, v], rtol=0, atol=1e-10
+        motions.tallies[0, [survey.END_X, survey.END_V]], [x, v], rtol=0, atol=1e-10
     )
 
 
@@ -201,9 +201,9 @@ def test_growth_beyond_all_bounds_is_told_as_simulate_tells_it(start: tuple[floa
     osc = pc.Oscillator(1.0, 0.0, (pc.Wall(0.0, "below"),))
     run = pc.simulate(osc, pc.cosine(2.0), *start, t_end=20.0)
 
-    lanes = lanes_of(osc, pc.cosine(2.0), np.array([[*start, 0.0]]), 20.0)
+    motions = follow(osc, pc.cosine(2.0), np.array([[*start, 0.0]]), 20.0)
 
-    overflow = lanes.status[0] == columns.OVERFLOW
+    overflow = motions.status[0] == columns.OVERFLOW
     assert overflow == (run.outcome == pc.Outcome.overflow) == (start[1] == 1e160)
 
 
@@ -212,17 +212,17 @@ def test_growth_without_an_event_is_told_as_simulate_tells_it(t_end: float) -> N
     osc = pc.Oscillator(-1.0, 0.0, (pc.Wall(-1.0, "below"),))
     run = pc.simulate(osc, pc.cosine(2.0), 1.0, 0.0, t_end=t_end)
 
-    lanes = lanes_of(osc, pc.cosine(2.0), np.array([[1.0, 0.0, 0.0]]), t_end)
+    motions = follow(osc, pc.cosine(2.0), np.array([[1.0, 0.0, 0.0]]), t_end)
 
-    overflow = lanes.status[0] == columns.OVERFLOW
+    overflow = motions.status[0] == columns.OVERFLOW
     assert overflow == (run.outcome == pc.Outcome.overflow) == (t_end > 346.0)
 
 
-def test_a_limit_of_impacts_ends_a_lane() -> None:
-    lanes = lanes_of(*CHAOS, STARTS, math.inf, max_impacts=300)
+def test_a_limit_of_impacts_ends_a_motion() -> None:
+    motions = follow(*CHAOS, STARTS, math.inf, max_impacts=300)
 
-    assert set(lanes.status) == {columns.REACHED_LIMIT}
-    assert set(lanes.n_impacts) == {300}
+    assert set(motions.status) == {columns.REACHED_LIMIT}
+    assert set(motions.n_impacts) == {300}
 
 
 WITHOUT_COMPILER = """
@@ -234,7 +234,7 @@ from percuss.kernels import batch, survey
 from percuss.model.law import law
 
 soft = (pc.SoftStop(0.5, "above", 29.0, 0.3), pc.Wall(-1.0, "below", 0.7))
-found = []
+answers = []
 for osc, force in (
     (pc.impact_oscillator(restitution=0.8), pc.cosine(2.8)),
     (pc.impact_oscillator(0.3), pc.cosine(2.7, constant=-0.8)),
@@ -243,17 +243,17 @@ for osc, force in (
 ):
     period = force.period
     for section in (survey.STROBES, survey.IMPACT_POINTS, survey.TANGENTS):
-        one = np.ones(1)
-        plan = Plan(period * one, period * one, 5 * period * one, section, 5, surveyed=True)
-        table = law(osc, force)[np.newaxis]
-        lanes = follow_batch(table, np.zeros(1, dtype=np.int64), np.array([[0.0, 1.0, 0.0]]), plan)
-        numbers = [*lanes.tallies[0], *lanes.points[0].ravel(), *lanes.state[0]]
-        found.append([number if np.isfinite(number) else str(number) for number in numbers])
-print(json.dumps([found, len(getattr(batch.run_batch, "signatures", [0]))]))
+        unit = np.ones(1)
+        plan = Plan(period * unit, period * unit, 5 * period * unit, section, 5, surveyed=True)
+        laws = law(osc, force)[np.newaxis]
+        motions = follow_batch(laws, np.zeros(1, dtype=np.int64), np.array([[0.0, 1.0, 0.0]]), plan)
+        numbers = [*motions.tallies[0], *motions.points[0].ravel(), *motions.state[0]]
+        answers.append([number if np.isfinite(number) else str(number) for number in numbers])
+print(json.dumps([answers, len(getattr(batch.run_batch, "signatures", [0]))]))
 """
 
 
-def test_lanes_come_out_the_same_without_the_compiler_and_are_compiled_once() -> None:
+def test_batches_come_out_the_same_without_the_compiler_and_are_compiled_once() -> None:
     answers = []
     for disabled in "10":
         done = subprocess.run(
@@ -263,14 +263,14 @@ def test_lanes_come_out_the_same_without_the_compiler_and_are_compiled_once() ->
             text=True,
             check=True,
         )
-        found, signatures = json.loads(done.stdout)
+        answer, signatures = json.loads(done.stdout)
         assert signatures == 1
-        answers.append(found)
+        answers.append(answer)
 
     for plain, compiled in zip(*answers, strict=True):
-        for one, other in zip(plain, compiled, strict=True):
-            if isinstance(one, str) or isinstance(other, str):
-                assert one == other
+        for first, second in zip(plain, compiled, strict=True):
+            if isinstance(first, str) or isinstance(second, str):
+                assert first == second
             else:
                 # libm's functions need not be rounded alike.
-                assert one == pytest.approx(other, rel=1e-11, abs=1e-12)
+                assert first == pytest.approx(second, rel=1e-11, abs=1e-12)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from tests.kernels.exact_flight import Rest
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.kernels.flight import (
     Flight,
     acceleration_and_jerk,
@@ -19,8 +20,8 @@ from percuss.kernels.flight import (
     move,
 )
 from percuss.kernels.landing import GRAZE, HIT, NONE, departure, first_touch
-from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, STEP, Table
-from percuss.model.law import law
+from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, STEP
+from percuss.model.law import law as law_of
 
 STATES = st.floats(-10.0, 10.0)
 NO_PHASES = np.empty((0, 2))
@@ -41,22 +42,22 @@ def test_no_derivative_exceeds_its_bound_within_a_step(
 ) -> None:
     """Of the exact motion, at 33 points of the step."""
     rest = Rest(stiffness, damping, omega)
-    table, region = rest.table, rest.region
+    law, region = rest.law, rest.region
     phases = np.array([[math.cos(phase), math.sin(phase)]])
     # Around x = 0, where no constant force acts, in `order` 0; else from wherever x is.
     force = -stiffness * x
     start = (0.0, 0.0, v, force)
-    second, third = acceleration_and_jerk(table, region, force, phases, 0.0, v)
+    second, third = acceleration_and_jerk(law, region, force, phases, 0.0, v)
     given_two = ((x, v), (v, second), (second, third))[order]
-    step = float(table[region, STEP])
+    step = float(law[region, STEP])
 
-    most = float(table[0, FORCE_BOUND + order])
-    bound = derivative_bound(table, region, most, *given_two, step)
+    most = float(law[0, FORCE_BOUND + order])
+    bound = derivative_bound(law, region, most, *given_two, step)
 
     arrival = np.empty((1, 2))
     for s in np.linspace(0.0, step, 33):
-        y, speed = move(Flight(table, region, start, phases, arrival), float(s))
-        derivatives = four_derivatives(table, region, force, arrival, y, speed)
+        y, speed = move(Flight(law, region, start, phases, arrival), float(s))
+        derivatives = four_derivatives(law, region, force, arrival, y, speed)
         assert abs(derivatives[order]) <= bound * (1.0 + 1e-12) + 1e-12
 
 
@@ -71,7 +72,7 @@ def test_touch_of_a_shallow_minimum_is_decided_rightly_or_called_a_graze(
     v: float, force: float, depth: float, sign: float
 ) -> None:
     """y = v sin s + force (1 - cos s) has its minimum force - hypot(v, force)."""
-    table = law(pc.Oscillator(), None)
+    law = law_of(pc.Oscillator(), None)
     with mpmath.workdps(40):
         lowest = mpmath.mpf(force) - mpmath.hypot(mpmath.mpf(v), mpmath.mpf(force))
         distance = float(lowest + sign * 10**depth)
@@ -79,7 +80,7 @@ def test_touch_of_a_shallow_minimum_is_decided_rightly_or_called_a_graze(
     assume(distance < 0.0)
 
     verdict, s, _, error, _ = first_touch(
-        Flight(table, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, NO_PHASES),
+        Flight(law, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, NO_PHASES),
         (1.0, distance),
         (0.0, 6.0),
     )
@@ -103,10 +104,10 @@ def test_touch_of_a_shallow_minimum_is_decided_rightly_or_called_a_graze(
 def test_a_flight_is_free_of_the_bound_it_leaves_for_as_long_as_promised(
     v: float, force: float, longest: float
 ) -> None:
-    table = law(pc.Oscillator(), None)
+    law = law_of(pc.Oscillator(), None)
 
     free = departure(
-        Flight(table, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, NO_PHASES), 1.0, longest
+        Flight(law, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, NO_PHASES), 1.0, longest
     )
 
     assert 0.0 < free <= longest
@@ -124,10 +125,10 @@ def test_departure_is_decided_by_the_first_derivative_that_is_not_zero() -> None
         (pc.cosine(1.0, amplitude=-1.0, constant=1.0), 0.0, True),
     ]
     for force, v, leaves in rows:
-        table = law(pc.Oscillator(), force)
+        law = law_of(pc.Oscillator(), force)
         start = (0.0, 0.0, v, float(force.constant))
-        at_zero: Table = np.array([[1.0, 0.0]])
+        at_zero: Floats = np.array([[1.0, 0.0]])
 
-        free = departure(Flight(table, FIRST_HARMONIC + 1, start, at_zero, at_zero), 1.0, 0.5)
+        free = departure(Flight(law, FIRST_HARMONIC + 1, start, at_zero, at_zero), 1.0, 0.5)
 
         assert (free > 0.0) == leaves, force

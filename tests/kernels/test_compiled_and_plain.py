@@ -44,7 +44,7 @@ import json
 from itertools import product
 import numpy as np
 import percuss as pc
-from percuss.kernels import flight, march, sample
+from percuss.kernels import march, sample, step
 
 stops = (
     pc.Wall(-1.0, "below"),
@@ -58,7 +58,7 @@ for n, count in product(range(1, 9), range(5)):
     run(np.linspace(0.0, 5.0, 20)[::2], "before")
     run.forces([1.0])
 entries = (
-    march.march, sample.evaluate, sample.cycles, sample.drive, flight.fill_steps
+    march.march, sample.evaluate, sample.cycles, sample.drive, step.fill_steps
 )
 print(json.dumps({entry.__name__: len(entry.signatures) for entry in entries}))
 """

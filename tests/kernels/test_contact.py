@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from tests.kernels.uncompiled import python_of
 
 import percuss as pc
+from percuss.arrays import Floats
 from percuss.kernels.contact import chatter_time, fine_force, fine_tolerance, release_time
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law import FIRST_HARMONIC, LOWER_FORCE, TURNS, TURNS_LOW, Law, Table
-from percuss.model.law import law
+from percuss.kernels.law import FIRST_HARMONIC, LOWER_FORCE, TURNS, TURNS_LOW, Law
+from percuss.model.law import law as law_of
 
 # mpmath has no types.
 Real = Any
@@ -25,14 +26,14 @@ FAST = 1e30
 
 def wall_and_phases(
     osc: pc.Oscillator, force: pc.Forcing, t: float
-) -> tuple[Law, int, float, Table]:
+) -> tuple[Law, int, float, Floats]:
     """Return the law, its one region, the constant force at the wall below, and the phases."""
-    table = law(osc, force)
+    law = law_of(osc, force)
     n = len(force.harmonics)
     phases = np.empty((n, 2))
-    set_phases(table, t, 0.0, phases)
+    set_phases(law, t, 0.0, phases)
     region = FIRST_HARMONIC + n
-    return table, region, float(table[region, LOWER_FORCE]), phases
+    return law, region, float(law[region, LOWER_FORCE]), phases
 
 
 @given(
@@ -58,10 +59,10 @@ def test_sum_of_a_chatter_lies_within_its_error_bound(
 ) -> None:
     osc = pc.impact_oscillator(restitution, wall=wall, stiffness=stiffness, damping=damping)
     force = pc.cosine(omega, amplitude=amplitude, phase=phase, constant=-2.0 + stiffness * wall)
-    table, region, constant, phases = wall_and_phases(osc, force, 0.0)
+    law, region, constant, phases = wall_and_phases(osc, force, 0.0)
     speed = 10.0**smallness * (1.0 - restitution)
 
-    time, error = chatter_time(table, region, -1.0, restitution, speed, FAST, constant, phases)
+    time, error = chatter_time(law, region, -1.0, restitution, speed, FAST, constant, phases)
 
     if time < 0.0:
         assert smallness > -7.0, "the slowest of these hops are a chatter's tail in every case"
@@ -101,9 +102,9 @@ def time_of_hops(osc: pc.Oscillator, force: pc.Forcing, restitution: float, spee
 def test_hops_are_no_chatter_where_nothing_presses_or_nothing_is_lost() -> None:
     osc, force = pc.impact_oscillator(0.5), pc.sine(1.0)
     for t, restitution in ((0.0, 0.5), (1.0, 0.5), (4.0, 1.0)):
-        table, region, constant, phases = wall_and_phases(osc, force, t)
+        law, region, constant, phases = wall_and_phases(osc, force, t)
 
-        time, _ = chatter_time(table, region, -1.0, restitution, 1e-9, FAST, constant, phases)
+        time, _ = chatter_time(law, region, -1.0, restitution, 1e-9, FAST, constant, phases)
 
         assert time == -1.0
 
@@ -123,12 +124,12 @@ def test_release_is_where_the_force_next_changes_sign(
     start = float(begin + 1e-3 * expected)
     with mpmath.workdps(40):
         expected = float(begin + expected - mpmath.mpf(start))
-    table, _, at_wall, phases = wall_and_phases(osc, force, start)
+    law, _, at_wall, phases = wall_and_phases(osc, force, start)
 
     s = 0.0
     released = False
     while not released and s < math.inf:
-        released, s, _ = release_time(table, 1.0, at_wall, (start, 0.0), s, math.inf, phases)
+        released, s, _ = release_time(law, 1.0, at_wall, (start, 0.0), s, math.inf, phases)
 
     assert released
     # The phase is known to an ulp of the double `start`; the force's rounding by its slope.
@@ -140,9 +141,9 @@ def test_release_is_where_the_force_next_changes_sign(
 def test_force_that_only_touches_zero_does_not_release(start: float) -> None:
     """f = cos(t) - 1 is zero at each period and positive never."""
     osc, force = pc.impact_oscillator(0.5), pc.cosine(1.0, constant=-1.0)
-    table, _, at_wall, phases = wall_and_phases(osc, force, start)
+    law, _, at_wall, phases = wall_and_phases(osc, force, start)
 
-    released, s, _ = release_time(table, 1.0, at_wall, (start, 0.0), 0.0, math.inf, phases)
+    released, s, _ = release_time(law, 1.0, at_wall, (start, 0.0), 0.0, math.inf, phases)
 
     assert (released, s) == (False, math.inf)
 
@@ -150,9 +151,9 @@ def test_force_that_only_touches_zero_does_not_release(start: float) -> None:
 def test_contact_begun_at_a_zero_of_the_force_lasts_to_the_next_one() -> None:
     """f = -sin(t) presses from t = 0 on."""
     osc, force = pc.impact_oscillator(0.5), pc.sine(1.0, amplitude=-1.0)
-    table, _, at_wall, phases = wall_and_phases(osc, force, 0.0)
+    law, _, at_wall, phases = wall_and_phases(osc, force, 0.0)
 
-    released, s, _ = release_time(table, 1.0, at_wall, (0.0, 0.0), 0.0, math.inf, phases)
+    released, s, _ = release_time(law, 1.0, at_wall, (0.0, 0.0), 0.0, math.inf, phases)
 
     assert released
     assert s == pytest.approx(math.pi, rel=1e-15)
@@ -247,29 +248,29 @@ def test_force_in_pairs_of_doubles_is_within_its_tolerance(
     omega: float, t: float, low: float, order: int
 ) -> None:
     force = pc.cosine(omega, constant=-0.75) + pc.sine(3.0 * omega, amplitude=0.3)
-    table = law(pc.impact_oscillator(), force)
+    law = law_of(pc.impact_oscillator(), force)
     instant = (t, low * math.ulp(t) / 2)
 
-    found = python_of(fine_force)(table, -0.75, instant, order)
+    computed = python_of(fine_force)(law, -0.75, instant, order)
 
     with mpmath.workdps(80):
         at = mpmath.mpf(instant[0]) + instant[1]
         exact = mpmath.mpf(-0.75 if order == 0 else 0)
         for row, part in enumerate(force.components()):
-            rate = mpmath.mpf(table[FIRST_HARMONIC + row, TURNS])
-            w = 2 * mpmath.pi * (rate + table[FIRST_HARMONIC + row, TURNS_LOW])
+            rate = mpmath.mpf(law[FIRST_HARMONIC + row, TURNS])
+            w = 2 * mpmath.pi * (rate + law[FIRST_HARMONIC + row, TURNS_LOW])
             turn = w * at + order * mpmath.pi / 2
             exact += w**order * (part.cos * mpmath.cos(turn) + part.sin * mpmath.sin(turn))
-        error = abs(found - exact)
+        error = abs(computed - exact)
     # Besides, the result is a double.
-    assert error <= fine_tolerance(table, -0.75, instant, order) + abs(found) * 2.0**-52
+    assert error <= fine_tolerance(law, -0.75, instant, order) + abs(computed) * 2.0**-52
 
 
 def test_plain_python_gives_the_bits_of_the_machine_code() -> None:
     osc, force = pc.impact_oscillator(0.8), pc.cosine(2.7, constant=-1.2)
-    table, region, at_wall, phases = wall_and_phases(osc, force, 1.0)
-    chatter = (table, region, -1.0, 0.8, 1e-8, FAST, at_wall, phases)
-    contact = (table, 1.0, at_wall, (1.0, 0.0), 0.0, 1e9, phases)
+    law, region, at_wall, phases = wall_and_phases(osc, force, 1.0)
+    chatter = (law, region, -1.0, 0.8, 1e-8, FAST, at_wall, phases)
+    contact = (law, 1.0, at_wall, (1.0, 0.0), 0.0, 1e9, phases)
 
     assert python_of(chatter_time)(*chatter) == chatter_time(*chatter)
     assert python_of(release_time)(*contact) == release_time(*contact)

@@ -11,7 +11,7 @@ from typing import Any
 
 from percuss.kernels.record import REACHED_END
 
-PROGRAM = Path(__file__).with_name("device_lanes.py")
+PROGRAM = Path(__file__).with_name("device_batch.py")
 
 
 def answer_of(*arguments: str, **environment: str) -> Any:
@@ -36,10 +36,10 @@ def test_the_kernels_have_types_on_a_device() -> None:
     assert "TypingError" in wrong["broken"]
 
 
-def test_in_the_simulator_lanes_have_the_impacts_of_simulate() -> None:
+def test_in_the_simulator_motions_have_the_impacts_of_simulate() -> None:
     # Its arrays are no arrays to compiled functions: all is plain Python here.
-    found = answer_of("values", NUMBA_ENABLE_CUDASIM="1", NUMBA_DISABLE_JIT="1")
+    answer = answer_of("values", NUMBA_ENABLE_CUDASIM="1", NUMBA_DISABLE_JIT="1")
 
-    assert found["status"] == [REACHED_END] * 3
-    assert all(len(speeds) > 1 for speeds in found["expected"])
-    assert found["speeds"] == found["expected"]
+    assert answer["status"] == [REACHED_END] * 3
+    assert all(len(speeds) > 1 for speeds in answer["expected"])
+    assert answer["speeds"] == answer["expected"]

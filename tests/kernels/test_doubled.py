@@ -68,13 +68,13 @@ def test_cosine_and_sine_keep_their_digits_after_any_number_of_turns(
 @pytest.mark.parametrize("t", [1e6, 1e7, 1e8, 1e9])
 def test_a_sine_next_to_its_zero_keeps_its_relative_precision(t: float) -> None:
     """At the double next to a multiple of pi, as impact times are."""
-    near = float(round(t / math.pi) * PI)
+    multiple = float(round(t / math.pi) * PI)
     rate, rate_low = pair_of(1 / (2 * PI))
 
-    _, sine = cos_sin(rate, rate_low, near, 0.0)
+    _, sine = cos_sin(rate, rate_low, multiple, 0.0)
 
     with mpmath.workdps(60):
-        exact = mpmath.sin(mpmath.mpf(near))
+        exact = mpmath.sin(mpmath.mpf(multiple))
     assert sine == pytest.approx(float(exact), rel=1e-14)
 
 

@@ -22,7 +22,7 @@ from percuss.kernels.flight import (
     uncertainty,
 )
 from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, QUICKEST, STEP
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 
 ROUNDED = 1e-12
 
@@ -99,16 +99,16 @@ def test_several_harmonics_stay_within_the_bounds_of_their_derivatives(
             pc.Harmonic(draw.gauss(0, 1), 10 ** draw.uniform(-1, 1), draw.uniform(0, 6))
             for _ in range(3)
         ]
-        table = law(pc.Oscillator(stiffness, damping), pc.Forcing(tuple(harmonics)))
+        law = law_of(pc.Oscillator(stiffness, damping), pc.Forcing(tuple(harmonics)))
         region = FIRST_HARMONIC + 3
-        step = float(table[region, STEP])
+        step = float(law[region, STEP])
         phases, arrival = np.array([[1.0, 0.0]] * 3), np.empty((3, 2))
         v, force = draw.gauss(0, 10 ** draw.uniform(-3, 1)), draw.gauss(0, 3)
-        second, third = acceleration_and_jerk(table, region, force, phases, 0.0, v)
-        bound = derivative_bound(table, region, table[0, FORCE_BOUND + 2], second, third, step)
+        second, third = acceleration_and_jerk(law, region, force, phases, 0.0, v)
+        bound = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, step)
         for s in np.linspace(0.0, step, 9):
-            y, speed = move(Flight(table, region, (0.0, 0.0, v, force), phases, arrival), float(s))
-            *_, fourth, _ = four_derivatives(table, region, force, arrival, y, speed)
+            y, speed = move(Flight(law, region, (0.0, 0.0, v, force), phases, arrival), float(s))
+            *_, fourth, _ = four_derivatives(law, region, force, arrival, y, speed)
             assert abs(fourth) <= bound * (1.0 + ROUNDED)
 
 
@@ -121,7 +121,7 @@ def test_a_series_whose_terms_vanish_two_in_a_row_is_summed_to_its_end() -> None
             exact = rest.harmonic(s)
         for phase, part in (((1.0, 0.0), exact.real), ((0.0, -1.0), exact.imag)):
             start = (0.0, 0.0, 0.0, 0.0)
-            y, _ = move(Flight(rest.table, rest.region, start, np.array([phase]), arrival), s)
+            y, _ = move(Flight(rest.law, rest.region, start, np.array([phase]), arrival), s)
             assert abs(y - float(part)) <= 1e-15 * abs(exact)
 
 
@@ -133,15 +133,15 @@ def test_no_displacement_is_off_by_more_than_its_uncertainty() -> None:
         damping = draw.choice([0.0, 0.1, 1.0, draw.uniform(0, 2), 10 ** draw.uniform(-18, 0)])
         omega = draw.choice([1.0, draw.uniform(0.5, 1.5), 10 ** draw.uniform(-3, 1)])
         rest = Rest(stiffness, damping, omega)
-        table, region = rest.table, rest.region
+        law, region = rest.law, rest.region
         period = 2 * math.pi * draw.randint(1, 4) * (1 + 10 ** draw.uniform(-17, -3))
         phase = draw.choice([draw.uniform(0.5, 1.0), 10 ** draw.uniform(-1, 1.2), period])
-        s = phase / max(float(table[region, QUICKEST]), omega)
+        s = phase / max(float(law[region, QUICKEST]), omega)
         force, v0 = draw.choice([(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.0, 0.0)])
         turn = draw.choice([0.0, 1.0])
         phases = np.array([[1.0 - turn, -turn]])
         start = (0.0, 0.0, v0, force)
-        flight = Flight(table, region, start, phases, np.empty((1, 2)))
+        flight = Flight(law, region, start, phases, np.empty((1, 2)))
         y, _ = move(flight, s)
         with mpmath.workdps(80):
             blow, _, rise = rest.free(s)

@@ -20,9 +20,9 @@ def test_elimination_solves_what_numpy_solves(size: int) -> None:
     expected = np.linalg.solve(matrix, right)
 
     for solver in (eliminate, uncompiled(eliminate)):
-        reduced, found = matrix.copy(), right.copy()
-        sign = solver(reduced, found, 0.0)
-        np.testing.assert_allclose(found, expected, rtol=1e-11)
+        reduced, solution = matrix.copy(), right.copy()
+        sign = solver(reduced, solution, 0.0)
+        np.testing.assert_allclose(solution, expected, rtol=1e-11)
         determinant = sign * math.prod(np.diag(reduced).tolist())
         assert determinant == pytest.approx(float(np.linalg.det(matrix)), rel=1e-11)
 

@@ -65,9 +65,9 @@ def followed(
     return follow_batch(laws, which, starts, plan)
 
 
-def assert_same(one: BatchResult, other: BatchResult) -> None:
+def assert_same(first: BatchResult, second: BatchResult) -> None:
     for name in ("status", "state", "n_impacts", "tallies", "points"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name), err_msg=name)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -75,7 +75,7 @@ def test_impacts_have_the_bits_that_simulate_gives_them(name: str) -> None:
     osc, force, x0 = CASES[name]
     starts = starts_of(x0)
 
-    lanes = followed(
+    motions = followed(
         law(osc, force)[np.newaxis],
         np.zeros(N, dtype=np.int64),
         starts,
@@ -86,21 +86,21 @@ def test_impacts_have_the_bits_that_simulate_gives_them(name: str) -> None:
 
     for i in range(0, N, 7):
         run = pc.simulate(osc, force, *starts[i], t_end=25.0)
-        assert lanes.n_impacts[i] == len(run.impacts)
+        assert motions.n_impacts[i] == len(run.impacts)
         late = run.impacts.t >= 2.0
-        kept = lanes.points[i, : min(LAST, int(late.sum()))]
+        kept = motions.points[i, : min(LAST, int(late.sum()))]
         n = len(kept)
         speeds, cycles = run.impacts.v_after[late], run.impacts.cycle[late]
         np.testing.assert_array_equal(kept[:, survey.SECOND], speeds[len(speeds) - n :])
         np.testing.assert_array_equal(kept[:, survey.FIRST], cycles[len(cycles) - n :])
         peak = np.abs(run.impacts.v_before[late]).max(initial=0.0)
-        assert lanes.tallies[i, survey.PEAK_SPEED] == peak
+        assert motions.tallies[i, survey.PEAK_SPEED] == peak
 
 
 @pytest.mark.parametrize("section", [survey.STROBES, survey.IMPACT_POINTS, survey.TANGENTS])
 @pytest.mark.parametrize("surveyed", [False, True])
-def test_a_lane_does_not_know_its_neighbours(section: int, surveyed: bool) -> None:
-    """All laws together, in any order, in chunks, and one by one, where no lane has a slot."""
+def test_a_motion_does_not_know_its_neighbours(section: int, surveyed: bool) -> None:
+    """All laws together, in any order, in chunks, and one by one, where no motion has a slot."""
     laws = np.stack([law(osc, force) for osc, force, _ in CASES.values()])
     n = 4 * lockstep.SLOTS
     which = np.arange(n) % len(laws)
@@ -126,7 +126,7 @@ def test_a_lane_does_not_know_its_neighbours(section: int, surveyed: bool) -> No
     np.testing.assert_array_equal(turned.points[::-1], together.points)
 
 
-def test_lanes_end_at_their_own_times_and_limits() -> None:
+def test_motions_end_at_their_own_times_and_limits() -> None:
     osc, force, _ = CASES["chaos, grazes and chatter"]
     n = 50
     laws, which, starts = (
@@ -137,16 +137,16 @@ def test_lanes_end_at_their_own_times_and_limits() -> None:
     ends = np.linspace(1.5, 60.0, n)
     plan = Plan(np.zeros(n), np.ones(n), ends, max_impacts=20)
 
-    lanes = follow_batch(laws, which, starts, plan)
+    motions = follow_batch(laws, which, starts, plan)
 
     for i in range(n):
         run = pc.simulate(osc, force, *starts[i], t_end=ends[i], max_impacts=20)
-        assert lanes.n_impacts[i] == len(run.impacts)
+        assert motions.n_impacts[i] == len(run.impacts)
         limited = run.outcome == pc.Outcome.reached_max_impacts
-        assert (lanes.status[i] == columns.REACHED_LIMIT) == limited
+        assert (motions.status[i] == columns.REACHED_LIMIT) == limited
         if len(run.impacts):
-            assert lanes.state[i, columns.V] == run.impacts.v_after[-1] or len(run.contacts)
-    assert {columns.REACHED_END, columns.REACHED_LIMIT} <= set(lanes.status)
+            assert motions.state[i, columns.V] == run.impacts.v_after[-1] or len(run.contacts)
+    assert {columns.REACHED_END, columns.REACHED_LIMIT} <= set(motions.status)
 
 
 def test_one_that_chatters_without_end_does_not_stop_the_others() -> None:
@@ -159,12 +159,12 @@ def test_one_that_chatters_without_end_does_not_stop_the_others() -> None:
     starts[which == 1, 1] = 0.45
     plan = Plan(np.zeros(n), np.ones(n), np.full(n, math.inf), max_impacts=2_000)
 
-    lanes = follow_batch(np.stack([hopping, plain]), which, starts, plan)
+    motions = follow_batch(np.stack([hopping, plain]), which, starts, plan)
 
-    assert set(lanes.status) == {columns.REACHED_LIMIT}
-    assert set(lanes.n_impacts) == {2_000}
+    assert set(motions.status) == {columns.REACHED_LIMIT}
+    assert set(motions.n_impacts) == {2_000}
     run = pc.simulate(*CASES["elastic, chaotic"][:2], v0=0.45, max_impacts=2_000)
-    assert lanes.state[1, columns.T] == run.impacts.t[-1]
+    assert motions.state[1, columns.T] == run.impacts.t[-1]
 
 
 def test_a_block_is_as_wide_as_its_vectors() -> None:

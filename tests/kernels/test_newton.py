@@ -8,7 +8,7 @@ import pytest
 import percuss as pc
 from percuss.kernels.law import FIRST_HARMONIC
 from percuss.kernels.shooting import SETTLED, SINGULAR, SPENT, ShootingProblem, advance, iterate
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 
 
 def test_a_step_leaves_every_flight_a_tenth_of_its_duration() -> None:
@@ -25,14 +25,14 @@ def run(
     restitution: float, omega: float, unknowns: list[float], steps: int = 40
 ) -> tuple[int, float, list[float]]:
     """Return why it came back, the residual and the best unknowns: one wall, one impact."""
-    table = law(pc.impact_oscillator(restitution, side="above"), pc.cosine(omega))
+    law = law_of(pc.impact_oscillator(restitution, side="above"), pc.cosine(omega))
     region = FIRST_HARMONIC + 1
-    chain = np.array([[1, region, region]])
+    itinerary = np.array([[1, region, region]])
     best = np.empty(3)
     period = 2.0 * math.pi / omega
-    problem = ShootingProblem(table, chain, period, np.empty((1, 2)), np.empty((1, 2)))
-    there = np.array([unknowns[0], period, unknowns[1]])
-    why, size, _ = iterate(problem, there, np.empty(3), np.empty((3, 3)), best, steps)
+    problem = ShootingProblem(law, itinerary, period, np.empty((1, 2)), np.empty((1, 2)))
+    solution = np.array([unknowns[0], period, unknowns[1]])
+    why, size, _ = iterate(problem, solution, np.empty(3), np.empty((3, 3)), best, steps)
     return why, size, best.tolist()
 
 
@@ -56,9 +56,9 @@ def test_without_steps_left_the_best_iterate_is_given() -> None:
 
 def test_equations_of_a_family_are_singular() -> None:
     """Every free elastic hop lasts pi: one forcing period of a force of no amplitude cannot tell one from another."""
-    table = law(pc.impact_oscillator(), pc.cosine(2, amplitude=0.0))
-    chain = np.array([[0, FIRST_HARMONIC + 1, FIRST_HARMONIC + 1]])
-    problem = ShootingProblem(table, chain, math.pi, np.empty((1, 2)), np.empty((1, 2)))
+    law = law_of(pc.impact_oscillator(), pc.cosine(2, amplitude=0.0))
+    itinerary = np.array([[0, FIRST_HARMONIC + 1, FIRST_HARMONIC + 1]])
+    problem = ShootingProblem(law, itinerary, math.pi, np.empty((1, 2)), np.empty((1, 2)))
     guess, scratch = np.array([0.3, 3.0, 1.0]), (np.empty(3), np.empty((3, 3)))
 
     why, _, _ = iterate(problem, guess, *scratch, np.empty(3), 40)

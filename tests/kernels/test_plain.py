@@ -7,7 +7,7 @@ import pytest
 
 import percuss as pc
 from percuss.kernels import law as columns
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 from percuss.motion import Trajectory
 
 CASES = {
@@ -32,15 +32,15 @@ def flown(case: tuple[pc.Oscillator, pc.Forcing, float]) -> Trajectory:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_same_impacts_come_with_and_without_the_plain_loop(name: str) -> None:
-    table = law(*CASES[name][:2])
+    law = law_of(*CASES[name][:2])
     region = columns.FIRST_HARMONIC + 1
     plain = flown(CASES[name]).impacts
 
-    table[region, columns.PLAIN] = 0.0
+    law[region, columns.PLAIN] = 0.0
     try:
         general = flown(CASES[name]).impacts
     finally:
-        table[region, columns.PLAIN] = 1.0
+        law[region, columns.PLAIN] = 1.0
 
     # Room for what the motion makes of a rounding in 12 impacts.
     np.testing.assert_allclose(plain.t, general.t, rtol=0, atol=1e-11)
@@ -50,4 +50,4 @@ def test_the_same_impacts_come_with_and_without_the_plain_loop(name: str) -> Non
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_cases_are_plain(name: str) -> None:
-    assert law(*CASES[name][:2])[columns.FIRST_HARMONIC + 1, columns.PLAIN] == 1.0
+    assert law_of(*CASES[name][:2])[columns.FIRST_HARMONIC + 1, columns.PLAIN] == 1.0

@@ -13,7 +13,7 @@ from percuss.kernels.flight import constant_force
 from percuss.kernels.landing import series_root
 from percuss.kernels.law import FIRST_HARMONIC
 from percuss.kernels.search import stays_clear
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 
 
 def test_a_falling_motion_is_guessed_close_to_its_root() -> None:
@@ -50,29 +50,29 @@ def test_a_degenerate_step_has_a_guess_inside_it() -> None:
 
 def test_what_stays_clear_by_its_amplitudes_never_comes_to_the_wall() -> None:
     rng = np.random.default_rng(6)
-    told = 0
+    proved = 0
     for _ in range(300):
         damping, omega = rng.uniform(0.0, 0.3), rng.uniform(0.4, 3.0)
         osc = pc.Oscillator(1.0, damping, (pc.Wall(1.5, "above", 0.7),))
         force = pc.cosine(float(omega), constant=float(rng.uniform(-0.5, 0.5)))
         x, v = rng.uniform(-1.5, 1.4), rng.uniform(-1.0, 1.0)
-        table = law(osc, force)
+        law = law_of(osc, force)
         region = FIRST_HARMONIC + 1
-        pull = constant_force(table, region, x)
+        pull = constant_force(law, region, x)
         phases, reach = np.array([[1.0, 0.0]]), (-math.inf, 1.5 - x)
-        if python_of(stays_clear)(table, region, pull, phases, 0.0, v, reach):
-            told += 1
+        if python_of(stays_clear)(law, region, pull, phases, 0.0, v, reach):
+            proved += 1
             free = pc.simulate(pc.Oscillator(1.0, damping), force, x, v, t_end=100.0)
             assert free(np.linspace(0.0, 100.0, 5001))[0].max() < 1.5
             assert len(pc.simulate(osc, force, x, v, t_end=100.0).impacts) == 0
-    assert 30 < told < 270
+    assert 30 < proved < 270
 
 
 def test_resonance_is_never_clear_by_its_amplitudes() -> None:
-    table = law(pc.Oscillator(1.0, 0.0, (pc.Wall(100.0, "above"),)), pc.cosine(1))
+    law = law_of(pc.Oscillator(1.0, 0.0, (pc.Wall(100.0, "above"),)), pc.cosine(1))
     phases = np.array([[1.0, 0.0]])
     assert not python_of(stays_clear)(
-        table, FIRST_HARMONIC + 1, 0.0, phases, 0.0, 0.0, (-math.inf, 100.0)
+        law, FIRST_HARMONIC + 1, 0.0, phases, 0.0, 0.0, (-math.inf, 100.0)
     )
 
 

@@ -47,7 +47,7 @@ TIMES = [1e-9, 1e-3, 0.2, 0.4999, 0.5001, 1.0, 3.1, 20.0, 1e3, 1e6]
 def test_free_responses_are_exact_to_rounding_in_every_regime(rest: Rest) -> None:
     """S and c relative to the swing that the motion has then, D to its size around then."""
     for s in times_of(rest):
-        computed = free_response(rest.table, rest.region, s)
+        computed = free_response(rest.law, rest.region, s)
 
         with mpmath.workdps(DIGITS):
             exact = rest.free(s)
@@ -80,7 +80,7 @@ def test_no_detuning_from_resonance_loses_digits(damping: float, sign: int) -> N
 def test_a_decay_that_underflows_leaves_the_responses_to_lasting_forces() -> None:
     rest = Rest(2.0, 1.0, 3.0)
 
-    blow, even, rise = free_response(rest.table, rest.region, 1e5)
+    blow, even, rise = free_response(rest.law, rest.region, 1e5)
 
     assert (blow, even, rise) == (0.0, 0.0, 0.5)
 
@@ -89,8 +89,8 @@ def test_plain_python_gives_the_machine_code_to_a_few_ulp() -> None:
     """Not the bits: the C library and the compiler may round powers differently."""
     for rest in REGIMES.values():
         for s in times_of(rest):
-            plain = python_of(free_response)(rest.table, rest.region, s)
-            assert plain == pytest.approx(free_response(rest.table, rest.region, s), rel=1e-15)
+            plain = python_of(free_response)(rest.law, rest.region, s)
+            assert plain == pytest.approx(free_response(rest.law, rest.region, s), rel=1e-15)
 
 
 def times_of(rest: Rest) -> list[float]:
@@ -104,11 +104,11 @@ def times_of(rest: Rest) -> list[float]:
 
 def harmonic_error(rest: Rest, s: float) -> float:
     """Return the error of Q at s relative to its largest size around then."""
-    table, region = rest.table, rest.region
-    harmonic = table[FIRST_HARMONIC]
+    law, region = rest.law, rest.region
+    harmonic = law[FIRST_HARMONIC]
     turn = cos_sin(harmonic[TURNS], harmonic[TURNS_LOW], s, 0.0)
-    blow, even, _ = free_response(table, region, s)
-    computed = complex(*harmonic_response(table, region, 0, s, blow, even, turn))
+    blow, even, _ = free_response(law, region, s)
+    computed = complex(*harmonic_response(law, region, 0, s, blow, even, turn))
     with mpmath.workdps(DIGITS):
         scale = max(abs(rest.harmonic(part * s)) for part in (1.0, 0.9, 0.8))
         return float(abs(mpmath.mpc(computed) - rest.harmonic(s)) / scale)

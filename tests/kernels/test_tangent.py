@@ -9,7 +9,7 @@ from tests.kernels.uncompiled import python_of
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.kernels.flight import Flight, constant_force, move, set_phases
-from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS, STEP, Table
+from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS, STEP
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.shooting import ShootingProblem, shoot, turning_points
 from percuss.kernels.tangent import (
@@ -19,7 +19,7 @@ from percuss.kernels.tangent import (
     neighbours,
     propagator,
 )
-from percuss.model.law import law
+from percuss.model.law import law as law_of
 
 SYSTEMS = {
     "one wall": (pc.impact_oscillator(0.8, damping=0.05), pc.cosine(2.1)),
@@ -66,9 +66,9 @@ each_system = pytest.mark.parametrize("name", SYSTEMS)
 def derivative(run: pc.Trajectory, t: float, after: bool = True) -> Floats:
     """Return the derivative of (x, v) at t by the start of a run."""
     out = np.empty((1, 4))
-    table = law(run.oscillator, run.forcing)
-    scratch = np.empty((int(table[0, N_HARMONICS]), 2))
-    record = MotionRecord(table, run.x0, run._events, run._marks)
+    law = law_of(run.oscillator, run.forcing)
+    scratch = np.empty((int(law[0, N_HARMONICS]), 2))
+    record = MotionRecord(law, run.x0, run._events, run._marks)
     neighbours(record, np.array([t]), after, scratch, out)
     return out.reshape(2, 2)
 
@@ -118,9 +118,9 @@ def test_sign_of_the_saltation_entry_of_cocos_example(x: float, v: float) -> Non
     expected = differences(osc, force, (x, v), 1.5)
     np.testing.assert_allclose(matrix, expected, atol=1e-8 * np.abs(expected).max())
     t, before = run.impacts.t[0], run.impacts.v_before[0]
-    after = np.array(propagator(law(osc, force), FIRST_HARMONIC + 1, 1.5 - t)).reshape(2, 2)
+    after = np.array(propagator(law_of(osc, force), FIRST_HARMONIC + 1, 1.5 - t)).reshape(2, 2)
     entry = 1.8 * (math.cos(t) - 1.0) / before
-    first = np.array(propagator(law(osc, force), FIRST_HARMONIC + 1, t)).reshape(2, 2)
+    first = np.array(propagator(law_of(osc, force), FIRST_HARMONIC + 1, t)).reshape(2, 2)
     wrong = after @ np.array([[-0.8, 0.0], [-entry, -0.8]]) @ first
     assert np.abs(wrong - expected).max() > 1e-2 * np.abs(expected).max()
 
@@ -131,7 +131,7 @@ def test_determinant_is_what_impacts_and_dashpots_leave_of_an_area(name: str) ->
     run = pc.simulate(osc, force, 0.05, 0.9, t_end=40.0, max_impacts=25)
     end = run._events[-1, 0]
     walls = np.array([getattr(stop, "restitution", 1.0) for stop in osc.stops])
-    dampings = law(osc, force)[run._marks[:-1, 2], 8]
+    dampings = law_of(osc, force)[run._marks[:-1, 2], 8]
     decay = float(dampings @ np.diff(run._events[:, 0]))
     expected = float((walls[run.impacts.stop] ** 2).prod()) * math.exp(-2.0 * decay)
     assert len(run.contacts) == 0
@@ -180,35 +180,35 @@ def test_sides_of_an_event_differ_by_its_saltation_matrix() -> None:
 @each_system
 def test_delay_of_the_start_agrees_with_central_differences(name: str, s: float) -> None:
     osc, force = SYSTEMS[name]
-    table = law(osc, force)
-    n = int(table[0, N_HARMONICS])
+    law = law_of(osc, force)
+    n = int(law[0, N_HARMONICS])
     region = FIRST_HARMONIC + n
     phases, arrival = np.empty((n, 2)), np.empty((n, 2))
-    pull = constant_force(table, region, 0.0)
+    pull = constant_force(law, region, 0.0)
     h, ends = 1e-5, []
     for t in (0.7 + h, 0.7 - h):
-        set_phases(table, t, 0.0, phases)
-        ends.append(np.array(move(Flight(table, region, (t, 0.0, 0.4, pull), phases, arrival), s)))
+        set_phases(law, t, 0.0, phases)
+        ends.append(np.array(move(Flight(law, region, (t, 0.0, 0.4, pull), phases, arrival), s)))
 
-    set_phases(table, 0.7, 0.0, phases)
-    found = delayed_start(table, region, phases, s)
+    set_phases(law, 0.7, 0.0, phases)
+    derivatives = delayed_start(law, region, phases, s)
 
     expected = (ends[0] - ends[1]) / (2.0 * h)
-    np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(derivatives, expected, rtol=1e-7, atol=1e-10)
 
 
 def test_kernels_are_the_same_compiled_and_plain() -> None:
     osc, force = SYSTEMS["soft stop before a wall"]
-    table = law(osc, force)
-    region = FIRST_HARMONIC + int(table[0, N_HARMONICS])
-    phases = np.empty((int(table[0, N_HARMONICS]), 2))
-    set_phases(table, 0.3, 0.0, phases)
+    law = law_of(osc, force)
+    region = FIRST_HARMONIC + int(law[0, N_HARMONICS])
+    phases = np.empty((int(law[0, N_HARMONICS]), 2))
+    set_phases(law, 0.3, 0.0, phases)
 
     for kernel, arguments in (
-        (propagator, (table, region, 0.7)),
+        (propagator, (law, region, 0.7)),
         (impact_saltation, (0.8, 0.3, -1.2)),
         (crossing_saltation, (0.1, 0.4)),
-        (delayed_start, (table, region, phases, 0.7)),
+        (delayed_start, (law, region, phases, 0.7)),
     ):
         plain = python_of(kernel)(*arguments)
         assert kernel(*arguments) == pytest.approx(plain, rel=1e-14)
@@ -222,12 +222,12 @@ def missed_by(name: str, unknowns: Floats) -> tuple[Floats, Floats]:
     osc = pc.Oscillator(
         1.0, 0.1, (pc.SoftStop(0.3, "above", 9.0, 0.4), pc.Wall(-0.5, "below", 0.7))
     )
-    table = law(osc, SYSTEMS[name][1])
-    n = int(table[0, N_HARMONICS])
+    law = law_of(osc, SYSTEMS[name][1])
+    n = int(law[0, N_HARMONICS])
     rows = FIRST_HARMONIC + n + np.array(CHAIN)[:, 1:] * (1 + n)
-    chain = np.column_stack([np.array(CHAIN)[:, 0], rows]).astype(np.int64)
+    itinerary = np.column_stack([np.array(CHAIN)[:, 0], rows]).astype(np.int64)
     residual, jacobian = np.empty(7), np.empty((7, 7))
-    problem = ShootingProblem(table, chain, 5.0, np.empty((n, 2)), np.empty((n, 2)))
+    problem = ShootingProblem(law, itinerary, 5.0, np.empty((n, 2)), np.empty((n, 2)))
     shoot(problem, unknowns, residual, jacobian)
     return residual.copy(), jacobian.copy()
 
@@ -246,22 +246,22 @@ def test_jacobian_of_the_equations_agrees_with_central_differences(name: str) ->
     np.testing.assert_allclose(jacobian, np.array(columns).T, atol=1e-8)
 
 
-def turns(name: str, v0: float, longest: float) -> Table:
+def turns(name: str, v0: float, longest: float) -> Floats:
     osc, force = SYSTEMS[name]
-    table = law(osc, force)
-    n = int(table[0, N_HARMONICS])
+    law = law_of(osc, force)
+    n = int(law[0, N_HARMONICS])
     region = FIRST_HARMONIC + n
     phases, arrival, out = np.empty((n, 2)), np.empty((n, 2)), np.empty((64, 3))
-    set_phases(table, 0.2, 0.0, phases)
-    start = (0.2, 0.0, v0, constant_force(table, region, 0.1))
-    flight = Flight(table, region, start, phases, arrival)
-    found = turning_points(flight, longest, table[region, STEP], out)
+    set_phases(law, 0.2, 0.0, phases)
+    start = (0.2, 0.0, v0, constant_force(law, region, 0.1))
+    flight = Flight(law, region, start, phases, arrival)
+    count = turning_points(flight, longest, law[region, STEP], out)
     times = np.linspace(0.0, longest, 20_001)
     v = np.array([move(flight, s)[1] for s in times])
     expected = times[1:-1][v[1:-1] * v[2:] < 0.0]
-    assert found == len(expected)
-    np.testing.assert_allclose(out[:found, 0], expected, atol=1.01 * times[1])
-    return out[:found]
+    assert count == len(expected)
+    np.testing.assert_allclose(out[:count, 0], expected, atol=1.01 * times[1])
+    return out[:count]
 
 
 @pytest.mark.parametrize("v0", [-0.7, 0.0, 0.02, 1.3])
@@ -273,33 +273,33 @@ def test_turning_points_are_those_that_a_fine_sampling_shows(name: str, v0: floa
 def test_two_turning_points_a_hair_apart_are_both_found() -> None:
     """The velocity dips through zero between two steps of the search."""
     osc, force = pc.Oscillator(0.0, 0.0), pc.cosine(1.0)
-    table = law(osc, force)
+    law = law_of(osc, force)
     phases, arrival, out = np.empty((1, 2)), np.empty((1, 2)), np.empty((8, 3))
-    set_phases(table, 0.0, 0.0, phases)
+    set_phases(law, 0.0, 0.0, phases)
     # v = v0 + sin(t), least at 3 pi/2.
     start = (0.0, 0.0, 1.0 - 1e-6, 0.0)
 
-    flight = Flight(table, FIRST_HARMONIC + 1, start, phases, arrival)
-    found = turning_points(flight, 6.0, table[FIRST_HARMONIC + 1, STEP], out)
+    flight = Flight(law, FIRST_HARMONIC + 1, start, phases, arrival)
+    count = turning_points(flight, 6.0, law[FIRST_HARMONIC + 1, STEP], out)
 
     half = math.acos(1.0 - 1e-6)
     expected = [1.5 * math.pi - half, 1.5 * math.pi + half]
-    np.testing.assert_allclose(out[:found, 0], expected, atol=1e-9)
+    np.testing.assert_allclose(out[:count, 0], expected, atol=1e-9)
 
 
 def test_a_turning_point_right_after_a_start_from_rest_is_found() -> None:
     """From rest into the one direction, and back within the first step of the search."""
     osc, force = pc.Oscillator(0.0, 0.0), pc.sine(1.0)
-    table = law(osc, force)
+    law = law_of(osc, force)
     phases, arrival, out = np.empty((1, 2)), np.empty((1, 2)), np.empty((8, 3))
     for lead in (0.1, 1e-3, 1e-6):
-        set_phases(table, -lead, 0.0, phases)
+        set_phases(law, -lead, 0.0, phases)
         # v = cos(lead) - cos(t), which is zero again at t = lead.
         start = (-lead, 0.0, 0.0, 0.0)
 
-        flight = Flight(table, FIRST_HARMONIC + 1, start, phases, arrival)
-        found = turning_points(flight, 3.0, table[FIRST_HARMONIC + 1, STEP], out)
+        flight = Flight(law, FIRST_HARMONIC + 1, start, phases, arrival)
+        count = turning_points(flight, 3.0, law[FIRST_HARMONIC + 1, STEP], out)
 
         assert out[0, 0] == pytest.approx(2.0 * lead, rel=1e-7)
         assert out[0, 1] < 0.0
-        assert found == 1
+        assert count == 1

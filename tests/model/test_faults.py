@@ -183,10 +183,10 @@ def test_a_draft_needs_the_fields_of_its_kind() -> None:
 def test_all_faults_of_a_start_and_its_limits_are_found(
     limits: dict[str, Any], messages: list[str]
 ) -> None:
-    found = start_faults(Oscillator(stops=(BELOW, ABOVE)), **limits)
+    problems = start_faults(Oscillator(stops=(BELOW, ABOVE)), **limits)
 
-    assert len(found) == len(messages)
-    for fault, message in zip(found, messages, strict=True):
+    assert len(problems) == len(messages)
+    for fault, message in zip(problems, messages, strict=True):
         assert str(fault).startswith(message)
 
 
@@ -198,9 +198,9 @@ def test_a_start_on_a_wall_is_none_inside_it_however_both_are_written() -> None:
 
 
 def test_faults_of_a_study_carry_their_paths() -> None:
-    found = start_faults(impact_oscillator(), -1.0, 0.0, t_end=-1.0, start="start", run="run")
+    problems = start_faults(impact_oscillator(), -1.0, 0.0, t_end=-1.0, start="start", run="run")
 
-    assert [fault.name for fault in found] == ["start.x0", "run.t_end"]
+    assert [fault.name for fault in problems] == ["start.x0", "run.t_end"]
 
 
 def test_only_parts_of_the_model_have_faults() -> None:

@@ -230,10 +230,10 @@ def faults_of(case: Case) -> list[str]:
     """Return what is wrong with the run of a case, rounding excused where it is listed."""
     truth = case.truth()
     run = pc.simulate(case.oscillator, case.forcing, *case.start, t_end=case.t_end, max_impacts=1)
-    table = run.impacts if len(run.impacts) else run.crossings
+    events = run.impacts if len(run.impacts) else run.crossings
     grazes = run.grazes
-    found = []
-    if (len(table) > 0) != (truth.clearance < 0):
+    wrong = []
+    if (len(events) > 0) != (truth.clearance < 0):
         listed = any(
             row == case.stop and abs(clearance) <= bound
             for row, clearance, bound in zip(
@@ -241,14 +241,14 @@ def faults_of(case: Case) -> list[str]:
             )
         )
         if abs(truth.clearance) > ROUNDING * case.amplitude or not listed:
-            found.append(f"{case}: {len(table)} events, but the clearance is {truth.clearance}")
-    elif len(table):
+            wrong.append(f"{case}: {len(events)} events, but the clearance is {truth.clearance}")
+    elif len(events):
         # The height's rounding over the speed, and half an ulp of the time.
-        late = abs(table.t[0] - truth.first_touch) * truth.speed
+        late = abs(events.t[0] - truth.first_touch) * truth.speed
         allowed = ROUNDING * case.amplitude + math.ulp(case.t_end) * truth.speed
-        if table.stop[0] != case.stop or late > allowed:
-            found.append(f"{case}: event at {table.t[0]}, not {truth.first_touch}")
+        if events.stop[0] != case.stop or late > allowed:
+            wrong.append(f"{case}: event at {events.t[0]}, not {truth.first_touch}")
     for clearance, bound in zip(grazes.clearance, grazes.error_bound, strict=True):
         if not abs(clearance - truth.clearance) <= bound:
-            found.append(f"{case}: clearance {clearance} +- {bound}, not {truth.clearance}")
-    return found
+            wrong.append(f"{case}: clearance {clearance} +- {bound}, not {truth.clearance}")
+    return wrong

@@ -12,8 +12,7 @@ import pytest
 
 import percuss as pc
 from percuss.arrays import Floats
-from percuss.motion.eigenset_forms import contact_time
-from percuss.motion.harmonic_forms import harmonic_contact_time
+from percuss.motion.eigenset_forms import contact_time, harmonic_contact_time
 
 WALL = pc.impact_oscillator()
 SUBSETS = [2, 3, 4, 5, 6, 7, 12, 15]
@@ -22,9 +21,9 @@ SUBSETS = [2, 3, 4, 5, 6, 7, 12, 15]
 def same_motion(run: pc.Trajectory, x: Floats, v: Floats, t: Floats) -> float:
     """Return the largest difference, without the instants next to an impact for the velocity."""
     found_x, found_v = run(t)
-    near = np.abs(t[:, None] - run.impacts.t).min(axis=1) < 1e-6
-    apart = np.where(near, 0.0, np.abs(found_v - v))
-    return float(max(np.abs(found_x - x).max(), apart.max()))
+    at_impact = np.abs(t[:, None] - run.impacts.t).min(axis=1) < 1e-6
+    error = np.where(at_impact, 0.0, np.abs(found_v - v))
+    return float(max(np.abs(found_x - x).max(), error.max()))
 
 
 def test_the_eigenset_motion_is_that_of_the_free_oscillator() -> None:
@@ -105,11 +104,11 @@ def test_critical_velocity_of_odd_harmonics_is_the_greatest_over_the_second_flig
         guess = mpmath.mpf(harmonic_contact_time(n)) - mpmath.pi
         eta = mpmath.findroot(lambda s: mpmath.diff(velocity, s), guess)
 
-        found = pc.harmonic_critical_velocity(n)
-        assert found == pytest.approx(float(velocity(eta)), rel=4e-15)
+        critical = pc.harmonic_critical_velocity(n)
+        assert critical == pytest.approx(float(velocity(eta)), rel=4e-15)
     grid = np.linspace(1e-6, math.pi / 2, 200 * n)
     others = (n - np.sin(n * grid) / np.sin(grid)) / (n * n - 1)
-    assert found * (1.0 - 1e-3) < others.max() <= found * (1.0 + 1e-14)
+    assert critical * (1.0 - 1e-3) < others.max() <= critical * (1.0 + 1e-14)
 
 
 def test_critical_velocity_of_high_harmonics_falls_like_one_over_n() -> None:

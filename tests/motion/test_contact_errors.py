@@ -27,7 +27,7 @@ DURATION = 20.0
 @pytest.mark.parametrize("kind", [chattering_motion, random_motion])
 def test_start_of_a_contact_is_never_farther_off_than_its_bound(kind: type, seeds: range) -> None:
     """Nor is the bound absurdly large: in the median of all it is some hundred times the error."""
-    found, ratios, open_ones = [], [], 0
+    wrong, ratios, open_ones = [], [], 0
     for seed in seeds:
         case = kind(seed)
         end = case.start[2] + DURATION
@@ -45,11 +45,11 @@ def test_start_of_a_contact_is_never_farther_off_than_its_bound(kind: type, seed
                 start = mpmath.mpf(float(run.contacts.start[i]))
                 error = float(abs(starts[i] - start)) if i < len(starts) else math.inf
             if not error <= bound:
-                found.append((seed, i, error, bound))
+                wrong.append((seed, i, error, bound))
             if error > 0.0:
                 ratios.append(bound / error)
 
-    assert found == []
+    assert wrong == []
     assert len(ratios) > len(seeds) / 4
     assert open_ones <= 0.05 * len(ratios)
     assert np.median(ratios) < 1000.0

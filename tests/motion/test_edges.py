@@ -88,8 +88,8 @@ def test_chatter_sticks_at_its_accumulation_and_is_released() -> None:
     assert 0.0 < tail < 1e-4
     # The sum's own error is far below the rounding of the impacts before it.
     assert 1e-16 < run.contacts.error_bound[0] < 1e-13
-    held = np.linspace(run.contacts.start[0], run.contacts.release[0], 20)
-    assert (np.array(run(held[:-1])) == 0.0).all()
+    during = np.linspace(run.contacts.start[0], run.contacts.release[0], 20)
+    assert (np.array(run(during[:-1])) == 0.0).all()
     # After the release x is (t - pi)^3 / 12 at first.
     s = 1e-3
     assert float(run(run.contacts.release[0] + s)[0]) == pytest.approx(s**3 / 12, rel=1e-3)
@@ -177,13 +177,13 @@ def test_incommensurate_harmonics_have_no_period_and_keep_their_phases() -> None
 def test_soft_stops_that_share_an_edge_act_as_their_sum_and_are_listed_each() -> None:
     shared = (pc.SoftStop("0.2", "above", 3.0, 0.1), pc.SoftStop(0.2, "above", 5.0))
     both = pc.simulate(pc.Oscillator(1.0, 0.0, shared), v0=1.0, t_end=9.0)
-    one = pc.simulate(
+    single = pc.simulate(
         pc.Oscillator(1.0, 0.0, (pc.SoftStop(0.2, "above", 8.0, 0.1),)), v0=1.0, t_end=9.0
     )
 
     assert both.crossings.t[::2].tolist() == both.crossings.t[1::2].tolist()
-    assert both.crossings.stop.tolist() == [0, 1] * len(one.crossings)
-    np.testing.assert_allclose(both.crossings.t[::2], one.crossings.t, rtol=1e-13)
+    assert both.crossings.stop.tolist() == [0, 1] * len(single.crossings)
+    np.testing.assert_allclose(both.crossings.t[::2], single.crossings.t, rtol=1e-13)
 
 
 def test_soft_stop_in_front_of_a_wall_is_entered_before_the_wall_is_struck() -> None:

@@ -16,12 +16,12 @@ ELASTIC = pc.impact_oscillator()
 def test_the_main_resonance_grows_by_four_thirds_in_each_flight() -> None:
     run = pc.simulate(ELASTIC, pc.sine(2), t_end=5000.0)
 
-    found = pc.growth(run)
+    fitted = pc.growth(run)
 
-    assert found.kind == "grows"
-    assert found.exponent == pytest.approx(1.0, abs=1e-9)
-    assert found.coefficient == pytest.approx(4 / 3 / math.pi, rel=1e-9)
-    assert found.n_points > 700
+    assert fitted.kind == "grows"
+    assert fitted.exponent == pytest.approx(1.0, abs=1e-9)
+    assert fitted.coefficient == pytest.approx(4 / 3 / math.pi, rel=1e-9)
+    assert fitted.n_points > 700
 
 
 @pytest.mark.parametrize("v0", ["0.51", "0.45"])
@@ -29,9 +29,9 @@ def test_steady_motions_are_bounded(v0: str) -> None:
     run = pc.simulate(ELASTIC, pc.sine(3), v0=v0, t_end=2000.0)
 
     for of in ("velocity", "displacement"):
-        found = pc.growth(run, of)
-        assert found.kind == "bounded"
-        assert abs(found.exponent) <= max(3 * found.exponent_error, 1e-12)
+        fitted = pc.growth(run, of)
+        assert fitted.kind == "bounded"
+        assert abs(fitted.exponent) <= max(3 * fitted.exponent_error, 1e-12)
 
 
 def test_the_half_harmonic_grows_as_the_square_root() -> None:
@@ -60,8 +60,8 @@ def test_errors_hold_for_correlated_peaks(correlation: float) -> None:
         noise = np.zeros(600)
         for i, kick in enumerate(rng.normal(size=600)):
             noise[i] = correlation * noise[i - 1] + kick
-        found = fit_power_law(t, np.sqrt(t) * np.exp(0.02 * noise))
-        hits += abs(found.exponent - 0.5) < 2 * found.exponent_error
+        fitted = fit_power_law(t, np.sqrt(t) * np.exp(0.02 * noise))
+        hits += abs(fitted.exponent - 0.5) < 2 * fitted.exponent_error
     assert 178 <= hits <= 199
 
 
@@ -80,17 +80,17 @@ def test_peaks_of_flights_are_exact() -> None:
 def test_without_walls_the_edges_of_soft_stops_are_taken() -> None:
     run = pc.simulate(pc.bilinear_oscillator(stiffness_below=9.0), v0=1.0, t_end=100.0)
 
-    found = pc.growth(run)
+    fitted = pc.growth(run)
 
-    assert found.kind == "bounded"
-    assert found.coefficient == pytest.approx(1.0)
+    assert fitted.kind == "bounded"
+    assert fitted.coefficient == pytest.approx(1.0)
 
 
 def test_few_peaks_tell_nothing() -> None:
-    found = pc.growth(pc.simulate(ELASTIC, v0=1.0, t_end=10.0))
+    fitted = pc.growth(pc.simulate(ELASTIC, v0=1.0, t_end=10.0))
 
-    assert found.kind == "too_few"
-    assert math.isnan(found.exponent)
+    assert fitted.kind == "too_few"
+    assert math.isnan(fitted.exponent)
     assert pc.growth(pc.simulate(pc.Oscillator(), v0=1.0, t_end=10.0)).n_points == 0
 
 

@@ -25,31 +25,31 @@ def test_impact_times_of_the_paper_are_told_apart(
 ) -> None:
     run = pc.simulate(WALL, force, v0=v0, t_end=400.0)
 
-    found = pc.classify_impact_times(run)
+    answer = pc.classify_impact_times(run)
 
-    assert found.kind == kind
+    assert answer.kind == kind
     if pattern is not None:
-        assert (found.n_impacts, found.n_periods) == pattern
+        assert (answer.n_impacts, answer.n_periods) == pattern
 
 
 def test_a_pattern_of_gaps_in_the_eigenset_is_a_subset_of_it() -> None:
     """Equation (10) with m = 2: gaps 2 pi and pi in turn."""
     gaps = np.tile([2.0, 1.0], 20) * math.pi
 
-    found = pc.classify_impact_times(np.cumsum(gaps), WALL, pc.sine("2/3"))
+    answer = pc.classify_impact_times(np.cumsum(gaps), WALL, pc.sine("2/3"))
 
-    assert (found.kind, found.n_impacts, found.n_periods) == ("eigenset_subset", 2, 1)
-    assert found.deviation < 1e-12
+    assert (answer.kind, answer.n_impacts, answer.n_periods) == ("eigenset_subset", 2, 1)
+    assert answer.deviation < 1e-12
 
 
 def test_a_transient_may_come_before_the_period() -> None:
     osc = pc.impact_oscillator(0.7)
     run = pc.simulate(osc, pc.sine(2.5), v0=2.0, t_end=600.0)
 
-    found = pc.classify_impact_times(run)
+    answer = pc.classify_impact_times(run)
 
-    assert (found.kind, found.n_impacts, found.n_periods) == ("periodic", 1, 1)
-    assert found.n_used < len(run.impacts)
+    assert (answer.kind, answer.n_impacts, answer.n_periods) == ("periodic", 1, 1)
+    assert answer.n_used < len(run.impacts)
 
 
 def test_irregular_times_have_no_period() -> None:

@@ -68,8 +68,8 @@ def test_the_motion_in_a_stiff_stop_is_that_of_its_closed_form() -> None:
         steady = (gain * complex(math.cos(2.1 * t), math.sin(2.1 * t))).real
         begin = float(run(enters + 1e-3)[0])
         at = enters + 1e-3
-        there = (gain * complex(math.cos(2.1 * at), math.sin(2.1 * at))).real
-        return steady + (begin - there) * math.exp(root * (t - at))
+        response = (gain * complex(math.cos(2.1 * at), math.sin(2.1 * at))).real
+        return steady + (begin - response) * math.exp(root * (t - at))
 
     for part in (0.1, 0.5, 0.9):
         t = enters + part * (leaves - enters)

@@ -16,9 +16,9 @@ def test_first_event_is_right_down_to_rounding_and_listed_below_it(seed: int) ->
     """Dips and near misses of 1e-15 to 1e-3 of the amplitude; 10,000 of them at night."""
     cases = list(near_grazing_cases(10_000 if seed else 500, seed))
 
-    found = [fault for case in cases for fault in faults_of(case)]
+    wrong = [fault for case in cases for fault in faults_of(case)]
 
-    assert found == []
+    assert wrong == []
 
 
 def test_oracle_finds_the_touches_that_the_turning_points_promise() -> None:

@@ -18,8 +18,8 @@ def deepest(osc: pc.Oscillator, force: pc.Forcing, x0: float, v0: float, t_end: 
     t = (cuts[:-1, None] + share * np.diff(cuts)[:, None]).ravel()
     wall = osc.stops[0]
     x, _ = run(np.clip(t, 0.0, run.t_end))
-    beyond = x - float(wall.at) if wall.side == "above" else float(wall.at) - x
-    return float(beyond.max())
+    depth = x - float(wall.at) if wall.side == "above" else float(wall.at) - x
+    return float(depth.max())
 
 
 def test_a_series_that_vanishes_by_chance_is_no_impact() -> None:
@@ -28,8 +28,8 @@ def test_a_series_that_vanishes_by_chance_is_no_impact() -> None:
     run = pc.simulate(BASIN, pc.cosine("1.5"), x0=x0, v0=v0, t_end=12.0)
 
     assert run.impacts.t == pytest.approx([5.8655468, 10.0446093], abs=1e-7)
-    beside = np.linspace(-1e-4, 1e-4, 201)
-    assert max(deepest(BASIN, pc.cosine("1.5"), x0, v0 + d, 12.0) for d in beside) < 1e-12
+    offsets = np.linspace(-1e-4, 1e-4, 201)
+    assert max(deepest(BASIN, pc.cosine("1.5"), x0, v0 + d, 12.0) for d in offsets) < 1e-12
 
 
 @pytest.mark.parametrize("count", [3000, pytest.param(300_000, marks=pytest.mark.nightly)])

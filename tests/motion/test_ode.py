@@ -56,7 +56,7 @@ def test_motion_between_events_is_what_a_solver_finds(
             continue
         x, v = run(left)
         middle = 0.5 * (left + right)
-        found = solve_ivp(
+        solution = solve_ivp(
             right_hand_side(osc, force, float(run(middle)[0])),
             (left, right),
             [float(x), float(v)],
@@ -66,16 +66,16 @@ def test_motion_between_events_is_what_a_solver_finds(
             dense_output=True,
         )
         t = np.linspace(left, right, 12)[:-1]
-        np.testing.assert_allclose(np.array(run(t)), found.sol(t), atol=1e-9)
+        np.testing.assert_allclose(np.array(run(t)), solution.sol(t), atol=1e-9)
         for stop in osc.stops:
             # Between events no stop is passed.
-            distance = found.sol(t)[0] - as_float(stop.at)
+            distance = solution.sol(t)[0] - as_float(stop.at)
             assert distance.max() <= 1e-9 or distance.min() >= -1e-9
 
 
 def is_in_contact(run: pc.Trajectory, t: float) -> bool:
-    held = (run.contacts.start <= t) & ~(run.contacts.release <= t)
-    return bool(held.any())
+    in_contact = (run.contacts.start <= t) & ~(run.contacts.release <= t)
+    return bool(in_contact.any())
 
 
 def right_hand_side(osc: pc.Oscillator, force: pc.Forcing, inside: float):  # type: ignore[no-untyped-def]
@@ -83,8 +83,8 @@ def right_hand_side(osc: pc.Oscillator, force: pc.Forcing, inside: float):  # ty
     stiffness, damping = as_float(osc.stiffness), as_float(osc.damping)
     constant = as_float(force.constant)
     for stop in osc.stops:
-        beyond = inside > as_float(stop.at) if stop.side == "above" else inside < as_float(stop.at)
-        if isinstance(stop, pc.SoftStop) and beyond:
+        touched = inside > as_float(stop.at) if stop.side == "above" else inside < as_float(stop.at)
+        if isinstance(stop, pc.SoftStop) and touched:
             stiffness += as_float(stop.stiffness)
             damping += as_float(stop.damping)
             constant += as_float(stop.stiffness) * as_float(stop.at)

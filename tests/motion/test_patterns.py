@@ -26,14 +26,14 @@ def found_after(omega: float, periods: int) -> pc.ImpactTimes:
 @pytest.mark.parametrize("periods", [50, 100, 150, 200, 300])
 def test_plain_motions_have_their_pattern_from_fifty_periods_on(periods: int) -> None:
     for omega in FREQUENCIES:
-        found = found_after(omega, periods)
+        answer = found_after(omega, periods)
         if omega in OTHERS:
-            assert (found.n_impacts, found.n_periods) in (OTHERS[omega], (0, 0)), omega
+            assert (answer.n_impacts, answer.n_periods) in (OTHERS[omega], (0, 0)), omega
             continue
-        assert (found.n_impacts, found.n_periods) == (1, 1), omega
-        assert found.kind in ("periodic", "settling"), omega
+        assert (answer.n_impacts, answer.n_periods) == (1, 1), omega
+        assert answer.kind in ("periodic", "settling"), omega
         if periods > 150:
-            assert found.kind == "periodic", omega
+            assert answer.kind == "periodic", omega
 
 
 @pytest.mark.parametrize("omega", OTHERS)
@@ -45,17 +45,17 @@ def test_the_other_frequencies_of_the_table_have_another_orbit(omega: float) -> 
 
     np.testing.assert_allclose(x[n:], x[:-n], rtol=0, atol=1e-9)
     assert np.abs(v[n // 3 :] - v[: -(n // 3)]).max() > 1e-3
-    found = pc.classify_impact_times(run)
-    assert (found.kind, found.n_impacts, found.n_periods) == ("periodic", *OTHERS[omega])
+    answer = pc.classify_impact_times(run)
+    assert (answer.kind, answer.n_impacts, answer.n_periods) == ("periodic", *OTHERS[omega])
 
 
 def test_a_settling_motion_is_named_with_the_rate_of_its_orbit() -> None:
     for omega in (2.05, 2.3, 2.5):
-        found = found_after(omega, 40)
+        answer = found_after(omega, 40)
         orbit = pc.find_orbit(WALL, pc.cosine(omega))
         rate = -math.log(abs(orbit.multipliers[0])) / orbit.period
-        assert found.kind == "settling"
-        assert found.rate == pytest.approx(rate, rel=0.05)
+        assert answer.kind == "settling"
+        assert answer.rate == pytest.approx(rate, rel=0.05)
         assert math.isnan(found_after(omega, 300).rate)
 
 
@@ -65,8 +65,8 @@ def test_a_slow_motion_is_named_as_it_settles() -> None:
     kinds = {}
     for periods in (50, 200, 800):
         run = pc.simulate(osc, force, x0=0.01, v0=0.3, periods=periods)
-        found = pc.classify_impact_times(run)
-        kinds[periods] = found.kind, found.n_impacts, found.n_periods
+        answer = pc.classify_impact_times(run)
+        kinds[periods] = answer.kind, answer.n_impacts, answer.n_periods
 
     assert kinds[50][0] == "no_period_found"
     assert kinds[200] == ("settling", 3, 6)
@@ -88,11 +88,11 @@ def settling(
 )
 def test_no_multiple_is_named_however_the_deviation_turns(multipliers: tuple[complex, ...]) -> None:
     for count in (60, 120, 250, 1000):
-        found = find_pattern(settling(multipliers, count), 1.0, is_dissipative=True)
-        assert found is not None
-        assert (found.n_impacts, found.n_periods) == (1, 1)
-        if found.is_settling:
-            assert found.rate == pytest.approx(-math.log(abs(multipliers[0])), rel=0.05)
+        answer = find_pattern(settling(multipliers, count), 1.0, is_dissipative=True)
+        assert answer is not None
+        assert (answer.n_impacts, answer.n_periods) == (1, 1)
+        if answer.is_settling:
+            assert answer.rate == pytest.approx(-math.log(abs(multipliers[0])), rel=0.05)
 
 
 def test_deviations_that_tend_to_constants_are_a_longer_pattern() -> None:
@@ -100,9 +100,9 @@ def test_deviations_that_tend_to_constants_are_a_longer_pattern() -> None:
     late = k + (0.01 + 0.2 * 0.9**k) * (-1.0) ** k
 
     for count in (40, 60, 100, 300):
-        found = find_pattern(late[:count], 1.0, is_dissipative=True)
-        assert found is None or (found.n_impacts, found.n_periods) == (2, 2)
-    assert found is not None
+        answer = find_pattern(late[:count], 1.0, is_dissipative=True)
+        assert answer is None or (answer.n_impacts, answer.n_periods) == (2, 2)
+    assert answer is not None
 
 
 def test_deviations_that_fall_by_a_power_of_the_time_settle_to_nothing_yet() -> None:
@@ -118,9 +118,9 @@ def test_impacts_very_near_in_time_are_one_pattern() -> None:
     first = k + 0.05 * 0.85**k
     times = np.stack([first, first + 1e-4 * (1.0 + 0.2 * 0.8**k)], axis=1).ravel()
 
-    found = find_pattern(times, 1.0, is_dissipative=True)
-    assert found is not None
-    assert (found.n_impacts, found.n_periods) == (2, 1)
+    answer = find_pattern(times, 1.0, is_dissipative=True)
+    assert answer is not None
+    assert (answer.n_impacts, answer.n_periods) == (2, 1)
 
 
 @pytest.mark.parametrize("start", [0.0, 1e4, 1e7])
@@ -131,10 +131,10 @@ def test_times_that_repeat_to_their_rounding_are_periodic(start: float) -> None:
     times += random.uniform(-2.0, 2.0, len(k)) * np.spacing(times.max())
 
     for is_dissipative in (True, False):
-        found = find_pattern(times, math.pi, is_dissipative=is_dissipative)
-        assert found is not None
-        assert not found.is_settling
-        assert (found.n_impacts, found.n_periods, found.n_used) == (1, 1, 2000)
+        answer = find_pattern(times, math.pi, is_dissipative=is_dissipative)
+        assert answer is not None
+        assert not answer.is_settling
+        assert (answer.n_impacts, answer.n_periods, answer.n_used) == (1, 1, 2000)
 
 
 def test_without_losses_what_does_not_repeat_has_no_pattern() -> None:
@@ -159,9 +159,11 @@ def test_chaotic_times_have_no_pattern() -> None:
 
 def test_without_a_forcing_period_the_intervals_are_compared() -> None:
     k = np.arange(60.0)
-    found = pc.classify_impact_times(1.3 * k + 0.1 * (-0.9) ** k, pc.impact_oscillator(0.8, wall=1))
+    answer = pc.classify_impact_times(
+        1.3 * k + 0.1 * (-0.9) ** k, pc.impact_oscillator(0.8, wall=1)
+    )
 
-    assert (found.kind, found.n_impacts, found.n_periods) == ("settling", 1, 0)
+    assert (answer.kind, answer.n_impacts, answer.n_periods) == ("settling", 1, 0)
 
 
 def random_system(random: np.random.Generator) -> tuple[pc.Oscillator, pc.Forcing, float, float]:
@@ -196,15 +198,15 @@ def stable_motions(seed: int) -> Iterator[tuple[pc.Trajectory, int, int]]:
             continue
         ends = (np.arange(2952, 3000) + 0.3713) * period
         x, v = run(ends)
-        apart = [
+        distance = [
             max(np.abs(x[n:] - x[:-n]).max(), np.abs(v[n:] - v[:-n]).max()) for n in range(1, 7)
         ]
-        repeating = [n for n in range(1, 7) if apart[n - 1] < 1e-9]
+        repeating = [n for n in range(1, 7) if distance[n - 1] < 1e-9]
         if not repeating:
             continue
         n = repeating[0]
         # Whole periods that all but repeat would leave it open which is the orbit.
-        if any(apart[k - 1] < 1e-4 for k in range(1, n)):
+        if any(distance[k - 1] < 1e-4 for k in range(1, n)):
             continue
         times = times_of(run)
         m = int(((times >= ends[0]) & (times < ends[n])).sum())
@@ -226,9 +228,9 @@ def check_stable_motions(seed: int, count: int) -> None:
         assert force.period is not None
         for periods in (30, 50, 75, 100, 200, 400, 800, 3000):
             first = times[times <= periods * force.period]
-            found = pc.classify_impact_times(first, osc, force)
-            if found.n_impacts or periods == 3000:
-                assert [found.n_impacts, found.n_periods] == pattern, (osc, force, periods)
+            answer = pc.classify_impact_times(first, osc, force)
+            if answer.n_impacts or periods == 3000:
+                assert [answer.n_impacts, answer.n_periods] == pattern, (osc, force, periods)
 
 
 def test_stable_motions_at_random_have_no_wrong_pattern() -> None:

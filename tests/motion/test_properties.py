@@ -116,8 +116,8 @@ def dashpot(osc: pc.Oscillator, x: Floats) -> Floats:
     for stop in osc.stops:
         if isinstance(stop, pc.SoftStop):
             depth = x - as_float(stop.at)
-            beyond = depth > 0.0 if stop.side == "above" else depth < 0.0
-            damping += np.where(beyond, as_float(stop.damping), 0.0)
+            touched = depth > 0.0 if stop.side == "above" else depth < 0.0
+            damping += np.where(touched, as_float(stop.damping), 0.0)
     return damping
 
 
@@ -207,10 +207,10 @@ def test_preload_is_a_shift_of_the_wall(
     """x = y + d with a wall at d, constant force K d: exact in binary."""
     d = eighths / 8.0
     here = pc.impact_oscillator(restitution, stiffness=stiffness, damping=damping)
-    there = pc.impact_oscillator(restitution, wall=d, stiffness=stiffness, damping=damping)
+    moved = pc.impact_oscillator(restitution, wall=d, stiffness=stiffness, damping=damping)
 
     run = pc.simulate(here, pc.sine(2.7), v0=v0, t_end=9.0)
-    shifted = pc.simulate(there, pc.sine(2.7, constant=stiffness * d), d, v0, t_end=9.0)
+    shifted = pc.simulate(moved, pc.sine(2.7, constant=stiffness * d), d, v0, t_end=9.0)
 
     assert shifted.impacts.t.tolist() == run.impacts.t.tolist()
     assert shifted.impacts.v_after.tolist() == run.impacts.v_after.tolist()
@@ -239,12 +239,12 @@ def test_same_inputs_give_the_same_bits_whole_or_limited(
 ) -> None:
     calls: list[float] = []
 
-    def watch(done: float, _: float) -> bool:
+    def report(done: float, _: float) -> bool:
         calls.append(done)
         return True
 
     run = pc.simulate(osc, force, x0, v0, t_end=10.0, max_impacts=60)
-    again = pc.simulate(osc, force, x0, v0, t_end=10.0, max_impacts=60, progress=watch)
+    again = pc.simulate(osc, force, x0, v0, t_end=10.0, max_impacts=60, progress=report)
     limited = pc.simulate(osc, force, x0, v0, t_end=10.0, max_impacts=5)
 
     assert again.impacts.t.tolist() == run.impacts.t.tolist()

@@ -15,19 +15,19 @@ ELASTIC = pc.impact_oscillator()
 def test_intervals_of_the_half_harmonic_approach_as_the_inverse_root(t_end: float) -> None:
     run = pc.simulate(ELASTIC, pc.sine(1), t_end=t_end)
 
-    found = pc.classify_impact_times(run)
+    approach = pc.classify_impact_times(run)
 
-    assert found.kind == "approaching_eigenset"
-    assert found.rate == pytest.approx(0.5, abs=0.005)
+    assert approach.kind == "approaching_eigenset"
+    assert approach.rate == pytest.approx(0.5, abs=0.005)
 
 
 def test_a_resonance_started_out_of_phase_approaches_as_the_inverse_square() -> None:
     run = pc.simulate(ELASTIC, pc.cosine(2), v0="0.3", t_end=1e4)
 
-    found = pc.classify_impact_times(run)
+    approach = pc.classify_impact_times(run)
 
-    assert found.kind == "approaching_eigenset"
-    assert found.rate == pytest.approx(2.0, abs=0.02)
+    assert approach.kind == "approaching_eigenset"
+    assert approach.rate == pytest.approx(2.0, abs=0.02)
 
 
 def test_the_rate_of_given_times_is_that_of_their_law() -> None:

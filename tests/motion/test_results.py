@@ -141,14 +141,14 @@ def test_time_outside_the_run_by_its_rounding_is_the_end_and_more_is_refused(t0:
     run = pc.simulate(pc.impact_oscillator(0.8), pc.cosine(2.0), 0.1, 0.3, t0, periods=7)
     ulp = float(np.spacing(max(abs(t0), abs(run.t_end))))
 
-    for end, way in ((run.t0, -1.0), (run.t_end, 1.0)):
+    for end, sign in ((run.t0, -1.0), (run.t_end, 1.0)):
         for n in (1, 4):
-            assert [float(part) for part in run(end + way * n * ulp)] == [
+            assert [float(part) for part in run(end + sign * n * ulp)] == [
                 float(part) for part in run(end)
             ]
         for n in (6, 1000):
             with pytest.raises(pc.ParameterError, match="outside the run"):
-                run([end, end + way * n * ulp])
+                run([end, end + sign * n * ulp])
     with pytest.raises(pc.ParameterError, match="outside the run"):
         run(math.nan)
 
@@ -194,12 +194,12 @@ def test_limit_that_was_not_asked_for_is_told_with_its_numbers(
 def test_run_that_its_watcher_stops_holds_what_was_done() -> None:
     shares: list[float] = []
 
-    def watch(done: float, total: float) -> bool:
+    def report(done: float, total: float) -> bool:
         shares.append(done / total)
         return len(shares) < 3
 
     run = pc.simulate(
-        pc.impact_oscillator(), pc.sine(3), v0=0.51, max_impacts=3_000_000, progress=watch
+        pc.impact_oscillator(), pc.sine(3), v0=0.51, max_impacts=3_000_000, progress=report
     )
 
     assert run.outcome is pc.Outcome.interrupted

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.kernels.test_batch import lanes_of
+from tests.kernels.test_batch import follow
 
 import percuss as pc
 from percuss.kernels import survey
@@ -102,16 +102,16 @@ def test_a_dip_within_rounding_is_a_contact(miss: float) -> None:
     assert abs(run.contacts.start[0] - math.pi) <= run.contacts.error_bound[0] < 1e-4
 
 
-def test_lanes_come_to_rest_where_the_run_does() -> None:
+def test_motions_come_to_rest_where_the_run_does() -> None:
     osc, force = pc.impact_oscillator(0.5), power(3)
     starts = np.array([[math.sin(t) ** 3, 3 * math.sin(t) ** 2 * math.cos(t), t] for t in (0, 1)])
     starts = np.repeat(starts, 10, axis=0)
     for section in (survey.STROBES, survey.IMPACT_POINTS, survey.TANGENTS):
-        lanes = lanes_of(osc, force, starts, 30.0, section=section, n_points=4, surveyed=True)
+        motions = follow(osc, force, starts, 30.0, section=section, n_points=4, surveyed=True)
 
-        for start, tally in zip(starts, lanes.tallies, strict=True):
+        for start, tally in zip(starts, motions.tallies, strict=True):
             run = pc.simulate(osc, force, *start, t_end=30.0)
             assert tally[survey.IMPACTS] == len(run.impacts) == 0
             assert tally[survey.CONTACTS] == len(run.contacts) == 7
-            found = tally[[survey.END_X, survey.END_V]]
-            np.testing.assert_allclose(found, np.array(run(30.0)), rtol=0, atol=1e-14)
+            ends = tally[[survey.END_X, survey.END_V]]
+            np.testing.assert_allclose(ends, np.array(run(30.0)), rtol=0, atol=1e-14)

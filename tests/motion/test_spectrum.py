@@ -83,10 +83,10 @@ def test_the_integral_of_every_kind_of_flight_agrees_with_quadrature(
     run = run_of(name)
     low, high = (run.t0, run.t_end) if window == "whole" else (3.3, 17.7)
 
-    found = fourier_integral(run, OMEGAS, low, high)
+    computed = fourier_integral(run, OMEGAS, low, high)
 
     expected = by_quadrature(run, low, high)
-    assert np.abs(found - expected).max() < 1e-13 * np.abs(expected).max()
+    assert np.abs(computed - expected).max() < 1e-13 * np.abs(expected).max()
 
 
 def test_the_integral_agrees_with_forty_digits_of_an_independent_motion() -> None:
@@ -100,8 +100,8 @@ def test_the_integral_agrees_with_forty_digits_of_an_independent_motion() -> Non
                 mpmath.quad(lambda t, w=w: exact(t)[0] * mpmath.expj(-w * t), [a, b])
                 for a, b in pairwise(cuts)
             )
-            found = complex(fourier_integral(run, np.array([w]), 0.0, 31.0)[0])
-            assert abs(found - complex(expected)) < 1e-13
+            computed = complex(fourier_integral(run, np.array([w]), 0.0, 31.0)[0])
+            assert abs(computed - complex(expected)) < 1e-13
 
 
 def test_late_in_a_long_run_phases_keep_their_digits() -> None:
@@ -110,12 +110,12 @@ def test_late_in_a_long_run_phases_keep_their_digits() -> None:
     late, early = run.impacts.t[-101], 0.0
     omega = np.array([0.7, 2.0, 13.9])
 
-    found = fourier_integral(run, omega, float(late), float(run.impacts.t[-1]))
+    computed = fourier_integral(run, omega, float(late), float(run.impacts.t[-1]))
 
     expected = fourier_integral(run, omega, early, float(run.impacts.t[99]))
     # The window begins at a float: not on the impact, but half a unit of the last place from it.
     shift = 0.5 * np.spacing(late)
-    assert (np.abs(found - expected) < omega * shift * np.abs(expected) + 2 * shift).all()
+    assert (np.abs(computed - expected) < omega * shift * np.abs(expected) + 2 * shift).all()
     line = 2.0 * fourier_integral(run, np.array([2.0]), 0.0, run.t_end)[0] / run.t_end
     # The speed itself has rounded off by some 1e-11 over so many impacts.
     assert abs(line - -4 / (3 * math.pi) * run.impacts.v_after.mean()) < 1e-14
@@ -127,9 +127,9 @@ def test_amplitude_at_a_line_is_the_coefficient_of_the_fourier_series() -> None:
     n = np.arange(1, 20)
 
     for window in ("none", "hann"):
-        found = pc.spectrum(run, omega=2.0 * n, window=window)
-        np.testing.assert_allclose(found.cosine, -4 / math.pi / (4 * n**2 - 1), rtol=1e-12)
-        np.testing.assert_allclose(found.sine, 0.0, atol=1e-14)
+        computed = pc.spectrum(run, omega=2.0 * n, window=window)
+        np.testing.assert_allclose(computed.cosine, -4 / math.pi / (4 * n**2 - 1), rtol=1e-12)
+        np.testing.assert_allclose(computed.sine, 0.0, atol=1e-14)
     lines = pc.line_spectrum(run, math.pi, 20)
     np.testing.assert_allclose(lines.cosine[1:], -4 / math.pi / (4 * n**2 - 1), rtol=1e-12)
     assert float(lines.cosine[0]) == pytest.approx(2 / math.pi, rel=1e-14)
@@ -141,11 +141,11 @@ def test_the_velocity_has_the_spectrum_of_the_derivative() -> None:
     t = np.linspace(0, 31, 2_000_001)
     weight = 0.5 - 0.5 * np.cos(2 * math.pi * t / 31)
 
-    found = pc.spectrum(run, omega=omega, of="velocity")
+    computed = pc.spectrum(run, omega=omega, of="velocity")
 
     v = run(t)[1]
     summed = [np.trapezoid(weight * v * np.cos(w * t), t) / 15.5 * 2 for w in omega]
-    np.testing.assert_allclose(found.cosine, summed, atol=2e-6)
+    np.testing.assert_allclose(computed.cosine, summed, atol=2e-6)
 
 
 def test_the_power_integrates_to_the_mean_square() -> None:

@@ -41,7 +41,7 @@ def test_numbers_give_floats_and_arrays_without_shape_numpy_numbers() -> None:
 def test_phasors_and_powers() -> None:
     np.testing.assert_allclose(numerics.phasor(X), np.exp(1j * X), rtol=1e-15)
     np.testing.assert_allclose(numerics.power(2.0, X), 2.0**X, rtol=1e-14)
-    found = numerics.geometric(1e-3, 7.0, 9)
-    np.testing.assert_allclose(found, np.geomspace(1e-3, 7.0, 9), rtol=1e-14)
-    assert (found[0], found[-1]) == (1e-3, 7.0)
+    computed = numerics.geometric(1e-3, 7.0, 9)
+    np.testing.assert_allclose(computed, np.geomspace(1e-3, 7.0, 9), rtol=1e-14)
+    assert (computed[0], computed[-1]) == (1e-3, 7.0)
     assert math.isclose(numerics.power(10.0, -3.0), 1e-3, rel_tol=1e-14)

@@ -36,9 +36,9 @@ def test_weak_directions_are_left_out_of_least_squares() -> None:
     matrix = SQUARE.copy()
     matrix[-1] = matrix[0] + 1e-13 * matrix[1]
 
-    found = least_squares(matrix, RIGHT, 1e-10)
+    solution = least_squares(matrix, RIGHT, 1e-10)
 
-    np.testing.assert_allclose(found, np.linalg.lstsq(matrix, RIGHT, rcond=1e-10)[0], rtol=1e-8)
+    np.testing.assert_allclose(solution, np.linalg.lstsq(matrix, RIGHT, rcond=1e-10)[0], rtol=1e-8)
 
 
 @pytest.mark.parametrize("size", [1e-300, 1e300])

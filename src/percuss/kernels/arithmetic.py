@@ -19,8 +19,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from percuss.arrays import Floats
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.law import Table
 
 Pair: TypeAlias = tuple[float, float]
 
@@ -149,7 +149,7 @@ LN_2_HIGH, LN_2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 LEAST_DECAY = -700.0
 # Bits of a double below its exponent, and what is added to this.
 MANTISSA, BIAS = 52, 1023
-# 1 / n! for n = 2 to 13: beyond, less than 2**-56 of the sum.
+# 1 / n! for n = 2 to 13: later terms are less than 2**-56 of the sum.
 E2, E3, E4, E5 = 0.5, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0
 E6, E7, E8, E9 = 1.0 / 720.0, 1.0 / 5040.0, 1.0 / 40320.0, 1.0 / 362880.0
 E10, E11, E12, E13 = 1.0 / 3628800.0, 1.0 / 39916800.0, 1.0 / 479001600.0, 1.0 / 6227020800.0
@@ -244,14 +244,14 @@ def exponentials(x: float) -> tuple[float, float]:
     other = np.int64(halvings) - half
     scale = np.int64((half + BIAS) << MANTISSA).view(np.float64)
     scale_2 = np.int64((other + BIAS) << MANTISSA).view(np.float64)
-    found = ((whole + (error + small)) * scale) * scale_2
+    value = ((whole + (error + small)) * scale) * scale_2
     if halvings > ONE_LOST:
-        return found, found
+        return value, value
     if halvings < -ONE_LOST:
-        return found, -1.0
+        return value, -1.0
     scale *= scale_2
     total, error = two_sum(scale - 1.0, scale * r)
-    return found, total + (error + scale * small)
+    return value, total + (error + scale * small)
 
 
 @kernel
@@ -378,31 +378,31 @@ def hypotenuse(x: float, y: float) -> float:
     smaller = min(x, y)
     if math.isnan(x) or math.isnan(y):
         return math.nan
-    back = 1.0
+    scale = 1.0
     if larger > LARGE:
         larger *= DOWN
         smaller *= DOWN
-        back = UP
+        scale = UP
     elif larger < SMALL:
         larger *= UP
         smaller *= UP
-        back = DOWN
+        scale = DOWN
     if smaller <= larger * 2.0**-54:
-        return (larger + smaller) * back
-    found = math.sqrt(larger * larger + smaller * smaller)
-    # What its square misses by, exactly but for one rounding (Borges 2019).
-    square, error = two_product(found, found)
+        return (larger + smaller) * scale
+    root = math.sqrt(larger * larger + smaller * smaller)
+    # The residual of its square, exact but for one rounding (Borges 2019).
+    square, error = two_product(root, root)
     first, error_1 = two_product(larger, larger)
     second, error_2 = two_product(smaller, smaller)
     missing = ((first - square) + second) + ((error_1 + error_2) - error)
-    return (found + missing / (2.0 * found)) * back
+    return (root + missing / (2.0 * root)) * scale
 
 
 @kernel
-def evaluate(which: int, x: Table, y: Table, out: Table) -> None:
-    """Write a function of each of some numbers; ``y`` is the second argument of two, or ``x``.
+def evaluate(which: int, x: Floats, y: Floats, out: Floats) -> None:
+    """Write a function of each entry of ``x``, or of each pair (x, y), into ``out``.
 
-    A phasor is two numbers, the cosine and the sine.
+    ``y`` is ``x`` for functions of one argument. A phasor fills two entries, cosine and sine.
     """
     for i in range(x.shape[0]):
         if which == PHASOR:
@@ -423,7 +423,7 @@ def evaluate(which: int, x: Table, y: Table, out: Table) -> None:
                 out[i] = sine if which == SINE else sine / cosine
 
 
-# Steps to the root of a quintic: two leave what the motion departs from it.
+# Steps to the root of a quintic: after two the error is the departure of the motion from it.
 GUESSES = 2
 
 
@@ -446,9 +446,9 @@ def cubic_minimum(y: float, v: float, y1: float, v1: float) -> float:
 
 @formula
 def quintic_root(ends: tuple[float, float, float], ends1: tuple[float, float, float]) -> float:
-    """Return about where in (0, 1) the quintic with these values and derivatives falls to zero.
+    """Return an approximate zero in (0, 1) of the quintic with these values and derivatives.
 
-    It begins above zero, or at zero and rising, and ends below.
+    It begins above zero, or at zero and rising, and ends below zero.
     """
     c0, c1, twice = ends
     c2 = 0.5 * twice

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, Pair, exponential, later
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import Flight, acceleration_and_jerk, constant_force, move, set_phases
@@ -33,7 +33,6 @@ from percuss.kernels.law import (
     UPPER_RESTITUTION,
     WALL,
     Law,
-    Table,
 )
 
 # Columns of the state: instant, displacement from PLACE, velocity, PLACE, the events met, and
@@ -53,7 +52,7 @@ AT_HITS, AT_TIME, NO_RESTITUTION, NO_PAST, TOO_FAST, TOO_MANY = range(6)
 PART = 0.5
 # Relative rounding of a stretch, of the sizes of its terms.
 ROUNDING = 32.0 * ULP
-# Relative rounding of a whole flight: a touch that is less deep is none.
+# Relative rounding of a whole flight: a touch less deep does not count.
 TOUCH = 64.0 * ULP
 MOST_EVENTS = 100_000
 HALVINGS = 60
@@ -67,10 +66,10 @@ class Past(NamedTuple):
 
     law: Law
     region: int
-    state: Table
+    state: Floats
     force: float
-    phases: Table
-    arrival: Table
+    phases: Floats
+    arrival: Floats
 
 
 @kernel
@@ -107,14 +106,7 @@ def time_to_leave(first: float, second: float, third: float, fourth: float, widt
 @kernel
 def flight_back(past: Past) -> Flight:
     """Return the flight to be followed back; its force is that where it starts."""
-    law, region, state, force, phases, arrival = (
-        past.law,
-        past.region,
-        past.state,
-        past.force,
-        past.phases,
-        past.arrival,
-    )
+    law, region, state, force, phases, arrival = past
     start = (state[T], state[T_LOW], state[V], force - law[region, STIFFNESS] * state[Y])
     return Flight(law, region, start, phases, arrival)
 
@@ -137,7 +129,10 @@ def root_before(
     bound: Pair,
     right: float,
 ) -> float:
-    """Return how long before a state the clearance, positive there, was zero, once in ``right``."""
+    """Return how long before a state the clearance was zero.
+
+    It is positive at the state and has one zero within ``right``.
+    """
     state = past.state
     sign, distance = bound
     flight = flight_back(past)
@@ -167,7 +162,10 @@ def turn_before(
     bound: Pair,
     right: float,
 ) -> tuple[float, float]:
-    """Return how long ago the velocity was zero, once in ``right``, and the clearance then."""
+    """Return how long ago the velocity was zero, and the clearance then.
+
+    It has one zero within ``right``.
+    """
     state = past.state
     sign, distance = bound
     flight = flight_back(past)
@@ -194,9 +192,9 @@ def zero_on(
     piece: tuple[float, float],
     shape: int,
 ) -> float:
-    """Return how long before a state a bound was met, infinite if not at all.
+    """Return how long before a state a bound was met, infinite if not on this piece.
 
-    ``piece`` is how long, and up to which clearance a touch is none.
+    ``piece`` is its duration, and the depth up to which a touch does not count.
     """
     state = past.state
     sign, distance = bound
@@ -267,7 +265,7 @@ def meet_before(
 
 @kernel
 def shapes_on(
-    state: Table,
+    state: Floats,
     reach: tuple[float, float],
     ends: tuple[bool, bool],
     bends: tuple[float, float, float],
@@ -300,7 +298,7 @@ def longest_part(law: Law, region: int, longest: float) -> float:
 
 
 @kernel
-def cross_back(law: Law, state: Table, region: int, side: float) -> tuple[int, int]:
+def cross_back(law: Law, state: Floats, region: int, side: float) -> tuple[int, int]:
     """Take a state at a bound back over it; return the region before and a status, -1 if none."""
     kind = law[region, LOWER_KIND if side < 0.0 else UPPER_KIND]
     x = law[region, LOWER if side < 0.0 else UPPER]
@@ -321,18 +319,18 @@ def cross_back(law: Law, state: Table, region: int, side: float) -> tuple[int, i
 def trace_back(
     law: Law,
     region: int,
-    state: Table,
+    state: Floats,
     wanted: tuple[int, float],
     limits: Pair,
-    hits: Table,
-    scratch: Table,
+    hits: Floats,
+    scratch: Floats,
 ) -> tuple[int, int, int]:
     """Follow a motion back until ``hits`` (n, HIT_COLUMNS) are full, or by the first of ``limits``.
 
-    A hit is an impact on the bound of that number, or a crossing of it that comes with a velocity
-    of that sign. It ends too where it was faster than the second of ``limits``: back in time
-    impacts accumulate between two walls, each slower than the one before it. Return why it ended,
-    the number of hits and the region's row.
+    ``wanted`` is the number of a bound and a sign: a hit is an impact on that bound, or a crossing
+    of it with a velocity of that sign. The motion also ends where it was faster than the second of
+    ``limits``: back in time impacts accumulate between two walls, each slower than the one before
+    it. Return why it ended, the number of hits and the region's row.
     """
     longest, fastest = limits
     phases = scratch[0]
@@ -372,12 +370,12 @@ def trace_back(
 def trace_batch(
     law: Law,
     regions: Integers,
-    states: Table,
+    states: Floats,
     wanted: tuple[int, float],
     limits: Pair,
-    hits: Table,
+    hits: Floats,
     ends: Integers,
-    scratch: Table,
+    scratch: Floats,
 ) -> None:
     """Follow each motion back as `trace_back` does.
 

@@ -15,19 +15,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.flight import Flight, constant_force, set_phases
+from percuss.kernels.flight import Flight, constant_force, restitution_at, set_phases
 from percuss.kernels.law import (
     LOWER,
     LOWER_KIND,
-    LOWER_RESTITUTION,
     NUMBER,
     PLAIN,
     UPPER,
-    UPPER_RESTITUTION,
     WALL,
-    Table,
 )
 from percuss.kernels.lockstep import (
     AT,
@@ -109,7 +106,7 @@ BUFFER = 130
 GRAZES = 4
 # Blocks of a call: their numbers fit the fastest memory.
 BLOCKS = 4
-# With fewer motions a round takes longer than following each.
+# With no more motions than this a round takes longer than following each.
 FEWEST = 3
 # As int64 and not int, for which numba would compile a function anew.
 ONE = np.int64(1)
@@ -120,29 +117,30 @@ NEW = -1
 class Batch(NamedTuple):
     """Many motions: their laws, stacked, and the number of each one's law; then a row for each."""
 
-    laws: Table
+    laws: Floats
     which: Integers
-    states: Table
+    states: Floats
     counters: Integers
     status: Integers
-    plans: Table
-    tallies: Table
-    points: Table
+    plans: Floats
+    tallies: Floats
+    points: Floats
 
 
 class Workspace(NamedTuple):
     """Arrays that members use in turn: buffers of a record, and (3, n_harmonics, 2) for phases."""
 
-    events: Table
+    events: Floats
     marks: Integers
-    grazes: Table
-    phases: Table
+    grazes: Floats
+    phases: Floats
 
 
 class Options(NamedTuple):
-    """What is wanted of all members, and the searches for each before control returns.
+    """Options of all members.
 
-    ``section`` says which points are kept (`survey`), ``surveyed`` whether extremes are.
+    ``section`` names the points that are kept (`survey`), ``surveyed`` asks for extremes, and
+    ``patience`` bounds the searches of each member before control returns.
     """
 
     max_impacts: int
@@ -154,7 +152,7 @@ class Options(NamedTuple):
 class Blocks(NamedTuple):
     """The SIMD blocks of a call, zeros at first, and which member is in each of their slots."""
 
-    numbers: Table
+    numbers: Floats
     occupants: Integers
 
 
@@ -214,7 +212,7 @@ def follow(member: Member, options: Options, until_plain: bool) -> int:
 
 @kernel
 def may_be_plain(run: Run) -> bool:
-    """Return whether a motion is about to leave the one wall there is with a velocity off it."""
+    """Return whether a motion is about to leave its only wall, with a velocity off it."""
     law, state, counters = run.law, run.state, run.counters
     region = counters[REGION]
     if law[region, PLAIN] != 1.0 or counters[TOUCHED] != 0:
@@ -242,7 +240,7 @@ def skip(member: Member, options: Options) -> int:
 
 @kernel
 def next_stretch(member: Member, options: Options) -> int:
-    """Go to the next event, whatever it is; return MOVING, or why there is none."""
+    """Go to the next event of any kind; return MOVING, or why there is none."""
     run, plan, tally = member.run, member.plan, member.tally
     counters = run.counters
     counters[N_EVENTS] = 0
@@ -326,8 +324,7 @@ def carry_neighbour(member: Member, flight: Flight, row: int) -> None:
     jump = event_saltation(law, event, (t, t_low), events[row, V_BEFORE], phases)
     restitution = 1.0
     if kind == IMPACT:
-        upper = marks[row, BOUND] > law[region, NUMBER]
-        restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
+        restitution = restitution_at(law, region, int(marks[row, BOUND]))
     if kind == CONTACT:
         restitution = 0.0
     s = (t - start[0]) + (t_low - start[1])
@@ -399,7 +396,7 @@ def serve_block(
     taken: int,
     many: bool,
 ) -> int:
-    """Do what a round of a block has left to do; return how many slots are taken then."""
+    """Finish a round for the members of a block; return how many slots are taken then."""
     status = batch.status
     block = blocks.numbers[k]
     slot = 0
@@ -415,7 +412,7 @@ def serve_block(
         if status[i] == MOVING:
             slot += 1
             continue
-        # The last slot that is taken fills the gap, and is looked at next.
+        # The last slot that is taken fills the gap, and is served next.
         taken -= 1
         blocks.occupants[k * SLOTS + slot] = blocks.occupants[taken]
         move_slot(blocks.numbers[taken // SLOTS], taken % SLOTS, block, slot)
@@ -423,7 +420,7 @@ def serve_block(
 
 
 @formula
-def load_slot(member: Member, options: Options, block: Table, slot: int) -> None:
+def load_slot(member: Member, options: Options, block: Floats, slot: int) -> None:
     """Load a member that leaves its wall into a slot."""
     run, plan, tally = member.run, member.plan, member.tally
     from_start = options.section == TANGENTS or tally.shape[0] > TALLIES
@@ -433,8 +430,8 @@ def load_slot(member: Member, options: Options, block: Table, slot: int) -> None
 
 
 @formula
-def serve_slot(member: Member, options: Options, block: Table, slot: int, many: bool) -> int:
-    """Do what a round has left to do for a member; return MOVING where it keeps its slot."""
+def serve_slot(member: Member, options: Options, block: Floats, slot: int, many: bool) -> int:
+    """Finish a round for a member; return MOVING where it keeps its slot."""
     run = member.run
     state, counters = run.state, run.counters
     counters[N_IMPACTS] = options.max_impacts - int(block[LEFT * SLOTS + slot])
@@ -460,8 +457,8 @@ def serve_slot(member: Member, options: Options, block: Table, slot: int, many: 
 
 
 @formula
-def count_impact(member: Member, options: Options, block: Table, slot: int) -> bool:
-    """Take what is kept from a plain flight and its impact; False where it is more than that."""
+def count_impact(member: Member, options: Options, block: Floats, slot: int) -> bool:
+    """Tally a plain flight and its impact; return False where more is kept than its tallies."""
     plan, tally = member.plan, member.tally
     until = block[NEXT_AT * SLOTS + slot]
     if block[DONE * SLOTS + slot] == 1.0 or until < block[COUNTED_FROM * SLOTS + slot]:
@@ -484,7 +481,7 @@ def count_impact(member: Member, options: Options, block: Table, slot: int) -> b
 
 
 @formula
-def landed_flight(run: Run, block: Table, slot: int) -> Flight:
+def landed_flight(run: Run, block: Floats, slot: int) -> Flight:
     """Return the flight that a round has made, with phases of its own."""
     v = block[SIGN * SLOTS + slot] * block[SPEED * SLOTS + slot]
     start = (block[AT * SLOTS + slot], block[AT_LOW * SLOTS + slot], v, run.state[FORCE])
@@ -492,7 +489,7 @@ def landed_flight(run: Run, block: Table, slot: int) -> Flight:
 
 
 @formula
-def tally_landing(member: Member, options: Options, block: Table, slot: int) -> None:
+def tally_landing(member: Member, options: Options, block: Floats, slot: int) -> None:
     """Take what is kept from the flight and the impact that a round has made."""
     run = member.run
     events, marks = run.events, run.marks

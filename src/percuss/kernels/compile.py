@@ -99,7 +99,7 @@ def _sources_hash() -> str:
 
 @functools.cache
 def _announce_compilation() -> None:
-    """Say once a process, to someone who sits there, why the first call takes its time."""
+    """Explain at a terminal or in a notebook, once a process, why the first call takes long."""
     terminal = sys.stderr is not None and sys.stderr.isatty()
     if terminal or hasattr(builtins, "__IPYTHON__"):
         sys.stderr.write("percuss: compiling (some ten seconds, once for an installation)\n")
@@ -113,21 +113,21 @@ class _NamedBySources(CompileResultCacheImpl):
 
 
 class KernelCache(FunctionCache):
-    """The cache of one kernel: a help that never fails a computation."""
+    """The cache of one kernel; where it fails, the kernel is compiled as if there were none."""
 
     _impl_class = _NamedBySources
 
     def load_overload(self, sig: object, target_context: object) -> object:
-        """Load machine code; None where there is none that can be used."""
+        """Load machine code; return None where no file of it can be used."""
         try:
-            found = super().load_overload(sig, target_context)
+            overload = super().load_overload(sig, target_context)
         except Exception:  # noqa: BLE001  a damaged file raises whatever unpickling it leads to
             with contextlib.suppress(OSError):
                 self.flush()
-            found = None
-        if found is None:
+            overload = None
+        if overload is None:
             _announce_compilation()
-        return found
+        return overload
 
     def save_overload(self, sig: object, data: object) -> None:
         """Save machine code where that is possible, and remove what has become stale."""

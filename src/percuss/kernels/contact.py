@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import (
     ULP,
     Pair,
@@ -36,7 +37,6 @@ from percuss.kernels.law import (
     TURNS_LOW,
     UPPER,
     Law,
-    Table,
 )
 
 # 2 pi less its double.
@@ -44,7 +44,7 @@ FINE_TWO_PI = (2.0 * math.pi, 2.449293598294706414e-16)
 # Terms of the series of cos and sin up to an eighth of a turn: what is left is below 2**-104.
 MOST_TERMS = 27
 # Rounding of the force and its derivatives, relative to the sum of their terms and to what the
-# rounding of the instant's phase makes of them: 2**-94, with room for a hundred roundings.
+# rounding of the instant's phase makes of them: 2**-94, a margin for a hundred roundings.
 FINE_ROUNDING = 5e-29
 # The force's derivatives that its series on a piece is made of; the next one bounds the rest.
 ORDERS = 10
@@ -57,7 +57,7 @@ CHATTER_LIMIT = 1e-5
 SLOW = 1e-6
 # Force below which its sign is rounding, relative to the sum of its terms.
 FORCE_ROUNDING = 8 * ULP
-# The force's derivatives that are looked at before it counts as identically zero.
+# Derivatives of the force that are evaluated before it counts as identically zero.
 LAST_ORDER = 11
 # Steps towards a release before the search pauses.
 RELEASE_STEPS = 4096
@@ -78,7 +78,7 @@ def fine_cos_sin(rate: float, rate_low: float, t: float, t_low: float) -> tuple[
     phase = plus(phase, two_product(rate, t_low))
     other, other_error = two_product(rate_low, t)
     phase = plus(phase, (other, other_error + rate_low * t_low))
-    # Late instants have a second part that is turns as well.
+    # At late instants the second part holds whole turns as well.
     more = nearest(4.0 * phase[0])
     phase = plus(phase, (-0.25 * more, 0.0))
     turned = (int(quarter) + int(more)) & 3
@@ -166,13 +166,13 @@ def pressing_shape(law: Law, force: float, sign: float, instant: Pair, width: fl
 
 
 @kernel
-def push(law: Law, force: float, instant: tuple[float, float], phases: Table) -> float:
+def push(law: Law, force: float, instant: tuple[float, float], phases: Floats) -> float:
     """Return the first derivative of x that is not zero, at rest at the place of ``force``.
 
-    Its sign is the direction in which the mass sets off; 0 for a mass that stays at rest. The force's
-    derivatives decide, for x^(m + 2) = f^(m) as long as all before it vanish. One that is lost in
-    the rounding of its terms is computed again in pairs of doubles. ``phases`` are those at the
-    ``instant``.
+    Its sign is the direction in which the mass sets off; 0 for a mass that stays at rest. The
+    derivatives of the force decide, since x^(m + 2) = f^(m) as long as all before it vanish. A
+    derivative that is lost in the rounding of its terms is computed again in pairs of doubles.
+    ``phases`` are those at the ``instant``.
     """
     constant = force
     for order in range(LAST_ORDER):
@@ -195,7 +195,7 @@ def chatter_time(
     speed: float,
     fastest: float,
     force: float,
-    phases: Table,
+    phases: Floats,
 ) -> tuple[float, float]:
     """Return (time left to the accumulation, error bound) of a chatter, (-1, 0) if it is none.
 
@@ -236,9 +236,9 @@ def release_time(
     instant: tuple[float, float],
     begin: float,
     longest: float,
-    phases: Table,
+    phases: Floats,
 ) -> tuple[bool, float, float]:
-    """Return (True, time, free) of a contact's release, or (False, time of no release up to, 0).
+    """Return (True, time, free) of a contact's release, or (False, time before it, 0).
 
     The contact began at ``instant`` and is known to last up to ``begin``. Each step stays where
     the force towards the wall is positive by the bound of its second derivative. It releases
@@ -250,8 +250,8 @@ def release_time(
     bend = law[0, FORCE_BOUND + 2]
     tolerance = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
     steep = FORCE_ROUNDING * law[0, FORCE_BOUND + 1]
-    # In contact for ever. A greatest force of zero within rounding is searched for a period, where
-    # there is one.
+    # In contact for ever. A force whose maximum is zero within rounding is searched over a period,
+    # if it has one.
     most = sign * force + law[0, FORCE_BOUND]
     if most < -tolerance or (most <= 0.0 and law[0, PERIOD] == 0.0):
         return False, math.inf, 0.0
@@ -306,19 +306,19 @@ def fine_release(
     for _ in range(FINE_STEPS):
         if s > longest:
             break
-        here = later(instant[0], instant[1], s)
-        pressing = -sign * fine_force(law, force, here, 0)
+        now = later(instant[0], instant[1], s)
+        pressing = -sign * fine_force(law, force, now, 0)
         if pressing > 2.0 * doubt:
             break
-        if pressing < -fine_tolerance(law, force, here, 0):
-            return True, s, pulling_time(law, sign, force, here)
-        shape = pressing_shape(law, force, sign, here, width)
+        if pressing < -fine_tolerance(law, force, now, 0):
+            return True, s, pulling_time(law, sign, force, now)
+        shape = pressing_shape(law, force, sign, now, width)
         if shape == UNDECIDED and width > 8.0 * ULP * s:
             width *= 0.5
             continue
-        there = later(instant[0], instant[1], s + width)
-        end = -sign * fine_force(law, force, there, 0)
-        if shape not in (PRESSES, VANISHES) and end < -fine_tolerance(law, force, there, 0):
+        then = later(instant[0], instant[1], s + width)
+        end = -sign * fine_force(law, force, then, 0)
+        if shape not in (PRESSES, VANISHES) and end < -fine_tolerance(law, force, then, 0):
             right = s + width
             s, free = fine_zero(law, sign, force, instant, s, right)
             return True, s, free
@@ -352,16 +352,16 @@ def fine_zero(
 
 
 @kernel
-def pulling_time(law: Law, sign: float, force: float, here: tuple[float, float]) -> float:
+def pulling_time(law: Law, sign: float, force: float, instant: tuple[float, float]) -> float:
     """Return a time over which the wall provably pulls from an instant on.
 
-    Where none is seen it is next to none, after which a flight's departure is not asked about.
+    Where none is proven it is the last and tiny width, after which no departure is sought.
     """
     width = quiet_time(law)
     for _ in range(BISECTIONS):
-        if pressing_shape(law, force, -sign, here, width) == PRESSES:
+        if pressing_shape(law, force, -sign, instant, width) == PRESSES:
             return width
-        if pressing_shape(law, force, sign, here, width) == FALLS:
+        if pressing_shape(law, force, sign, instant, width) == FALLS:
             return width
         width *= 0.5
     return width

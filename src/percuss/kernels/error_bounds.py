@@ -1,12 +1,11 @@
 """Bounds on the error of the start of each contact, by all rounding before it.
 
 The rounding of each flight and event is carried along by the exact linear maps of the flights and
-events that follow; what is not linear is bounded and added, so that the bound is rigorous and not
-of first order only. The errors that an event may have are a
-zonotope: the sums of *generators*, each a pair (of its instant, of the velocity after it) times a
-number in [-1, 1]. Motions are compared at equal times since their last event, so that a shift in
-time alone stays one. A contact
-forgets all of them but that of its own instant (docs/theory/error-bounds.md has the proof).
+events that follow; nonlinear terms are bounded and added, so that the bound is rigorous and not
+of first order only. The possible errors of an event form a zonotope: the sums of *generators*,
+each a pair (error of its instant, of the velocity after it) times a number in [-1, 1]. Motions are
+compared at equal times since their last event, so that a shift in time stays a shift in time. A
+contact forgets all errors but that of its own instant (docs/theory/error-bounds.md has the proof).
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, exponential
 from percuss.kernels.compile import kernel
 from percuss.kernels.contact import FORCE_ROUNDING
@@ -27,6 +26,8 @@ from percuss.kernels.flight import (
     force_and_slopes,
     growth_of_rounding,
     move,
+    place,
+    restitution_at,
     set_phases,
     sizes,
 )
@@ -34,7 +35,6 @@ from percuss.kernels.law import (
     DAMPING,
     FORCE_BOUND,
     LOWER,
-    LOWER_RESTITUTION,
     NUMBER,
     ORIGIN,
     ORIGIN_FORCE,
@@ -43,9 +43,7 @@ from percuss.kernels.law import (
     STEP,
     STIFFNESS,
     UPPER,
-    UPPER_RESTITUTION,
     Law,
-    Table,
 )
 from percuss.kernels.record import (
     BOUND,
@@ -61,11 +59,14 @@ from percuss.kernels.record import (
     V_AFTER,
     V_BEFORE,
     MotionRecord,
+    flight_after,
+    place_of_event,
+    time_since_event,
 )
 from percuss.kernels.tangent import delayed_start, propagator
 
-# Generators that are kept: with half of them merged whenever room runs out, those that are
-# merged are small beside the rest.
+# Generators that are kept. When they are used up the smaller half is merged, which is small
+# compared with the rest.
 GENERATORS = 96
 # Generators that one event adds at most.
 ADDED = 8
@@ -76,22 +77,22 @@ PART = 0.25
 # ... and an instant by no more than this part of the quickest motion's own time.
 PHASE = 0.1
 # Steps on one flight before its bound is infinite.
-MOST_LOOKS = 200_000
+MOST_STEPS = 200_000
 # Shortest step on which a flight is bounded, as a part of the flight.
 SHORTEST = 1e-9
 
 # A zonotope: the two rows of its generators, how many there are as one number, and scratch.
-Errors: TypeAlias = tuple[Table, Integers, Table]
+Errors: TypeAlias = tuple[Floats, Integers, Floats]
 
 
 @kernel
 def contact_errors(
     record: MotionRecord,
     begins: tuple[float, float, float],
-    phases: Table,
-    arrival: Table,
+    phases: Floats,
+    arrival: Floats,
     errors: Errors,
-    out: Table,
+    out: Floats,
 ) -> None:
     """Write a bound on the error of each contact's instant into ``out`` (n_contacts,).
 
@@ -125,7 +126,7 @@ def contact_errors(
             # The window of the landing holds the rounding of its own flight, and of none before.
             known = known and errors[1][0] == 0 and place == 0.0
         elif known:
-            known = fly(record, row, (place, doubt), phases, arrival, errors)
+            known = carry_along_flight(record, row, (place, doubt), phases, arrival, errors)
             place = 0.0
             doubt = 0.0
 
@@ -154,8 +155,8 @@ def total(errors: Errors, row: int) -> float:
 
 
 @kernel
-def make_room(errors: Errors) -> None:
-    """Merge the smaller half of the generators into two where the next event may need the room.
+def merge_smaller_half(errors: Errors) -> None:
+    """Merge the smaller half of the generators into two where the next event may need more.
 
     The two span the parallelogram, along the largest of those merged, that holds them all.
     Position and velocity are compared by their own totals.
@@ -214,7 +215,7 @@ def doubt_at_start(record: MotionRecord, place: float) -> float:
 
 
 @kernel
-def release_errors(record: MotionRecord, row: int, phases: Table, errors: Errors) -> float:
+def release_errors(record: MotionRecord, row: int, phases: Floats, errors: Errors) -> float:
     """Forget all errors at a release but its own; return that of the constant force after it.
 
     The flight is computed with a force that is zero at the instant found, and that of the motion
@@ -223,9 +224,8 @@ def release_errors(record: MotionRecord, row: int, phases: Table, errors: Errors
     law, events, marks = record.law, record.events, record.marks
     errors[1][0] = 0
     region = int(marks[row, NEXT_REGION])
-    below = marks[row, BOUND] == law[region, NUMBER]
     set_phases(law, events[row, EVENT_T], events[row, EVENT_T_LOW], phases)
-    force = constant_force(law, region, law[region, LOWER if below else UPPER])
+    force = constant_force(law, region, place(law, region, int(marks[row, BOUND])))
     harmonic, slope, _ = force_and_slopes(law, phases)
     rounding = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
     doubt = abs(force + harmonic) + rounding
@@ -239,43 +239,25 @@ def release_errors(record: MotionRecord, row: int, phases: Table, errors: Errors
 
 
 @kernel
-def place_of(record: MotionRecord, row: int) -> float:
-    """Return where the mass is at an event."""
-    law, x0, marks = record.law, record.x0, record.marks
-    region = int(marks[row, NEXT_REGION])
-    if marks[row, KIND] == START:
-        return x0
-    return law[region, LOWER if marks[row, BOUND] == law[region, NUMBER] else UPPER]
-
-
-@kernel
-def fly(
+def carry_along_flight(
     record: MotionRecord,
     row: int,
     begins: Pair,
-    phases: Table,
-    arrival: Table,
+    phases: Floats,
+    arrival: Floats,
     errors: Errors,
 ) -> bool:
-    """Carry the errors along the flight to the event of a row; False where they are too large.
+    """Carry the errors along the flight to the event of a row; return False if too large.
 
     ``begins`` are the errors of x and of the constant force at its start.
     """
     law, events, marks = record.law, record.events, record.marks
-    make_room(errors)
-    before = row - 1
-    region = int(marks[before, NEXT_REGION])
-    x = place_of(record, before)
-    t = events[before, EVENT_T]
-    t_low = events[before, EVENT_T_LOW]
-    s = (events[row, EVENT_T] - t) + (events[row, EVENT_T_LOW] - t_low)
-    set_phases(law, t, t_low, phases)
-    force = constant_force(law, region, x)
-    released = marks[before, KIND] == RELEASE
-    if released:
-        force = -force_and_slopes(law, phases)[0]
-    start = (t, t_low, events[before, V_AFTER], force)
-    flight = Flight(law, region, start, phases, arrival)
+    merge_smaller_half(errors)
+    x = place_of_event(record, row - 1)
+    flight = flight_after(record, row - 1, phases, arrival)
+    region = flight.region
+    s = time_since_event(events, row)
+    released = marks[row - 1, KIND] == RELEASE
     v = events[row, V_BEFORE]
     ends = (v, events[row, EVENT_T], events[row, EVENT_T_LOW])
     time_error = total(errors, 0)
@@ -299,18 +281,17 @@ def fly(
     size, speed = sizes(flight, s)
     rounding = ROUNDING * growth_of_rounding(law, region, s)
     distance = rounding * size + LANDING * abs(v) * s
-    bound = law[region, LOWER if marks[row, BOUND] == law[region, NUMBER] else UPPER]
+    bound = place(law, region, int(marks[row, BOUND]))
     if bound != x:
         distance += ULP * (abs(bound) + abs(x))
     move_by(errors, distance, 0.0)
     move_by(errors, 0.0, rounding * speed + LANDING * abs(v))
     set_phases(law, events[row, EVENT_T], events[row, EVENT_T_LOW], phases)
-    second, _ = acceleration_and_jerk(law, region, force, phases, bound - x, v)
-    if not meet(law, region, v, second, shift, errors):
+    second, _ = acceleration_and_jerk(law, region, flight.start[3], phases, bound - x, v)
+    if not carry_over_event(law, region, v, second, shift, errors):
         return False
     if marks[row, KIND] == IMPACT:
-        upper = marks[row, BOUND] != law[region, NUMBER]
-        restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
+        restitution = restitution_at(law, region, int(marks[row, BOUND]))
         for i in range(count[0]):
             rows[1, i] *= -restitution
         add(errors, 0.0, 2.0 * ULP * restitution * abs(v))
@@ -330,12 +311,14 @@ def move_by(errors: Errors, y: float, v: float) -> None:
 
 @kernel
 def growth_of_errors(law: Law, region: int, s: float) -> float:
-    """Return by how much a displacement may grow in a time s beyond what it does freely."""
+    """Return the factor by which an error of a displacement may grow in a time s."""
     return exponential(law[region, SLOW_ROOT] * s) if law[region, STIFFNESS] < 0.0 else 1.0
 
 
 @kernel
-def meet(law: Law, region: int, v: float, second: float, shift: float, errors: Errors) -> bool:
+def carry_over_event(
+    law: Law, region: int, v: float, second: float, shift: float, errors: Errors
+) -> bool:
     """Turn errors of y and v at the end of a flight into those of the event's instant and velocity.
 
     The motion itself meets the bound within ``time_error`` of the flight's end, and once, if its
@@ -391,13 +374,7 @@ def keeps_clear(
     constant force at the start. At first a motion goes away from a bound where it began, at last
     towards that where it ends; in between it is bounded on steps as long as possible.
     """
-    law, region, start, phases, arrival = (
-        flight.law,
-        flight.region,
-        flight.start,
-        flight.phases,
-        flight.arrival,
-    )
+    law, region, start, phases, arrival = flight
     fast = spread[1]
     _, _, v0, force = start
     longest = min(s, law[region, STEP]) if law[region, STEP] > 0.0 else s
@@ -432,7 +409,8 @@ def time_away(
 ) -> float:
     """Return for how long a motion with these first three derivatives keeps its direction.
 
-    The first that is not zero keeps half of its size. 0 where its error may turn it round.
+    The first derivative that is not zero keeps half of its size that long. Return 0 where its
+    error may reverse it.
     """
     v, second, third = derivatives
     if v != 0.0:
@@ -457,12 +435,12 @@ def is_clear(
     spread: tuple[float, float, float],
 ) -> bool:
     """Return whether a part of a flight keeps farther from both bounds than its errors reach."""
-    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
+    law, region, start, _, arrival = flight
     left, right = span
     width = longest
     y, v = move(flight, left)
     second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
-    for _ in range(MOST_LOOKS):
+    for _ in range(MOST_STEPS):
         if left >= right:
             return True
         width = min(width, right - left)
@@ -507,11 +485,10 @@ def reach_of_errors(
 
 @kernel
 def error_of_contact(
-    record: MotionRecord, row: int, start_error: float, phases: Table, errors: Errors
+    record: MotionRecord, row: int, start_error: float, phases: Floats, errors: Errors
 ) -> float:
-    """Return the bound of the error of a contact's instant; infinity where it may not come."""
+    """Return a bound on the error of a contact's instant; infinity if it may not happen."""
     law, events, marks = record.law, record.events, record.marks
-    t = events[row, EVENT_T]
     low = abs(events[row, EVENT_T_LOW])
     if marks[row - 1, KIND] == START:
         return start_error + low
@@ -521,13 +498,13 @@ def error_of_contact(
     region = int(marks[before, NEXT_REGION])
     upper = marks[before, BOUND] != law[region, NUMBER]
     set_phases(law, events[before, EVENT_T], events[before, EVENT_T_LOW], phases)
-    force = constant_force(law, region, law[region, UPPER if upper else LOWER])
+    force = constant_force(law, region, place(law, region, int(marks[before, BOUND])))
     harmonic, slope, _ = force_and_slopes(law, phases)
     side = 1.0 if upper else -1.0
     pressing = side * (force + harmonic)
     time_error = total(errors, 0)
-    whole = (t - events[before, EVENT_T]) + (events[row, EVENT_T_LOW] - events[before, EVENT_T_LOW])
-    # The force presses at all instants at which the contact may begin.
+    whole = time_since_event(events, row)
+    # The contact is certain only if the force presses at all instants at which it may begin.
     change = abs(slope) + law[0, FORCE_BOUND + 2] * time_error
     doubt = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])
     if not (doubt + change * time_error < 0.5 * pressing):

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, TypeAlias
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import (
     ULP,
     cos_sin,
@@ -44,9 +45,9 @@ from percuss.kernels.law import (
     HALF_TURNS_LOW,
     LOWER,
     LOWER_FORCE,
-    N_HARMONICS,
-    N_REGIONS,
+    LOWER_RESTITUTION,
     NEAR,
+    NUMBER,
     OMEGA,
     ORIGIN,
     ORIGIN_FORCE,
@@ -56,27 +57,14 @@ from percuss.kernels.law import (
     RATE,
     SINE,
     SLOW_ROOT,
-    STEP,
-    STEP_COS,
-    STEP_SIN,
     STIFFNESS,
     TURNS,
     TURNS_LOW,
     TWICE_PER_RATE,
     UPPER,
     UPPER_FORCE,
-    V_OF_COS,
-    V_OF_FORCE,
-    V_OF_SIN,
-    V_OF_V,
-    V_OF_X,
-    X_OF_COS,
-    X_OF_FORCE,
-    X_OF_SIN,
-    X_OF_V,
-    X_OF_X,
+    UPPER_RESTITUTION,
     Law,
-    Table,
 )
 
 # Below this phase the power series is used: there the closed forms lose digits to cancellation,
@@ -102,8 +90,8 @@ class Flight(NamedTuple):
     law: Law
     region: int
     start: FlightStart
-    phases: Table
-    arrival: Table
+    phases: Floats
+    arrival: Floats
 
 
 @kernel
@@ -283,6 +271,19 @@ def quotient(a_re: float, a_im: float, b_re: float, b_im: float) -> tuple[float,
 
 
 @kernel
+def place(law: Law, region: int, bound: int) -> float:
+    """Return the position of a bound of a region."""
+    return law[region, LOWER if bound == int(law[region, NUMBER]) else UPPER]
+
+
+@kernel
+def restitution_at(law: Law, region: int, bound: int) -> float:
+    """Return the restitution of a wall of a region."""
+    lower = bound == int(law[region, NUMBER])
+    return law[region, LOWER_RESTITUTION if lower else UPPER_RESTITUTION]
+
+
+@kernel
 def constant_force(law: Law, region: int, x: float) -> float:
     """Return G - K x: the constant force at x, without cancellation at the region's bounds."""
     if x == law[region, LOWER]:
@@ -293,7 +294,7 @@ def constant_force(law: Law, region: int, x: float) -> float:
 
 
 @kernel
-def set_phases(law: Law, t: float, t_low: float, phases: Table) -> None:
+def set_phases(law: Law, t: float, t_low: float, phases: Floats) -> None:
     """Write cos and sin of w_j (t + t_low) into the rows of ``phases``."""
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
@@ -303,7 +304,7 @@ def set_phases(law: Law, t: float, t_low: float, phases: Table) -> None:
 
 
 @kernel
-def force_derivative(law: Law, phases: Table, order: int) -> float:
+def force_derivative(law: Law, phases: Floats, order: int) -> float:
     """Return the derivative of that order of the harmonic force, at the instant of ``phases``."""
     total = 0.0
     for j in range(phases.shape[0]):
@@ -320,7 +321,7 @@ def force_derivative(law: Law, phases: Table, order: int) -> float:
 
 
 @kernel
-def force_and_slopes(law: Law, phases: Table) -> tuple[float, float, float]:
+def force_and_slopes(law: Law, phases: Floats) -> tuple[float, float, float]:
     """Return the harmonic force and its first two derivatives at the instant of ``phases``."""
     force = 0.0
     slope = 0.0
@@ -342,7 +343,7 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
     law, region, start, phases, arrival = flight
     _, _, v0, force = start
     blow, even, rise = free_response(law, region, s)
-    # What the forces do is summed first: each rounding of the whole would stay in it.
+    # The terms of the forces are summed first: a rounding of the larger whole would stay in it.
     y = force * rise
     v = force * blow - v0 * law[region, DAMPING] * blow
     for j in range(phases.shape[0]):
@@ -383,14 +384,14 @@ def uncertainties(flight: Flight, s: float) -> tuple[float, float]:
 
 @kernel
 def growth_of_rounding(law: Law, region: int, s: float) -> float:
-    """Return the factor of what a growing exponential adds: the rounding of its exponent."""
+    """Return the factor of rounding of a growing exponential, whose exponent is rounded too."""
     return 1.0 + max(0.0, law[region, SLOW_ROOT] * s) / 16.0
 
 
 @kernel
 def sizes(flight: Flight, s: float) -> tuple[float, float]:
     """Return the sums of the magnitudes of the terms of y and of v a time s after the start."""
-    law, region, start, phases = flight.law, flight.region, flight.start, flight.phases
+    law, region, start, phases, _ = flight
     _, _, v0, force = start
     blow, even, rise = free_response(law, region, s)
     size = abs(v0 * blow) + abs(force * rise)
@@ -417,7 +418,7 @@ def sizes(flight: Flight, s: float) -> tuple[float, float]:
 
 @kernel
 def acceleration_and_jerk(
-    law: Law, region: int, force: float, phases: Table, y: float, v: float
+    law: Law, region: int, force: float, phases: Floats, y: float, v: float
 ) -> tuple[float, float]:
     """Return x'' and x''' at displacement y and velocity v, at the instant of ``phases``."""
     pull = 0.0
@@ -435,7 +436,7 @@ def acceleration_and_jerk(
 
 @kernel
 def four_derivatives(
-    law: Law, region: int, force: float, phases: Table, y: float, v: float
+    law: Law, region: int, force: float, phases: Floats, y: float, v: float
 ) -> tuple[float, float, float, float]:
     """Return the second to the fifth derivative of x, as `acceleration_and_jerk` does two."""
     second, third = acceleration_and_jerk(law, region, force, phases, y, v)
@@ -467,30 +468,3 @@ def derivative_bound(
         + law[region, BOUND_OF_X] * abs(lower)
         + law[region, BOUND_OF_V] * (abs(upper) + s * force_bound)
     )
-
-
-@kernel
-def fill_steps(law: Law) -> None:
-    """Fill the step columns of ``regions`` and ``responses`` from their other columns."""
-    n = int(law[0, N_HARMONICS])
-    for number in range(int(law[0, N_REGIONS])):
-        region = FIRST_HARMONIC + n + number * (1 + n)
-        step = law[region, STEP]
-        blow, even, rise = free_response(law, region, step)
-        law[region, X_OF_X] = even + law[region, DAMPING] * blow
-        law[region, X_OF_V] = blow
-        law[region, V_OF_X] = -law[region, STIFFNESS] * blow
-        law[region, V_OF_V] = even - law[region, DAMPING] * blow
-        law[region, X_OF_FORCE] = rise
-        law[region, V_OF_FORCE] = blow
-        for j in range(n):
-            harmonic = FIRST_HARMONIC + j
-            response = region + 1 + j
-            turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], step, 0.0)
-            to_cos, to_sin = harmonic_response(law, region, j, step, blow, even, turn)
-            law[response, X_OF_COS] = to_cos
-            law[response, X_OF_SIN] = to_sin
-            law[response, V_OF_COS] = blow - law[harmonic, OMEGA] * to_sin
-            law[response, V_OF_SIN] = law[harmonic, OMEGA] * to_cos
-            law[response, STEP_COS] = turn[0]
-            law[response, STEP_SIN] = turn[1]

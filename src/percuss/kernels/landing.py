@@ -4,8 +4,8 @@ A stretch is cut until on each piece the clearance is provably positive, or prov
 one zero or one turning point, which is then computed. The bounds are Taylor's theorem with the
 remainder of `derivative_bound`; docs/theory/first-event.md has the proof.
 
-A motion may meet a wall with a velocity of exactly zero while the force turns against it. What
-rounding leaves of that velocity would bounce for ever: `rest_at_landing` recognises such a landing and
+A motion may meet a wall with a velocity of exactly zero while the force turns against it. The
+rounding of that velocity would bounce for ever: `rest_at_landing` recognises such a landing and
 takes its instant from the derivatives of the flight (docs/theory/first-event.md, section 7).
 """
 
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import ULP, Pair
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING
@@ -38,7 +39,6 @@ from percuss.kernels.law import (
     STEP,
     STIFFNESS,
     Law,
-    Table,
 )
 
 # The last correction is made with the series alone when it is this small a phase.
@@ -74,7 +74,7 @@ def land(
     ``bound`` is (sign, distance) and ``bracket`` (left, right, guess): positive at the left, not
     positive at the right, one root between. ``flight.arrival`` receives the phases there.
     """
-    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
+    law, region, start, _, arrival = flight
     sign, distance = bound
     left, right, s = bracket
     force = start[3]
@@ -146,7 +146,7 @@ def series_root(value: float, first: float, second: float, third: float, fourth:
 
 
 @kernel
-def turn_by(law: Law, phases: Table, step: float) -> None:
+def turn_by(law: Law, phases: Floats, step: float) -> None:
     """Advance ``phases`` by a step of a small phase."""
     for j in range(phases.shape[0]):
         angle = law[FIRST_HARMONIC + j, OMEGA] * step
@@ -167,7 +167,7 @@ def lowest(
     right: float,
 ) -> tuple[float, float, float]:
     """Return (s, clearance, rounding bound) at the one turning point of a convex stretch."""
-    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
+    law, region, start, _, arrival = flight
     sign, distance = bound
     force = start[3]
     s = 0.5 * (left + right)
@@ -202,7 +202,7 @@ def first_touch(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, fl
     be added to s, for a GRAZE the third is the clearance. ``flight.arrival`` holds the phases of
     a HIT.
     """
-    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
+    law, region, start, _, arrival = flight
     sign, distance = bound
     left, right = span
     if not left < right:
@@ -218,7 +218,7 @@ def first_touch(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, fl
         width = min(width, right - left)
         fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
         if not fourth < math.inf:
-            # Beyond the range of floats; the velocity says so.
+            # Outside the range of floats; the velocity NaN says so.
             return HIT, left, math.nan, 0.0, left
         gap = sign * (y - distance)
         speed = sign * v
@@ -230,15 +230,15 @@ def first_touch(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, fl
         dips = shape == ONE_MINIMUM and speed <= 0.0
         piece = (left, after)
         foot, y, v = foot_of(flight, bound, piece, dips, doubt)
-        end, beyond, error = foot
-        if dips and sign * v > 0.0 and sign * (y - distance) > 0.0 and abs(beyond) <= error:
-            return GRAZE, end, beyond, error, after
-        if beyond < -error:
+        end, clearance, error = foot
+        if dips and sign * v > 0.0 and sign * (y - distance) > 0.0 and abs(clearance) <= error:
+            return GRAZE, end, clearance, error, after
+        if clearance < -error:
             bracket = (sure, end, 0.5 * (sure + end))
             s, v, s_low = land(flight, bound, bracket)
             return HIT, s, v, s_low, s
-        beyond = sign * (y - distance)
-        if shape == CLEAR or beyond > doubt:
+        clearance = sign * (y - distance)
+        if shape == CLEAR or clearance > doubt:
             if sure < left and gap <= 0.0:
                 return GRAZE, left, gap, doubt, after
             sure = after
@@ -247,7 +247,7 @@ def first_touch(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, fl
         second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
         left = after
         width *= 2.0
-    # Never seen: say that nothing is known beyond.
+    # This has never happened; the answer is that nothing is known from here on.
     return GRAZE, left, sign * (y - distance), math.inf, right
 
 
@@ -259,22 +259,22 @@ def foot_of(
     dips: bool,
     doubt: float,
 ) -> tuple[tuple[float, float, float], float, float]:
-    """Return where a piece decides itself, as (s, clearance, doubt), and (y, v) at its end.
+    """Return the decisive point of a piece as (s, clearance, doubt), and (y, v) at its end.
 
-    That is its end, but where the clearance ``dips`` on it and rises again the minimum. ``bound``
+    It is the minimum where the clearance ``dips`` and rises again, otherwise the end. ``bound``
     is (sign, distance); ``flight.arrival`` receives the phases at the end.
     """
     sign, distance = bound
     left, after = piece
     y, v = move(flight, after)
-    beyond = sign * (y - distance)
-    if beyond <= 0.0:
+    clearance = sign * (y - distance)
+    if clearance <= 0.0:
         doubt = uncertainty(flight, after) + ULP * abs(distance)
     elif dips and sign * v > 0.0:
         foot = lowest(flight, bound, left, after)
         y, v = move(flight, after)
         return foot, y, v
-    return (after, beyond, doubt), y, v
+    return (after, clearance, doubt), y, v
 
 
 @kernel
@@ -329,9 +329,10 @@ def departure(
     """Return a time up to which a flight that starts on a bound is free of it, 0 if not at all.
 
     With m the first derivative that is not zero, the clearance is at least
-    s^m / m! (abs(y^(m)) - s / (m + 1) * bound of y^(m+1)). Infinite for a motion that is none.
+    s^m / m! (abs(y^(m)) - s / (m + 1) * bound of y^(m+1)). A mass that stays at rest is free for
+    ``longest``.
     """
-    law, region, start, phases = flight.law, flight.region, flight.start, flight.phases
+    law, region, start, phases, _ = flight
     _, _, value, force = start
     following, _ = acceleration_and_jerk(law, region, force, phases, 0.0, value)
     for order in range(1, LAST_ORDER):
@@ -407,16 +408,16 @@ def rest_at_landing(
     landed: tuple[float, float],
     longest: float,
 ) -> tuple[bool, float, tuple[float, float, float]]:
-    """Return whether the mass may come to the wall at rest, when, and errors.
+    """Return whether the mass may come to the wall at rest, when, and three errors.
 
-    These are the error of the instant, its part that is later, and the doubt of the clearance.
+    The errors are that of the instant, its part that is later, and the doubt of the clearance.
 
     ``bound`` is (sign, distance) with the clearance sign * (y - distance), and ``landed`` (s, v).
-    It may where the clearance is within its rounding and the velocity too: at the landing itself,
-    where the acceleration passes through zero (the force turns towards the wall), or at a turning
-    point. A hop that never leaves its doubt ends where it is below the wall beyond doubt.
+    Rest is possible where clearance and velocity are both within their rounding: at the landing
+    itself, where the acceleration passes through zero (the force turns towards the wall), or at a
+    turning point. A hop that never leaves its doubt ends where it is below the wall beyond doubt.
     """
-    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
+    law, region, start, _, arrival = flight
     sign, distance = bound
     s, v = landed
     doubt, doubt_of_speed = uncertainties(flight, s)
@@ -454,7 +455,7 @@ def zero_near(
     of_acceleration: bool,
 ) -> float:
     """Return the zero of the acceleration, or of the velocity, next to s, or -1 without one."""
-    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
+    law, region, start, _, arrival = flight
     y, v = move(flight, s)
     second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
     # The nearer root of the parabola that the velocity is here; what follows are Newton's steps.
@@ -499,9 +500,10 @@ def crossing_time(
     sign: float,
     limit: float,
 ) -> float:
-    """Return where, from s forwards (1) or back (-1), the clearance is next beyond a limit.
+    """Return where, from s forwards (1) or back (-1), the clearance next passes a limit.
 
-    Beyond is above a positive limit and below a negative one; back, no farther than the start.
+    It rises above a positive limit and falls below a negative one. The search back ends at the
+    start of the flight.
     """
     inner = s
     width = ULP * s

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from percuss.arrays import Floats
 from percuss.kernels.compile import kernel
-from percuss.kernels.law import Table
 
 # Rows are at right angles when their product is below the first part of their sizes; rows
 # below the second part of the whole are rounding, and at right angles to nothing.
@@ -15,12 +15,12 @@ MOST_SWEEPS = 60
 
 
 @kernel
-def eliminate(matrix: Table, right: Table, weak: float) -> int:
-    """Solve matrix x = right in place, x into ``right``; return 0 where it cannot be done.
+def eliminate(matrix: Floats, right: Floats, weak: float) -> int:
+    """Solve matrix x = right in place, x into ``right``; return 0 if the matrix is singular.
 
-    That is where a pivot is at most ``weak`` of the largest entry, or no number. Otherwise
-    the answer is the sign by which the determinant differs from the product of the pivots,
-    which stand in the diagonal then.
+    It counts as singular where a pivot is at most ``weak`` of the largest entry, or NaN. Otherwise
+    return the sign by which the determinant differs from the product of the pivots, which are left
+    in the diagonal.
     """
     n = matrix.shape[0]
     sign = 1
@@ -53,7 +53,7 @@ def eliminate(matrix: Table, right: Table, weak: float) -> int:
 
 
 @kernel
-def orthogonalise(rows: Table, turned: Table) -> bool:
+def orthogonalise(rows: Floats, turned: Floats) -> bool:
     """Turn rows until they are at right angles, and those of ``turned`` with them.
 
     With the columns of a matrix A as rows and a unit matrix this is the singular value
@@ -93,15 +93,15 @@ def orthogonalise(rows: Table, turned: Table) -> bool:
                 cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
                 sine = cosine * tangent
                 for k in range(m):
-                    one = rows[i, k]
-                    other = rows[j, k]
-                    rows[i, k] = cosine * one - sine * other
-                    rows[j, k] = sine * one + cosine * other
+                    a = rows[i, k]
+                    b = rows[j, k]
+                    rows[i, k] = cosine * a - sine * b
+                    rows[j, k] = sine * a + cosine * b
                 for k in range(n):
-                    one = turned[i, k]
-                    other = turned[j, k]
-                    turned[i, k] = cosine * one - sine * other
-                    turned[j, k] = sine * one + cosine * other
+                    a = turned[i, k]
+                    b = turned[j, k]
+                    turned[i, k] = cosine * a - sine * b
+                    turned[j, k] = sine * a + cosine * b
         if settled:
             return True
     return False

@@ -11,6 +11,7 @@ to the caller.
 
 from __future__ import annotations
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.law import (
@@ -24,15 +25,13 @@ from percuss.kernels.law import (
     UPPER_RESTITUTION,
     WALL,
     Law,
-    Table,
 )
 from percuss.kernels.plain import (
-    MOST_LOOKS,
+    MOST_ITERATIONS,
     Begin,
     Bounds,
     FreeMotion,
     Place,
-    Walk,
     bounds_of,
     clearance,
     is_end,
@@ -41,15 +40,15 @@ from percuss.kernels.plain import (
     motion_of,
     plain_guess,
     plain_impact,
+    plain_iteration,
     plain_landing,
-    plain_look,
     plain_step,
     plain_walk,
     pushes,
-    walk_of,
 )
 from percuss.kernels.record import FASTEST, T_LOW, T, V
 from percuss.kernels.search import STEPS_A_WALK
+from percuss.kernels.step import Walk, walk_of
 
 # Slots of a block: two vectors of eight, of which one computes while the other waits.
 SLOTS = 16
@@ -65,18 +64,18 @@ MODE, COUNT, Y, W, WALK_PUSH, WALK_RATE = range(46, 52)
 OTHER = 6
 # the landing, and the impact.
 S, BEFORE, S_LOW, NEXT_AT, NEXT_AT_LOW, NEXT_SPEED = range(58, 64)
-# From when on impacts are kept, how many there may be yet, and 1 where nothing is left to do.
+# From when on impacts are kept, how many more may come, and 1 where nothing is left to do.
 COUNTED_FROM, LEFT, DONE = range(64, 67)
 ROWS = 67
-# What the motion of a slot is at: there is none; between flights; on the walk; on a step that ends
-# in the wall; at a step that is not clear; landed; at something that is not plain.
+# The mode of a slot: empty; between flights; on the walk; on a step that ends in the wall; at a
+# step that is not clear; landed; at something that is not plain.
 ABSENT, READY, WALKING, ENDING, DOUBTFUL, LANDED, NOT_PLAIN = (float(mode) for mode in range(7))
-# So few motions of a block are quicker one by one.
+# With no more motions left in a block than this, one by one is quicker.
 FEW = 3
 
 
 @kernel
-def load_law(block: Table, slot: int, law: Law, region: int, since: float, t_end: float) -> None:
+def load_law(block: Floats, slot: int, law: Law, region: int, since: float, t_end: float) -> None:
     """Load a law into a slot; impacts from ``since`` on are passed to the caller."""
     motion = motion_of(law, region)
     for k in range(11):
@@ -100,7 +99,7 @@ def load_law(block: Table, slot: int, law: Law, region: int, since: float, t_end
 
 
 @kernel
-def load_state(block: Table, slot: int, state: Table, left: int) -> None:
+def load_state(block: Floats, slot: int, state: Floats, left: int) -> None:
     """Load the state of a slot: at the wall, with a velocity off it.
 
     ``left`` is the number of impacts it may still make.
@@ -116,7 +115,7 @@ def load_state(block: Table, slot: int, state: Table, left: int) -> None:
 
 
 @kernel
-def store_state(block: Table, slot: int, state: Table) -> None:
+def store_state(block: Floats, slot: int, state: Floats) -> None:
     """Store the motion of a slot into its state."""
     state[T] = block[NEXT_AT * SLOTS + slot]
     state[T_LOW] = block[NEXT_AT_LOW * SLOTS + slot]
@@ -126,7 +125,7 @@ def store_state(block: Table, slot: int, state: Table) -> None:
 
 
 @kernel
-def move_slot(block: Table, slot: int, target: Table, other: int) -> None:
+def move_slot(block: Floats, slot: int, target: Floats, other: int) -> None:
     """Move a motion to another slot, which may be its own, and leave the first one empty."""
     for k in range(ROWS):
         target[k * SLOTS + other] = block[k * SLOTS + slot]
@@ -134,7 +133,7 @@ def move_slot(block: Table, slot: int, target: Table, other: int) -> None:
 
 
 @formula
-def motion_at(block: Table, i: int) -> FreeMotion:
+def motion_at(block: Floats, i: int) -> FreeMotion:
     """Return `motion_of` the law of a slot."""
     return (
         block[MOTION * SLOTS + i],
@@ -152,7 +151,7 @@ def motion_at(block: Table, i: int) -> FreeMotion:
 
 
 @formula
-def walk_at(block: Table, i: int) -> Walk:
+def walk_at(block: Floats, i: int) -> Walk:
     """Return `walk_of` the law of a slot."""
     return (
         block[WALK * SLOTS + i],
@@ -171,7 +170,7 @@ def walk_at(block: Table, i: int) -> Walk:
 
 
 @formula
-def bounds_at(block: Table, i: int) -> Bounds:
+def bounds_at(block: Floats, i: int) -> Bounds:
     """Return `bounds_of` the law of a slot."""
     return (
         block[BOUNDS * SLOTS + i],
@@ -186,7 +185,7 @@ def bounds_at(block: Table, i: int) -> Bounds:
 
 
 @formula
-def begin_at(block: Table, i: int) -> Begin:
+def begin_at(block: Floats, i: int) -> Begin:
     """Return how the flight of a slot begins."""
     return (
         block[PULL * SLOTS + i],
@@ -197,7 +196,7 @@ def begin_at(block: Table, i: int) -> Begin:
 
 
 @formula
-def place_at(block: Table, i: int) -> Place:
+def place_at(block: Floats, i: int) -> Place:
     """Return where the walk of a slot is."""
     return (
         block[Y * SLOTS + i],
@@ -208,7 +207,7 @@ def place_at(block: Table, i: int) -> Place:
 
 
 @kernel
-def fly_round(block: Table) -> int:
+def fly_round(block: Floats) -> int:
     """Take each motion of a block to its next impact; return how many are not DONE with that.
 
     Those have landed at an impact that is to be kept or is their last, or are NOT_PLAIN.
@@ -221,7 +220,7 @@ def fly_round(block: Table) -> int:
 
 
 @kernel
-def take_off(block: Table) -> None:
+def take_off(block: Floats) -> None:
     """Begin a flight where the flight before has ended."""
     for i in range(SLOTS):
         t = block[NEXT_AT * SLOTS + i]
@@ -252,7 +251,7 @@ def take_off(block: Table) -> None:
 
 
 @kernel
-def walk_on(block: Table) -> None:
+def walk_on(block: Floats) -> None:
     """Walk until each motion is at a step that ends in the wall, or is not plain."""
     for _ in range(STEPS_A_WALK // 2):
         # There and back between two sets of rows: read and written at once a row is slow.
@@ -266,7 +265,7 @@ def walk_on(block: Table) -> None:
 
 
 @formula
-def step_all(block: Table, source: int, target: int) -> int:
+def step_all(block: Floats, source: int, target: int) -> int:
     """Make one step; return how many motions walk on from it."""
     walking = 0
     for i in range(SLOTS):
@@ -277,70 +276,70 @@ def step_all(block: Table, source: int, target: int) -> int:
         slack = block[SLACK * SLOTS + i]
         mode = block[(source + MODE) * SLOTS + i]
         count = block[(source + COUNT) * SLOTS + i]
-        here = (
+        before = (
             block[(source + Y) * SLOTS + i],
             block[(source + W) * SLOTS + i],
             block[(source + WALK_PUSH) * SLOTS + i],
             block[(source + WALK_RATE) * SLOTS + i],
         )
-        there = plain_step(walk, pull, here)
-        clear = clearance(step, count == 0.0, here, there, bow, slack) > slack
-        stops = ENDING if is_end(count == 0.0, here, there, slack) else DOUBTFUL
+        after = plain_step(walk, pull, before)
+        clear = clearance(step, count == 0.0, before, after, bow, slack) > slack
+        stops = ENDING if is_end(count == 0.0, before, after, slack) else DOUBTFUL
         walks = mode == WALKING
         goes = walks & clear
         block[(target + MODE) * SLOTS + i] = stops if walks & (not clear) else mode
         block[(target + COUNT) * SLOTS + i] = count + 1.0 if goes else count
-        block[(target + Y) * SLOTS + i] = there[0] if goes else here[0]
-        block[(target + W) * SLOTS + i] = there[1] if goes else here[1]
-        block[(target + WALK_PUSH) * SLOTS + i] = there[2] if goes else here[2]
-        block[(target + WALK_RATE) * SLOTS + i] = there[3] if goes else here[3]
+        block[(target + Y) * SLOTS + i] = after[0] if goes else before[0]
+        block[(target + W) * SLOTS + i] = after[1] if goes else before[1]
+        block[(target + WALK_PUSH) * SLOTS + i] = after[2] if goes else before[2]
+        block[(target + WALK_RATE) * SLOTS + i] = after[3] if goes else before[3]
         walking += int(goes)
     return walking
 
 
 @kernel
-def walk_alone(block: Table, i: int) -> None:
+def walk_alone(block: Floats, i: int) -> None:
     """Walk on with one motion: the last of its block, or one whose step is in doubt."""
     margin = (block[BOW * SLOTS + i], block[SLACK * SLOTS + i])
     step = block[BOUNDS * SLOTS + i]
     count = int(block[COUNT * SLOTS + i])
-    k, here, _ = plain_walk(
+    k, after, _ = plain_walk(
         walk_at(block, i), step, block[PULL * SLOTS + i], margin, count, place_at(block, i)
     )
     block[MODE * SLOTS + i] = ENDING if k >= 0 else NOT_PLAIN
     block[COUNT * SLOTS + i] = float(k)
-    block[Y * SLOTS + i] = here[0]
-    block[W * SLOTS + i] = here[1]
-    block[WALK_PUSH * SLOTS + i] = here[2]
-    block[WALK_RATE * SLOTS + i] = here[3]
+    block[Y * SLOTS + i] = after[0]
+    block[W * SLOTS + i] = after[1]
+    block[WALK_PUSH * SLOTS + i] = after[2]
+    block[WALK_RATE * SLOTS + i] = after[3]
 
 
 @kernel
-def aim(block: Table) -> None:
+def aim(block: Floats) -> None:
     """Guess where in their last steps the motions land."""
     for i in range(SLOTS):
         step = block[BOUNDS * SLOTS + i]
-        here = place_at(block, i)
-        there = plain_step(walk_at(block, i), block[PULL * SLOTS + i], here)
-        part = plain_guess(motion_at(block, i), step, block[PULL * SLOTS + i], here, there)
+        before = place_at(block, i)
+        after = plain_step(walk_at(block, i), block[PULL * SLOTS + i], before)
+        part = plain_guess(motion_at(block, i), step, block[PULL * SLOTS + i], before, after)
         block[S * SLOTS + i] = step * block[COUNT * SLOTS + i] + step * part
 
 
 @kernel
-def land_all(block: Table) -> None:
-    """Look at the landings until they are settled, the last few alone."""
-    looks = MOST_LOOKS
+def land_all(block: Floats) -> None:
+    """Iterate the landings until they are settled, the last few one by one."""
+    iterations = MOST_ITERATIONS
     left = SLOTS
-    while left > FEW and looks > 0:
-        left = look_all(block)
-        looks -= 1
+    while left > FEW and iterations > 0:
+        left = iterate_all(block)
+        iterations -= 1
     if left == 0:
         return
     for i in range(SLOTS):
         s = block[S * SLOTS + i]
         if block[MODE * SLOTS + i] == ENDING and s > 0.0:
             end, v, s_low = plain_landing(
-                motion_at(block, i), bounds_at(block, i), begin_at(block, i), s, looks
+                motion_at(block, i), bounds_at(block, i), begin_at(block, i), s, iterations
             )
             block[S * SLOTS + i] = end
             block[BEFORE * SLOTS + i] = v
@@ -349,29 +348,31 @@ def land_all(block: Table) -> None:
 
 
 @kernel
-def look_all(block: Table) -> int:
-    """Look once; return how many landings are left."""
+def iterate_all(block: Floats) -> int:
+    """Make one iteration of all landings; return how many are not settled."""
     left = 0
     for i in range(SLOTS):
         mode = block[MODE * SLOTS + i]
         s = block[S * SLOTS + i]
-        looks = (mode == ENDING) & (s > 0.0)
-        # All is read before anything is written, or else the loop is none of vectors.
+        active = (mode == ENDING) & (s > 0.0)
+        # All reads come before all writes, without which the compiler makes no vectors of the loop.
         before = block[BEFORE * SLOTS + i]
         s_low_before = block[S_LOW * SLOTS + i]
         motion = motion_at(block, i)
         bounds = bounds_at(block, i)
-        settled, end, v, s_low = plain_look(motion, bounds, begin_at(block, i), s if looks else 1.0)
-        block[S * SLOTS + i] = end if looks else s
-        block[BEFORE * SLOTS + i] = v if looks else before
-        block[S_LOW * SLOTS + i] = s_low if looks else s_low_before
-        block[MODE * SLOTS + i] = LANDED if looks & settled else mode
-        left += int(looks & (not settled) & (end > 0.0))
+        settled, end, v, s_low = plain_iteration(
+            motion, bounds, begin_at(block, i), s if active else 1.0
+        )
+        block[S * SLOTS + i] = end if active else s
+        block[BEFORE * SLOTS + i] = v if active else before
+        block[S_LOW * SLOTS + i] = s_low if active else s_low_before
+        block[MODE * SLOTS + i] = LANDED if active & settled else mode
+        left += int(active & (not settled) & (end > 0.0))
     return left
 
 
 @kernel
-def strike_all(block: Table) -> int:
+def strike_all(block: Floats) -> int:
     """Rebound where a landing is plainly the first of its flight and its impact is plain."""
     not_done = 0
     for i in range(SLOTS):
@@ -379,9 +380,9 @@ def strike_all(block: Table) -> int:
         step = block[BOUNDS * SLOTS + i]
         slack = block[SLACK * SLOTS + i]
         landed = (block[S * SLOTS + i], block[BEFORE * SLOTS + i], block[S_LOW * SLOTS + i])
-        here = place_at(block, i)
+        before = place_at(block, i)
         s = step * block[COUNT * SLOTS + i]
-        first = is_first(here, s, landed, step, block[FOURTH * SLOTS + i], slack)
+        first = is_first(before, s, landed, step, block[FOURTH * SLOTS + i], slack)
         instant = (block[AT * SLOTS + i], block[AT_LOW * SLOTS + i])
         restitution = block[RESTITUTION * SLOTS + i]
         fastest = block[FASTEST_YET * SLOTS + i]

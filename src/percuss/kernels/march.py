@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import Pair, later
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING, chatter_time, push, release_time
@@ -28,7 +29,6 @@ from percuss.kernels.law import (
     UPPER_KIND,
     UPPER_RESTITUTION,
     WALL,
-    Table,
 )
 from percuss.kernels.plain import plain_flights
 from percuss.kernels.record import (
@@ -178,7 +178,7 @@ def begin(run: Run) -> None:
 
 
 @kernel
-def flight_of(run: Run, phases: Table) -> Flight:
+def flight_of(run: Run, phases: Floats) -> Flight:
     """Return the flight from the state of a run, with these phases at its start."""
     state = run.state
     start = (state[T], state[T_LOW], state[V], state[FORCE])
@@ -197,7 +197,7 @@ def fly(run: Run, t_end: float) -> int:
 
 @kernel
 def arrive(run: Run, event: NextEvent, longest: float) -> int:
-    """Carry out what `next_event` has found."""
+    """Carry out the event that `next_event` returned."""
     law, state, phases = run.law, run.state, run.phases
     flight = flight_of(run, phases)
     region = flight.region
@@ -227,7 +227,7 @@ def arrive(run: Run, event: NextEvent, longest: float) -> int:
     state[T_LOW] = t_low
     state[FREE_BELOW] = 0.0
     state[FREE_ABOVE] = 0.0
-    # Afresh from the instant: turned along from flight to flight they would drift from it.
+    # Computed afresh: phases turned along from flight to flight would drift from the instant.
     set_phases(law, t, t_low, phases)
     if at_rest:
         come_to_rest(run, side, value, errors)
@@ -307,7 +307,7 @@ def come_to_rest(run: Run, side: float, v: float, errors: tuple[float, float, fl
     state[FORCE] = law[region, UPPER_FORCE if side > 0.0 else LOWER_FORCE]
     state[V] = 0.0
     note(run, SLOW_LANDING, bound, v, 0.0)
-    # A limit of impacts ends motions that land at rest again and again, too.
+    # It counts as an impact, so that the limit also ends motions that land at rest for ever.
     counters[N_IMPACTS] += 1
     pressing = side * (state[FORCE] + force_and_slopes(law, phases)[0])
     # Within the rounding of the force the contact's release decides, from where the mass would
@@ -322,7 +322,7 @@ def come_to_rest(run: Run, side: float, v: float, errors: tuple[float, float, fl
 
 @kernel
 def stay(run: Run, t_end: float) -> int:
-    """Wait at a wall until the force lets go."""
+    """Stay in contact with a wall until the force changes sign."""
     law, state, counters, phases = run.law, run.state, run.counters, run.phases
     region = counters[REGION]
     normal = counters[TOUCHED]

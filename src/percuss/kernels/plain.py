@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin, cubic_minimum, decay, later, quintic_root
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import SLOW
@@ -39,30 +40,18 @@ from percuss.kernels.law import (
     QUICKEST,
     SINE,
     STEP,
-    STEP_COS,
-    STEP_SIN,
     STIFFNESS,
     TURNS,
     TURNS_LOW,
     TWICE_PER_RATE,
     UPPER_FORCE,
     UPPER_RESTITUTION,
-    V_OF_COS,
-    V_OF_FORCE,
-    V_OF_SIN,
-    V_OF_V,
-    V_OF_X,
     WALL,
-    X_OF_COS,
-    X_OF_FORCE,
-    X_OF_SIN,
-    X_OF_V,
-    X_OF_X,
     Law,
-    Table,
 )
 from percuss.kernels.record import EVENT_T, EVENT_T_LOW, HUGE, V_AFTER, V_BEFORE
 from percuss.kernels.search import STEPS_A_WALK, THIRD, WALK_SLACK
+from percuss.kernels.step import Walk, walk_of
 
 # Least speed of a plain landing times a step, as a part of the slack of the walk: 2e-6 of the size
 # of the motion, above what rounding makes of a speed (docs/theory/first-event.md, section 7).
@@ -72,36 +61,14 @@ SLOWEST = 2e5
 Begin: TypeAlias = tuple[float, float, float, float]
 # On the walk: y, v, the harmonic force and its derivative by the frequency.
 Place: TypeAlias = tuple[float, float, float, float]
-# What is needed of a law: for the closed form, for a step of the walk, and for bounds, in the
-# order of `motion_of`, `walk_of` and `bounds_of`.
+# What is needed of a law for the closed form and for bounds, in the order of `motion_of` and
+# `bounds_of`; for a step of the walk see `step.walk_of`.
 FreeMotion: TypeAlias = tuple[
     float, float, float, float, float, float, float, float, float, float, float
 ]
-Walk: TypeAlias = tuple[
-    float, float, float, float, float, float, float, float, float, float, float, float
-]
 Bounds: TypeAlias = tuple[float, float, float, float, float, float, float, float]
-# Looks at a landing: most are settled by the second, slow ones need more.
-MOST_LOOKS = 6
-
-
-@kernel
-def walk_of(law: Law, region: int) -> Walk:
-    """Return the linear map over a step."""
-    return (
-        law[region, X_OF_FORCE],
-        law[region, V_OF_FORCE],
-        law[region + 1, X_OF_COS],
-        law[region + 1, X_OF_SIN],
-        law[region + 1, V_OF_COS],
-        law[region + 1, V_OF_SIN],
-        law[region + 1, STEP_COS],
-        law[region + 1, STEP_SIN],
-        law[region, X_OF_X],
-        law[region, X_OF_V],
-        law[region, V_OF_X],
-        law[region, V_OF_V],
-    )
+# Iterations of a landing: most settle at the second, slow ones need more.
+MOST_ITERATIONS = 6
 
 
 @kernel
@@ -170,9 +137,9 @@ def margins(motion: FreeMotion, bounds: Bounds, begin: Begin) -> tuple[float, fl
 
 
 @formula
-def plain_step(walk: Walk, force: float, here: Place) -> Place:
+def plain_step(walk: Walk, force: float, before: Place) -> Place:
     """Return the place one step later."""
-    y, v, push, rate = here
+    y, v, push, rate = before
     x_of_force, v_of_force, x_of_cos, x_of_sin, v_of_cos, v_of_sin = walk[:6]
     step_cos, step_sin, x_of_x, x_of_v, v_of_x, v_of_v = walk[6:]
     # The state's own terms come last: a step then waits for little of the step before.
@@ -187,7 +154,7 @@ def plain_step(walk: Walk, force: float, here: Place) -> Place:
 
 @formula
 def clearance(
-    step: float, is_first_step: bool, here: Place, there: Place, bow: float, slack: float
+    step: float, is_first_step: bool, before: Place, after: Place, bow: float, slack: float
 ) -> float:
     """Return a lower bound of y during a step.
 
@@ -195,23 +162,25 @@ def clearance(
     time (see `search.clearances`), without an allowance for rounding.
     """
     third = THIRD * step
-    rise = third * here[1]
-    least = rise - (384.0 / 72.0) * bow + slack if is_first_step else here[0] - bow
-    inner = min(here[0] + rise, there[0] - third * there[1])
-    return min(least, there[0] - bow, inner - bow)
+    rise = third * before[1]
+    least = rise - (384.0 / 72.0) * bow + slack if is_first_step else before[0] - bow
+    inner = min(before[0] + rise, after[0] - third * after[1])
+    return min(least, after[0] - bow, inner - bow)
 
 
 @formula
-def is_end(is_first_step: bool, here: Place, there: Place, slack: float) -> bool:
+def is_end(is_first_step: bool, before: Place, after: Place, slack: float) -> bool:
     """Return whether a step begins beyond doubt inside and ends beyond doubt in the wall."""
-    return there[0] < -slack and (is_first_step or here[0] > slack)
+    return after[0] < -slack and (is_first_step or before[0] > slack)
 
 
 @formula
-def plain_guess(motion: FreeMotion, step: float, force: float, here: Place, there: Place) -> float:
-    """Return about after which part of a step it comes to the wall."""
-    y, v, push, _ = here
-    y1, v1, push1, _ = there
+def plain_guess(
+    motion: FreeMotion, step: float, force: float, before: Place, after: Place
+) -> float:
+    """Return the part of a step after which the mass meets the wall, approximately."""
+    y, v, push, _ = before
+    y1, v1, push1, _ = after
     drag = 2.0 * motion[1]
     second = force + push - drag * v - motion[0] * y
     second1 = force + push1 - drag * v1 - motion[0] * y1
@@ -219,12 +188,12 @@ def plain_guess(motion: FreeMotion, step: float, force: float, here: Place, ther
 
 
 @formula
-def plain_look(
+def plain_iteration(
     motion: FreeMotion, bounds: Bounds, begin: Begin, s: float
 ) -> tuple[bool, float, float, float]:
-    """Return whether a look at s settles the landing, and (s, v, s_low), or where to look next.
+    """Return whether an iteration at s settles the landing, and (s, v, s_low), or the next s.
 
-    That is NaN, with which nothing is ever settled, where s is short.
+    The next s is NaN, which never settles, where s is short.
     """
     stiffness, damping, omega, _, _, _, _, _, _, _, _ = motion
     _, quickest, pace, _, _, force_bound, bound_of_x, bound_of_v = bounds
@@ -286,23 +255,29 @@ def plain_state(
 
 @formula
 def is_first(
-    here: Place,
+    before: Place,
     s: float,
     landed: tuple[float, float, float],
     step: float,
     fourth: float,
     slack: float,
 ) -> bool:
-    """Return whether a landing on the step that begins at s is plainly the first (see `meeting`).
+    """Return whether a landing on the step that begins at s is plainly the first.
 
-    And plainly one with a speed: a slower one may be rounding (`rest_at_landing`).
+    The criterion is that of `event_of_step`; a speed that may be rounding is not plain
+    (`rest_at_landing`).
     """
     end, speed, _ = landed
     width = end - s
     third = THIRD * width
     least = fourth * width**4 * (1.0 / 287.0) + (slack if s > 0.0 else 0.0)
     fast = -speed * step > SLOWEST * slack
-    return fast and here[0] + third * here[1] > least and -third * speed > least and end <= s + step
+    return (
+        fast
+        and before[0] + third * before[1] > least
+        and -third * speed > least
+        and end <= s + step
+    )
 
 
 @formula
@@ -327,8 +302,8 @@ def plain_flights(
     region: int,
     begin: tuple[float, float, float, float],
     t_end: float,
-    phases: Table,
-    events: Table,
+    phases: Floats,
+    events: Floats,
     first: int,
     last: int,
 ) -> tuple[int, float]:
@@ -370,18 +345,18 @@ def plain_flight(law: Law, region: int, begin: Begin) -> tuple[float, float, flo
     fourth, bow, slack = margins(motion, bounds, begin)
     at_wall = (0.0, begin[3], begin[1], begin[2])
     walk = walk_of(law, region)
-    i, here, there = plain_walk(walk, step, begin[0], (bow, slack), 0, at_wall)
+    i, before, after = plain_walk(walk, step, begin[0], (bow, slack), 0, at_wall)
     if i >= 0:
-        guess = step * i + step * plain_guess(motion, step, begin[0], here, there)
-        landed = plain_landing(motion, bounds, begin, guess, MOST_LOOKS)
-        if is_first(here, step * i, landed, step, fourth, slack):
+        guess = step * i + step * plain_guess(motion, step, begin[0], before, after)
+        landed = plain_landing(motion, bounds, begin, guess, MOST_ITERATIONS)
+        if is_first(before, step * i, landed, step, fourth, slack):
             return landed
     return math.nan, math.nan, math.nan
 
 
 @kernel
 def plain_walk(
-    walk: Walk, step: float, force: float, margin: tuple[float, float], i: int, here: Place
+    walk: Walk, step: float, force: float, margin: tuple[float, float], i: int, before: Place
 ) -> tuple[int, Place, Place]:
     """Walk on from step i to the one that ends in the wall; return which, and both its ends.
 
@@ -390,32 +365,32 @@ def plain_walk(
     """
     bow, slack = margin
     for k in range(i, STEPS_A_WALK):
-        there = plain_step(walk, force, here)
-        if not clearance(step, k == 0, here, there, bow, slack) > slack:
-            if is_end(k == 0, here, there, slack):
-                return k, here, there
-            if k == 0 or not is_clear_yet(step, here, there, bow, slack):
+        after = plain_step(walk, force, before)
+        if not clearance(step, k == 0, before, after, bow, slack) > slack:
+            if is_end(k == 0, before, after, slack):
+                return k, before, after
+            if k == 0 or not is_clear_yet(step, before, after, bow, slack):
                 break
-        here = there
-    return -1, here, here
+        before = after
+    return -1, before, before
 
 
 @kernel
-def is_clear_yet(step: float, here: Place, there: Place, bow: float, slack: float) -> bool:
-    """Return whether a step that does not look clear is so by the minimum of its cubic."""
-    y, v, _, _ = here
-    y1, v1, _, _ = there
+def is_clear_yet(step: float, before: Place, after: Place, bow: float, slack: float) -> bool:
+    """Return whether the minimum of its cubic clears a step that the coefficients do not."""
+    y, v, _, _ = before
+    y1, v1, _, _ = after
     return min(y, y1) > slack and cubic_minimum(y, step * v, y1, step * v1) > bow + slack
 
 
 @kernel
 def plain_landing(
-    motion: FreeMotion, bounds: Bounds, begin: Begin, guess: float, looks: int
+    motion: FreeMotion, bounds: Bounds, begin: Begin, guess: float, iterations: int
 ) -> tuple[float, float, float]:
     """Return (s, v, s_low) at the wall next to ``guess``, NaN where it is not settled."""
     s = guess
-    for _ in range(looks):
-        settled, s, v, s_low = plain_look(motion, bounds, begin, s)
+    for _ in range(iterations):
+        settled, s, v, s_low = plain_iteration(motion, bounds, begin, s)
         if settled:
             return s, v, s_low
         if not s > 0.0:

@@ -11,8 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.arrays import Integers
-from percuss.kernels.law import N_HARMONICS, Law, Table
+from percuss.arrays import Floats, Integers
+from percuss.kernels.compile import kernel
+from percuss.kernels.flight import Flight, constant_force, force_and_slopes, place, set_phases
+from percuss.kernels.law import N_HARMONICS, Law
 
 # What an event is: column KIND of the marks.
 # (As int64 and not int, for which numba would compile a function anew for each value.)
@@ -54,14 +56,14 @@ class Run(NamedTuple):
     """
 
     law: Law
-    state: Table
+    state: Floats
     counters: Integers
-    phases: Table
-    arrival: Table
-    walker: Table
-    events: Table
+    phases: Floats
+    arrival: Floats
+    walker: Floats
+    events: Floats
     marks: Integers
-    grazes: Table
+    grazes: Floats
 
 
 class MotionRecord(NamedTuple):
@@ -69,12 +71,44 @@ class MotionRecord(NamedTuple):
 
     law: Law
     x0: float
-    events: Table
+    events: Floats
     marks: Integers
 
 
+@kernel
+def place_of_event(record: MotionRecord, row: int) -> float:
+    """Return where the mass is at an event."""
+    marks = record.marks
+    if marks[row, KIND] == START:
+        return record.x0
+    return place(record.law, int(marks[row, NEXT_REGION]), int(marks[row, BOUND]))
+
+
+@kernel
+def flight_after(record: MotionRecord, row: int, phases: Floats, arrival: Floats) -> Flight:
+    """Return the flight, or contact, that begins with an event; ``phases`` receive those there."""
+    law, events = record.law, record.events
+    region = int(record.marks[row, NEXT_REGION])
+    set_phases(law, events[row, EVENT_T], events[row, EVENT_T_LOW], phases)
+    force = constant_force(law, region, place_of_event(record, row))
+    if record.marks[row, KIND] == RELEASE:
+        # The force is zero at a release (see `march.stay`).
+        force = -force_and_slopes(law, phases)[0]
+    start = (events[row, EVENT_T], events[row, EVENT_T_LOW], events[row, V_AFTER], force)
+    return Flight(law, region, start, phases, arrival)
+
+
+@kernel
+def time_since_event(events: Floats, row: int) -> float:
+    """Return the time from the event before that of a row."""
+    before = row - 1
+    return (events[row, EVENT_T] - events[before, EVENT_T]) + (
+        events[row, EVENT_T_LOW] - events[before, EVENT_T_LOW]
+    )
+
+
 def new_run(law: Law, capacity: int, grazes: int = 16) -> Run:
-    """Return the arrays of a run, with room for so many events and grazes."""
+    """Return the arrays of a run for at most so many events and grazes."""
     phases = np.zeros((3, int(law[0, N_HARMONICS]), 2))
     return Run(
         law,

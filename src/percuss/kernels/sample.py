@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import ULP, cos_sin, exponential, logarithm, turns
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import (
     Flight,
-    constant_force,
     force_and_slopes,
     move,
+    restitution_at,
     set_phases,
     uncertainty,
 )
@@ -22,8 +23,6 @@ from percuss.kernels.law import (
     HALF_TURNS,
     HALF_TURNS_LOW,
     LOWER,
-    LOWER_RESTITUTION,
-    NUMBER,
     OMEGA,
     PER_STIFFNESS,
     PERIOD_TURNS,
@@ -35,9 +34,7 @@ from percuss.kernels.law import (
     TURNS_LOW,
     TWICE_PER_RATE,
     UPPER,
-    UPPER_RESTITUTION,
     Law,
-    Table,
 )
 from percuss.kernels.record import (
     BOUND,
@@ -47,10 +44,11 @@ from percuss.kernels.record import (
     IMPACT,
     KIND,
     NEXT_REGION,
-    RELEASE,
-    START,
     V_AFTER,
     MotionRecord,
+    flight_after,
+    place_of_event,
+    time_since_event,
 )
 
 # Below this phase the fast formula would lose more than three digits of what the force has done
@@ -59,7 +57,7 @@ EARLY = 1.0 / 16.0
 
 
 @kernel
-def flight_at(events: Table, t: float, after: bool) -> int:
+def flight_at(events: Floats, t: float, after: bool) -> int:
     """Return the number of the event from which the motion at t comes.
 
     ``after`` takes the last event not later than t, else the last one before it.
@@ -78,7 +76,12 @@ def flight_at(events: Table, t: float, after: bool) -> int:
 
 @kernel
 def evaluate(
-    record: MotionRecord, instants: Table, after: bool, phases: Table, arrival: Table, motion: Table
+    record: MotionRecord,
+    instants: Floats,
+    after: bool,
+    phases: Floats,
+    arrival: Floats,
+    motion: Floats,
 ) -> None:
     """Write x and v at each of ``instants`` (n,) into ``motion`` (2, n)."""
     events = record.events
@@ -98,36 +101,28 @@ def evaluate(
 def fill(
     record: MotionRecord,
     event: int,
-    instants: Table,
-    those: tuple[int, int],
-    phases: Table,
-    arrival: Table,
-    motion: Table,
+    instants: Floats,
+    rows: tuple[int, int],
+    phases: Floats,
+    arrival: Floats,
+    motion: Floats,
 ) -> None:
     """Write x and v at those instants, first to last, of one flight or contact from an event."""
-    law, x0, events, marks = record.law, record.x0, record.events, record.marks
-    region = int(marks[event, NEXT_REGION])
-    t = events[event, EVENT_T]
-    t_low = events[event, EVENT_T_LOW]
-    v0 = events[event, V_AFTER]
-    x = x0
-    if marks[event, KIND] != START:
-        x = law[region, LOWER if marks[event, BOUND] == law[region, NUMBER] else UPPER]
-    set_phases(law, t, t_low, phases)
-    force = constant_force(law, region, x)
-    if marks[event, KIND] == RELEASE:
-        force = -force_and_slopes(law, phases)[0]
-    flight = Flight(law, region, (t, t_low, v0, force), phases, arrival)
+    law, events, marks = record.law, record.events, record.marks
+    x = place_of_event(record, event)
+    flight = flight_after(record, event, phases, arrival)
+    region = flight.region
+    t, t_low, v0, _ = flight.start
     moving = marks[event, KIND] != CONTACT
     soonest = math.inf
     ends = event + 1 < events.shape[0] and marks[event + 1, KIND] == CONTACT
     if ends and marks[event, KIND] == IMPACT and v0 != 0.0:
-        fill_tail(record, x, event, instants, those, motion)
+        fill_tail(record, x, event, instants, rows, motion)
         return
     if moving and law[region, SIMPLE] == 1.0 and law[region, DAMPING] == 0.0:
         soonest = EARLY / min(law[region, QUICKEST], law[FIRST_HARMONIC, OMEGA])
-        undamped_motion(flight, instants, those, motion)
-    for i in range(those[0], those[1]):
+        undamped_motion(flight, instants, rows, motion)
+    for i in range(rows[0], rows[1]):
         # At the event's own float the motion is that of the event.
         s = (instants[i] - t) - t_low if instants[i] != t else 0.0
         if not s > soonest:
@@ -140,12 +135,12 @@ def fill(
         motion[0, i] += x
         # Between two events nothing lies beyond a bound but by rounding, and in formal orbits.
         bound = min(max(motion[0, i], law[region, LOWER]), law[region, UPPER])
-        beyond = abs(motion[0, i] - bound)
-        if beyond > 0.0:
+        excess = abs(motion[0, i] - bound)
+        if excess > 0.0:
             doubt = 0.0
             if s > 0.0:
                 doubt = uncertainty(flight, s)
-            if beyond <= doubt + ULP * abs(bound):
+            if excess <= doubt + ULP * abs(bound):
                 motion[0, i] = bound
 
 
@@ -154,19 +149,18 @@ def fill_tail(
     record: MotionRecord,
     x: float,
     event: int,
-    instants: Table,
-    those: tuple[int, int],
-    motion: Table,
+    instants: Floats,
+    rows: tuple[int, int],
+    motion: Floats,
 ) -> None:
     """Write x and v at those instants between a chatter's last listed impact and its end."""
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[event, NEXT_REGION])
-    upper = marks[event, BOUND] != law[region, NUMBER]
-    restitution = law[region, UPPER_RESTITUTION if upper else LOWER_RESTITUTION]
+    restitution = restitution_at(law, region, int(marks[event, BOUND]))
     t = events[event, EVENT_T]
     t_low = events[event, EVENT_T_LOW]
-    whole = (events[event + 1, EVENT_T] - t) + (events[event + 1, EVENT_T_LOW] - t_low)
-    for i in range(those[0], those[1]):
+    whole = time_since_event(events, event + 1)
+    for i in range(rows[0], rows[1]):
         s = (instants[i] - t) - t_low if instants[i] != t else 0.0
         y, v = tail_hop(restitution, events[event, V_AFTER], whole, s)
         motion[0, i] = x + y
@@ -200,13 +194,15 @@ def tail_hop(restitution: float, v0: float, whole: float, s: float) -> tuple[flo
 
 
 @kernel
-def undamped_motion(flight: Flight, instants: Table, those: tuple[int, int], motion: Table) -> None:
+def undamped_motion(
+    flight: Flight, instants: Floats, rows: tuple[int, int], motion: Floats
+) -> None:
     """Write y and v at each of ``instants`` for one harmonic without damping, off resonance.
 
     Numbers in registers, no branches and no series: what lies within a small phase of the start
     has lost digits here.
     """
-    law, region, start, phases = flight.law, flight.region, flight.start, flight.phases
+    law, region, start, phases, _ = flight
     t, t_low, v0, force = start
     amplitude = law[region + 1, GAIN_RE]
     push = law[FIRST_HARMONIC, COSINE] * phases[0, 0] + law[FIRST_HARMONIC, SINE] * phases[0, 1]
@@ -218,7 +214,7 @@ def undamped_motion(flight: Flight, instants: Table, those: tuple[int, int], mot
     half_turn_low = law[region, HALF_TURNS_LOW]
     per_rate = law[region, TWICE_PER_RATE]
     per_stiffness = law[region, PER_STIFFNESS]
-    for i in range(those[0], those[1]):
+    for i in range(rows[0], rows[1]):
         s = (instants[i] - t) - t_low
         half_cos, half_sin = cos_sin(half_turn, half_turn_low, s, 0.0)
         cosine, sine = cos_sin(turn, turn_low, s, 0.0)
@@ -234,7 +230,7 @@ def undamped_motion(flight: Flight, instants: Table, those: tuple[int, int], mot
 
 
 @kernel
-def cycles(law: Law, t: Table, t_low: Table, out: Table) -> None:
+def cycles(law: Law, t: Floats, t_low: Floats, out: Floats) -> None:
     """Write the cycle of each instant, (t / period) mod 1, into ``out``."""
     for i in range(t.shape[0]):
         part = turns(law[0, PERIOD_TURNS], law[0, PERIOD_TURNS_LOW], t[i], t_low[i])
@@ -245,7 +241,7 @@ def cycles(law: Law, t: Table, t_low: Table, out: Table) -> None:
 
 
 @kernel
-def drive(law: Law, instants: Table, phases: Table, out: Table) -> None:
+def drive(law: Law, instants: Floats, phases: Floats, out: Floats) -> None:
     """Write the harmonic part of the force at each of ``instants`` into ``out``."""
     for i in range(instants.shape[0]):
         set_phases(law, instants[i], 0.0, phases)

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import (
     Pair,
     cos_sin,
@@ -56,30 +57,18 @@ from percuss.kernels.law import (
     SINE,
     SLOW_ROOT,
     STEP,
-    STEP_COS,
-    STEP_SIN,
     STIFFNESS,
     TURNS,
     TURNS_LOW,
     UPPER,
-    V_OF_COS,
-    V_OF_FORCE,
-    V_OF_SIN,
-    V_OF_V,
-    V_OF_X,
-    X_OF_COS,
-    X_OF_FORCE,
-    X_OF_SIN,
-    X_OF_V,
-    X_OF_X,
     Law,
-    Table,
 )
+from percuss.kernels.step import step_on
 
 # The phase of the quickest slow part over one stretch.
 STRETCH_PHASE = 1.0
-# What is compared is rounded like any flight; a clearance has to be larger than this part of the
-# sizes involved.
+# Displacements are rounded here as in any flight; a clearance has to be larger than this part of
+# the sizes involved.
 COAST_SLACK = 1e-9
 # A stretch is worth its search where it is this many steps of the walk.
 WORTH = 128.0
@@ -162,7 +151,7 @@ def coast(
 
 
 @kernel
-def free_part(law: Law, region: int, force: float, phases: Table, y: float, v: float) -> Free:
+def free_part(law: Law, region: int, force: float, phases: Floats, y: float, v: float) -> Free:
     """Return the free motion at (y, v): what the steady motions and the constant force leave."""
     z = y - force * law[region, PER_STIFFNESS]
     w = v
@@ -191,11 +180,48 @@ def steady_part(law: Law, region: int, j: int, cosine: float, sine: float) -> tu
 
 
 @kernel
+def steady_ends(
+    law: Law, region: int, phases: Floats, width: float, size: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return the steady motions over a stretch as (y, v, y, v at its ends, error, size).
+
+    Those that are slow over it are summed at both ends, with the error of the cubic between them;
+    the others add their amplitudes to the error. All add their amplitudes to ``size``.
+    """
+    y0 = 0.0
+    v0 = 0.0
+    y1 = 0.0
+    v1 = 0.0
+    error = 0.0
+    for j in range(phases.shape[0]):
+        harmonic = FIRST_HARMONIC + j
+        gain = hypotenuse(law[region + 1 + j, GAIN_RE], law[region + 1 + j, GAIN_IM])
+        swing = law[harmonic, AMPLITUDE] * gain
+        size += swing
+        angle = law[harmonic, OMEGA] * width
+        if angle > STRETCH_PHASE:
+            error += swing
+            continue
+        error += swing * angle**4 * (1.0 / 384.0)
+        cosine = phases[j, 0]
+        sine = phases[j, 1]
+        y, v = steady_part(law, region, j, cosine, sine)
+        y0 += y
+        v0 += v
+        turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], width, 0.0)
+        cosine, sine = cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
+        y, v = steady_part(law, region, j, cosine, sine)
+        y1 += y
+        v1 += v
+    return y0, v0, y1, v1, error, size
+
+
+@kernel
 def is_clear(
     law: Law,
     region: int,
     force: float,
-    phases: Table,
+    phases: Floats,
     free: Free,
     reach: tuple[float, float],
     width: float,
@@ -208,34 +234,7 @@ def is_clear(
     """
     z, w, slow = free
     middle = force * law[region, PER_STIFFNESS]
-    y0 = 0.0
-    v0 = 0.0
-    y1 = 0.0
-    v1 = 0.0
-    error = 0.0
-    size = abs(middle) + abs(slow)
-    for j in range(phases.shape[0]):
-        gain = hypotenuse(law[region + 1 + j, GAIN_RE], law[region + 1 + j, GAIN_IM])
-        swing = law[FIRST_HARMONIC + j, AMPLITUDE] * gain
-        size += swing
-        angle = law[FIRST_HARMONIC + j, OMEGA] * width
-        if angle > STRETCH_PHASE:
-            error += swing
-            continue
-        error += swing * angle**4 * (1.0 / 384.0)
-        cosine = phases[j, 0]
-        sine = phases[j, 1]
-        y, v = steady_part(law, region, j, cosine, sine)
-        y0 += y
-        v0 += v
-        turn = cos_sin(
-            law[FIRST_HARMONIC + j, TURNS], law[FIRST_HARMONIC + j, TURNS_LOW], width, 0.0
-        )
-        y, v = steady_part(
-            law, region, j, cosine * turn[0] - sine * turn[1], sine * turn[0] + cosine * turn[1]
-        )
-        y1 += y
-        v1 += v
+    y0, v0, y1, v1, error, size = steady_ends(law, region, phases, width, abs(middle) + abs(slow))
     rate = math.sqrt(law[region, STIFFNESS])
     swing = abs(z)
     if law[region, OVERDAMPED] == 1.0:
@@ -269,7 +268,7 @@ def is_clear(
 
 
 @kernel
-def next_event(flight: Flight, x: float, walker: Table, free: Pair, longest: float) -> NextEvent:
+def next_event(flight: Flight, x: float, walker: Floats, free: Pair, longest: float) -> NextEvent:
     """Return (verdict, s, side, v or clearance, rounding bound, free) of the next event.
 
     ``free`` are the times up to which the lower and the upper bound are known to be clear, (0, 0)
@@ -278,7 +277,7 @@ def next_event(flight: Flight, x: float, walker: Table, free: Pair, longest: flo
     the bound, what is to be added to s unrounded, a GRAZE with its clearance. No event before
     ``longest`` is NONE.
     """
-    law, region, start, phases = flight.law, flight.region, flight.start, flight.phases
+    law, region, start, phases, _ = flight
     reach = (law[region, LOWER] - x, law[region, UPPER] - x)
     step = law[region, STEP]
     s = min(free[0], free[1])
@@ -287,7 +286,7 @@ def next_event(flight: Flight, x: float, walker: Table, free: Pair, longest: flo
     if step == 0.0:
         end = s + fall_time(start[2], start[3], reach, longest)
         if end > s:
-            event = look(flight, reach, free, end)
+            event = first_event(flight, reach, free, end)
             if event[0] != NONE:
                 return event
         return NONE, longest, 0.0, 0.0, 0.0, free
@@ -311,8 +310,8 @@ def next_event(flight: Flight, x: float, walker: Table, free: Pair, longest: flo
         after = step_on(law, region, start[3], walker, y, v)
         margins = clearances(reach, s, step, load, (y, v), after, fourth)
         if not (margins[0] > 0.0 and margins[1] > 0.0):
-            here = (s, y, v, second, fourth, load)
-            event = meeting(flight, walker, reach, free, margins, here, after)
+            before = (s, y, v, second, fourth, load)
+            event = event_of_step(flight, walker, reach, free, margins, before, after)
             if event[0] != NONE:
                 return event
         s += step
@@ -322,12 +321,12 @@ def next_event(flight: Flight, x: float, walker: Table, free: Pair, longest: flo
 
 
 @formula
-def set_out(flight: Flight, walker: Table, s: float) -> tuple[int, float, float, float]:
+def set_out(flight: Flight, walker: Floats, s: float) -> tuple[int, float, float, float]:
     """Return the number of steps of a walk from s, (y, v) there, and the effect of forces in one.
 
     ``walker`` receives the phases there.
     """
-    law, region, start, phases = flight.law, flight.region, flight.start, flight.phases
+    law, region, start, phases, _ = flight
     y = 0.0
     v = start[2]
     if s > 0.0:
@@ -354,7 +353,7 @@ def stays_clear(
     law: Law,
     region: int,
     force: float,
-    phases: Table,
+    phases: Floats,
     y: float,
     v: float,
     reach: tuple[float, float],
@@ -382,7 +381,7 @@ def stays_clear(
 
 @kernel
 def fall_time(v: float, force: float, reach: tuple[float, float], longest: float) -> float:
-    """Return a time within which motion at constant acceleration meets what it ever meets."""
+    """Return a time within which a motion at constant acceleration meets any bound it ever does."""
     speed = abs(v)
     pull = abs(force)
     distance = 0.0
@@ -395,33 +394,9 @@ def fall_time(v: float, force: float, reach: tuple[float, float], longest: float
         # Out, back to where it started, and on to the farther bound.
         time = 2.0 * (speed + math.sqrt(speed * speed + 2.0 * pull * distance)) / pull
     elif speed > 0.0:
-        # Some time at least: a start on a bound, into it, is met at once.
+        # Never 0, so that a start on a bound with a velocity into it is an event at once.
         time = max(2.0 * distance / speed, 1.0)
     return min(time, longest)
-
-
-@kernel
-def step_on(
-    law: Law, region: int, force: float, walker: Table, y: float, v: float
-) -> tuple[float, float]:
-    """Return (y, v) one step later, and turn the phases in ``walker`` along."""
-    # The state's own terms come last: a step then waits for little of the step before.
-    y1 = law[region, X_OF_FORCE] * force
-    v1 = law[region, V_OF_FORCE] * force
-    for j in range(walker.shape[0]):
-        harmonic = FIRST_HARMONIC + j
-        response = region + 1 + j
-        cosine = walker[j, 0]
-        sine = walker[j, 1]
-        in_phase = law[harmonic, COSINE] * cosine + law[harmonic, SINE] * sine
-        quadrature = law[harmonic, SINE] * cosine - law[harmonic, COSINE] * sine
-        y1 += law[response, X_OF_COS] * in_phase + law[response, X_OF_SIN] * quadrature
-        v1 += law[response, V_OF_COS] * in_phase + law[response, V_OF_SIN] * quadrature
-        walker[j, 0] = cosine * law[response, STEP_COS] - sine * law[response, STEP_SIN]
-        walker[j, 1] = sine * law[response, STEP_COS] + cosine * law[response, STEP_SIN]
-    y1 += law[region, X_OF_X] * y + law[region, X_OF_V] * v
-    v1 += law[region, V_OF_X] * y + law[region, V_OF_V] * v
-    return y1, v1
 
 
 @kernel
@@ -468,27 +443,27 @@ def walk_error(
 
 
 @formula
-def meeting(
+def event_of_step(
     flight: Flight,
-    walker: Table,
+    walker: Floats,
     reach: tuple[float, float],
     free: tuple[float, float],
     margins: tuple[float, float],
-    here: tuple[float, float, float, float, float, float],
+    before: tuple[float, float, float, float, float, float],
     after: tuple[float, float],
 ) -> NextEvent:
     """Return the first event of a step that is not clear, at once where it is a plain crossing.
 
-    ``here`` is s, y, v, the second derivative at the beginning of the step, the bound of the
+    ``before`` is s, y, v, the second derivative at the beginning of the step, the bound of the
     fourth, and the load of ``walk_error``; ``after`` and ``walker`` are y, v and the phases at
     its end.
 
     A root is the first one if the cubic through the beginning and the root has Bernstein
-    coefficients above a twelfth of fourth * width^4 / 24 (and room for rounding), for
+    coefficients above a twelfth of fourth * width^4 / 24 (and a margin for rounding), for
     tau^2 (1 - tau)^2 is at most a twelfth of the sum of the two inner Bernstein polynomials.
     """
     law, region, start = flight.law, flight.region, flight.start
-    s, y, v, second, fourth, load = here
+    s, y, v, second, fourth, load = before
     y1, v1 = after
     step = law[region, STEP]
     if (margins[0] > 0.0) != (margins[1] > 0.0) and max(free[0], free[1]) <= s:
@@ -514,11 +489,11 @@ def meeting(
             )
             if lowest > fourth * step**4 * (1.0 / 384.0) + slack:
                 return NONE, s + step, 0.0, 0.0, 0.0, free
-    return look(flight, reach, free, s + step)
+    return first_event(flight, reach, free, s + step)
 
 
 @kernel
-def look(
+def first_event(
     flight: Flight,
     reach: tuple[float, float],
     free: tuple[float, float],

@@ -4,7 +4,7 @@ The motion is a sequence of flights that closes after a period. The unknowns are
 first event, the durations of the flights and the velocities after the events; each flight is the
 closed form of `flight`. A flight is followed in its own region whether or not it passes through a
 bound on the way: such motions are formal, and show where physical ones end. The event sequence
-is given as an array *chain*, one row an event.
+is given as an array, the *itinerary*, one row an event.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import later
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import (
@@ -20,28 +20,25 @@ from percuss.kernels.flight import (
     acceleration_and_jerk,
     constant_force,
     move,
+    place,
+    restitution_at,
     set_phases,
     uncertainty,
 )
 from percuss.kernels.landing import MAX_ITERATIONS
 from percuss.kernels.law import (
-    LOWER,
     LOWER_KIND,
-    LOWER_RESTITUTION,
     NUMBER,
-    UPPER,
     UPPER_KIND,
-    UPPER_RESTITUTION,
     WALL,
     Law,
-    Table,
 )
 from percuss.kernels.linear import eliminate
 from percuss.kernels.tangent import delayed_start, propagator
 
-# Columns of a chain: number of the bound, row of the region before the event and after it.
+# Columns of an itinerary: number of the bound, row of the region before the event and after it.
 AT, BEFORE, AFTER = range(3)
-CHAIN_COLUMNS = 3
+ITINERARY_COLUMNS = 3
 # A step of the search for turning points, as a part of a step of the search for events: there
 # the cubic through the velocities at both ends is off by 1e-5 of their change.
 PART = 0.25
@@ -56,35 +53,28 @@ WEAK = 1e-10
 
 
 class ShootingProblem(NamedTuple):
-    """A periodic motion to be found: its law, events (rows of a chain), and period.
+    """A periodic motion to be found: its law, itinerary, and period.
 
     ``phases`` and ``arrival`` (n_harmonics, 2) are scratch.
     """
 
     law: Law
-    chain: Integers
+    itinerary: Integers
     period: float
-    phases: Table
-    arrival: Table
-
-
-@kernel
-def place(law: Law, region: int, bound: int) -> float:
-    """Return the position of a bound of a region."""
-    return law[region, LOWER if bound == int(law[region, NUMBER]) else UPPER]
+    phases: Floats
+    arrival: Floats
 
 
 @kernel
 def factor(law: Law, region: int, bound: int) -> float:
     """Return the velocity after an event at a bound of a region as a part of that before."""
-    if bound == int(law[region, NUMBER]):
-        return -law[region, LOWER_RESTITUTION] if law[region, LOWER_KIND] == WALL else 1.0
-    return -law[region, UPPER_RESTITUTION] if law[region, UPPER_KIND] == WALL else 1.0
+    kind = law[region, LOWER_KIND if bound == int(law[region, NUMBER]) else UPPER_KIND]
+    return -restitution_at(law, region, bound) if kind == WALL else 1.0
 
 
 @kernel
-def shoot(problem: ShootingProblem, unknowns: Table, residual: Table, jacobian: Table) -> None:
-    """Write by how much a chain of n flights misses its events, and the derivatives of that.
+def shoot(problem: ShootingProblem, unknowns: Floats, residual: Floats, jacobian: Floats) -> None:
+    """Write by how much n flights miss their events, and the derivatives of that.
 
     ``unknowns`` (2 n + 1,) are the instant of event 0, the durations of the flights that follow
     events 0, 1, ..., and the velocities after these events. Residuals 2 i and 2 i + 1 are the
@@ -92,24 +82,18 @@ def shoot(problem: ShootingProblem, unknowns: Table, residual: Table, jacobian: 
     after the next less what the event makes of the one before; the last is the sum of the
     durations less ``period``.
     """
-    law, chain, period, phases, arrival = (
-        problem.law,
-        problem.chain,
-        problem.period,
-        problem.phases,
-        problem.arrival,
-    )
-    n = chain.shape[0]
+    law, itinerary, period, phases, arrival = problem
+    n = itinerary.shape[0]
     jacobian[:, :] = 0.0
     t = unknowns[0]
     t_low = 0.0
     total = -period
     for i in range(n):
         following = (i + 1) % n
-        region = chain[i, AFTER]
+        region = itinerary[i, AFTER]
         s = unknowns[1 + i]
         v0 = unknowns[1 + n + i]
-        x = place(law, region, chain[i, AT])
+        x = place(law, region, itinerary[i, AT])
         start = (t, t_low, v0, constant_force(law, region, x))
         flight = Flight(law, region, start, phases, arrival)
         set_phases(law, t, t_low, phases)
@@ -117,8 +101,8 @@ def shoot(problem: ShootingProblem, unknowns: Table, residual: Table, jacobian: 
         acceleration, _ = acceleration_and_jerk(law, region, start[3], arrival, y, v)
         _, x_of_v, _, v_of_v = propagator(law, region, s)
         x_of_t, v_of_t = delayed_start(law, region, phases, s)
-        kept = factor(law, region, chain[following, AT])
-        residual[2 * i] = y - (place(law, region, chain[following, AT]) - x)
+        kept = factor(law, region, itinerary[following, AT])
+        residual[2 * i] = y - (place(law, region, itinerary[following, AT]) - x)
         residual[2 * i + 1] = unknowns[1 + n + following] - kept * v
         for k in range(1 + i):
             # Event 0 and each duration before this flight shift it.
@@ -140,21 +124,15 @@ def turning_points(
     flight: Flight,
     longest: float,
     search_step: float,
-    out: Table,
+    out: Floats,
 ) -> int:
     """Write (s, y, doubt) of the turning points inside a flight to ``out`` (m, 3); return how many.
 
-    ``search_step`` is that of `first_event`, in which the fastest part of the motion turns by a
-    radian; 0 where nothing moves fast. ``doubt`` bounds the rounding error of y. The ends are
-    none. Stops when ``out`` is full.
+    ``search_step`` is the step of the walk (`search`), in which the fastest part of the motion
+    turns by a radian; 0 at constant acceleration. ``doubt`` bounds the rounding error of y. The
+    ends do not count. It stops when ``out`` is full.
     """
-    law, region, start, phases, arrival = (
-        flight.law,
-        flight.region,
-        flight.start,
-        flight.phases,
-        flight.arrival,
-    )
+    law, region, start, phases, arrival = flight
     v = start[2]
     before, _ = acceleration_and_jerk(law, region, start[3], phases, 0.0, v)
     step = longest / 16.0
@@ -168,11 +146,11 @@ def turning_points(
             end = longest
         y, after = move(flight, end)
         acceleration, _ = acceleration_and_jerk(law, region, start[3], arrival, y, after)
-        # From rest it goes where it is accelerated to, and may have turned already.
+        # From rest it moves along its acceleration, and may have turned already.
         sign = v if v != 0.0 else before
         middle = end
         if sign * after > 0.0 and sign * before < 0.0 and after * acceleration > 0.0:
-            # It may turn twice: look at where the velocity is least.
+            # It may turn twice: take the point where the velocity is least.
             middle = s + (end - s) * before / (before - acceleration)
             _, least = move(flight, middle)
             if not sign * least < 0.0:
@@ -203,7 +181,7 @@ def turn(
     right: float,
 ) -> tuple[float, float]:
     """Return (s, y) where the velocity, with the sign of ``sign`` before, changes it."""
-    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
+    law, region, start, _, arrival = flight
     s = 0.5 * (left + right)
     y = 0.0
     for _ in range(MAX_ITERATIONS):
@@ -225,7 +203,7 @@ def turn(
 
 
 @kernel
-def scales(unknowns: Table, n: int) -> tuple[float, float]:
+def scales(unknowns: Floats, n: int) -> tuple[float, float]:
     """Return the scales of time, the mean duration, and of velocity, the greatest one."""
     time = 0.0
     speed = 0.0
@@ -237,13 +215,15 @@ def scales(unknowns: Table, n: int) -> tuple[float, float]:
 
 
 @kernel
-def equations(problem: ShootingProblem, unknowns: Table, residual: Table, matrix: Table) -> float:
+def equations(
+    problem: ShootingProblem, unknowns: Floats, residual: Floats, matrix: Floats
+) -> float:
     """Write scaled residuals and the Jacobian by scaled unknowns; return the largest residual.
 
     A ``period`` of 0 is that of free motion, which is unknown: event 0 then stays where it is.
     """
-    chain, period = problem.chain, problem.period
-    n = chain.shape[0]
+    itinerary, period = problem.itinerary, problem.period
+    n = itinerary.shape[0]
     shoot(problem, unknowns, residual, matrix)
     time, speed = scales(unknowns, n)
     last = 2 * n
@@ -257,7 +237,7 @@ def equations(problem: ShootingProblem, unknowns: Table, residual: Table, matrix
         if i < last:
             scale = speed * time if i % 2 == 0 else speed
         residual[i] /= scale
-        # Larger than any number where it is none.
+        # Infinite for NaN.
         size = max(size, abs(residual[i])) if residual[i] == residual[i] else math.inf
         for k in range(last + 1):
             matrix[i, k] *= (time if k <= n else speed) / scale
@@ -265,7 +245,7 @@ def equations(problem: ShootingProblem, unknowns: Table, residual: Table, matrix
 
 
 @kernel
-def advance(unknowns: Table, step: Table, n: int) -> float:
+def advance(unknowns: Floats, step: Floats, n: int) -> float:
     """Add a scaled step to the unknowns, durations kept above a tenth; return its size.
 
     Far from a solution only the direction of the step is right: it is cut to the scales.
@@ -285,7 +265,7 @@ def advance(unknowns: Table, step: Table, n: int) -> float:
 
 
 @kernel
-def copy(source: Table, target: Table) -> None:
+def copy(source: Floats, target: Floats) -> None:
     """Write one row of numbers into another."""
     for i in range(source.shape[0]):
         target[i] = source[i]
@@ -294,18 +274,18 @@ def copy(source: Table, target: Table) -> None:
 @kernel
 def iterate(
     problem: ShootingProblem,
-    unknowns: Table,
-    residual: Table,
-    matrix: Table,
-    best: Table,
+    unknowns: Floats,
+    residual: Floats,
+    matrix: Floats,
+    best: Floats,
     steps: int,
 ) -> tuple[int, float, int]:
     """Improve the unknowns; return (why it came back, best scaled residual, steps left).
 
     ``best`` (2 n + 1,) receives the unknowns with that residual, ``unknowns`` the last ones.
     """
-    chain = problem.chain
-    n = chain.shape[0]
+    itinerary = problem.itinerary
+    n = itinerary.shape[0]
     size = equations(problem, unknowns, residual, matrix)
     least = size
     copy(unknowns, best)

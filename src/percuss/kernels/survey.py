@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import Pair, arctangent, hypotenuse, logarithm, turns
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import Flight, FlightStart, acceleration_and_jerk, move
@@ -22,7 +23,6 @@ from percuss.kernels.law import (
     STEP,
     UPPER_ENTRY,
     Law,
-    Table,
 )
 from percuss.kernels.record import (
     BOUND,
@@ -88,9 +88,9 @@ class Member(NamedTuple):
     """One motion of a batch: its run, its plan, and what is kept of it."""
 
     run: Run
-    plan: Table
-    tally: Table
-    points: Table
+    plan: Floats
+    tally: Floats
+    points: Floats
 
 
 @formula
@@ -136,7 +136,7 @@ def tally_impact(member: Member, instant: Pair, speeds: Pair, bound: float, sect
 
 
 @formula
-def note_peak(t: float, speed: float, tally: Table) -> None:
+def note_peak(t: float, speed: float, tally: Floats) -> None:
     """Note the speed of an impact in the stretch of time that it falls into."""
     n = (tally.shape[0] - EDGES - 1) // 2
     passed = int(tally[PASSED])
@@ -184,7 +184,7 @@ def strobe(member: Member, flight: Flight, x: float, in_contact: bool, until: fl
 
 @kernel
 def move_neighbour(
-    law: Law, region: int, s: float, restitution: float, jump: Matrix, tally: Table
+    law: Law, region: int, s: float, restitution: float, jump: Matrix, tally: Floats
 ) -> None:
     """Take a neighbour along a flight and over the event at its end.
 
@@ -200,9 +200,9 @@ def move_neighbour(
 
 @kernel
 def stretched(
-    law: Law, region: int, s: float, jump: Matrix, tally: Table
+    law: Law, region: int, s: float, jump: Matrix, tally: Floats
 ) -> tuple[float, float, float]:
-    """Return by how much a neighbour moves away, as a logarithm, and the direction to it then."""
+    """Return the logarithm of a neighbour's growth of distance, and the direction to it then."""
     x = tally[AHEAD_X]
     v = tally[AHEAD_V]
     total = 0.0
@@ -215,7 +215,7 @@ def stretched(
         x, v = matrix[0] * x + matrix[1] * v, matrix[2] * x + matrix[3] * v
         size = hypotenuse(x, v)
         if size == 0.0:
-            # A contact forgets where the mass came from.
+            # In a contact all memory of the start is lost.
             return -math.inf, 0.0, 0.0
         total += logarithm(size)
         x /= size
@@ -233,12 +233,12 @@ def strobe_neighbour(member: Member, region: int, start: FlightStart, until: flo
         s = max((instant - start[0]) - start[1], 0.0)
         stretch, x, v = stretched(law, region, s, (1.0, 0.0, 0.0, 1.0), tally)
         shrunk = tally[SHRUNK] - 2.0 * law[region, DAMPING] * s
-        # A mass in contact has no neighbours any more.
+        # After a contact no neighbour is left.
         write_point(member, tally[STRETCHED] + stretch, shrunk, arctangent(v, x))
 
 
 @kernel
-def survey(flight: Flight, x: float, span: Pair, tally: Table) -> None:
+def survey(flight: Flight, x: float, span: Pair, tally: Floats) -> None:
     """Tally the extremes of x and the work of the dashpots on a part of a flight.
 
     ``span`` is the part, counted from the flight's start. Turning points are those between
@@ -279,7 +279,7 @@ def turning_point(
     right: Pair,
 ) -> float:
     """Return the displacement where v vanishes between two (s, v) of different signs."""
-    law, region, start, arrival = flight.law, flight.region, flight.start, flight.arrival
+    law, region, start, _, arrival = flight
     s = left[0] + (right[0] - left[0]) * left[1] / (left[1] - right[1])
     y = 0.0
     for _ in range(TURNING_STEPS):
@@ -292,7 +292,7 @@ def turning_point(
 
 
 @kernel
-def end_at(flight: Flight, x: float, in_contact: bool, until: float, tally: Table) -> None:
+def end_at(flight: Flight, x: float, in_contact: bool, until: float, tally: Floats) -> None:
     """Tally where a motion ends."""
     start = flight.start
     tally[END_X] = x
@@ -304,7 +304,7 @@ def end_at(flight: Flight, x: float, in_contact: bool, until: float, tally: Tabl
 
 
 @kernel
-def clear_tally(tally: Table) -> None:
+def clear_tally(tally: Floats) -> None:
     """Set the tallies of a motion that begins."""
     for i in range(TALLIES):
         tally[i] = 0.0

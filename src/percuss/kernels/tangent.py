@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
+from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import (
@@ -20,24 +21,20 @@ from percuss.kernels.flight import (
     force_and_slopes,
     free_response,
     harmonic_response,
+    place,
+    restitution_at,
     set_phases,
 )
 from percuss.kernels.law import (
     COSINE,
     DAMPING,
     FIRST_HARMONIC,
-    LOWER,
-    LOWER_RESTITUTION,
-    NUMBER,
     OMEGA,
     SINE,
     STIFFNESS,
     TURNS,
     TURNS_LOW,
-    UPPER,
-    UPPER_RESTITUTION,
     Law,
-    Table,
 )
 from percuss.kernels.record import (
     BOUND,
@@ -50,6 +47,7 @@ from percuss.kernels.record import (
     NEXT_REGION,
     V_BEFORE,
     MotionRecord,
+    time_since_event,
 )
 
 Matrix: TypeAlias = tuple[float, float, float, float]
@@ -100,7 +98,7 @@ def event_saltation(
     event: tuple[int, int, int, int],
     instant: tuple[float, float],
     v: float,
-    phases: Table,
+    phases: Floats,
 ) -> Matrix:
     """Return the saltation matrix of an event: its kind, bound, region before and region after.
 
@@ -111,11 +109,9 @@ def event_saltation(
         return crossing_saltation(law[before, DAMPING], law[after, DAMPING])
     if kind == IMPACT:
         set_phases(law, instant[0], instant[1], phases)
-        is_lower = bound == int(law[before, NUMBER])
-        force = constant_force(law, before, law[before, LOWER if is_lower else UPPER])
+        force = constant_force(law, before, place(law, before, bound))
         force += force_and_slopes(law, phases)[0]
-        restitution = law[before, LOWER_RESTITUTION if is_lower else UPPER_RESTITUTION]
-        return impact_saltation(restitution, force, v)
+        return impact_saltation(restitution_at(law, before, bound), force, v)
     if kind == CONTACT:
         return 0.0, 0.0, 0.0, 0.0
     return 1.0, 0.0, 0.0, 1.0
@@ -123,7 +119,7 @@ def event_saltation(
 
 @kernel
 def neighbours(
-    record: MotionRecord, instants: Table, after: bool, phases: Table, out: Table
+    record: MotionRecord, instants: Floats, after: bool, phases: Floats, out: Floats
 ) -> None:
     """Write the derivative of (x, v) at each of ``instants`` by (x, v) at the START.
 
@@ -138,8 +134,7 @@ def neighbours(
     i = 0
     for n in range(events.shape[0]):
         if n > 0:
-            s = (events[n, EVENT_T] - t) + (events[n, EVENT_T_LOW] - t_low)
-            matrix = product(propagator(law, region, s), matrix)
+            matrix = product(propagator(law, region, time_since_event(events, n)), matrix)
             t = events[n, EVENT_T]
             t_low = events[n, EVENT_T_LOW]
             following = int(marks[n, NEXT_REGION])
@@ -158,7 +153,7 @@ def neighbours(
 
 
 @kernel
-def delayed_start(law: Law, region: int, phases: Table, s: float) -> tuple[float, float]:
+def delayed_start(law: Law, region: int, phases: Floats, s: float) -> tuple[float, float]:
     """Return the derivative of (y, v) a time s after the start by the time of the start.
 
     Displacement and velocity at the start are kept, and so is s; ``phases`` are those of the

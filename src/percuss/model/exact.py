@@ -1,4 +1,4 @@
-"""Numbers that keep what the user gave.
+"""Exact numbers: what the user gave, before any rounding.
 
 A float means that double exactly, a decimal string or a ``Decimal`` that decimal, and
 multiples of pi are kept as such, so that nothing is rounded before the equation is set up.
@@ -173,7 +173,7 @@ def plain(value: object) -> object:
     """Return any scalar as a Python value of the same number, anything else unchanged.
 
     Scalars are those of NumPy, arrays without dimensions (also of xarray and others), subclasses
-    of Python's numbers, and whatever else is registered as a rational or tells its own quotient.
+    of Python's numbers, and whatever is registered as a rational or has ``as_integer_ratio``.
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
     Raises
     ------
     ParameterError
-        If it is none, or not between these.
+        If the value is no whole number, or not between these.
 
     Examples
     --------
@@ -284,7 +284,7 @@ def reals(name: str, values: ArrayLike) -> Floats:
     Raises
     ------
     ParameterError
-        If there is something else among them. NaN and infinities are left to the caller.
+        If a value is no number. NaN and infinities are left to the caller.
     """
     import numpy as np  # half of the time of an import that needs no arrays
 
@@ -296,7 +296,7 @@ def reals(name: str, values: ArrayLike) -> Floats:
 
 
 def number_problem(value: object) -> str | None:
-    """Return what keeps a plain value from being a finite real number, None if nothing does."""
+    """Return why a plain value is no finite real number, None if it is one."""
     if isinstance(value, float):
         return None if math.isfinite(value) else NOT_FINITE
     if isinstance(value, bool) or not isinstance(value, int | Fraction | Decimal | str):
@@ -344,7 +344,7 @@ def _range_problem(value: int | Fraction) -> str | None:
 
 
 def phase_problem(value: object) -> str | None:
-    """Return what keeps a plain value from being a phase, None if nothing does."""
+    """Return why a plain value is no phase, None if it is one."""
     try:
         multiple = value if isinstance(value, PiTimes) else _multiple_in_text(value)
     except ZeroDivisionError:

@@ -1,6 +1,6 @@
-"""What is wrong with the values a user gave: all of it, as a list.
+"""Faults of the values that a user gave: all of them, as a list.
 
-A constructor raises the first fault; a study reports every one with its dotted path.
+A constructor raises the first fault; a study reports every fault with its dotted path.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LARGEST_SCALE = 1e70
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing that is wrong with one parameter.
+    """A parameter whose value the model cannot take, and why.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def faults(value: object, prefix: str | None = None) -> list[Fault]:
 
 
 def draft(kind: type[Model], **fields: object) -> Model:
-    """Return a part of the model that has not been checked, for `faults` to list what is wrong.
+    """Return a part of the model that has not been checked, whose faults `faults` then lists.
 
     Parameters
     ----------
@@ -123,9 +123,9 @@ def draft(kind: type[Model], **fields: object) -> Model:
     return value
 
 
-def raise_first(found: Iterable[Fault]) -> None:
+def raise_first(problems: Iterable[Fault]) -> None:
     """Raise the first fault, if there is one, as a `ParameterError`."""
-    for fault in found:
+    for fault in problems:
         raise ParameterError(fault.name, fault.value, fault.reason)
 
 
@@ -159,34 +159,34 @@ def phase_faults(name: str, value: object) -> list[Fault]:
 
 def positive_faults(name: str, value: object, reason: str = "not positive") -> list[Fault]:
     """Return the fault of a value that is no number above zero."""
-    found = number_faults(name, value)
-    if not found and as_float(cast("Exact", value)) <= 0.0:
+    problems = number_faults(name, value)
+    if not problems and as_float(cast("Exact", value)) <= 0.0:
         return [Fault(name, value, reason)]
-    return found
+    return problems
 
 
 def not_negative_faults(name: str, value: object, reason: str) -> list[Fault]:
     """Return the fault of a value that is no number of at least zero."""
-    found = number_faults(name, value)
-    if not found and as_float(cast("Exact", value)) < 0.0:
+    problems = number_faults(name, value)
+    if not problems and as_float(cast("Exact", value)) < 0.0:
         return [Fault(name, value, reason)]
-    return found
+    return problems
 
 
 def scale_faults(name: str, value: object) -> list[Fault]:
-    """Return the fault of a number whose square would leave the range of floats; 0 is none."""
-    found = number_faults(name, value)
-    size = 0.0 if found else abs(as_float(cast("Exact", value)))
+    """Return the fault of a number whose square would leave the range of floats; 0 is allowed."""
+    problems = number_faults(name, value)
+    size = 0.0 if problems else abs(as_float(cast("Exact", value)))
     if size != 0.0 and not 1.0 / LARGEST_SCALE <= size <= LARGEST_SCALE:
         reason = (
             f"not between {1.0 / LARGEST_SCALE:g} and {LARGEST_SCALE:g}; choose units in which it "
             "is nearer to 1"
         )
         return [Fault(name, value, reason)]
-    return found
+    return problems
 
 
 def damping_faults(name: str, value: object) -> list[Fault]:
     """Return the fault of a damping that is no number of at least zero."""
-    found = not_negative_faults(name, value, "negative; it would feed energy in")
-    return found or scale_faults(name, value)
+    problems = not_negative_faults(name, value, "negative; it would feed energy in")
+    return problems or scale_faults(name, value)

@@ -121,9 +121,9 @@ class Forcing:
         if not isinstance(other, Forcing):
             return NotImplemented
         constant = kept(as_fraction(self.constant) + as_fraction(other.constant))
-        for one, rest in ((self, other), (other, self)):
-            if not rest.harmonics:
-                return Forcing(one.harmonics, constant, one.given_period, base=one.base)
+        for force, added in ((self, other), (other, self)):
+            if not added.harmonics:
+                return Forcing(force.harmonics, constant, force.given_period, base=force.base)
         parts = [part for force in (self, other) for part in _plain_harmonics(force)]
         periods = {_exact_period(force) for force in (self, other)}
         return Forcing(parts, constant, periods.pop() if parts and len(periods) == 1 else None)
@@ -233,7 +233,7 @@ def sine(
 ) -> Forcing:
     """Return the forcing constant + amplitude sin(omega t + phase), which is exactly 0 at rest.
 
-    It is held as the cosine whose phase is less by pi/2, exactly.
+    It is kept as the cosine whose phase is less by pi/2, exactly.
 
     Parameters
     ----------
@@ -310,7 +310,7 @@ def fourier(
     for name, values in (("cos", cos), ("sin", sin)):
         if isinstance(values, str) or not isinstance(values, Iterable):
             raise ParameterError(name, values, "not a tuple of coefficients for n = 1, 2, ...")
-    # Forcing checks the terms, and knows the number of each.
+    # Forcing checks the terms, and names each fault by its number.
     terms = [
         draft(FourierTerm, n=n, cos=c, sin=s)
         for n, (c, s) in enumerate(zip_longest(cos, sin, fillvalue=0.0), 1)
@@ -321,23 +321,23 @@ def fourier(
 @faults.register
 def _(value: Forcing, prefix: str | None = None) -> list[Fault]:
     prefix = "forcing" if prefix is None else prefix
-    found = number_faults(dotted(prefix, "constant"), value.constant)
+    problems = number_faults(dotted(prefix, "constant"), value.constant)
     if value.base is not None:
-        found += frequency_faults(dotted(prefix, "omega"), value.base)
+        problems += frequency_faults(dotted(prefix, "omega"), value.base)
     if not isinstance(value.harmonics, tuple):
-        return [*found, Fault(dotted(prefix, "harmonics"), value.harmonics, "not a tuple")]
+        return [*problems, Fault(dotted(prefix, "harmonics"), value.harmonics, "not a tuple")]
     for index, part in enumerate(value.harmonics):
         name = dotted(prefix, f"harmonics.{index}")
         if value.base is not None and isinstance(part, FourierTerm):
             for coefficient in ("cos", "sin"):
                 name = dotted(prefix, f"{coefficient}.{index}")
-                found += number_faults(name, getattr(part, coefficient))
+                problems += number_faults(name, getattr(part, coefficient))
         elif value.base is None and isinstance(part, Harmonic):
-            found += faults(part, name)
+            problems += faults(part, name)
         else:
             wanted = "Harmonic" if value.base is None else "FourierTerm"
-            found.append(Fault(name, part, f"not a {wanted}"))
-    return found or _period_faults(value, prefix)
+            problems.append(Fault(name, part, f"not a {wanted}"))
+    return problems or _period_faults(value, prefix)
 
 
 def _period_faults(forcing: Forcing, prefix: str) -> list[Fault]:
@@ -353,7 +353,7 @@ def _period_faults(forcing: Forcing, prefix: str) -> list[Fault]:
         problem = "given without harmonics; there is nothing to repeat"
     if problem is not None:
         return [Fault(name, period, problem)]
-    found = []
+    problems = []
     for index, omega in enumerate(_omegas(forcing)):
         turns = _turns(omega, period)
         if abs(turns - max(round(turns), 1)) > PERIOD_TOLERANCE:
@@ -361,8 +361,8 @@ def _period_faults(forcing: Forcing, prefix: str) -> list[Fault]:
                 f"harmonic {index} of omega = {float(omega):.15g} makes {float(turns):.15g} turns"
                 " in it, not a whole number"
             )
-            found.append(Fault(name, period, reason))
-    return found
+            problems.append(Fault(name, period, reason))
+    return problems
 
 
 def _omegas(forcing: Forcing) -> tuple[Fraction, ...]:
@@ -380,21 +380,21 @@ def _turns(omega: Fraction, period: Phase) -> Fraction:
 
 def _plain_harmonics(forcing: Forcing) -> list[Harmonic]:
     """Return the parts as harmonics, those of a Fourier sum as cosines and sines."""
-    found = []
+    harmonics = []
     for omega, part in zip(_omegas(forcing), forcing.harmonics, strict=True):
         if isinstance(part, Harmonic):
-            found.append(part)
+            harmonics.append(part)
         else:
             pairs: tuple[tuple[Exact, Phase], ...] = (
                 (part.cos, 0.0),
                 (part.sin, sine_phase(0.0)),
             )
-            found += [
+            harmonics += [
                 Harmonic(amplitude, kept(omega), phase)
                 for amplitude, phase in pairs
                 if as_float(amplitude) != 0.0
             ]
-    return found
+    return harmonics
 
 
 def _exact_period(forcing: Forcing) -> PiTimes | None:
@@ -404,7 +404,7 @@ def _exact_period(forcing: Forcing) -> PiTimes | None:
     return None if forcing.given_period is None else PiTimes(*angle(forcing.given_period))
 
 
-# The next two are asked for once a run; their answers only depend on the frozen value.
+# Every run asks for the next two, which depend on the frozen value alone.
 @lru_cache(maxsize=1024)
 def _frequency(forcing: Forcing) -> Fraction | None:
     omegas = _omegas(forcing)

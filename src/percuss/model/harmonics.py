@@ -1,4 +1,4 @@
-"""The parts of a forcing."""
+"""The parts of a forcing: harmonics and terms of a Fourier sum."""
 
 from __future__ import annotations
 
@@ -119,18 +119,20 @@ def _(value: Harmonic, prefix: str | None = None) -> list[Fault]:
 
 @faults.register
 def _(value: FourierTerm, prefix: str | None = None) -> list[Fault]:
-    found = []
+    problems = []
     if type(value.n) is not int or value.n < 1:
-        found.append(Fault(dotted(prefix, "n"), value.n, "not a whole number of at least 1"))
+        problems.append(Fault(dotted(prefix, "n"), value.n, "not a whole number of at least 1"))
     for name, coefficient in (("cos", value.cos), ("sin", value.sin)):
-        found += number_faults(dotted(prefix, name), coefficient)
-    return found
+        problems += number_faults(dotted(prefix, name), coefficient)
+    return problems
 
 
 def frequency_faults(name: str, value: object) -> list[Fault]:
     """Return the fault of a value that is no angular frequency."""
-    found = positive_faults(name, value, "not positive; a part of zero frequency is the constant")
-    return found or scale_faults(name, value)
+    problems = positive_faults(
+        name, value, "not positive; a part of zero frequency is the constant"
+    )
+    return problems or scale_faults(name, value)
 
 
 def scaled_part(part: ForcingTerm, factor: Fraction) -> ForcingTerm:

@@ -13,9 +13,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from percuss.arrays import Floats
 from percuss.kernels import law as at
-from percuss.kernels.flight import fill_steps
 from percuss.kernels.law import Law
+from percuss.kernels.step import fill_steps
 from percuss.model.exact import PI, as_fraction
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import Component
@@ -30,9 +31,10 @@ __all__ = ["Lines", "law", "lines", "turns_per_time"]
 STEP_PHASE = 1.0
 # With K < 0 the bound over a step holds a factor exp(phase).
 GROWING_STEP_PHASE = 0.5
-# A harmonic is near a root when the gain's inverse is this small a part of its own terms.
+# A harmonic is near a root when the inverse of its gain is this small a part of its own terms.
 NEAR_PART = Fraction(1, 16)
-# Beyond this part by floats it is not so: rounding is far smaller than what lies between.
+# Above this part in floats it is far from a root for certain: rounding is far smaller than the
+# difference of the two.
 FAR_PART = 0.07
 
 
@@ -84,7 +86,7 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     _fill_header(rows[0], forcing, components, n_regions)
     for j, component in enumerate(components):
         _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
-    # A harmonic of no weight sets no pace.
+    # A harmonic of zero amplitude does not shorten the step.
     quickest = max((float(c.omega) for c in components if c.cos or c.sin), default=0.0)
     for number in range(n_regions):
         first = at.FIRST_HARMONIC + n + number * (1 + n)
@@ -123,7 +125,7 @@ def _root(value: Fraction) -> Fraction:
 
 @dataclass(frozen=True, slots=True)
 class _Region:
-    """What acts in one region: the oscillator, the stops in touch, and K and a of them all."""
+    """One region: the oscillator, the stops in touch, and the K and a of them together."""
 
     number: int
     oscillator: Oscillator
@@ -142,7 +144,7 @@ class _Region:
 @lru_cache(maxsize=256)
 def _region_row(
     oscillator: Oscillator, constant: Fraction, number: int
-) -> tuple[at.Table, Fraction, Fraction]:
+) -> tuple[Floats, Fraction, Fraction]:
     """Return what a region's row holds whatever the harmonics are, and its K and a."""
     bounds = lines(oscillator)
     region = _region(oscillator, bounds, number)
@@ -158,8 +160,8 @@ def _region(oscillator: Oscillator, bounds: Lines, number: int) -> _Region:
     for i, edges in enumerate(bounds.edges):
         for k in edges:
             stop = oscillator.stops[k]
-            beyond = number >= i if stop.side == "above" else number < i
-            if isinstance(stop, SoftStop) and beyond:
+            is_touched = number >= i if stop.side == "above" else number < i
+            if isinstance(stop, SoftStop) and is_touched:
                 touched.append(stop)
     stiffness = sum((as_fraction(s.stiffness) for s in touched), as_fraction(oscillator.stiffness))
     damping = sum((as_fraction(s.damping) for s in touched), as_fraction(oscillator.damping))
@@ -167,7 +169,7 @@ def _region(oscillator: Oscillator, bounds: Lines, number: int) -> _Region:
 
 
 def _fill_header(
-    row: at.Table, forcing: Forcing | None, components: tuple[Component, ...], n_regions: int
+    row: Floats, forcing: Forcing | None, components: tuple[Component, ...], n_regions: int
 ) -> None:
     row[at.N_HARMONICS], row[at.N_REGIONS] = len(components), n_regions
     bounds = row[at.FORCE_BOUND : at.FORCE_BOUND + at.N_FORCE_BOUNDS]
@@ -190,14 +192,14 @@ def _fill_header(
         row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = turns_per_time(frequency, 2)
 
 
-def _fill_harmonic(row: at.Table, component: Component) -> None:
+def _fill_harmonic(row: Floats, component: Component) -> None:
     row[at.COSINE], row[at.SINE] = component.cos, component.sin
     row[at.OMEGA] = float(component.omega)
     row[at.TURNS], row[at.TURNS_LOW] = turns_per_time(component.omega, 2)
     row[at.AMPLITUDE] = math.hypot(component.cos, component.sin)
 
 
-def _fill_bounds(row: at.Table, oscillator: Oscillator, bounds: Lines, number: int) -> None:
+def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: Lines, number: int) -> None:
     columns = (
         (number, at.LOWER, at.LOWER_KIND, at.LOWER_RESTITUTION, -math.inf),
         (number + 1, at.UPPER, at.UPPER_KIND, at.UPPER_RESTITUTION, math.inf),
@@ -216,7 +218,7 @@ def _fill_bounds(row: at.Table, oscillator: Oscillator, bounds: Lines, number: i
             row[restitution] = float(as_fraction(stop.restitution)) if isinstance(stop, Wall) else 0
 
 
-def _fill_forces(row: at.Table, region: _Region, bounds: Lines, constant: Fraction) -> None:
+def _fill_forces(row: Floats, region: _Region, bounds: Lines, constant: Fraction) -> None:
     low, high = bounds.at[region.number], bounds.at[region.number + 1]
     # The point nearest to 0: a far bound would cost the digits of the force here.
     origin = max(Fraction(0), low) if low is not None else Fraction(0)
@@ -228,7 +230,7 @@ def _fill_forces(row: at.Table, region: _Region, bounds: Lines, constant: Fracti
         row[at.UPPER_FORCE] = region.force_at(constant, high)
 
 
-def _fill_motion(row: at.Table, region: _Region) -> None:
+def _fill_motion(row: Floats, region: _Region) -> None:
     """Fill the rates of the free motion."""
     stiffness, damping = region.stiffness, region.damping
     k, a = float(stiffness), float(damping)
@@ -245,7 +247,7 @@ def _fill_motion(row: at.Table, region: _Region) -> None:
     row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * a)
 
 
-def _fill_steps_of_search(row: at.Table, omega: float) -> None:
+def _fill_steps_of_search(row: Floats, omega: float) -> None:
     """Fill the length of a search step, and the constants of ``derivative_bound``.
 
     For K >= 0 the energy norm of (x, v) does not grow without force; for K < 0 the norm
@@ -265,7 +267,7 @@ def _fill_steps_of_search(row: at.Table, omega: float) -> None:
         row[at.BOUND_OF_X], row[at.BOUND_OF_V] = pace * math.sqrt(k), pace
 
 
-def _fill_response(row: at.Table, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
+def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
     # K - w^2 and 2 a w over one denominator, as integers: see `_pair`.
     bottom = stiffness.denominator * damping.denominator * omega.denominator**2
     square_of_omega = omega.numerator**2 * stiffness.denominator * damping.denominator
@@ -274,7 +276,7 @@ def _fill_response(row: at.Table, stiffness: Fraction, damping: Fraction, omega:
     square = p * p + q * q
     if square > 0:
         row[at.GAIN_RE], row[at.GAIN_IM] = p * bottom / square, -q * bottom / square
-    # Far from a root for certain: no need to look exactly.
+    # Far from a root for certain: the exact comparison is not needed.
     k, a, w = float(stiffness), float(damping), float(omega)
     if abs(k - w * w) + 2.0 * a * w > FAR_PART * (2.0 * a * a + w * w + abs(k)):
         return
@@ -292,7 +294,7 @@ def _fill_response(row: at.Table, stiffness: Fraction, damping: Fraction, omega:
     row[at.GAP_RE], row[at.GAP_IM] = gap.real, gap.imag
 
 
-def _mark_simple(row: at.Table, responses: at.Table) -> None:
+def _mark_simple(row: Floats, responses: Floats) -> None:
     """Mark a region where one harmonic, away from resonance, meets an oscillating mass."""
     kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
     if len(responses) == 1 and responses[0, at.NEAR] == 0.0:

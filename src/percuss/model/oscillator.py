@@ -264,12 +264,12 @@ def backlash_oscillator(
 @faults.register
 def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
     prefix = "oscillator" if prefix is None else prefix
-    found = [
+    problems = [
         *scale_faults(dotted(prefix, "stiffness"), value.stiffness),
         *damping_faults(dotted(prefix, "damping"), value.damping),
     ]
     if not isinstance(value.stops, tuple):
-        return [*found, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
+        return [*problems, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
     wrong = []
     for index, stop in enumerate(value.stops):
         name = dotted(prefix, f"stops.{index}")
@@ -277,7 +277,7 @@ def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
             wrong += faults(stop, name)
         else:
             wrong.append(Fault(name, stop, "neither a Wall nor a SoftStop"))
-    return found + (wrong or stops_faults(value.stops, prefix))
+    return problems + (wrong or stops_faults(value.stops, prefix))
 
 
 def _damping_of_coefficient(coefficient: Exact | None, per_mass: Fraction) -> Exact:

@@ -36,7 +36,7 @@ Parts: TypeAlias = tuple[Oscillator, Forcing | None, Start | None]
 T = TypeVar("T")
 
 _SHORT_FORMS = ("forcing.amplitude", "forcing.omega", "forcing.phase")
-# What parameters are called besides, by the last word of their paths.
+# Other names of parameters, and the last word of the paths that they mean.
 _WORDS = {
     "wall": "at",
     "gap": "at",
@@ -151,7 +151,7 @@ def replace_parameters(
 ) -> Parts:
     """Return the same values with several parameters replaced at once.
 
-    Two walls can so be moved together, past where either alone could go.
+    Two walls can thus be moved together, past where either alone could go.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def replace_parameters(
     for path, value in changes.items():
         name = long_form(path, osc, force, start)
         if name in by_path:
-            before = next(it for it in changes if long_form(it, osc, force, start) == name)
+            before = next(other for other in changes if long_form(other, osc, force, start) == name)
             raise ParameterError("path", (before, path), "the same parameter, named twice")
         by_path[name] = value
     if _changed(by_path, "oscillator"):
@@ -249,9 +249,9 @@ def _unknown(path: object, known: list[str], force: Forcing | None) -> str:
             return f"one of {len(force.harmonics)} harmonics; write {wanted} for the first"
     alike = difflib.get_close_matches(str(path), known, n=3, cutoff=0.6)
     meant = _of_that_word(str(path), known)
-    # A word alone is like no path, though it may be all of one that matters.
-    near = alike or meant if "." in str(path) else meant or alike
-    hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(known)}"
+    # A single word resembles no whole path, but may be the last word of one.
+    similar = alike or meant if "." in str(path) else meant or alike
+    hint = f"did you mean {' or '.join(similar)}?" if similar else f"there are {', '.join(known)}"
     return f"no such parameter; {hint}"
 
 
@@ -259,37 +259,37 @@ def _of_that_word(path: str, known: list[str]) -> list[str]:
     """Return the parameters that a word alone may mean, short forms in place of their long ones."""
     given = [word for word in path.lower().split(".") if not word.isdecimal()]
     word = _WORDS.get(given[-1], given[-1]) if given else ""
-    found = [it for it in known if re.sub(r"(\.\d+)+$", "", it).endswith(f".{word}")]
-    short = [it for it in found if it in _SHORT_FORMS]
-    return (short or found)[:MOST_MEANT]
+    named = [full for full in known if re.sub(r"(\.\d+)+$", "", full).endswith(f".{word}")]
+    short = [full for full in named if full in _SHORT_FORMS]
+    return (short or named)[:MOST_MEANT]
 
 
 def _parameters(osc: Oscillator, force: Forcing | None, start: Start | None) -> dict[str, Phase]:
     """Return all parameters by their long form."""
-    found: dict[str, Phase] = {
+    parameters: dict[str, Phase] = {
         "oscillator.stiffness": osc.stiffness,
         "oscillator.damping": osc.damping,
     }
     for index, stop in enumerate(osc.stops):
         fields = _fields(stop)
         del fields["side"]
-        found |= {f"oscillator.stops.{index}.{name}": value for name, value in fields.items()}
+        parameters |= {f"oscillator.stops.{index}.{name}": value for name, value in fields.items()}
     if force is not None:
-        found |= _forcing_parameters(force)
+        parameters |= _forcing_parameters(force)
     if start is not None:
-        found |= {f"start.{name}": value for name, value in _fields(start).items()}
-    return found
+        parameters |= {f"start.{name}": value for name, value in _fields(start).items()}
+    return parameters
 
 
 def _forcing_parameters(force: Forcing) -> dict[str, Phase]:
-    found: dict[str, Phase] = {"forcing.constant": force.constant}
+    parameters: dict[str, Phase] = {"forcing.constant": force.constant}
     if force.given_period is not None:
-        found["forcing.period"] = force.given_period
+        parameters["forcing.period"] = force.given_period
     if force.base is not None:
-        found["forcing.omega"] = force.base
+        parameters["forcing.omega"] = force.base
     for index, part in enumerate(force.harmonics):
-        found |= {path: _fields(part)[name] for path, name in _part_paths(index, part).items()}
-    return found
+        parameters |= {path: _fields(part)[name] for path, name in _part_paths(index, part).items()}
+    return parameters
 
 
 def _part_paths(index: int, part: ForcingTerm) -> dict[str, str]:

@@ -114,27 +114,27 @@ def start_faults(
     x0, v0, t0, t_end, max_impacts = (plain(value) for value in (x0, v0, t0, t_end, max_impacts))
     wrong_x0 = number_faults(dotted(start, "x0"), x0)
     wrong_t0 = phase_faults(dotted(start, "t0"), t0)
-    found = [
+    problems = [
         *(wrong_x0 or _wall_faults(osc, dotted(start, "x0"), cast("Exact", x0))),
         *number_faults(dotted(start, "v0"), v0),
         *wrong_t0,
     ]
     if t_end is None and max_impacts is None:
         reason = "no limit at all; give t_end, max_impacts or both"
-        return [*found, Fault(dotted(run, "t_end"), None, reason)]
+        return [*problems, Fault(dotted(run, "t_end"), None, reason)]
     if t_end is not None:
         name = dotted(run, "t_end")
         wrong_t_end = phase_faults(name, t_end)
-        found += wrong_t_end
+        problems += wrong_t_end
         if (
             not wrong_t_end
             and not wrong_t0
             and as_float(cast("Phase", t_end)) <= as_float(cast("Phase", t0))
         ):
-            found.append(Fault(name, t_end, f"not after t0 = {t0}"))
+            problems.append(Fault(name, t_end, f"not after t0 = {t0}"))
     if max_impacts is not None:
-        found += _count_faults(dotted(run, "max_impacts"), max_impacts)
-    return found
+        problems += _count_faults(dotted(run, "max_impacts"), max_impacts)
+    return problems
 
 
 def periods_faults(
@@ -168,9 +168,9 @@ def periods_faults(
     name, periods = dotted(run, "periods"), plain(periods)
     if t_end is not None:
         return [Fault(name, periods, f"given together with t_end = {t_end}; give one")]
-    found = positive_faults(name, periods)
-    if found:
-        return found
+    problems = positive_faults(name, periods)
+    if problems:
+        return problems
     if force is None or not force.harmonics:
         return [Fault(name, periods, "without harmonics there is no period; give t_end")]
     if force.period is None:
@@ -211,14 +211,14 @@ def end_after_periods(force: Forcing, t0: Phase, periods: Exact) -> PiTimes:
 
 
 def _wall_faults(osc: Oscillator, name: str, x0: Exact) -> list[Fault]:
-    found = []
+    problems = []
     for stop in osc.stops:
         sign = 1.0 if stop.side == "above" else -1.0
         # Compared as the doubles they become: 0.2 lies at a wall at "0.2", not inside it.
         if isinstance(stop, Wall) and sign * (as_float(x0) - as_float(stop.at)) > 0.0:
             reason = f"{stop.side} the wall at x = {stop.at}; use a SoftStop for a compliant one"
-            found.append(Fault(name, x0, reason))
-    return found
+            problems.append(Fault(name, x0, reason))
+    return problems
 
 
 def _count_faults(name: str, count: object) -> list[Fault]:

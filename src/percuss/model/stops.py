@@ -1,4 +1,4 @@
-"""The stops: rigid walls and soft stops, and how they must lie to one another."""
+"""The stops: rigid walls and soft stops, and which of them fit together."""
 
 from __future__ import annotations
 
@@ -99,22 +99,22 @@ Stop: TypeAlias = Wall | SoftStop
 
 @faults.register
 def _(value: Wall, prefix: str | None = None) -> list[Fault]:
-    found = [
+    problems = [
         *number_faults(dotted(prefix, "at"), value.at),
         *_side_faults(dotted(prefix, "side"), value.side),
     ]
     name = dotted(prefix, "restitution")
     not_a_number = number_faults(name, value.restitution)
     if not_a_number:
-        return found + not_a_number
+        return problems + not_a_number
     restitution = as_float(value.restitution)
     if restitution > 1.0:
         reason = "outside [0, 1]; above 1 an impact would create energy"
-        found.append(Fault(name, value.restitution, reason))
+        problems.append(Fault(name, value.restitution, reason))
     elif restitution < 0.0:
         reason = "outside [0, 1]; below 0 the motion would pass through the wall"
-        found.append(Fault(name, value.restitution, reason))
-    return found
+        problems.append(Fault(name, value.restitution, reason))
+    return problems
 
 
 @faults.register
@@ -129,7 +129,7 @@ def _(value: SoftStop, prefix: str | None = None) -> list[Fault]:
 
 def stops_faults(stops: tuple[Stop, ...], prefix: str | None = None) -> list[Fault]:
     """Return the faults of stops, each right in itself, that do not fit together."""
-    found: list[Fault] = []
+    problems: list[Fault] = []
     walls: dict[Side, int] = {}
     for index, stop in enumerate(stops):
         if not isinstance(stop, Wall):
@@ -140,20 +140,20 @@ def stops_faults(stops: tuple[Stop, ...], prefix: str | None = None) -> list[Fau
                 f"a second wall {stop.side}; stops.{first} at x = {stops[first].at} is one,"
                 " keep the inner of the two"
             )
-            found.append(Fault(dotted(prefix, f"stops.{index}.side"), stop.side, reason))
+            problems.append(Fault(dotted(prefix, f"stops.{index}.side"), stop.side, reason))
     if len(walls) == 2:
         below, above = stops[walls["below"]], stops[walls["above"]]
         if as_float(below.at) >= as_float(above.at):
             reason = f"not above the lower wall at x = {below.at}; the walls leave no room"
-            found.append(Fault(dotted(prefix, f"stops.{walls['above']}.at"), above.at, reason))
+            problems.append(Fault(dotted(prefix, f"stops.{walls['above']}.at"), above.at, reason))
     for index in walls.values():
-        found += _behind_faults(stops, stops[index], prefix)
-    return found
+        problems += _behind_faults(stops, stops[index], prefix)
+    return problems
 
 
 def _behind_faults(stops: tuple[Stop, ...], wall: Stop, prefix: str | None) -> list[Fault]:
     sign = 1.0 if wall.side == "above" else -1.0
-    found = []
+    problems = []
     for index, stop in enumerate(stops):
         # Compared as the doubles they become: two texts of one double are one position.
         depth = sign * (as_float(stop.at) - as_float(wall.at))
@@ -166,8 +166,8 @@ def _behind_faults(stops: tuple[Stop, ...], wall: Stop, prefix: str | None) -> l
             else "it would always act, as stiffness, damping and a constant force do"
         )
         reason = f"{place} the wall {wall.side} at x = {wall.at}, where {effect}"
-        found.append(Fault(dotted(prefix, f"stops.{index}.at"), stop.at, reason))
-    return found
+        problems.append(Fault(dotted(prefix, f"stops.{index}.at"), stop.at, reason))
+    return problems
 
 
 def _side_faults(name: str, side: object) -> list[Fault]:

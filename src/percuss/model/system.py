@@ -37,7 +37,7 @@ class System(NamedTuple):
 
     @classmethod
     def of(cls, osc: object, force: object) -> System:
-        """Return the system of two arguments of a caller; ParameterError if they are no such."""
+        """Return the system of a caller's two arguments; ParameterError for another type."""
         raise_first(kind_faults(osc, force))
         assert isinstance(osc, Oscillator)
         assert force is None or isinstance(force, Forcing)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from percuss.motion.eigenset import eigenset as eigenset
 from percuss.motion.eigenset import resonant_frequency as resonant_frequency
+from percuss.motion.eigenset_forms import HarmonicMotion as HarmonicMotion
 from percuss.motion.eigenset_forms import SubsetMotion as SubsetMotion
 from percuss.motion.eigenset_forms import eigenset_motion as eigenset_motion
+from percuss.motion.eigenset_forms import harmonic_critical_velocity as harmonic_critical_velocity
 from percuss.motion.eigenset_forms import subset_critical_velocity as subset_critical_velocity
 from percuss.motion.eigenset_forms import subset_forcing as subset_forcing
 from percuss.motion.growth import Growth as Growth
 from percuss.motion.growth import growth as growth
-from percuss.motion.harmonic_forms import HarmonicMotion as HarmonicMotion
-from percuss.motion.harmonic_forms import harmonic_critical_velocity as harmonic_critical_velocity
 from percuss.motion.impact_times import ImpactTimes as ImpactTimes
 from percuss.motion.impact_times import classify_impact_times as classify_impact_times
 from percuss.motion.outcome import Outcome as Outcome

@@ -18,9 +18,8 @@ from percuss.kernels.law import (
     WALL,
 )
 from percuss.model.exact import Exact, as_float, whole
-from percuss.model.law import law as law_of
-from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
+from percuss.model.system import System
 
 __all__ = ["eigenset", "resonant_frequency"]
 
@@ -59,8 +58,8 @@ def eigenset(osc: Oscillator, count: int, t0: Exact = 0.0) -> Floats:
     array([3.14159265, 6.28318531, 9.42477796])
     """
     count = whole("count", count, 0)
-    free, beyond = _half_periods(osc)
-    return np.asarray(as_float(t0) + free + (free + beyond) * np.arange(count), dtype=np.float64)
+    off, inside = _half_periods(osc)
+    return np.asarray(as_float(t0) + off + (off + inside) * np.arange(count), dtype=np.float64)
 
 
 def resonant_frequency(osc: Oscillator) -> float:
@@ -96,7 +95,8 @@ def resonant_frequency(osc: Oscillator) -> float:
 
 def _half_periods(osc: Oscillator) -> tuple[float, float]:
     """Return how long the free oscillator stays off its stop, and in it."""
-    bounds = [at for at in lines(osc).at if at is not None]
+    system = System(osc, None)
+    bounds = [at for at in system.lines.at if at is not None]
     if len(bounds) != 1 or bounds[0] != 0:
         places = ", ".join(str(float(at)) for at in bounds) or "none"
         reason = (
@@ -104,7 +104,7 @@ def _half_periods(osc: Oscillator) -> tuple[float, float]:
             "times between impacts depend on the amplitude"
         )
         raise ParameterError("oscillator.stops", len(bounds), reason)
-    law = law_of(osc, None)
+    law = system.law
     halves = []
     for row in law[FIRST_HARMONIC:]:
         if row[OVERDAMPED] == 1.0 or row[RATE] == 0.0:

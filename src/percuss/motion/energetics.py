@@ -8,34 +8,29 @@ from percuss.arrays import Flags, Floats
 from percuss.kernels.law import N_HARMONICS
 from percuss.kernels.sample import drive
 from percuss.model.exact import as_float
-from percuss.model.forcing import Forcing
-from percuss.model.law import law as law_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import SoftStop, Stop
+from percuss.model.system import System
 from percuss.motion.tables import Contacts
 
 __all__ = ["energy_at", "forces_at"]
 
 
 def forces_at(
-    oscillator: Oscillator,
-    forcing: Forcing | None,
-    contacts: Contacts,
-    t: Floats,
-    x: Floats,
-    v: Floats,
+    system: System, contacts: Contacts, t: Floats, x: Floats, v: Floats
 ) -> dict[str, object]:
     """Return spring, damping, forcing (n,) and stops (n_stops, n) as xarray variables."""
+    oscillator = system.oscillator
     spring = -as_float(oscillator.stiffness) * x
     damping = -2.0 * as_float(oscillator.damping) * v
-    driving = _force_at(oscillator, forcing, t)
+    driving = _force_at(system, t)
     stops = np.zeros((len(oscillator.stops), len(t)))
     for i, stop in enumerate(oscillator.stops):
         if isinstance(stop, SoftStop):
             depth = x - as_float(stop.at)
             push = -as_float(stop.stiffness) * depth - 2.0 * as_float(stop.damping) * v
             stops[i] = np.where(_is_beyond(stop, depth), push, 0.0)
-    # A mass in contact does not accelerate: the wall takes what all others leave.
+    # A mass in contact does not accelerate: the wall balances all other forces.
     others = spring + damping + driving + stops.sum(axis=0)
     for wall, start, release in zip(contacts.stop, contacts.start, contacts.release, strict=True):
         in_contact = (t >= start) & ~(t >= release)
@@ -63,10 +58,9 @@ def _is_beyond(stop: Stop, depth: Floats) -> Flags:
     return depth > 0.0 if stop.side == "above" else depth < 0.0
 
 
-def _force_at(oscillator: Oscillator, forcing: Forcing | None, t: Floats) -> Floats:
-    if forcing is None:
+def _force_at(system: System, t: Floats) -> Floats:
+    if system.forcing is None:
         return np.zeros_like(t)
-    law = law_of(oscillator, forcing)
     harmonic = np.empty_like(t)
-    drive(law, t, np.empty((int(law[0, N_HARMONICS]), 2)), harmonic)
-    return as_float(forcing.constant) + harmonic
+    drive(system.law, t, np.empty((int(system.law[0, N_HARMONICS]), 2)), harmonic)
+    return as_float(system.forcing.constant) + harmonic

@@ -9,12 +9,11 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.error_bounds import GENERATORS, contact_errors
-from percuss.kernels.law import N_HARMONICS, Table
+from percuss.kernels.law import N_HARMONICS
 from percuss.model.exact import PI, angle, as_float, as_fraction
-from percuss.model.forcing import Forcing
-from percuss.model.law import law as law_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
+from percuss.model.system import System
 
 __all__ = ["ContactErrors"]
 
@@ -28,13 +27,12 @@ class ContactErrors:
 
     def __init__(
         self,
-        oscillator: Oscillator,
-        forcing: Forcing | None,
+        system: System,
         start: Start,
-        events: Table,
+        events: Floats,
         marks: Integers,
     ) -> None:
-        self._motion = oscillator, forcing, start, events, marks
+        self._motion = system, start, events, marks
         self._bounds: Floats | None = None
 
     def __call__(self) -> Floats:
@@ -44,13 +42,13 @@ class ContactErrors:
         return self._bounds
 
     def _computed(self) -> Floats:
-        oscillator, forcing, start, events, marks = self._motion
-        law = law_of(oscillator, forcing)
+        system, start, events, marks = self._motion
+        law = system.law
         n = int(law[0, N_HARMONICS])
         out = np.empty(np.count_nonzero(marks[:, columns.KIND] == columns.CONTACT))
         contact_errors(
             columns.MotionRecord(law, as_float(start.x0), events, marks),
-            _start_errors(oscillator, start),
+            _start_errors(system.oscillator, start),
             np.empty((n, 2)),
             np.empty((n, 2)),
             (
@@ -69,7 +67,7 @@ def _start_errors(oscillator: Oscillator, start: Start) -> tuple[float, float, f
     times, plus = angle(start.t0)
     t = times * PI + plus
     floats = [Fraction(as_float(value)) for value in (start.x0, start.v0, start.t0)]
-    errors = [abs(exact - near) for exact, near in zip((x, v, t), floats, strict=True)]
+    errors = [abs(exact - rounded) for exact, rounded in zip((x, v, t), floats, strict=True)]
     # A start that falls together with a stop as floats is taken to be on it.
     places = [as_fraction(stop.at) for stop in oscillator.stops]
     errors[0] = max([errors[0], *(abs(x - at) for at in places if float(at) == float(x))])

@@ -24,12 +24,13 @@ GrowthKind: TypeAlias = Literal["grows", "decays", "bounded", "too_few"]
 BLOCKS = 24
 FEWEST_BLOCKS = 6
 FEWEST_PEAKS = 12
-# An envelope grows if its exponent is so many errors above 0, and it rises by so much in the fit.
+# An envelope grows if its exponent is this many errors above 0, and the envelope rises by this
+# part of itself over the fit.
 CERTAIN = 3.0
 LEAST_RISE = 0.05
 # A lag-one correlation near 1 would make the error of a short series infinite.
 MOST_CORRELATED = 0.9
-# Points of a flight among which its highest is looked for, and halvings of their distance then.
+# Points of a flight from which the search of its highest begins, and halvings of their distance.
 POINTS = 17
 HALVINGS = 45
 

@@ -164,12 +164,13 @@ def half_harmonic_two_impacts(t_k: ArrayLike, v_k: ArrayLike) -> Floats:
 
 
 def half_harmonic_invariant(t_k: ArrayLike, v_k: ArrayLike) -> Floats:
-    """Return what the impacts under sin t leave unchanged, up to 3 V^-7.
+    """Return the quantity that impacts under sin t leave unchanged, up to 3 V^-7.
 
-    The error was measured from V = 5 on. Up to V^-4 it is the mean over one flight of cos 2 theta, where theta is the direction of the vector
-    v_k (cos t_k, sin t_k) + (0, s/2), which the secular terms of the flight draw; for large
-    velocities it tends to cos 2 psi, psi the limit of the phase t_k modulo pi. Below V = 1.5 or
-    so it says little. See docs/theory/half-harmonic.md.
+    The error was measured from V = 5 on. Up to V^-4 the invariant is the mean over one flight of
+    cos 2 theta, where theta is the direction of the vector v_k (cos t_k, sin t_k) + (0, s/2), which
+    the secular terms of the flight draw; for large velocities it tends to cos 2 psi, psi the limit
+    of the phase t_k modulo pi. Below V = 1.5 it is hardly constant. See
+    docs/theory/half-harmonic.md.
 
     Parameters
     ----------

@@ -57,7 +57,7 @@ class ImpactTimes:
         for "settling" of the last repetition; for "approaching_eigenset" of the last intervals
         from the eigenset's. NaN without a pattern.
     n_used
-        How many times the answer rests on: all, or the tail that repeats or settles.
+        Number of times that the answer rests on: all, or the tail that repeats or settles.
     """
 
     kind: PatternKind
@@ -107,8 +107,8 @@ def classify_impact_times(
     A motion that loses a factor of 0.8 in each of its last periods:
 
     >>> run = pc.simulate(pc.impact_oscillator(0.8), pc.cosine(2.1), v0=0.3, periods=40)
-    >>> found = classify_impact_times(run)
-    >>> found.kind, found.n_impacts, found.n_periods, round(found.rate * 2 * np.pi / 2.1, 2)
+    >>> answer = classify_impact_times(run)
+    >>> answer.kind, answer.n_impacts, answer.n_periods, round(answer.rate * 2 * np.pi / 2.1, 2)
     ('settling', 1, 1, 0.22)
     """
     if isinstance(run, Trajectory):
@@ -135,15 +135,15 @@ def classify_impact_times(
     approaching = None if spacing is None or is_dissipative else _approaching(times, spacing)
     if approaching is not None:
         return approaching
-    found = find_pattern(times, period, is_dissipative=is_dissipative)
-    if found is not None:
+    pattern = find_pattern(times, period, is_dissipative=is_dissipative)
+    if pattern is not None:
         return ImpactTimes(
-            "settling" if found.is_settling else "periodic",
-            found.n_impacts,
-            found.n_periods,
-            found.rate,
-            found.deviation,
-            found.n_used,
+            "settling" if pattern.is_settling else "periodic",
+            pattern.n_impacts,
+            pattern.n_periods,
+            pattern.rate,
+            pattern.deviation,
+            pattern.n_used,
         )
     return ImpactTimes("no_period_found", 0, 0, np.nan, np.nan, len(times))
 
@@ -226,7 +226,7 @@ def _approaching(times: Floats, spacing: float) -> ImpactTimes | None:
 def _law_of_approach(times: Floats, off: Floats) -> Growth:
     """Fit the larger of each two distances by a power of the time.
 
-    In some motions every second one is smaller by an order.
+    In some motions every second distance is an order of magnitude smaller.
     """
     pairs = len(off) // 2
     largest = off[: 2 * pairs].reshape(-1, 2).max(axis=1)

@@ -13,8 +13,8 @@ is a longer one, the deviations of a shorter one tend to constants instead. A mu
 pattern settles as well, therefore short patterns are tried first.
 
 Instants carry rounding. Each flight adds an error of the size of its own rounding, and the errors
-of all flights up to an instant t sum at most to some roundings of t itself, which bounds what a
-deviation can still tell.
+of all flights up to an instant t sum at most to some roundings of t itself: smaller deviations
+mean nothing.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ REPETITIONS = 3
 FEWEST = 6
 # Times repeat themselves when they are equal within this part of the mean interval.
 TOLERANCE = 1e-8
-# What flights add up to by rounding, in units of the last digit of the last time.
+# Rounding of all flights together, in units of the last digit of the last time.
 ROUNDINGS = 64
 # A deviation decides the recurrence when it is so many times larger than rounding.
 SIGNIFICANT = 100.0
@@ -112,8 +112,8 @@ def find_pattern(times: Floats, period: float | None, *, is_dissipative: bool) -
     Examples
     --------
     >>> k = np.arange(40.0)
-    >>> found = find_pattern(k + 0.1 * (-0.8) ** k, 1.0, is_dissipative=True)
-    >>> found.n_impacts, found.is_settling, round(found.rate, 6)
+    >>> pattern = find_pattern(k + 0.1 * (-0.8) ** k, 1.0, is_dissipative=True)
+    >>> pattern.n_impacts, pattern.is_settling, round(pattern.rate, 6)
     (1, True, 0.223144)
     """
     if len(times) < FEWEST:
@@ -124,11 +124,11 @@ def find_pattern(times: Floats, period: float | None, *, is_dissipative: bool) -
     # a quasi-periodic motion.
     equal = max(TOLERANCE * mean, rounding) if is_dissipative else rounding
     for n_impacts in _candidates(times, period):
-        found = _repeating(times, n_impacts, period, equal)
-        if found is None and is_dissipative:
-            found = _settling(times, n_impacts, period, rounding)
-        if found is not None:
-            return found
+        pattern = _repeating(times, n_impacts, period, equal)
+        if pattern is None and is_dissipative:
+            pattern = _settling(times, n_impacts, period, rounding)
+        if pattern is not None:
+            return pattern
     return None
 
 
@@ -265,8 +265,8 @@ def _deviations(times: Floats, n_impacts: int, period: float | None) -> tuple[Fl
     n_periods, duration = _duration(lags, n_impacts, period)
     # Without a known period repetitions are compared with one another.
     off = lags - duration if period is not None else lags[n_impacts:] - lags[:-n_impacts]
-    rounds = len(off) // n_impacts
-    return off[len(off) - rounds * n_impacts :].reshape(rounds, n_impacts), n_periods, duration
+    count = len(off) // n_impacts
+    return off[len(off) - count * n_impacts :].reshape(count, n_impacts), n_periods, duration
 
 
 def _thirds(off: Floats) -> tuple[float, float, float]:

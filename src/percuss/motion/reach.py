@@ -1,7 +1,7 @@
-"""How far a flight provably meets nothing, where the walk of the kernels has gone on for long.
+"""How long a flight provably meets no stop, asked when the walk of the kernels takes long.
 
-With a spring that is `search.coast`, which the walk asks too; here whatever the spread of the
-rates. A mass without spring that drifts away is recognised.
+With a spring the answer is that of `search.coast`, here for rates of any spread. A mass without
+spring that drifts away is recognised.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from percuss.kernels.law import (
     STIFFNESS,
     UPPER,
     Law,
-    Table,
 )
 from percuss.kernels.search import coast, slowest
 from percuss.numerics import exp, hypot
@@ -34,8 +33,8 @@ from percuss.numerics import exp, hypot
 __all__ = ["free_until"]
 
 
-# What is compared here is rounded like any flight; a clearance has to be larger than this part
-# of the sizes involved.
+# Displacements are rounded here as in any flight; a clearance has to be larger than this part of
+# the sizes involved.
 SLACK = 1e-9
 
 
@@ -44,7 +43,7 @@ def free_until(
     region: int,
     x: float,
     start: FlightStart,
-    phases: Table,
+    phases: Floats,
     s: float,
     longest: float,
 ) -> float:
@@ -73,7 +72,7 @@ def misses(reach: tuple[float, float], low: float, high: float, size: float) -> 
     return low - slack > reach[0] and high + slack < reach[1]
 
 
-def steady(law: Law, region: int, phases: Table) -> Floats:
+def steady(law: Law, region: int, phases: Floats) -> Floats:
     """Return (y, v) of the steady motion of each harmonic at the instant of ``phases``."""
     n = len(phases)
     rows = law[FIRST_HARMONIC : FIRST_HARMONIC + n]
@@ -87,12 +86,12 @@ def steady(law: Law, region: int, phases: Table) -> Floats:
 
 
 def drifts_away(
-    law: Law, region: int, start: FlightStart, phases: Table, s: float, reach: tuple[float, float]
+    law: Law, region: int, start: FlightStart, phases: Floats, s: float, reach: tuple[float, float]
 ) -> bool:
     """Return whether a mass without spring (K = 0) meets no bound after s, and never will.
 
-    Its motion is what the harmonics make it swing and a drift, which goes one way once it does
-    not go against the constant force.
+    Its motion is the swing under the harmonics and a drift, which keeps its direction once it does
+    not oppose the constant force.
     """
     at = np.empty_like(phases)
     y, _ = move(Flight(law, region, start, phases, at), s)
@@ -102,7 +101,7 @@ def drifts_away(
     swing = law[FIRST_HARMONIC : FIRST_HARMONIC + len(phases), (AMPLITUDE, OMEGA)].T
     size = float((swing[0] * gain).sum())
     speeds = float((swing[0] * swing[1] * gain).sum())
-    # From the start of the flight, where the velocity is not yet rounded by the way.
+    # From the start of the flight, before the velocity is rounded.
     drift = start[2] - float(steady(law, region, phases)[:, 1].sum())
     doubt = SLACK * (abs(start[2]) + speeds)
     damping, force = law[region, DAMPING], start[3]

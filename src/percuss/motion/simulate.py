@@ -9,7 +9,7 @@ from typing import cast
 
 import numpy as np
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
@@ -20,16 +20,14 @@ from percuss.kernels.law import (
     STIFFNESS,
     TURNS,
     Law,
-    Table,
 )
 from percuss.kernels.sample import evaluate
 from percuss.model.exact import Exact, Phase, as_float, plain
 from percuss.model.faults import phase_faults, raise_first
 from percuss.model.forcing import Forcing
-from percuss.model.law import law as law_of
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, end_after_periods, periods_faults, start_faults
-from percuss.model.system import kind_faults
+from percuss.model.system import System
 from percuss.motion.outcome import Outcome
 from percuss.motion.progress import RunProgress
 from percuss.motion.reach import free_until
@@ -44,7 +42,7 @@ MOST_IMPACTS = 10_000_000
 PATIENCE = 50_000
 # Phases are reduced to one turn exactly up to 2**51 quarter turns.
 MOST_PERIODS = 1e14
-# Room for events at first: untouched memory costs nothing.
+# Rows for events at first: untouched memory costs nothing.
 FIRST_CAPACITY = 1_000_000
 LARGEST_GROWTH = 1_000_000
 
@@ -128,16 +126,15 @@ def simulate(
     >>> run.impacts.t[:3] / 3.141592653589793
     array([1., 2., 3.])
     """
-    raise_first(kind_faults(osc, force))
+    system = System.of(osc, force)
     if periods is not None:
         raise_first([*periods_faults(force, periods, t_end), *phase_faults("t0", plain(t0))])
         t_end = end_after_periods(cast("Forcing", force), t0, periods)
     raise_first(start_faults(osc, x0, v0, t0, t_end, max_impacts))
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
     end = math.inf if t_end is None else as_float(t_end)
-    law = law_of(osc, force)
-    _check_times(law, as_float(t0), end)
-    march = _March(law, as_float(x0), as_float(v0), as_float(t0), limit)
+    _check_times(system.law, as_float(t0), end)
+    march = _March(system.law, as_float(x0), as_float(v0), as_float(t0), limit)
     reported = RunProgress(progress, as_float(t0), end, limit)
     outcome = march.run(end, limit, reported)
     stopped: Phase = march.last_time
@@ -149,12 +146,12 @@ def simulate(
             stopped, outcome = last, Outcome.overflow
     if outcome is Outcome.reached_max_impacts and max_impacts is None:
         message = (
-            f"the run ended at t = {march.last_time:.10g} after {limit:,} impacts, the limit without "
-            "max_impacts; give max_impacts to follow it further"
+            f"the run ended at t = {march.last_time:.10g} after {limit:,} impacts, the limit "
+            "without max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=2)
     start = Start(x0, v0, t0)
-    return Trajectory.of_record(osc, force, march.record(), stopped, outcome, start)
+    return Trajectory.of_record(system, march.record(), stopped, outcome, start)
 
 
 def _check_times(law: Law, t0: float, t_end: float) -> None:
@@ -278,7 +275,7 @@ class _March:
         return free
 
     def _grow(self) -> None:
-        """Make room for more events and grazes."""
+        """Lengthen the arrays of events and grazes."""
         events, marks, grazes = self.arrays.events, self.arrays.marks, self.arrays.grazes
         n = len(events)
         if self.counters[columns.N_EVENTS] + 2 > n:
@@ -289,11 +286,11 @@ class _March:
             grazes = np.concatenate([grazes, np.empty_like(grazes)])
         self.arrays = self.arrays._replace(events=events, marks=marks, grazes=grazes)
 
-    def record(self) -> tuple[Law, tuple[float, float], Table, Integers, Table]:
-        """Return what happened, without the unused room."""
+    def record(self) -> tuple[tuple[float, float], Floats, Integers, Floats]:
+        """Return what happened, without the rows that are not used."""
         n = int(self.counters[columns.N_EVENTS])
         events, marks = self.arrays.events[:n], self.arrays.marks[:n]
         if n < 0.9 * len(self.arrays.events):
             events, marks = events.copy(), marks.copy()
         grazes = self.arrays.grazes[: int(self.counters[columns.N_GRAZES])].copy()
-        return self.arrays.law, self.start, events, marks, grazes
+        return self.start, events, marks, grazes

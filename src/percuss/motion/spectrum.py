@@ -117,9 +117,9 @@ def spectrum(
 
 
 def fast_amplitudes(run: Trajectory, low: float, high: float, n: int) -> tuple[Floats, Floats]:
-    """Return what `spectrum` by "fft" says of the amplitudes, as bare arrays.
+    """Return the frequencies and amplitudes of `spectrum` by "fft" as bare arrays.
 
-    A dataset takes three times as long to make as its numbers, which a slider cannot wait for.
+    A dataset takes three times as long to make as its numbers, too long for a slider.
 
     Parameters
     ----------
@@ -140,8 +140,8 @@ def fast_amplitudes(run: Trajectory, low: float, high: float, n: int) -> tuple[F
     >>> import percuss as pc
     >>> run = pc.simulate(pc.impact_oscillator(), v0=1.0, t_end=100.0)
     >>> omega, amplitude = fast_amplitudes(run, 0.0, 100.0, 1024)
-    >>> found = spectrum(run, "fft", n=1024)
-    >>> bool((found.amplitude.values == amplitude).all() and (found.omega.values == omega).all())
+    >>> lines = spectrum(run, "fft", n=1024)
+    >>> bool((lines.amplitude.values == amplitude).all() and (lines.omega.values == omega).all())
     True
     """
     omega, transform = _fast(run, low, high, "hann", "displacement", n)
@@ -181,8 +181,8 @@ def line_spectrum(
     -------
     xarray.Dataset
         Over ``line``: ``omega`` [1/time], ``cosine``, ``sine``, ``amplitude`` [length, or
-        length/time]. ``mismatch_x`` and ``mismatch_v`` tell whether the run has this period: how
-        far x and v are from where they were one period before, in the middle of the last
+        length/time]. ``mismatch_x`` and ``mismatch_v`` show whether the run has this period: the
+        distances of x and v from their values one period before, in the middle of the last
         period's longest flight.
 
     Raises
@@ -215,10 +215,10 @@ def line_spectrum(
     values = 2.0 * _exact(run, omega, low, high, "none", of) / (high - low)
     values[0] *= 0.5
     names = {"method": "exact", "of": of, "period": period, "start": low, "end": high}
-    found = _dataset("line", np.arange(n_lines), values, names)
+    dataset = _dataset("line", np.arange(n_lines), values, names)
     t = _middle_of_longest(run, high - period, high)
     now, before = run(t), run(t - period)
-    return found.assign(
+    return dataset.assign(
         omega=("line", omega),
         mismatch_x=abs(float(now[0] - before[0])),
         mismatch_v=abs(float(now[1] - before[1])),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +52,58 @@ COLUMNS: dict[str, dict[str, str]] = {
 }
 
 
+class EventColumns:
+    """The table of one kind of event, a column for each quantity."""
+
+    __slots__ = ()
+    # Row of COLUMNS, and the dimension of the dataset.
+    kind: ClassVar[str]
+
+    def to_dataset(self) -> Dataset:
+        """Return the columns as an xarray.Dataset over their kind of event.
+
+        Its ``to_dataframe`` makes them a table of pandas.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
+        >>> run.impacts.to_dataset().v_after.values
+        array([0.5 , 0.25])
+        """
+        import xarray
+
+        return xarray.Dataset(
+            {
+                name: (self.kind, getattr(self, name), {"long_name": meaning})
+                for name, meaning in COLUMNS[self.kind].items()
+            }
+        )
+
+    def _instants(self) -> Floats:
+        """Return the first column: when each event happened, or began."""
+        return cast("Floats", getattr(self, next(iter(COLUMNS[self.kind]))))
+
+    def __len__(self) -> int:
+        """Return the number of events."""
+        return len(self._instants())
+
+    def __repr__(self) -> str:
+        """Return the number of events and when they were."""
+        t = self._instants()
+        span = "" if len(t) == 0 else f" at t = {t[0]:.6g}"
+        if len(t) > 1:
+            span = f", t = {t[0]:.6g} ... {t[-1]:.6g}"
+        return f"<{type(self).__name__}: {len(t)}{span}>"
+
+    def _repr_html_(self) -> str:
+        return html_table(
+            repr(self)[1:-1], {name: getattr(self, name) for name in COLUMNS[self.kind]}
+        )
+
+
 @dataclass(frozen=True, slots=True, repr=False)
-class Impacts:
+class Impacts(EventColumns):
     """The impacts on walls, in order; the start of a run is none of them.
 
     Attributes
@@ -70,6 +120,7 @@ class Impacts:
         (n,) array, flight times [time]: from the impact before, the first from the start.
     """
 
+    kind: ClassVar[str] = "impact"
     t: Floats
     v_before: Floats
     v_after: Floats
@@ -82,32 +133,9 @@ class Impacts:
         """(n,) array, the wall's impulse per unit mass, v_after - v_before [length/time]."""
         return self.v_after - self.v_before
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over `impact`; its ``to_dataframe`` is pandas'.
-
-        Examples
-        --------
-        >>> import percuss as pc
-        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
-        >>> run.impacts.to_dataset().v_after.values
-        array([0.5 , 0.25])
-        """
-        return _dataset(self, "impact")
-
-    def __len__(self) -> int:
-        """Return the number of impacts."""
-        return len(self.t)
-
-    def __repr__(self) -> str:
-        """Return the number of impacts and when they were."""
-        return f"<Impacts: {len(self)}{_span(self.t)}>"
-
-    def _repr_html_(self) -> str:
-        return _html(self, "impact")
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Crossings:
+class Crossings(EventColumns):
     """The crossings of the edges of soft stops, in order.
 
     Attributes
@@ -122,30 +150,16 @@ class Crossings:
         (n,) array of "in" and "out".
     """
 
+    kind: ClassVar[str] = "crossing"
     t: Floats
     v: Floats
     stop: Integers
     direction: NDArray[np.str_]
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over `crossing`; its ``to_dataframe`` is pandas'."""
-        return _dataset(self, "crossing")
-
-    def __len__(self) -> int:
-        """Return the number of crossings."""
-        return len(self.t)
-
-    def __repr__(self) -> str:
-        """Return the number of crossings and when they were."""
-        return f"<Crossings: {len(self)}{_span(self.t)}>"
-
-    def _repr_html_(self) -> str:
-        return _html(self, "crossing")
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Contacts:
-    """The times of contact: the mass is held at a wall (sticks).
+class Contacts(EventColumns):
+    """The contacts: the mass rests on a wall (sticks) while the force presses it there.
 
     Attributes
     ----------
@@ -153,13 +167,14 @@ class Contacts:
         (n,) array [time]: where chatter accumulates, a touchdown, or a landing whose speed is zero
         to within its rounding.
     release
-        (n,) array [time]: where the force lets go; NaN where the run ended before.
+        (n,) array [time]: where the force changes sign; NaN where the run ended before.
     stop
         (n,) array, index into the oscillator's `stops`.
     n_impacts
         (n,) array, how many of the run's impacts are listed before it.
     """
 
+    kind: ClassVar[str] = "contact"
     start: Floats
     release: Floats
     stop: Integers
@@ -178,24 +193,9 @@ class Contacts:
         """
         return self._errors()
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over `contact`; its ``to_dataframe`` is pandas'."""
-        return _dataset(self, "contact")
-
-    def __len__(self) -> int:
-        """Return the number of contacts."""
-        return len(self.start)
-
-    def __repr__(self) -> str:
-        """Return the number of contacts and when they began."""
-        return f"<Contacts: {len(self)}{_span(self.start)}>"
-
-    def _repr_html_(self) -> str:
-        return _html(self, "contact")
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Grazes:
+class Grazes(EventColumns):
     """Touches of a stop that rounding cannot decide, and exact tangencies.
 
     A graze is no impact and changes nothing.
@@ -212,47 +212,11 @@ class Grazes:
         (n,) array [length], bound on the error of `clearance`; never below its magnitude.
     """
 
+    kind: ClassVar[str] = "graze"
     t: Floats
     stop: Integers
     clearance: Floats
     error_bound: Floats
-
-    def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over `graze`; its ``to_dataframe`` is pandas'."""
-        return _dataset(self, "graze")
-
-    def __len__(self) -> int:
-        """Return the number of grazes."""
-        return len(self.t)
-
-    def __repr__(self) -> str:
-        """Return the number of grazes and when they were."""
-        return f"<Grazes: {len(self)}{_span(self.t)}>"
-
-    def _repr_html_(self) -> str:
-        return _html(self, "graze")
-
-
-def _html(table: object, dimension: str) -> str:
-    columns = {name: getattr(table, name) for name in COLUMNS[dimension]}
-    return html_table(repr(table)[1:-1], columns)
-
-
-def _dataset(table: object, dimension: str) -> Dataset:
-    import xarray
-
-    return xarray.Dataset(
-        {
-            column: (dimension, getattr(table, column), {"long_name": meaning})
-            for column, meaning in COLUMNS[dimension].items()
-        }
-    )
-
-
-def _span(t: Floats) -> str:
-    if len(t) == 0:
-        return ""
-    return f" at t = {t[0]:.6g}" if len(t) == 1 else f", t = {t[0]:.6g} ... {t[-1]:.6g}"
 
 
 _NO_FLOATS = np.empty(0)

@@ -12,15 +12,14 @@ from numpy.typing import ArrayLike
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
-from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
+from percuss.kernels.law import N_HARMONICS, PERIOD
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import cycles, evaluate
 from percuss.model.exact import Phase, as_float, reals, whole
 from percuss.model.forcing import Forcing
-from percuss.model.law import law as law_of
-from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
+from percuss.model.system import System
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.error_bounds import ContactErrors
 from percuss.motion.outcome import Outcome
@@ -42,7 +41,7 @@ __all__ = ["Trajectory"]
 
 Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
-# A time that was computed may miss an end of the run by so many units in its last place.
+# A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0
 
 
@@ -81,53 +80,60 @@ class Trajectory:
     grazes: Grazes
     start: Start = field(repr=False)
     end: Phase = field(repr=False)
-    _events: Table = field(repr=False)
+    _events: Floats = field(repr=False)
     _marks: Integers = field(repr=False)
 
     @classmethod
     def of_record(
         cls,
-        oscillator: Oscillator,
-        forcing: Forcing | None,
-        record: tuple[Law, tuple[float, float], Table, Integers, Table],
+        system: System,
+        record: tuple[tuple[float, float], Floats, Integers, Floats],
         t_end: Phase,
         outcome: Outcome,
         start: Start | None = None,
     ) -> Trajectory:
-        """Make a trajectory of what the engine wrote down, from an exact start or its floats."""
-        law, (x0, v0), events, marks, grazes = record
+        """Return the trajectory of (x0, v0), events, marks and grazes, as the kernels wrote them.
+
+        Without an exact start its floats are taken.
+        """
+        (x0, v0), events, marks, grazes = record
         t0 = float(events[0, columns.EVENT_T])
         start = Start(x0, v0, t0) if start is None else start
-        errors = ContactErrors(oscillator, forcing, start, events, marks)
+        errors = ContactErrors(system, start, events, marks)
         return cls(
-            oscillator=oscillator,
-            forcing=forcing,
+            oscillator=system.oscillator,
+            forcing=system.forcing,
             x0=x0,
             v0=v0,
             t0=t0,
             t_end=as_float(t_end),
             outcome=outcome,
-            impacts=_impacts(oscillator, law, events, marks),
-            crossings=_crossings(oscillator, events, marks),
-            contacts=_contacts(oscillator, events, marks, errors),
-            grazes=_grazes(oscillator, grazes),
+            impacts=_impacts(system, events, marks),
+            crossings=_crossings(system, events, marks),
+            contacts=_contacts(system, events, marks, errors),
+            grazes=_grazes(system, grazes),
             start=start,
             end=t_end,
             _events=events,
             _marks=marks,
         )
 
+    @property
+    def system(self) -> System:
+        """The oscillator and the forcing as one value."""
+        return System(self.oscillator, self.forcing)
+
     def __repr__(self) -> str:
         """Return what happened in a line."""
         parts = [
-            f"{len(table)} {name}"
-            for name, table in (
+            f"{len(events)} {name}"
+            for name, events in (
                 ("impacts", self.impacts),
                 ("crossings", self.crossings),
                 ("contacts", self.contacts),
                 ("grazes", self.grazes),
             )
-            if len(table) > 0 or name == "impacts"
+            if len(events) > 0 or name == "impacts"
         ]
         span = f"t = {self.t0:.6g} ... {self.t_end:.6g}"
         return f"<Trajectory: {span}, {', '.join(parts)}; {self.outcome.value}>"
@@ -166,7 +172,7 @@ class Trajectory:
         if instants.size and not (instants.min() >= self.t0 and instants.max() <= self.t_end):
             instants = self._within(instants)
         flat = np.ascontiguousarray(instants).reshape(-1)
-        law = law_of(self.oscillator, self.forcing)
+        law = self.system.law
         n = int(law[0, N_HARMONICS])
         motion = np.empty((2, len(flat)))
         evaluate(
@@ -238,7 +244,7 @@ class Trajectory:
         >>> dict(run.stroboscopic().sizes)
         {'period': 10}
         """
-        period = float(law_of(self.oscillator, self.forcing)[0, PERIOD])
+        period = float(self.system.law[0, PERIOD])
         if period == 0.0:
             reason = "a stroboscopic view needs a periodic forcing; give period= where it has one"
             raise ParameterError("forcing.period", None, reason)
@@ -277,7 +283,7 @@ class Trajectory:
         """
         times = np.atleast_1d(np.asarray(t, dtype=np.float64))
         x, v = self(times)
-        data = forces_at(self.oscillator, self.forcing, self.contacts, times, x, v)
+        data = forces_at(self.system, self.contacts, times, x, v)
         stops = np.arange(len(self.oscillator.stops))
         return _dataset(data, {"t": times, "stop": stops}, str(self.outcome.value))
 
@@ -316,21 +322,20 @@ def _dataset(data: Mapping[str, object], coords: Mapping[str, object], outcome: 
     return xarray.Dataset(data, coords=coords, attrs={"outcome": outcome})
 
 
-def _stop_of_bound(oscillator: Oscillator) -> Integers:
+def _stop_of_bound(system: System) -> Integers:
     """Return the wall's index for each bound, -1 where there is none."""
-    walls = lines(oscillator).wall
-    return np.array([-1 if wall is None else wall for wall in walls], dtype=np.int64)
+    return np.array([-1 if wall is None else wall for wall in system.lines.wall], dtype=np.int64)
 
 
-def _impacts(oscillator: Oscillator, law: Law, events: Table, marks: Integers) -> Impacts:
+def _impacts(system: System, events: Floats, marks: Integers) -> Impacts:
     impacts = marks[:, columns.KIND] == columns.IMPACT
-    # Mostly all events but the start are impacts: no need then to pick them out.
+    # Mostly all events but the start are impacts, and a slice is faster than their numbers.
     which = slice(1, None) if impacts[1:].all() else np.flatnonzero(impacts)
     t = events[which, columns.EVENT_T].copy()
     t_low = events[which, columns.EVENT_T_LOW].copy()
     cycle = np.full(len(t), np.nan)
-    if law[0, PERIOD] > 0.0:
-        cycles(law, t, t_low, cycle)
+    if system.law[0, PERIOD] > 0.0:
+        cycles(system.law, t, t_low, cycle)
     intervals = t.copy()
     intervals[:1] -= events[0, columns.EVENT_T]
     intervals[1:] -= t[:-1]
@@ -340,30 +345,28 @@ def _impacts(oscillator: Oscillator, law: Law, events: Table, marks: Integers) -
         t=t,
         v_before=events[which, columns.V_BEFORE],
         v_after=events[which, columns.V_AFTER],
-        stop=_stop_of_bound(oscillator)[marks[which, columns.BOUND]],
+        stop=_stop_of_bound(system)[marks[which, columns.BOUND]],
         cycle=cycle,
         intervals=intervals,
     )
 
 
-def _crossings(oscillator: Oscillator, events: Table, marks: Integers) -> Crossings:
+def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
     which = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING)
     if len(which) == 0:
         return NO_CROSSINGS
-    edges = lines(oscillator).edges
+    edges = system.lines.edges
     # Stops that share an edge are crossed together, one line each.
     sharing = np.array([len(edge) for edge in edges])[marks[which, columns.BOUND]]
     stop = [k for bound in marks[which, columns.BOUND] for k in edges[bound]]
-    above = np.array([oscillator.stops[k].side == "above" for k in stop], dtype=bool)
+    above = np.array([system.oscillator.stops[k].side == "above" for k in stop], dtype=bool)
     v = np.repeat(events[which, columns.V_AFTER], sharing)
     direction = np.where((v > 0.0) == above, "in", "out")
     t = np.repeat(events[which, columns.EVENT_T], sharing)
     return Crossings(t=t, v=v, stop=np.array(stop, dtype=np.int64), direction=direction)
 
 
-def _contacts(
-    oscillator: Oscillator, events: Table, marks: Integers, errors: ContactErrors
-) -> Contacts:
+def _contacts(system: System, events: Floats, marks: Integers, errors: ContactErrors) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
     if len(which) == 0:
@@ -376,20 +379,20 @@ def _contacts(
     return Contacts(
         start=start,
         release=release,
-        stop=_stop_of_bound(oscillator)[marks[which, columns.BOUND]],
+        stop=_stop_of_bound(system)[marks[which, columns.BOUND]],
         n_impacts=np.cumsum(kind == columns.IMPACT)[which],
         _errors=errors,
     )
 
 
-def _grazes(oscillator: Oscillator, grazes: Table) -> Grazes:
+def _grazes(system: System, grazes: Floats) -> Grazes:
     if len(grazes) == 0:
         return NO_GRAZES
     bounds = grazes[:, columns.GRAZE_BOUND].astype(np.int64)
-    layout = lines(oscillator)
+    lines = system.lines
     stop = [
-        wall if wall is not None else layout.edges[bound][0]
-        for bound, wall in ((bound, layout.wall[bound]) for bound in bounds)
+        wall if wall is not None else lines.edges[bound][0]
+        for bound, wall in ((bound, lines.wall[bound]) for bound in bounds)
     ]
     return Grazes(
         t=grazes[:, columns.GRAZE_T],

@@ -1,4 +1,7 @@
-"""What elsewhere NumPy, LAPACK and the C library compute, with the same bits on each machine."""
+"""Elementary functions and linear algebra with the same bits on every machine.
+
+Those of NumPy, LAPACK and the C library differ between machines in the last digits.
+"""
 
 from percuss.numerics.functions import (
     atan2,

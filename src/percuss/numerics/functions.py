@@ -217,10 +217,10 @@ def times(a: Complexes, b: Complexes) -> Complexes:
     array([5.+5.j])
     """
     shape = np.broadcast_shapes(a.shape, b.shape)
-    found = np.empty(shape, dtype=np.complex128)
-    np.subtract(a.real * b.real, a.imag * b.imag, out=found.real)
-    np.add(a.real * b.imag, a.imag * b.real, out=found.imag)
-    return found
+    product = np.empty(shape, dtype=np.complex128)
+    np.subtract(a.real * b.real, a.imag * b.imag, out=product.real)
+    np.add(a.real * b.imag, a.imag * b.real, out=product.imag)
+    return product
 
 
 def modulus(z: Complexes) -> Floats:
@@ -257,7 +257,7 @@ def geometric(first: float, last: float, count: int) -> Floats:
     >>> geometric(1.0, 100.0, 3).round(12)
     array([  1.,  10., 100.])
     """
-    found: Floats = first * exp(np.linspace(0.0, log(last / first), count))
-    found[-1:] = last
-    found[:1] = first
-    return found
+    numbers: Floats = first * exp(np.linspace(0.0, log(last / first), count))
+    numbers[-1:] = last
+    numbers[:1] = first
+    return numbers

@@ -1,7 +1,7 @@
-"""Linear algebra of small real matrices: sums in a fixed order, and no matrix without numbers.
+"""Linear algebra of small real matrices: sums in a fixed order, and finite entries only.
 
-BLAS and LAPACK choose their order of summation by the processor, and what they do with an
-infinite or missing entry is anything: an error of their own, a warning on the terminal, no end.
+BLAS and LAPACK choose their order of summation by the processor, and an infinite or missing entry
+makes them raise errors of their own, print warnings, or not return.
 """
 
 from __future__ import annotations
@@ -112,13 +112,13 @@ def solve_linear(matrix: Floats, right: Floats) -> Floats:
     """
     _check(matrix, right)
     columns = right.reshape(len(right), -1).T
-    found = np.empty(columns.shape)
+    solution = np.empty(columns.shape)
     for i, column in enumerate(columns):
-        found[i] = column
-        if not kernels.eliminate(np.array(matrix, dtype=np.float64), found[i], 0.0):
+        solution[i] = column
+        if not kernels.eliminate(np.array(matrix, dtype=np.float64), solution[i], 0.0):
             what = f"the {len(matrix)} linear equations are singular"
             raise ConvergenceError(what, None, math.nan, "move a little away from this point")
-    return np.ascontiguousarray(found.T).reshape(right.shape)
+    return np.ascontiguousarray(solution.T).reshape(right.shape)
 
 
 def inverse(matrix: Floats) -> Floats:
@@ -157,7 +157,7 @@ def determinant(matrix: Floats) -> float:
 
 
 def directions(matrix: Floats) -> tuple[Floats, Floats]:
-    """Return the singular values and the directions that they belong to.
+    """Return the singular values and their directions (the right singular vectors).
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def directions(matrix: Floats) -> tuple[Floats, Floats]:
     sizes : array
         (n,), the largest first.
     directions : array
-        (n, n), orthonormal rows; those without a size span what the matrix takes to zero.
+        (n, n), orthonormal rows; those of singular value zero span the null space.
 
     Raises
     ------
@@ -187,7 +187,7 @@ def directions(matrix: Floats) -> tuple[Floats, Floats]:
 
 
 def least_squares(matrix: Floats, right: Floats, weak: float) -> Floats:
-    """Return the least of the vectors that solve linear equations best.
+    """Return the least-squares solution of linear equations that has the least norm.
 
     Parameters
     ----------
@@ -215,16 +215,16 @@ def least_squares(matrix: Floats, right: Floats, weak: float) -> Floats:
     """
     _check(matrix, right)
     sizes, images, rows = _turned(matrix)
-    found = np.zeros(matrix.shape[1])
+    solution = np.zeros(matrix.shape[1])
     for size, image, row in zip(sizes.tolist(), images, rows, strict=True):
         if size > weak * sizes[0]:
             # In two steps: the square of a size may lie beyond the doubles.
-            found += dot(image / size, right) / size * row
-    return found
+            solution += dot(image / size, right) / size * row
+    return solution
 
 
 def fit_line(x: Floats, y: Floats) -> tuple[float, float]:
-    """Return the slope of the line through points in the least squares, and its standard error.
+    """Return the slope of the least-squares line through points, and its standard error.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def fit_line(x: Floats, y: Floats) -> tuple[float, float]:
     >>> fit_line(np.array([0.0, 1.0, 2.0]), np.array([1.0, 3.0, 5.0]))
     (2.0, 0.0)
     """
-    # About the middle the two numbers of a line do not depend on one another.
+    # About the mean of x, slope and level are independent.
     steps = x - x.mean()
     spread = dot(steps, steps)
     slope = dot(steps, y) / spread
@@ -260,7 +260,7 @@ def _turned(matrix: Floats) -> tuple[Floats, Floats, Floats]:
     """Return singular values, images of the directions, and the directions themselves."""
     _check(matrix)
     n = matrix.shape[1]
-    # A power of two takes squares into the middle of the doubles, and no digit off.
+    # Scaling by a power of two keeps squares in range, and all digits.
     doublings = math.frexp(float(np.abs(matrix).max(initial=0.0)))[1]
     images, rows = np.ldexp(np.ascontiguousarray(matrix.T), -doublings), np.eye(n)
     if not kernels.orthogonalise(images, rows):

@@ -57,23 +57,23 @@ def polynomial_roots(coefficients: Complexes) -> Complexes:
     # On the circle of the mean size of all zeros, and not mirrored about the axes.
     size = math.sqrt(_square(terms[-1]) / _square(terms[0]))
     radius = math.ldexp(1.0, round(math.frexp(size)[1] / n)) if size > 0.0 else 1.0
-    found = [radius * complex(z) for z in phasor(2.0 * math.pi * (np.arange(n) + 0.3) / n)]
+    zeros = [radius * complex(z) for z in phasor(2.0 * math.pi * (np.arange(n) + 0.3) / n)]
     for _ in range(MOST_STEPS):
         largest = 0.0
-        for k, z in enumerate(found):
+        for k, z in enumerate(zeros):
             value, slope = _horner(terms, z), _horner(slopes, z)
             if value == 0.0:
                 continue
-            apart = sum((1.0 / (z - w) for w in found if w != z), 0.0j)
-            below = slope - value * apart
+            repulsion = sum((1.0 / (z - w) for w in zeros if w != z), 0.0j)
+            below = slope - value * repulsion
             if below == 0.0:
                 continue
             step = value / below
-            found[k] = z - step
+            zeros[k] = z - step
             largest = max(largest, _square(step) / (_square(z) or 1.0))
         if largest < SETTLED * SETTLED:
             break
-    return np.array(found + [0.0j] * at_zero)
+    return np.array(zeros + [0.0j] * at_zero)
 
 
 def _square(z: complex) -> float:
@@ -118,7 +118,7 @@ def gauss_legendre(n: int) -> tuple[Floats, Floats]:
 
 def _legendre(n: int, x: Floats) -> tuple[Floats, Floats]:
     """Return the Legendre polynomial and its derivative."""
-    before, here = np.ones_like(x), x
+    before, current = np.ones_like(x), x
     for k in range(2, n + 1):
-        before, here = here, ((2 * k - 1) * x * here - (k - 1) * before) / k
-    return here, n * (before - x * here) / (1.0 - x * x)
+        before, current = current, ((2 * k - 1) * x * current - (k - 1) * before) / k
+    return current, n * (before - x * current) / (1.0 - x * x)

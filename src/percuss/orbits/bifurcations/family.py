@@ -13,9 +13,9 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError, PercussError
-from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
+from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law
-from percuss.kernels.shooting import AT, ShootingProblem, place, shoot
+from percuss.kernels.shooting import AT, ShootingProblem, shoot
 from percuss.model.exact import Phase, as_float
 from percuss.model.paths import get_parameter, replace_parameters
 from percuss.model.system import System

@@ -11,9 +11,9 @@ import numpy as np
 from percuss.errors import ConvergenceError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
-from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
+from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
 from percuss.kernels.law import Law
-from percuss.kernels.shooting import AT, place
+from percuss.kernels.shooting import AT
 from percuss.orbits.bifurcations.family import fastest
 from percuss.orbits.bifurcations.n_fold import settled
 from percuss.orbits.orbit.itinerary import entries_of, is_wall

@@ -19,10 +19,10 @@ from percuss.kernels.flight import (
     acceleration_and_jerk,
     constant_force,
     force_derivative,
+    place,
     set_phases,
 )
 from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
-from percuss.kernels.shooting import place
 from percuss.kernels.tangent import propagator
 from percuss.motion.reach import steady
 from percuss.numerics import determinant

@@ -22,9 +22,9 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
-from percuss.kernels.flight import constant_force, free_response, harmonic_response
+from percuss.kernels.flight import constant_force, free_response, harmonic_response, place
 from percuss.kernels.law import Law
-from percuss.kernels.shooting import factor, place
+from percuss.kernels.shooting import factor
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall

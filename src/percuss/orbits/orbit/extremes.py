@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from percuss.arrays import Integers
 from percuss.kernels import record as columns
+from percuss.kernels.flight import place
 from percuss.kernels.law import Law, Table
-from percuss.kernels.shooting import place
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import flight_turns, flights_of
 

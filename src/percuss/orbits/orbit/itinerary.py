@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
 from percuss.kernels.law import Law
-from percuss.kernels.shooting import CHAIN_COLUMNS
+from percuss.kernels.shooting import ITINERARY_COLUMNS
 from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
@@ -318,7 +318,7 @@ def events_of_stops(system: System, stops: Sequence[int]) -> Integers:
             events.append((region + 1 if up else region, region, region + step))
             region += step
     rows = [[b, row_of_region(law, i), row_of_region(law, j)] for b, i, j in events]
-    return np.array(rows, dtype=np.int64).reshape(-1, CHAIN_COLUMNS)
+    return np.array(rows, dtype=np.int64).reshape(-1, ITINERARY_COLUMNS)
 
 
 def events_of_record(marks: Integers) -> Integers:

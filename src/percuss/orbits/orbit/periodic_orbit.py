@@ -214,9 +214,8 @@ class PeriodicOrbit:
         t_end = float(events[-1, columns.EVENT_T]) if len(events) > 1 else 0.0
         if len(self._events) == 1:
             t_end = self.t0 + periods * self.period
-        grazes = np.empty((0, columns.GRAZE_COLUMNS))
-        record = self.system.law, (self.x0, self.v0), events, marks, grazes
-        return Trajectory.of_record(*self.system, record, t_end, Outcome.reached_t_end)
+        record = (self.x0, self.v0), events, marks, np.empty((0, columns.GRAZE_COLUMNS))
+        return Trajectory.of_record(self.system, record, t_end, Outcome.reached_t_end)
 
     def spectrum(self, n_lines: int = 33) -> Dataset:
         """Return the Fourier coefficients of the displacement, exact to rounding.

@@ -16,7 +16,7 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
-from percuss.kernels.flight import Flight, constant_force, move, set_phases
+from percuss.kernels.flight import Flight, constant_force, move, place, set_phases
 from percuss.kernels.law import DAMPING, N_HARMONICS, PERIOD, Law, Table
 from percuss.kernels.sample import cycles
 from percuss.kernels.shooting import (
@@ -30,7 +30,6 @@ from percuss.kernels.shooting import (
     advance,
     factor,
     iterate,
-    place,
 )
 from percuss.kernels.tangent import neighbours
 from percuss.model.system import System

@@ -15,9 +15,9 @@ import numpy as np
 from percuss.arrays import Flags, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
+from percuss.kernels.flight import place
 from percuss.kernels.law import PERIOD, Law, Table
 from percuss.kernels.sample import cycles
-from percuss.kernels.shooting import place
 from percuss.model.exact import as_float
 from percuss.model.stops import Wall
 from percuss.model.system import System

@@ -12,7 +12,7 @@ import numpy as np
 from percuss import numerics
 from percuss.certified import Ball
 from percuss.model.forcing import sine
-from percuss.motion.harmonic_forms import harmonic_contact_time, harmonic_critical_velocity
+from percuss.motion.eigenset_forms import harmonic_contact_time, harmonic_critical_velocity
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.certain import eigenset_kept, in_ball, limit_velocity
 from percuss.paper.claims.evidence import (

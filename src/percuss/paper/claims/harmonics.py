@@ -11,7 +11,7 @@ import numpy as np
 from percuss import numerics
 from percuss.arrays import Floats
 from percuss.model.forcing import sine
-from percuss.motion.harmonic_forms import HarmonicMotion, harmonic_critical_velocity
+from percuss.motion.eigenset_forms import HarmonicMotion, harmonic_critical_velocity
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims import commensurate, harmonic_limits

@@ -9,6 +9,7 @@ import numpy as np
 
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import bilinear_oscillator
+from percuss.model.system import System
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.energetics import forces_at
 from percuss.motion.simulate import simulate
@@ -36,7 +37,7 @@ def force_laws() -> Dataset:
     x = np.linspace(-0.35, 1.5, 371)
     osc = bilinear_oscillator(stiffness_above=1, stiffness_below=RATIO)
     rest = np.zeros_like(x)
-    acting = xr.Dataset(forces_at(osc, None, NO_CONTACTS, rest, x, rest))
+    acting = xr.Dataset(forces_at(System(osc, None), NO_CONTACTS, rest, x, rest))
     total = acting["spring"].values + acting["stops"].sum("stop").values
     return xr.Dataset(
         {"force": ("x", -total, {"long_name": "return force k(x) x"})},

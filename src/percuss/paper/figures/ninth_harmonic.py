@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
-from percuss.motion.harmonic_forms import harmonic_critical_velocity
+from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import COLOURS, draw_curve, panels, styled

@@ -83,21 +83,21 @@ def _checked(function: Any, arguments: tuple[Any, ...]) -> str:
 
 
 def _types() -> dict[str, str]:
-    def table(kind: Any, n: int) -> Any:
+    def array(kind: Any, n: int) -> Any:
         return types.Array(kind, n, "C")
 
     real, whole = types.float64, types.int64
     arrays = types.Tuple(
         [
-            *(table(real, 3), table(whole, 1), table(real, 2), table(whole, 2)),
-            *(table(whole, 1), table(real, 2), table(real, 2), table(real, 3)),
+            *(array(real, 3), array(whole, 1), array(real, 2), array(whole, 2)),
+            *(array(whole, 1), array(real, 2), array(real, 2), array(real, 3)),
         ]
     )
-    buffers = types.Tuple([table(real, 3), table(whole, 3), table(real, 3), table(real, 4)])
+    buffers = types.Tuple([array(real, 3), array(whole, 3), array(real, 3), array(real, 4)])
     return {
         "follow": _checked(follow_on_device, (arrays, buffers, whole, types.boolean)),
-        "lockstep": _checked(_round_on_device, (table(real, 1),)),
-        "broken": _checked(broken_on_device, (table(real, 1),)),
+        "lockstep": _checked(_round_on_device, (array(real, 1),)),
+        "broken": _checked(broken_on_device, (array(real, 1),)),
     }
 
 
