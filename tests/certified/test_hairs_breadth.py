@@ -10,8 +10,7 @@ import pytest
 
 import percuss as pc
 from percuss.certified import Ending
-from percuss.certified.families import keeps_subset
-from percuss.certified.statements import keeps_eigenset
+from percuss.certified.statements import keeps_eigenset, keeps_subset
 
 WALL = pc.impact_oscillator()
 DIGITS = 150

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copyreg
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -11,7 +12,6 @@ import numpy as np
 from flint import acb, arb
 
 from percuss.arrays import Floats
-from percuss.certified import pickling as _pickling  # noqa: F401
 from percuss.certified.numbers import precision, time_ball
 from percuss.model.exact import Phase
 
@@ -281,3 +281,22 @@ def _digits(ball: arb) -> float:
         return -math.inf
     with precision(64):
         return float((size / radius).log()) * LOG10_2 / math.log(2.0)
+
+
+def _parts(value: arb) -> tuple[int, int]:
+    mantissa, exponent = value.man_exp()
+    return int(mantissa), int(exponent)
+
+
+def _reduced(value: arb) -> tuple[object, tuple[object, ...]]:
+    """Return what pickles a ball: its midpoint exactly, its radius rounded up to 30 bits."""
+    if value.is_finite():
+        return arb, (_parts(value.mid()), _parts(value.rad()))
+    if value == arb.pos_inf() or value == arb.neg_inf():
+        return arb, ("inf" if value > 0 else "-inf",)
+    return arb, ("nan",) if value.is_nan() else (0, "inf")
+
+
+# python-flint itself has no way to pickle or copy its balls.
+copyreg.pickle(arb, _reduced)  # type: ignore[arg-type]
+copyreg.pickle(acb, lambda value: (acb, (value.real, value.imag)))

@@ -12,6 +12,7 @@ from flint import arb, ctx
 from percuss.certified.balls import Undecided
 from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import Push
+from percuss.certified.landing import interval_newton
 from percuss.certified.law import BallLaw, coarse_bits, constant_of, law_of
 from percuss.certified.numbers import (
     ball,
@@ -297,19 +298,17 @@ def _zero(push: Push, bracket: Bracket, sign: int) -> arb:
         s = (s - (value / slope).mid()).mid()
     (value, slope), _ = push.derivatives(s, 1)
     bend = push.bound(2, 0.0, 0.0, 0.0)
-    trial = 2 * value.abs_upper() / slope.abs_lower()
-    for _ in range(4):
+
+    def slopes(trial: arb) -> arb:
         around = slope + arb(0, trial * bend)
         if not sign * around > 0:
-            break
-        step = -(value / around)
-        if step.abs_upper() <= trial:
-            found = s + step
-            if not (found > bracket.low and found < bracket.high):
-                raise Undecided("precision", "a release is at the end of its bracket")
-            return found
-        trial = 4 * trial
-    raise Undecided("graze", "the force may touch zero where a contact could end")
+            raise Undecided("graze", "the force may touch zero where a contact could end")
+        return around
+
+    step, _ = interval_newton(value, slopes, 2 * value.abs_upper() / slope.abs_lower())
+    if not (s + step > bracket.low and s + step < bracket.high):
+        raise Undecided("precision", "a release is at the end of its bracket")
+    return s + step
 
 
 def _holds_for_ever(push: Push, sign: int) -> bool:

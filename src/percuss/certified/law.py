@@ -12,7 +12,7 @@ from typing import Any, TypeAlias, cast
 from flint import arb, ctx
 
 from percuss.certified.balls import Ball, Undecided
-from percuss.certified.numbers import ball, cos_sin, upper
+from percuss.certified.numbers import ball, cos_sin, exact_value, upper
 from percuss.certified.system import BallSystem, Region, Tone
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, angle, as_fraction
@@ -82,7 +82,7 @@ def _ends(path: str, values: Ball | tuple[Exact, Exact]) -> tuple[Fraction, Frac
     if isinstance(values, Ball):
         if not values.arb.is_finite():
             raise ParameterError(f"over[{path!r}]", values, "a ball without a number")
-        middle, radius = _exact(values.arb.mid()), _exact(values.arb.rad())
+        middle, radius = exact_value(values.arb), exact_value(values.arb.rad())
         return middle - radius, middle + radius
     try:
         low, high = (as_fraction(value) for value in values)
@@ -91,12 +91,6 @@ def _ends(path: str, values: Ball | tuple[Exact, Exact]) -> tuple[Fraction, Frac
     if not low <= high:
         raise ParameterError(f"over[{path!r}]", values, "the first value is above the second")
     return low, high
-
-
-def _exact(number: arb) -> Fraction:
-    """Return an arb without radius as a fraction."""
-    mantissa, exponent = number.man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
 # A number, or, cast to this type, an arb_series of two terms: it holds a number and its

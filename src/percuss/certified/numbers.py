@@ -13,6 +13,7 @@ __all__ = [
     "ball",
     "between",
     "cos_sin",
+    "exact_value",
     "lower",
     "order_of",
     "power",
@@ -74,6 +75,12 @@ def rational(value: Fraction) -> fmpq:
 def ball(value: Fraction) -> arb:
     """Return a ball that holds a fraction, of radius zero where the precision holds it."""
     return arb(rational(value))
+
+
+def exact_value(value: arb) -> Fraction:
+    """Return the midpoint of a ball as a fraction."""
+    mantissa, exponent = value.mid().man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
 def time_ball(value: Phase) -> arb:

@@ -16,7 +16,7 @@ from percuss.certified.law import law_of, range_of
 from percuss.certified.numbers import ball, between, precision, time_ball
 from percuss.certified.properties import Proof
 from percuss.certified.results import doubles_of, in_words
-from percuss.certified.shooting import Link, States, region_of_row
+from percuss.certified.shooting import OrbitEvent, States, region_of_row
 from percuss.certified.steady import steady_flight
 from percuss.certified.step import Departure, flight_of
 from percuss.certified.system import BallSystem
@@ -36,14 +36,14 @@ class OrbitMotion:
 
     Attributes
     ----------
-    system, chain, states, period
+    system, events, states, period
         Of the proof; no events for steady motion.
     orbit
         The float orbit.
     """
 
     system: BallSystem
-    chain: list[Link]
+    events: list[OrbitEvent]
     states: States
     period: arb
     orbit: PeriodicOrbit
@@ -74,9 +74,9 @@ class OrbitMotion:
         return found
 
     def _on_flight(self, i: int, s: arb) -> BallPair:
-        link = self.chain[i]
-        place = self.system.bounds[link.bound].at
-        start = Departure(link.after, place, Cloud.of(*self.states[i]), link.bound)
+        event = self.events[i]
+        place = self.system.bounds[event.bound].at
+        start = Departure(event.after, place, Cloud.of(*self.states[i]), event.bound)
         (x, v), _ = flight_of(self.system, start, whole=True).derivatives(s, 1)
         return x, v
 
@@ -260,7 +260,7 @@ def orbit_of_proof(
     with precision(bits):
         impacts = _impacts(system, proof)
         if start is None:
-            place = ball(system.bounds[proof.chain[0].bound].at)
+            place = ball(system.bounds[proof.events[0].bound].at)
             start = place, proof.states[0][1], proof.states[0][0]
     first, second = proof.monodromy.multipliers
     count: float = len(impacts)
@@ -289,7 +289,7 @@ def orbit_of_proof(
         _proof=proof,
         _motion=None
         if proof.sticking
-        else OrbitMotion(system, proof.chain, proof.states, proof.period, orbit),
+        else OrbitMotion(system, proof.events, proof.states, proof.period, orbit),
     )
 
 
@@ -330,14 +330,14 @@ def unproven(
 
 def _impacts(system: BallSystem, proof: Proof) -> CertifiedImpacts:
     """Return the events that meet a stop; the interval before the first is that after the last."""
-    met = [i for i, link in enumerate(proof.chain) if link.stop is not None]
+    met = [i for i, event in enumerate(proof.events) if event.stop is not None]
     instants = [proof.states[i][0] for i in met]
     earlier = [instants[-1] - proof.period, *instants[:-1]] if met else []
     return CertifiedImpacts(
         t=Balls.of(instants),
         v_before=Balls.of(proof.before[i] for i in met),
         v_after=Balls.of(proof.states[i][1] for i in met),
-        stop=np.array([proof.chain[i].stop for i in met], dtype=np.int64),
+        stop=np.array([proof.events[i].stop for i in met], dtype=np.int64),
         cycle=cycles_of(system, instants),
         intervals=Balls.of(t - before for t, before in zip(instants, earlier, strict=True)),
     )

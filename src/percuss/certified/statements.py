@@ -17,24 +17,29 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from flint import arb, ctx
+from flint import arb
 
 from percuss.certified.balls import Ball, Undecided
+from percuss.certified.cloud import Cloud
 from percuss.certified.contact import first_push_at
+from percuss.certified.families import ReflectedMotion, is_one_elastic_wall
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.law import BallLaw, coarse_bits, law_of
+from percuss.certified.law import BallLaw, law_of, system_for
 from percuss.certified.numbers import ball, precision, rational_cosine, time_ball
-from percuss.certified.step import levels_of, search_along, width_of
+from percuss.certified.step import Departure, first_bracket
 from percuss.certified.system import BallSystem, Tone, system_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, angle, as_fraction, pi_times, plain
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, impact_oscillator
+from percuss.motion.eigenset_forms import subset_forcing
 
-__all__ = ["Verdict", "critical_velocity", "keeps_eigenset"]
+__all__ = ["Verdict", "critical_velocity", "keeps_eigenset", "keeps_subset", "repeats_after"]
 
 BITS = 192
-MOST_DIGITS = 1000
+# Of the constant of a subset's force: far narrower than what the search can tell.
+CONSTANT_BITS = 4 * BITS
+MOST_DIGITS, MOST_IMPACTS = 1000, 100_000
 # A touch is told from a passage with half the bits: twice those of the digits, and some.
 BITS_PER_DIGIT, MARGIN = 7, 64
 
@@ -201,6 +206,152 @@ def critical_velocity(
         return Ball(ball(below).union(ball(above)))
 
 
+def keeps_subset(m: int, v0: Exact) -> Verdict:
+    """Return whether the impacts of a start at t = 0 on the wall are those of Y_m, all of them.
+
+    The oscillator is ``impact_oscillator()``, the force that of `percuss.subset_forcing` with
+    its constant taken exactly, which in the model is a double.
+
+    Parameters
+    ----------
+    m
+        The longer gap in units of pi, >= 2.
+    v0
+        Velocity at the start [length/time], > 0.
+
+    Returns
+    -------
+    Verdict
+        For all impacts; open where the balls do not decide, as at the critical velocity itself.
+
+    Raises
+    ------
+    ParameterError
+        If m is not a whole number of at least 2, or v0 is negative.
+
+    Examples
+    --------
+    The critical velocity for m = 5 is 3/2 (Dyskin et al. 2012, table 1):
+
+    >>> [keeps_subset(5, v0).holds for v0 in ("1.4999999", "1.5000001")]
+    [True, False]
+    """
+    force, start = subset_forcing(m), as_fraction(v0)
+    if start < 0:
+        raise ParameterError("v0", v0, "negative: into the wall")
+    system = system_of(impact_oscillator(), force)
+    with precision(CONSTANT_BITS):
+        constant = Ball((arb.pi() / (m + 1)).cos())
+    exact = system_for(system, {"forcing.constant": constant})
+    try:
+        with precision(BITS):
+            return _subset_verdict(exact, m, ball(start))
+    except Undecided as question:
+        return Verdict(None, math.inf, question.reason)
+
+
+def _subset_verdict(system: BallSystem, m: int, v0: arb) -> Verdict:
+    pi = arb.pi()
+    kick = 2 * (pi / (m + 1)).sin() / (m + 1)
+    following = 2 * kick - v0 if m % 2 == 0 else v0
+    # Long flights begin at 0, short ones at m pi, modulo the period (m+1) pi of the force.
+    flights = [("long", arb(0), v0, m), ("short", m * pi, following, 1)]
+    if m % 2 == 0:
+        flights += [("long", arb(0), following, m), ("short", m * pi, v0, 1)]
+    for k, (name, t, v, gap) in enumerate(flights):
+        if not v > 0:
+            if v < 0:
+                reason = f"the flight before {name} flight {k // 2} would end out of the wall"
+                return Verdict(False, math.inf, reason)
+            raise Undecided("graze", "an impact has no velocity, within the radius")
+        start = Departure(0, system.bounds[0].at, Cloud.of(t, v), 0)
+        bracket, _, _ = first_bracket(system, start, 1.01 * gap * math.pi)
+        place = bracket.place_of(gap * pi)
+        if place == 1:
+            earlier = f"{name} flight {k // 2} meets the wall before {gap} pi"
+            return Verdict(False, math.inf, earlier)
+        if place != 0:
+            raise Undecided("precision", f"the end of {name} flight {k // 2} is open")
+    reason = f"{len(flights)} flights end on Y_{m} and not before, and those decide for all"
+    return Verdict(True, math.inf, reason)
+
+
+def repeats_after(
+    osc: Oscillator,
+    force: Forcing | None,
+    v0: Exact,
+    n_impacts: int,
+    t0: Phase = 0,
+) -> Verdict:
+    """Return whether a motion from the wall is periodic with so many impacts, exactly.
+
+    Where it is, all motions nearby are as well: the derivative over the period is the identity.
+
+    Parameters
+    ----------
+    osc, force
+        An oscillator with an elastic wall at the equilibrium of its spring, without damping, and
+        harmonics of odd multiples, 3 or more, of its frequency.
+    v0
+        Velocity at the wall at t0, off it [length/time].
+    n_impacts
+        After how many impacts it comes back, >= 1.
+    t0
+        Instant of the start [time].
+
+    Returns
+    -------
+    Verdict
+        True: the phase of the force and the velocity after the last of these impacts are those of
+        the start. False: they are not. None where the balls leave it open, as next to a graze.
+
+    Raises
+    ------
+    ParameterError
+        If the number of impacts is not a whole one from 1 on.
+
+    Examples
+    --------
+    Below the critical velocity of the third harmonic there are six impacts in 4 pi
+    (docs/theory/third-harmonic.md), but for a part of the range:
+
+    >>> import percuss as pc
+    >>> wall = pc.impact_oscillator()
+    >>> [repeats_after(wall, pc.sine(3), v0, 6).holds for v0 in ("0.45", "0.495")]
+    [True, False]
+    """
+    n_impacts = _whole("n_impacts", n_impacts, MOST_IMPACTS)
+    system = system_of(osc, force)
+    try:
+        with precision(BITS):
+            if not is_one_elastic_wall(system):
+                reason = "the closed form of flights that return reversed does not hold"
+                return Verdict(None, n_impacts, reason)
+            motion = ReflectedMotion(system, time_ball(t0), ball(as_fraction(v0)))
+            return _return_verdict(motion, n_impacts)
+    except Undecided as question:
+        return Verdict(None, n_impacts, question.reason)
+
+
+def _return_verdict(motion: ReflectedMotion, n: int) -> Verdict:
+    """Return whether the motion returns: by its zeros, exactly, or else by its phase and velocity."""
+    v_start = motion.v
+    for _ in range(n):
+        motion.fly()
+    if motion.is_closed:
+        reason = f"the last impact is at the start's zero, {motion.half_periods} half periods later"
+        return Verdict(True, n, f"{reason}, exactly")
+    system = motion.system
+    # By what acts: a period that was given may be a multiple of the least.
+    for omega in {system.frequency(tone) for tone in system.tones if system.strength(tone)}:
+        turns = (motion.t - motion.times[0]) * ball(omega) / (2 * arb.pi())
+        if not turns.contains_integer():
+            return Verdict(False, n, "the last impact is at another phase of the force")
+    if not motion.v.overlaps(v_start):
+        return Verdict(False, n, "the velocity after the last impact is another one")
+    raise Undecided("precision", "the motion comes back within the radius; no closed form says so")
+
+
 class _Eigenset:
     """The flights of a start on the wall, if the closed form holds."""
 
@@ -245,7 +396,8 @@ class _Eigenset:
             raise Undecided("precision", "the even harmonics do not vanish at the start, exactly")
         speed = self._at_start(even, 1)
         if speed is None:
-            waves = self._flight(self.law.turns_at(self.t0), arb(0)).waves
+            turns = self.law.turns_at(self.t0)
+            waves = EnclosedFlight(self.law, 0, turns, self.law.places[0], arb(0)).waves
             speeds = [
                 w.omega * w.q for w, n in zip(waves, self.multiples, strict=True) if n % 2 == 0
             ]
@@ -314,39 +466,18 @@ class _Eigenset:
             return ball(start + k * self.gain)
         return ball(start) + k * self.gain
 
-    def _flight(self, turns: list[tuple[arb, arb]], v: arb, order: int = 1) -> EnclosedFlight:
-        return EnclosedFlight(self.law, 0, turns, self.law.places[0], v, order)
-
     def _is_clear(self, k: int) -> bool:
         """Return whether a flight meets the wall first after half a natural period."""
-        speed = self._velocity(k)
-        time = self._start_of(k)
-        turns = self.law.turns_at(time)
-        order = 1
+        speed, time = self._velocity(k), self._start_of(k)
+        place, t, order = self.system.bounds[0].at, time_ball(time), 1
         if speed.is_zero():
-            place = self.system.bounds[0].at
-            order, way = first_push_at(self.law, 0, place, time_ball(time), time)
-            if way != self.sign:
+            order, direction = first_push_at(self.law, 0, place, t, time)
+            if direction != self.sign:
                 return False
         half = arb.pi() / ball(self.root).sqrt()
-        tries = sorted({coarse_bits(self.system), ctx.prec})
-        for coarse in tries:
-            with precision(coarse):
-                flight = self._flight(turns, self.sign * speed, order)
-                levels = levels_of(self.system, 0)
-                width = width_of(self.system, flight)
-                bound = levels[0].bound
-                search = search_along(self.system, flight, levels, bound, order, width)
-                try:
-                    bracket = search.first(2.0 * float(half))
-                except Undecided:
-                    if coarse == tries[-1]:
-                        raise
-                    continue
-            where = None if bracket is None else bracket.place_of(half)
-            if where == 0:
-                return True
-            if where == 1:
-                return False
+        start = Departure(0, place, Cloud.of(t.mid(), self.sign * speed), 0, order, time)
+        bracket, _, _ = first_bracket(self.system, start, 2.0 * float(half))
+        position = bracket.place_of(half)
+        if position is None or position < 0:
             raise Undecided("precision", "the first impact is not told from half a period")
-        raise Undecided("graze", "a turning point touches the wall within the radius")
+        return position == 0

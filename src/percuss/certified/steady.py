@@ -74,7 +74,7 @@ def steady_proof(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
         one = acb(1), acb(determinant)
         monodromy = replace(monodromy, multipliers=one, stability="parabolic")
     return Proof(
-        chain=[],
+        events=[],
         states=[],
         before=[],
         period=period,

@@ -22,6 +22,7 @@ __all__ = [
     "Departure",
     "event_derivative",
     "first_arrival",
+    "first_bracket",
     "flight_of",
     "landed",
     "levels_of",
@@ -73,8 +74,8 @@ class Arrival:
         Of instant and velocity by those of the departure, on the whole cloud.
     box
         Instant and velocity of all.
-    lasts, alone
-        Time of flight of all, and a wider ball in which each of them has this root only.
+    duration, isolating
+        Duration of all flights, and a wider ball in which each of them has this root only.
     """
 
     bound: int
@@ -82,8 +83,8 @@ class Arrival:
     point: BallPair
     derivative: BallMatrix
     box: BallPair
-    lasts: arb
-    alone: arb
+    duration: arb
+    isolating: arb
 
 
 def flight_of(system: BallSystem, start: Departure, *, whole: bool) -> EnclosedFlight:
@@ -194,13 +195,43 @@ def _arrival(
     return landed(system, start, whole, bracket, coarse)
 
 
+def first_bracket(
+    system: BallSystem, start: Departure, longest: float
+) -> tuple[Bracket, EnclosedFlight, int]:
+    """Return where all flights of a departure first meet a bound, those flights, and their bits.
+
+    The bits are the fewest that decide.
+
+    Raises
+    ------
+    Undecided
+        If the balls leave it open, or the flights meet no bound in this time.
+    """
+    bits = sorted({coarse_bits(system), ctx.prec})
+    for coarse in bits:
+        with precision(coarse):
+            whole = flight_of(system, start, whole=True)
+            levels, width = levels_of(system, start.region), width_of(system, whole)
+            search = search_along(system, whole, levels, start.bound, start.order, width)
+            try:
+                bracket = search.first(longest)
+            except Undecided:
+                if coarse == bits[-1]:
+                    raise
+                continue
+        if bracket is not None:
+            return bracket, whole, coarse
+        break
+    raise Undecided("no_event", f"a flight meets no stop within {longest:.6g}")
+
+
 def landed(
     system: BallSystem,
     start: Departure,
     whole: EnclosedFlight,
     bracket: Bracket,
     coarse: int,
-    apart: arb | None = None,
+    isolation: arb | None = None,
 ) -> Arrival:
     """Return the arrival in a bracket.
 
@@ -214,8 +245,8 @@ def landed(
         Where the root is.
     coarse
         Bits for all but the root of the flight from the middle.
-    apart
-        How far from it other roots are to be excluded, where that can be done.
+    isolation
+        How far from the root others are to be excluded, where that can be done.
     """
     point = flight_of(system, start, whole=False)
     level = next(
@@ -225,7 +256,7 @@ def landed(
     fine = Bracket(level, low, high, guess, near, far)
     # The series takes derivatives below the order for zero, which starts beside do not fulfil.
     summed = start.order <= 2 or start.time is not None
-    first, all_ = solve(point, whole, fine, coarse, summed=summed, apart=apart)
+    first, all_ = solve(point, whole, fine, coarse, summed=summed, isolation=isolation)
     with precision(coarse):
         by = propagator(whole.region, all_.s)
         derivative = event_derivative(by, (whole.v0, whole.a0), (all_.v, all_.a))
@@ -233,7 +264,7 @@ def landed(
     began = start.cloud.middle[0] if start.time is None else time_ball(start.time)
     at = began + first.s, first.v
     box = at[0] + dt, at[1] + dv
-    return Arrival(level.bound, level.sign, at, derivative, box, all_.s, all_.alone)
+    return Arrival(level.bound, level.sign, at, derivative, box, all_.s, all_.isolating)
 
 
 def event_derivative(by: BallPropagator, before: BallPair, after: BallPair) -> BallMatrix:

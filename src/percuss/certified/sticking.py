@@ -17,7 +17,7 @@ from percuss.certified.contact import Hold
 from percuss.certified.march import Ending, MarchLimits, MarchRecord, march
 from percuss.certified.numbers import ball
 from percuss.certified.properties import Monodromy, Proof
-from percuss.certified.shooting import Link
+from percuss.certified.shooting import OrbitEvent
 from percuss.certified.system import BallSystem
 from percuss.model.exact import pi_times
 from percuss.model.start import Start
@@ -69,7 +69,7 @@ def _proof(
 ) -> Proof:
     zero = arb(0)
     bounds = {bound.wall: i for i, bound in enumerate(system.bounds)}
-    chain = [Link(bounds[row.stop], 0, 0, row.stop, wall=True) for row in record.impacts]
+    events = [OrbitEvent(bounds[row.stop], 0, 0, row.stop, wall=True) for row in record.impacts]
     monodromy = Monodromy(
         ((zero, zero), (zero, zero)),
         zero,
@@ -83,7 +83,7 @@ def _proof(
     place = ball(system.bounds[bounds[record.contacts[0].stop]].at)
     period = 2 * orbit.n_periods * arb.pi() / ball(frequency)
     return Proof(
-        chain=chain,
+        events=events,
         states=[(row.t, row.v_after) for row in record.impacts],
         before=[row.v_before for row in record.impacts],
         period=period,

@@ -66,13 +66,13 @@ def _last_pi(system: object, low: Fraction, high: Fraction, v: str) -> bool:
     from flint import arb
 
     from percuss.certified.balls import Undecided
-    from percuss.certified.families import Rounds
+    from percuss.certified.families import ReflectedMotion
     from percuss.certified.numbers import ball
 
     t = arb.pi() * ball(low).union(ball(high))
-    rounds = Rounds(system, t, ball(as_fraction(v)))  # type: ignore[arg-type]
+    motion = ReflectedMotion(system, t, ball(as_fraction(v)))  # type: ignore[arg-type]
     try:
-        rounds.fly()
+        motion.fly()
     except Undecided:
         return False
-    return rounds.zero == 0 and rounds.turns == 1
+    return motion.zero == 0 and motion.half_periods == 1
