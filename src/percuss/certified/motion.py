@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Callable, Sequence
 from typing import cast
 
 import numpy as np
 from flint import arb, ctx
 from numpy.typing import ArrayLike
 
+from percuss.certified.balls import Balls
 from percuss.certified.cloud import BallPair, applied
 from percuss.certified.contact import Hold, Hops
 from percuss.certified.flight import Push, propagator
@@ -22,8 +24,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase, phase_problem, plain
 from percuss.model.stops import SoftStop
 
-__all__ = ["energy_of", "exact_times", "forces_of", "is_proven", "state_at"]
-
+__all__ = ["energy_of", "exact_times", "forces_of", "is_proven", "state_at", "states_as_balls"]
 
 FLOAT_BITS = 64
 # Up to the very end that was asked for; the others end at an event or before a question.
@@ -88,7 +89,17 @@ def _on_piece(system: BallSystem, what: Departure | Hold | Hops, t: arb) -> Ball
     return x + by_t[0] * dt + a12 * dv, v + by_t[1] * dt + a22 * dv
 
 
-def exact_times(t: ArrayLike | Phase) -> tuple[list[Phase], tuple[int, ...]]:
+def states_as_balls(
+    state: Callable[[Phase], BallPair], t: ArrayLike | Phase | Sequence[Phase], bits: int
+) -> tuple[Balls, Balls]:
+    """Return x and v at times, of the shape of these, with so many bits."""
+    times, shape = exact_times(t)
+    with precision(bits):
+        states = [state(time) for time in times]
+    return Balls.of((x for x, _ in states), shape), Balls.of((v for _, v in states), shape)
+
+
+def exact_times(t: ArrayLike | Phase | Sequence[Phase]) -> tuple[list[Phase], tuple[int, ...]]:
     """Return times one after the other, as exact as they were given, and their shape.
 
     Raises

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
+from functools import reduce
 
 import numpy as np
 from flint import acb, arb
 from numpy.typing import ArrayLike
 
-from percuss.arrays import Integers
 from percuss.certified.balls import Ball, Balls, ComplexBall
 from percuss.certified.cloud import BallPair, Cloud
 from percuss.certified.law import law_of, range_of
+from percuss.certified.motion import states_as_balls
 from percuss.certified.numbers import ball, between, precision, time_ball
-from percuss.certified.properties import Proof
+from percuss.certified.properties import Monodromy, Proof
 from percuss.certified.results import doubles_of, in_words
 from percuss.certified.shooting import OrbitEvent, States, region_of_row
 from percuss.certified.steady import steady_flight
@@ -27,7 +27,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["CertifiedOrbit", "OrbitMotion", "motion_on", "orbit_of_proof", "unproven"]
+__all__ = ["CertifiedOrbit", "OrbitMotion", "orbit_of_proof", "unproven"]
 
 
 @dataclass(frozen=True)
@@ -79,20 +79,6 @@ class OrbitMotion:
         start = Departure(event.after, place, Cloud.of(*self.states[i]), event.bound)
         (x, v), _ = flight_of(self.system, start, whole=True).derivatives(s, 1)
         return x, v
-
-
-def motion_on(motion: OrbitMotion | None, time: Phase) -> BallPair:
-    """Return x and v on an orbit at a time.
-
-    Raises
-    ------
-    ParameterError
-        If the orbit is not proven, or its flights are not those of a list.
-    """
-    if motion is None:
-        reason = "of an orbit that is not proven, or has contacts, no motion is enclosed"
-        raise ParameterError("t", time, reason)
-    return motion.at(time)
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -160,7 +146,6 @@ class CertifiedOrbit:
     wanted_digits: int
     precision: int
     over: tuple[str, Ball] | None
-    _proof: Proof | None = field(repr=False)
     _motion: OrbitMotion | None = field(repr=False)
 
     def __call__(self, t: ArrayLike | Phase) -> tuple[Balls, Balls]:
@@ -169,8 +154,9 @@ class CertifiedOrbit:
         Parameters
         ----------
         t
-            Times: floats, which are taken exactly, of any shape; or one exact number such as
-            ``"1/3"`` or ``"20*pi"``. At an impact the velocities of both sides are in the ball.
+            Times of any shape, each taken exactly: a float is that double, ``"1/3"`` and
+            ``"20*pi"`` are these numbers. At an impact the velocities of both sides are in the
+            ball.
 
         Returns
         -------
@@ -190,18 +176,23 @@ class CertifiedOrbit:
         >>> bool(abs(x.mid()[0] - x.mid()[1]) < 1e-14), bool(x.radius().max() < 1e-12)
         (True, True)
         """
-        times, shape = times_of(t)
-        with precision(self.precision):
-            states = [motion_on(self._motion, time) for time in times]
-        return (
-            Balls.of((x for x, _ in states), shape),
-            Balls.of((v for _, v in states), shape),
-        )
+        if self._motion is None:
+            reason = "the motion on an orbit is enclosed where it is proven and has no contacts"
+            raise ParameterError("t", t, reason)
+        return states_as_balls(self._motion.at, t, self.precision)
 
     @property
     def doubles(self) -> tuple[str, ...]:
         """Numbers given as floats that are not the decimals they print as: taken as doubles."""
         return doubles_of(self.oscillator, self.forcing)
+
+    @property
+    def event_times(self) -> Balls:
+        """The instants of all events of one period, exits from soft stops among them.
+
+        None for steady motion, and where the motion is not enclosed.
+        """
+        return Balls.of(t for t, _ in self._motion.states) if self._motion else Balls(())
 
     @property
     def is_drawable(self) -> bool:
@@ -222,12 +213,7 @@ class CertifiedOrbit:
     def min_impact_speed(self) -> Ball:
         """Least speed of an impact [length/time]."""
         speeds = [abs(v) for v in self.impacts.v_before.arbs]
-        if not speeds:
-            return Ball(arb.nan())
-        least = speeds[0]
-        for speed in speeds[1:]:
-            least = least.min(speed)
-        return Ball(least)
+        return Ball(reduce(arb.min, speeds) if speeds else arb.nan())
 
     def __repr__(self) -> str:
         """Tell in a line what is proven."""
@@ -244,35 +230,34 @@ class CertifiedOrbit:
         )
 
 
-def times_of(t: ArrayLike | Phase) -> tuple[list[Phase], tuple[int, ...]]:
-    """Return times, one after the other, and the shape they were given in."""
-    if isinstance(t, np.ndarray) or (not isinstance(t, str) and hasattr(t, "__len__")):
-        array = np.asarray(t, dtype=np.float64)
-        return [float(value) for value in array.reshape(-1)], array.shape
-    return [t], ()  # type: ignore[list-item]
-
-
 def orbit_of_proof(
-    system: BallSystem, orbit: PeriodicOrbit, proof: Proof, digits: int, bits: int
+    system: BallSystem,
+    orbit: PeriodicOrbit,
+    proof: Proof,
+    digits: int,
+    bits: int,
+    *,
+    exists: bool = True,
 ) -> CertifiedOrbit:
-    """Make the result of a proof."""
-    start = proof.start
+    """Make the result of a proof, or of one that failed."""
     with precision(bits):
         impacts = _impacts(system, proof)
-        if start is None:
-            place = ball(system.bounds[proof.events[0].bound].at)
-            start = place, proof.states[0][1], proof.states[0][0]
+        x0, v0, t0 = proof.start or (
+            ball(system.bounds[proof.events[0].bound].at),
+            proof.states[0][1],
+            proof.states[0][0],
+        )
+    enclosed = exists and not proof.sticking
     first, second = proof.monodromy.multipliers
-    count: float = len(impacts)
     return CertifiedOrbit(
         oscillator=orbit.oscillator,
         forcing=orbit.forcing,
-        exists=True,
-        x0=Ball(start[0]),
-        v0=Ball(start[1]),
-        t0=Ball(start[2]),
+        exists=exists,
+        x0=Ball(x0),
+        v0=Ball(v0),
+        t0=Ball(t0),
         impacts=impacts,
-        n_impacts=math.inf if proof.sticking else count,
+        n_impacts=len(impacts) if enclosed else orbit.n_impacts,
         n_periods=orbit.n_periods,
         period=Ball(proof.period),
         trace=Ball(proof.monodromy.trace),
@@ -286,10 +271,9 @@ def orbit_of_proof(
         wanted_digits=digits,
         precision=bits,
         over=range_of(system),
-        _proof=proof,
-        _motion=None
-        if proof.sticking
-        else OrbitMotion(system, proof.events, proof.states, proof.period, orbit),
+        _motion=OrbitMotion(system, proof.events, proof.states, proof.period, orbit)
+        if enclosed
+        else None,
     )
 
 
@@ -297,35 +281,28 @@ def unproven(
     system: BallSystem, orbit: PeriodicOrbit, reason: str, digits: int, bits: int
 ) -> CertifiedOrbit:
     """Make the result of a proof that failed."""
-    nothing = Ball(arb.nan())
-    none = ComplexBall(acb(arb.nan()))
-    empty = Balls(())
-    no_stops: Integers = np.empty(0, dtype=np.int64)
-    return CertifiedOrbit(
-        oscillator=system.oscillator,
-        forcing=system.forcing,
-        exists=False,
-        x0=nothing,
-        v0=nothing,
-        t0=nothing,
-        impacts=CertifiedImpacts(empty, empty, empty, no_stops, empty, empty),
-        n_impacts=orbit.n_impacts,
-        n_periods=orbit.n_periods,
-        period=nothing,
-        trace=nothing,
-        determinant=nothing,
-        multipliers=(none, none),
+    nan, complex_nan = arb.nan(), acb(arb.nan())
+    monodromy = Monodromy(
+        ((nan, nan), (nan, nan)),
+        nan,
+        nan,
+        conservative=False,
+        multipliers=(complex_nan, complex_nan),
         stability="undecided",
+    )
+    proof = Proof(
+        events=[],
+        states=[],
+        before=[],
+        period=nan,
+        monodromy=monodromy,
         admissible=None,
         isolated=False,
         unique_within=0.0,
         reason=reason,
-        wanted_digits=digits,
-        precision=bits,
-        over=range_of(system),
-        _proof=None,
-        _motion=None,
+        start=(nan, nan, nan),
     )
+    return orbit_of_proof(system, orbit, proof, digits, bits, exists=False)
 
 
 def _impacts(system: BallSystem, proof: Proof) -> CertifiedImpacts:

@@ -15,7 +15,14 @@ from percuss.certified.balls import Ball, Balls
 from percuss.certified.cloud import BallPair
 from percuss.certified.law import range_of
 from percuss.certified.march import Ending, MarchRecord, moved_in_words
-from percuss.certified.motion import energy_of, exact_times, forces_of, is_proven, state_at
+from percuss.certified.motion import (
+    energy_of,
+    exact_times,
+    forces_of,
+    is_proven,
+    state_at,
+    states_as_balls,
+)
 from percuss.certified.numbers import precision, time_ball
 from percuss.certified.system import BallSystem
 from percuss.certified.tables import (
@@ -31,10 +38,9 @@ from percuss.certified.tables import (
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, pi_times
 from percuss.model.forcing import Forcing
-from percuss.model.harmonics import FourierTerm
 from percuss.model.oscillator import Oscillator
+from percuss.model.paths import get_parameter, parameter_paths
 from percuss.model.start import Start
-from percuss.model.stops import Wall
 
 if TYPE_CHECKING:
     # A second of import, and only `sample` needs it.
@@ -46,7 +52,7 @@ __all__ = ["CertifiedRun", "doubles_of", "in_words", "run_of_record"]
 def doubles_of(
     osc: Oscillator, force: Forcing | None, start: Start | None = None
 ) -> tuple[str, ...]:
-    """Return the paths of such numbers.
+    """Return the paths of the numbers given as floats that are not the decimals they print as.
 
     Examples
     --------
@@ -54,30 +60,13 @@ def doubles_of(
     >>> doubles_of(pc.impact_oscillator(0.8, damping=0.5), pc.cosine("2.8"))
     ('oscillator.stops.0.restitution',)
     """
-    values: dict[str, object] = {
-        "oscillator.stiffness": osc.stiffness,
-        "oscillator.damping": osc.damping,
-    }
-    for i, stop in enumerate(osc.stops):
-        names = ("at", "restitution") if isinstance(stop, Wall) else ("at", "stiffness", "damping")
-        values |= {f"oscillator.stops.{i}.{name}": getattr(stop, name) for name in names}
-    if force is not None:
-        values["forcing.constant"] = force.constant
-        if force.base is not None:
-            values["forcing.omega"] = force.base
-        for i, part in enumerate(force.harmonics):
-            if isinstance(part, FourierTerm):
-                values |= {f"forcing.{name}.{i}": getattr(part, name) for name in ("cos", "sin")}
-                continue
-            for name in ("omega", "amplitude", "phase"):
-                values[f"forcing.harmonics.{i}.{name}"] = getattr(part, name)
-    if start is not None:
-        values |= {f"start.{name}": getattr(start, name) for name in ("x0", "v0", "t0")}
-    return tuple(path for path, value in values.items() if _is_other(value))
-
-
-def _is_other(value: object) -> bool:
-    return isinstance(value, float) and Fraction(repr(value)) != Fraction(value)
+    values = {path: get_parameter(osc, force, start, path)
+              for path in parameter_paths(osc, force, start)}  # fmt: skip
+    return tuple(
+        path
+        for path, value in values.items()
+        if isinstance(value, float) and Fraction(repr(value)) != Fraction(value)
+    )
 
 
 def in_words(doubles: tuple[str, ...]) -> str:
@@ -92,8 +81,10 @@ class CertifiedRun:
     Attributes
     ----------
     oscillator, forcing, start
-        What moved, and from where: the exact values that the proof is about. A float at which
-        `simulate` starts on a stop is replaced by the stop's exact place, unlike `start_given`.
+        The exact values that the proof is about. A float at which `simulate` starts on a stop is
+        replaced by the stop's exact place.
+    start_given
+        The start as it was given.
     t_end
         Up to when the motion is proven [time].
     outcome
@@ -108,6 +99,8 @@ class CertifiedRun:
         The bits that were worked with.
     bits_spent
         Bits that the balls have grown by, from the start to the last event.
+    system
+        The numbers of oscillator and forcing as rationals, and the range of one that is a ball.
     """
 
     oscillator: Oscillator
@@ -123,18 +116,18 @@ class CertifiedRun:
     wanted_digits: int
     precision: int
     bits_spent: float
-    _system: BallSystem = field(repr=False)
+    start_given: Start = field(repr=False)
+    system: BallSystem = field(repr=False)
     _record: MarchRecord = field(repr=False)
-    _given: Start = field(repr=False)
 
     @property
-    def start_given(self) -> Start:
-        """The start as it was given; `start` is the one that the proof is about."""
-        return self._given
+    def event_times(self) -> Balls:
+        """The instants at which flights and contacts begin, the start among them."""
+        return Balls.of(piece.start for piece in self._record.pieces)
 
     @property
     def doubles(self) -> tuple[str, ...]:
-        """Integers given as floats that are not the decimals they print as."""
+        """Numbers given as floats that are not the decimals they print as: taken as doubles."""
         return doubles_of(self.oscillator, self.forcing, self.start)
 
     @property
@@ -199,7 +192,7 @@ class CertifiedRun:
     @property
     def over(self) -> tuple[str, Ball] | None:
         """The number of the force for all of whose values in a ball the proof holds, or None."""
-        return range_of(self._system)
+        return range_of(self.system)
 
     def __call__(
         self, t: ArrayLike | Phase, limit: Literal["after", "before"] = "after"
@@ -235,13 +228,7 @@ class CertifiedRun:
         """
         if limit not in ("after", "before"):
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
-        times, shape = exact_times(t)
-        with precision(self.precision):
-            states = [self._state(time) for time in times]
-        return (
-            Balls.of((x for x, _ in states), shape),
-            Balls.of((v for _, v in states), shape),
-        )
+        return states_as_balls(self._state, t, self.precision)
 
     def sample(self, n: int) -> Dataset:
         """Return x and v at n equidistant times, both ends included, with their radii.
@@ -331,9 +318,7 @@ class CertifiedRun:
 
         times, _ = exact_times(np.ravel(np.asarray(t, dtype=object)))
         with precision(self.precision):
-            rows = [
-                forces_of(self._system, self._record, time, self._state(time)) for time in times
-            ]
+            rows = [forces_of(self.system, self._record, time, self._state(time)) for time in times]
         columns = [Balls.of(row[i] for row in rows) for i in range(3 + len(self.oscillator.stops))]
         data: dict[str, object] = {}
         for ending, part in (("", Balls.mid), ("_radius", Balls.radius)):
@@ -372,11 +357,11 @@ class CertifiedRun:
         """
         times, shape = exact_times(t)
         with precision(self.precision):
-            energies = [energy_of(self._system, self._state(time)) for time in times]
+            energies = [energy_of(self.system, self._state(time)) for time in times]
         return Balls.of(energies, shape)
 
     def _state(self, time: Phase) -> BallPair:
-        return state_at(self._system, self._record, time)
+        return state_at(self.system, self._record, time)
 
     def _last_event(self) -> Ball:
         """Return the start of the last flight or contact."""
@@ -385,9 +370,7 @@ class CertifiedRun:
     def _dataset(self, name: str, index: NDArray[np.generic], times: Sequence[Phase]) -> Dataset:
         import xarray
 
-        with precision(self.precision):
-            states = [self._state(time) for time in times]
-        x, v = (Balls.of(state[k] for state in states) for k in (0, 1))
+        x, v = states_as_balls(self._state, times, self.precision)
         data = {
             "x": (name, x.mid()),
             "x_radius": (name, x.radius()),
@@ -433,7 +416,7 @@ def run_of_record(
         wanted_digits=digits,
         precision=record.bits,
         bits_spent=spent,
-        _system=system,
+        start_given=starts[1],
+        system=system,
         _record=record,
-        _given=starts[1],
     )

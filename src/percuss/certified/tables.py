@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import Any, ClassVar
 
 import numpy as np
 from flint import arb
@@ -16,13 +16,10 @@ from percuss.certified.balls import Balls
 from percuss.certified.march import MarchRecord
 from percuss.certified.numbers import ball
 from percuss.certified.system import BallSystem
-from percuss.motion.tables import COLUMNS
-
-if TYPE_CHECKING:
-    # A second of import, and only the datasets need it.
-    from xarray import Dataset
+from percuss.motion.tables import COLUMNS, EventTable
 
 __all__ = [
+    "BallTable",
     "CertifiedContacts",
     "CertifiedCrossings",
     "CertifiedGrazes",
@@ -35,8 +32,41 @@ __all__ = [
 ]
 
 
+class BallTable(EventTable):
+    """The certified events of one kind; a column is `Balls`, or an array of what needs none.
+
+    In its dataset each column of balls has a column of radii beside it, ``t_radius`` and so on.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
+    >>> pc.certify(run).impacts.to_dataset().v_after.values
+    array([0.5 , 0.25])
+    """
+
+    __slots__ = ()
+
+    def _columns(self) -> Iterator[tuple[str, str, Any]]:
+        for name, meaning in COLUMNS[self.dimension].items():
+            # The error bound of a float run is the radius here.
+            if name == "error_bound":
+                continue
+            column = getattr(self, name)
+            if isinstance(column, Balls):
+                yield name, meaning, column.mid()
+                yield f"{name}_radius", f"radius of the {meaning}", column.radius()
+            else:
+                yield name, meaning, column
+
+    def __repr__(self) -> str:
+        """Return the number of events, and the fewest digits of their instants."""
+        digits = f", {self._instants().digits().min():.3g} digits of time or more" if self else ""
+        return f"<{type(self).__name__}: {len(self)}{digits}>"
+
+
 @dataclass(frozen=True, slots=True, repr=False)
-class CertifiedImpacts:
+class CertifiedImpacts(BallTable):
     """The impacts on walls, in order: each proven to be there, and to be the next.
 
     Attributes
@@ -53,6 +83,7 @@ class CertifiedImpacts:
         Flight times [time]: from the impact before, the first from the start.
     """
 
+    dimension: ClassVar[str] = "impact"
     t: Balls
     v_before: Balls
     v_after: Balls
@@ -68,29 +99,9 @@ class CertifiedImpacts:
             for after, before in zip(self.v_after.arbs, self.v_before.arbs, strict=True)
         )
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns over `impact`, with a ``_radius`` beside each column of balls.
-
-        Examples
-        --------
-        >>> import percuss as pc
-        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
-        >>> pc.certify(run).impacts.to_dataset().v_after.values
-        array([0.5 , 0.25])
-        """
-        return _dataset(self, "impact")
-
-    def __len__(self) -> int:
-        """Return the number of impacts."""
-        return len(self.t)
-
-    def __repr__(self) -> str:
-        """Tell how many there are, and how well they are known."""
-        return _told("CertifiedImpacts", self.t)
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class CertifiedCrossings:
+class CertifiedCrossings(BallTable):
     """The crossings of the edges of soft stops, in order.
 
     Attributes
@@ -103,26 +114,15 @@ class CertifiedCrossings:
         (n,) array of "in" and "out".
     """
 
+    dimension: ClassVar[str] = "crossing"
     t: Balls
     v: Balls
     stop: Integers
     direction: NDArray[np.str_]
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns over `crossing`, with a ``_radius`` beside each column of balls."""
-        return _dataset(self, "crossing")
-
-    def __len__(self) -> int:
-        """Return the number of crossings."""
-        return len(self.t)
-
-    def __repr__(self) -> str:
-        """Tell how many there are, and how well they are known."""
-        return _told("CertifiedCrossings", self.t)
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class CertifiedContacts:
+class CertifiedContacts(BallTable):
     """The times of contact: the mass is held at a wall.
 
     Attributes
@@ -137,26 +137,15 @@ class CertifiedContacts:
         (n,) array, how many of the run's impacts are listed before it.
     """
 
+    dimension: ClassVar[str] = "contact"
     start: Balls
     release: Balls
     stop: Integers
     n_impacts: Integers
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns over `contact`, with a ``_radius`` beside each column of balls."""
-        return _dataset(self, "contact")
-
-    def __len__(self) -> int:
-        """Return the number of contacts."""
-        return len(self.start)
-
-    def __repr__(self) -> str:
-        """Tell how many there are, and how well they are known."""
-        return _told("CertifiedContacts", self.start)
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class CertifiedGrazes:
+class CertifiedGrazes(BallTable):
     """The touch at which a proof has ended, or none.
 
     Attributes
@@ -169,17 +158,10 @@ class CertifiedGrazes:
         Distance to the stop [length]: a ball that holds zero.
     """
 
+    dimension: ClassVar[str] = "graze"
     t: Balls
     stop: Integers
     clearance: Balls
-
-    def to_dataset(self) -> Dataset:
-        """Return the columns over `graze`, with a ``_radius`` beside each column of balls."""
-        return _dataset(self, "graze")
-
-    def __len__(self) -> int:
-        """Return 0 or 1."""
-        return len(self.t)
 
 
 def impacts_of(system: BallSystem, record: MarchRecord) -> CertifiedImpacts:
@@ -238,27 +220,3 @@ def grazes_of(record: MarchRecord) -> CertifiedGrazes:
 
 def _numbers(values: Iterable[int]) -> Integers:
     return np.array(list(values), dtype=np.int64)
-
-
-def _dataset(table: object, dimension: str) -> Dataset:
-    import xarray
-
-    data: dict[str, object] = {}
-    for name, meaning in COLUMNS[dimension].items():
-        # What floats tell by an error bound is the radius here.
-        if name == "error_bound":
-            continue
-        column = getattr(table, name)
-        if not isinstance(column, Balls):
-            data[name] = dimension, column, {"long_name": meaning}
-            continue
-        data[name] = dimension, column.mid(), {"long_name": meaning}
-        about = {"long_name": f"radius of the {meaning}"}
-        data[f"{name}_radius"] = dimension, column.radius(), about
-    return xarray.Dataset(data)
-
-
-def _told(name: str, t: Balls) -> str:
-    if len(t) == 0:
-        return f"<{name}: 0>"
-    return f"<{name}: {len(t)}, {t.digits().min():.3g} digits of time or more>"

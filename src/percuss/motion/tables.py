@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     # A second of import, and only `to_dataset` needs it.
     from xarray import Dataset
 
-__all__ = ["Contacts", "Crossings", "Grazes", "Impacts"]
+__all__ = ["COLUMNS", "Contacts", "Crossings", "EventTable", "Grazes", "Impacts"]
 
 
 # The columns of each table as a dataset, and what they are.
@@ -52,8 +52,55 @@ COLUMNS: dict[str, dict[str, str]] = {
 }
 
 
+class EventTable:
+    """The events of one kind in a run, a column for each of their numbers."""
+
+    __slots__ = ()
+    dimension: ClassVar[str]
+
+    def to_dataset(self) -> Dataset:
+        """Return the columns as an xarray.Dataset over the events; ``to_dataframe`` makes it pandas'.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
+        >>> run.impacts.to_dataset().v_after.values
+        array([0.5 , 0.25])
+        """
+        import xarray
+
+        return xarray.Dataset(
+            {
+                name: (self.dimension, values, {"long_name": meaning})
+                for name, meaning, values in self._columns()
+            }
+        )
+
+    def __len__(self) -> int:
+        """Return the number of events."""
+        return len(self._instants())
+
+    def __repr__(self) -> str:
+        """Return the number of events and when they were."""
+        return f"<{type(self).__name__}: {len(self)}{_span(self._instants())}>"
+
+    def _repr_html_(self) -> str:
+        columns = {name: values for name, _, values in self._columns()}
+        return html_table(repr(self)[1:-1], columns)
+
+    def _instants(self) -> Any:
+        """Return the first column: the instants at which the events begin."""
+        return getattr(self, next(iter(COLUMNS[self.dimension])))
+
+    def _columns(self) -> Iterator[tuple[str, str, Any]]:
+        """Yield the name, meaning and values of each column, as arrays."""
+        for name, meaning in COLUMNS[self.dimension].items():
+            yield name, meaning, getattr(self, name)
+
+
 @dataclass(frozen=True, slots=True, repr=False)
-class Impacts:
+class Impacts(EventTable):
     """The impacts on walls, in order; the start of a run is none of them.
 
     Attributes
@@ -70,6 +117,7 @@ class Impacts:
         (n,) array, flight times [time]: from the impact before, the first from the start.
     """
 
+    dimension: ClassVar[str] = "impact"
     t: Floats
     v_before: Floats
     v_after: Floats
@@ -82,32 +130,9 @@ class Impacts:
         """(n,) array, the wall's impulse per unit mass, v_after - v_before [length/time]."""
         return self.v_after - self.v_before
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over `impact`; its ``to_dataframe`` is pandas'.
-
-        Examples
-        --------
-        >>> import percuss as pc
-        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
-        >>> run.impacts.to_dataset().v_after.values
-        array([0.5 , 0.25])
-        """
-        return _dataset(self, "impact")
-
-    def __len__(self) -> int:
-        """Return the number of impacts."""
-        return len(self.t)
-
-    def __repr__(self) -> str:
-        """Return the number of impacts and when they were."""
-        return f"<Impacts: {len(self)}{_span(self.t)}>"
-
-    def _repr_html_(self) -> str:
-        return _html(self, "impact")
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Crossings:
+class Crossings(EventTable):
     """The crossings of the edges of soft stops, in order.
 
     Attributes
@@ -122,29 +147,15 @@ class Crossings:
         (n,) array of "in" and "out".
     """
 
+    dimension: ClassVar[str] = "crossing"
     t: Floats
     v: Floats
     stop: Integers
     direction: NDArray[np.str_]
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over `crossing`; its ``to_dataframe`` is pandas'."""
-        return _dataset(self, "crossing")
-
-    def __len__(self) -> int:
-        """Return the number of crossings."""
-        return len(self.t)
-
-    def __repr__(self) -> str:
-        """Return the number of crossings and when they were."""
-        return f"<Crossings: {len(self)}{_span(self.t)}>"
-
-    def _repr_html_(self) -> str:
-        return _html(self, "crossing")
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Contacts:
+class Contacts(EventTable):
     """The times of contact: the mass is held at a wall (sticks).
 
     Attributes
@@ -160,6 +171,7 @@ class Contacts:
         (n,) array, how many of the run's impacts are listed before it.
     """
 
+    dimension: ClassVar[str] = "contact"
     start: Floats
     release: Floats
     stop: Integers
@@ -178,24 +190,9 @@ class Contacts:
         """
         return self._errors()
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over `contact`; its ``to_dataframe`` is pandas'."""
-        return _dataset(self, "contact")
-
-    def __len__(self) -> int:
-        """Return the number of contacts."""
-        return len(self.start)
-
-    def __repr__(self) -> str:
-        """Return the number of contacts and when they began."""
-        return f"<Contacts: {len(self)}{_span(self.start)}>"
-
-    def _repr_html_(self) -> str:
-        return _html(self, "contact")
-
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Grazes:
+class Grazes(EventTable):
     """Touches of a stop that rounding cannot decide, and exact tangencies.
 
     A graze is no impact and changes nothing.
@@ -212,41 +209,11 @@ class Grazes:
         (n,) array [length], bound on the error of `clearance`; never below its magnitude.
     """
 
+    dimension: ClassVar[str] = "graze"
     t: Floats
     stop: Integers
     clearance: Floats
     error_bound: Floats
-
-    def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over `graze`; its ``to_dataframe`` is pandas'."""
-        return _dataset(self, "graze")
-
-    def __len__(self) -> int:
-        """Return the number of grazes."""
-        return len(self.t)
-
-    def __repr__(self) -> str:
-        """Return the number of grazes and when they were."""
-        return f"<Grazes: {len(self)}{_span(self.t)}>"
-
-    def _repr_html_(self) -> str:
-        return _html(self, "graze")
-
-
-def _html(table: object, dimension: str) -> str:
-    columns = {name: getattr(table, name) for name in COLUMNS[dimension]}
-    return html_table(repr(table)[1:-1], columns)
-
-
-def _dataset(table: object, dimension: str) -> Dataset:
-    import xarray
-
-    return xarray.Dataset(
-        {
-            column: (dimension, getattr(table, column), {"long_name": meaning})
-            for column, meaning in COLUMNS[dimension].items()
-        }
-    )
 
 
 def _span(t: Floats) -> str:

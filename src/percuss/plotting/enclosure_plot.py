@@ -136,8 +136,8 @@ def _times(proven: CertifiedRun) -> Floats:
         high += 0.06 * (high - low) or 1.0
     if not high > low:
         return np.array([low])
-    pieces = np.array([float(piece.start) for piece in proven._record.pieces])
-    inside = pieces[(pieces > low) & (pieces < high)]
+    events = proven.event_times.mid()
+    inside = events[(events > low) & (events < high)]
     cuts = np.unique(np.concatenate([[low], inside, [high]]))
     # Of very many flights some are left out: they fill an area.
     cuts = cuts[:: max(1, cuts.size // (MOST_POINTS // 2))]
@@ -256,8 +256,8 @@ def _beside(ax: Axes) -> tuple[Axes, Axes]:
 def _orbit_times(proven: CertifiedOrbit) -> list[Floats]:
     """Return times of each flight, inside of it for certain."""
     period, first = proven.period.mid(), proven.t0.mid()
-    states = proven._motion.states if proven._motion is not None else []
-    cuts = np.array([float(t) for t, _ in states] or [first])
+    events = proven.event_times
+    cuts = events.mid() if len(events) else np.array([first])
     cuts = np.append(cuts, cuts[0] + period)
     parts = []
     for low, high in itertools.pairwise(cuts):

@@ -74,7 +74,7 @@ def _jumps_in_balls(run: Trajectory) -> tuple[Ball, Ball] | None:
 
     t, v = proven.crossings.t.arbs[0], proven.crossings.v.arbs[0]
     with precision(proven.precision):
-        law = law_of(proven._system)
+        law = law_of(proven.system)
         # The closed forms of the regions above and below, at the instant that they share.
         above, below = (
             EnclosedFlight(law, region, law.turns(t), law.places[0], v).derivatives(arb(0), 3)[0]
