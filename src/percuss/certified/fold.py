@@ -107,7 +107,7 @@ class OrbitsAlong:
         event, following = equations.events[i], equations.next_event(i)
         t, v = states[i]
         arrival = equations.arrival(i, states, self.coarse())
-        flight = EnclosedFlight(law, event.after, law.turns(t), law.places[event.bound], v)
+        flight = EnclosedFlight(law, event.after, law.phasors(t), law.places[event.bound], v)
         (x1, v1, a1), _ = flight.derivatives(arrival.box[0] - t, 2)
         later = -(_slope(x1) - _slope(law.places[following.bound])) / constant_of(v1)
         faster = _slope(v1) + constant_of(a1) * later

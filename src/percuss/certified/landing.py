@@ -1,4 +1,4 @@
-"""The root in a bracket, as a ball: Newton's steps, then an interval Newton step as proof."""
+"""The root in a bracket as a ball: Newton's steps, then an interval Newton step as the proof."""
 
 from __future__ import annotations
 
@@ -85,23 +85,21 @@ def solve(
     summed: bool = True,
     isolation: arb | None = None,
 ) -> Roots:
-    """Return the landings in a bracket of a flight and of all flights near it.
+    """Return the landings in a bracket of the flight from a midpoint, and of those from the set.
 
     Parameters
     ----------
-    point
-        The flight from the midpoint, made at the working precision.
-    whole
-        The flights from the set, made at ``bits``.
+    point, whole
+        The flight, made at the working precision, and the flights, made at ``bits``.
     bracket
-        Where the root of all of them is.
+        Where the roots of all of them are.
     bits
-        Precision for the whole.
+        Precision for the set.
     summed
         Whether short hops may be summed by their series.
     isolation
-        How far from the root others are to be excluded, where that can be done; None for what
-        the proof needs.
+        Distance from the root within which others are to be excluded, where that can be done; None
+        for what the proof needs.
 
     Raises
     ------
@@ -109,7 +107,7 @@ def solve(
         If the balls leave open whether these are the roots, of one and the same branch.
     """
     pace = pace_of(whole)
-    if summed and bracket.near and min(bracket.high, 2.0 * bracket.guess) * pace < SHORT:
+    if summed and bracket.from_start and min(bracket.high, 2.0 * bracket.guess) * pace < SHORT:
         with contextlib.suppress(TooManyTerms):
             return roots_near(point, whole, bracket, bits, isolation)
     level = bracket.level
@@ -139,7 +137,7 @@ def _both(
         if not second.isolating.contains(first.s):
             second = of_whole(4 * (first.s - start).abs_upper())
         if not second.isolating.contains(first.s):
-            raise Undecided("precision", "two roots of a flight are not told apart")
+            raise Undecided("precision", "two roots of a flight are not separated")
         if not (second.s > bracket.low and second.s < bracket.high):
             raise Undecided("precision", "the set of flights is as wide as its bracket")
         if not (first.s > bracket.low and first.s < bracket.high):
@@ -148,7 +146,7 @@ def _both(
 
 
 def pace_of(flight: EnclosedFlight) -> float:
-    """Return the inverse of the time in which a flight can change."""
+    """Return the rate of the fastest change of a flight."""
     damping = upper(constant_of(flight.region.damping))
     return max([flight.region.pace, damping, *(wave.pace for wave in flight.waves)])
 
@@ -165,13 +163,13 @@ def newton(flight: EnclosedFlight, level: Level, guess: float, bracket: Bracket)
         (x, v), _ = flight.derivatives(s, 1)
         gap = x - level.at
         step = (gap / v).mid()
-        following = (s - step).mid()
-        if not (following >= bracket.low and following <= bracket.high):
-            following = ((s + (bracket.low if step > 0 else bracket.high)) / 2).mid()
+        moved = (s - step).mid()
+        if not (moved >= bracket.low and moved <= bracket.high):
+            moved = ((s + (bracket.low if step > 0 else bracket.high)) / 2).mid()
         # Nothing is left of the distance but its rounding.
         if gap.abs_lower() < 4 * gap.rad():
-            return following
-        s = following
+            return moved
+        s = moved
     return s
 
 
@@ -273,11 +271,11 @@ class _Series:
             n += 8
         if n > MOST_TERMS:
             raise TooManyTerms
-        found = [constant_of(c) for c in flight.taylor(n)]
-        found[0] = arb(0)
+        series = [constant_of(c) for c in flight.taylor(n)]
+        series[0] = arb(0)
         self.n, self.m, self.bound = n, m, bound
-        self.whole = arb_poly([sign * c for c in found])
-        self.divided = arb_poly([sign * c for c in found[m:]])
+        self.whole = arb_poly([sign * c for c in series])
+        self.divided = arb_poly([sign * c for c in series[m:]])
         self.sign, self.longest = sign, longest
 
     def rest(self, s: arb, k: int) -> arb:

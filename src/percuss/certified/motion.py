@@ -145,7 +145,7 @@ def forces_of(system: BallSystem, record: MarchRecord, time: Phase, state: BallP
     law, t = law_of(system), time_ball(time)
     spring = -law.number("oscillator.stiffness") * x
     damping = -2 * law.number("oscillator.damping") * v
-    push = Push(law, 0, law.turns_at(time), arb(0), 0)
+    push = Push(law, 0, law.phasors_at(time), arb(0), 0)
     driving = sum((at for _, at, _ in push.drive), law.number("forcing.constant"))
     stops = [
         _soft(system, i, x, v) if isinstance(stop, SoftStop) else arb(0)

@@ -371,7 +371,7 @@ class Shooting:
             raise Undecided("precision", "an event does not come after the one before it")
         low, high = s * (1.0 - AROUND), s * (1.0 + AROUND)
         returns = following.bound == self.events[i].bound
-        bracket = Bracket(level, low, high, s, near=returns, far=high)
+        bracket = Bracket(level, low, high, s, from_start=returns, far=high)
         # So far that it holds the flight of the orbit itself, and of others in its box.
         isolation = (2 * (end - t - s).abs_upper()).max(arb(s * ISOLATION))
         return landed(self.system, start, whole, bracket, coarse, isolation)

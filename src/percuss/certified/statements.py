@@ -396,8 +396,8 @@ class _Eigenset:
             raise Undecided("precision", "the even harmonics do not vanish at the start, exactly")
         speed = self._at_start(even, 1)
         if speed is None:
-            turns = self.law.turns_at(self.t0)
-            waves = EnclosedFlight(self.law, 0, turns, self.law.places[0], arb(0)).waves
+            phasors = self.law.phasors_at(self.t0)
+            waves = EnclosedFlight(self.law, 0, phasors, self.law.places[0], arb(0)).waves
             speeds = [
                 w.omega * w.q for w, n in zip(waves, self.multiples, strict=True) if n % 2 == 0
             ]

@@ -38,7 +38,7 @@ def steady_flight(
         raise Undecided("precision", "without a spring steady motion has no place of its own")
     if any(gain is None for gain in region.gains):
         raise Undecided("precision", "at resonance without damping there is no steady motion")
-    flight = EnclosedFlight(law, region_number, law.turns_at(0), arb(0), arb(0))
+    flight = EnclosedFlight(law, region_number, law.phasors_at(0), arb(0), arb(0))
     x, v = flight.origin, arb(0)
     for omega, p, q, *_ in flight.waves:
         x, v = x + p, v + omega * q
