@@ -35,7 +35,10 @@ class OpenGraze(NamedTuple):
 
 
 class Undecided(Exception):  # noqa: N818
-    """The balls leave a question open; caught inside `percuss.certified`.
+    """The balls leave a question open.
+
+    Every step of a proof may raise it, and does where what its name claims is not proven; caught
+    inside `percuss.certified`.
 
     Parameters
     ----------

@@ -154,13 +154,7 @@ def boxed(equations: Shooting, point: States) -> tuple[States, States]:
 
 
 def is_positive(value: arb) -> bool:
-    """Return whether a test function is positive.
-
-    Raises
-    ------
-    Undecided
-        If its sign is open.
-    """
+    """Return whether a test function is positive."""
     if not (value > 0 or value < 0):
         raise Undecided("precision", "the sign of the test function at an end is open")
     return bool(value > 0)
@@ -173,13 +167,7 @@ def stretch_around(zero: Fraction, digits: int) -> tuple[Fraction, Fraction]:
 
 
 def root_of(function: Callable[[Fraction], arb], start: Fraction, step: Fraction) -> Fraction:
-    """Return about where a function of a parameter is zero, by the secant method.
-
-    Raises
-    ------
-    Undecided
-        If it does not converge.
-    """
+    """Return about where a function of a parameter is zero, by the secant method."""
     a, b = start, start + step
     fa, fb = function(a).mid(), function(b).mid()
     for _ in range(MOST_STEPS):

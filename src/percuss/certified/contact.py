@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -25,7 +25,7 @@ from percuss.certified.numbers import (
     upper,
 )
 from percuss.certified.step import search_along
-from percuss.certified.system import BallSystem
+from percuss.certified.system import BallSystem, Tone
 from percuss.model.exact import Phase, angle
 
 __all__ = [
@@ -35,6 +35,7 @@ __all__ = [
     "chatter_end",
     "first_push",
     "first_push_at",
+    "rational_terms",
     "release",
     "rests_for_ever",
 ]
@@ -60,11 +61,6 @@ def first_push_at(
 
     Returns (0, 0) where the force is zero for ever. ``time`` is the instant t exactly, where it is
     known so.
-
-    Raises
-    ------
-    Undecided
-        If a derivative may be zero or not.
     """
     if rests_for_ever(law, region, x):
         return 0, 0
@@ -81,13 +77,7 @@ def first_push(
     phasors: list[tuple[arb, arb]],
     exact: Callable[[int], Fraction | None] = lambda _: None,
 ) -> tuple[int, int]:
-    """Return order and sign as `first_push_at`, from phasors and the rational derivatives known.
-
-    Raises
-    ------
-    Undecided
-        If a derivative may be zero or not.
-    """
+    """Return order and sign as `first_push_at`, from phasors and the rational derivatives known."""
     push = Push(law, region, phasors, x, 0)
     waves = (constant_of(part) for _, at, slope in push.drive for part in (at, slope))
     if constant_of(push.rest).is_zero() and all(part.is_zero() for part in waves):
@@ -117,16 +107,30 @@ def _derivative(law: BallLaw, region: int, x: Fraction, time: Phase, order: int)
     """Return a derivative of the force at an exact time, None where it is not surely rational."""
     if law.system.moved is not None:
         return None
+    terms = rational_terms(law.system, law.system.tones, time, order)
+    if terms is None:
+        return None
+    constant = _force_at_rest(law, region, x) if order == 0 else Fraction(0)
+    return constant + sum(value for value, _ in terms)
+
+
+def rational_terms(
+    system: BallSystem, tones: Sequence[Tone], time: Phase, order: int
+) -> list[tuple[Fraction, Fraction]] | None:
+    """Return a derivative of each harmonic at an exact time, and its frequency, as rationals.
+
+    None where one is not surely rational.
+    """
     times, plus = angle(time)
-    total = _force_at_rest(law, region, x) if order == 0 else Fraction(0)
-    for tone in law.system.tones:
-        omega = law.system.frequency(tone)
-        turn = tone.phase[0] + omega * times + Fraction(order, 2)
-        cosine = rational_cosine(turn, tone.phase[1] + omega * plus)
+    terms = []
+    for tone in tones:
+        omega = system.frequency(tone)
+        phase = tone.phase[0] + omega * times + Fraction(order, 2)
+        cosine = rational_cosine(phase, tone.phase[1] + omega * plus)
         if cosine is None:
             return None
-        total += law.system.strength(tone) * omega**order * cosine
-    return total
+        terms.append((system.strength(tone) * omega**order * cosine, omega))
+    return terms
 
 
 class Hold(NamedTuple):
@@ -212,13 +216,7 @@ def chatter_end(
 
 
 def release(system: BallSystem, hold: Hold, end: arb) -> Released:
-    """Return the end of a contact: the first change of sign of the force towards the wall.
-
-    Raises
-    ------
-    Undecided
-        If the force touches zero within the radius.
-    """
+    """Return the end of a contact: the first change of sign of the force towards the wall."""
     question = None
     for coarse in sorted({coarse_bits(system), ctx.prec}):
         try:

@@ -8,7 +8,7 @@ is. Shorter flights are reflections of curves that were flown before (docs/theor
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -68,13 +68,7 @@ def is_one_elastic_wall(system: BallSystem) -> bool:
 
 
 def family_orbit(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
-    """Return the proof that an orbit, started exactly at its floats, is one of a family.
-
-    Raises
-    ------
-    Undecided
-        If the closed forms do not hold.
-    """
+    """Return the proof that an orbit, started exactly at its floats, is one of a family."""
     events = events_of(system, orbit)
     if is_one_elastic_wall(system) and not _is_full(system, events, orbit):
         return _reflected_orbit(system, orbit, events)
@@ -131,23 +125,11 @@ def _parabolic(
 ) -> Proof:
     """Return the proof of an orbit all of whose neighbours are periodic as well."""
     one, zero = arb(1), arb(0)
+    monodromy = Monodromy.of(((one, zero), (zero, one)), one, conservative=True)
+    # Exactly the identity, where balls leave the stability open.
+    monodromy = replace(monodromy, multipliers=(acb(1), acb(1)), stability="parabolic")
     return Proof(
-        events=events,
-        states=states,
-        before=before,
-        period=period,
-        monodromy=Monodromy(
-            ((one, zero), (zero, one)),
-            arb(2),
-            one,
-            conservative=True,
-            multipliers=(acb(1), acb(1)),
-            stability="parabolic",
-        ),
-        admissible=admissible,
-        isolated=False,
-        unique_within=0.0,
-        reason=reason,
+        events, states, before, period, monodromy, admissible, isolated=False, reason=reason
     )
 
 

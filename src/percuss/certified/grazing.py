@@ -86,13 +86,7 @@ class TurningBranch:
     s: float
 
     def turning_point(self, flight: EnclosedFlight, system: BallSystem, near: arb) -> TurningPoint:
-        """Return the turning point near a time of all flights, proven by an interval Newton step.
-
-        Raises
-        ------
-        Undecided
-            If it is not enclosed.
-        """
+        """Return the turning point near a time of all flights, proven by an interval Newton step."""
         s = near
         for _ in range(MOST_STEPS):
             (_, v, a), _ = flight.derivatives(s, 2)
@@ -128,11 +122,6 @@ class TurningBranch:
         tuple
             The clearances at low and high of this one turning point; and whether all of these
             orbits are admissible, None where that is open.
-
-        Raises
-        ------
-        Undecided
-            If the balls leave it open.
         """
         ends = []
         if not self.guess:

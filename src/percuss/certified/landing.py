@@ -39,11 +39,6 @@ def interval_newton(value: arb, slope: Callable[[arb], arb], trial: arb) -> tupl
         Its derivative within a trial, the distance from that point.
     trial
         The distance to begin with.
-
-    Raises
-    ------
-    Undecided
-        If no step stays within its trial.
     """
     for _ in range(TRIALS):
         step = -(value / slope(trial))

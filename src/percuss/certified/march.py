@@ -206,7 +206,7 @@ def march(
     system: BallSystem, start: Start, limits: MarchLimits, progress: RunProgress | None = None
 ) -> MarchRecord:
     """Follow a motion in balls of the working precision; never raises Undecided."""
-    state = _March(system, limits)
+    state = BallMotion(system, limits)
     try:
         state.begin(start)
         while state.advance() and state.report(progress):
@@ -218,7 +218,7 @@ def march(
     return state.record
 
 
-class _March:
+class BallMotion:
     """The state of a motion between two events, in a flight or a contact."""
 
     def __init__(self, system: BallSystem, limits: MarchLimits) -> None:

@@ -5,22 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import reduce
 
-import numpy as np
-from flint import acb, arb
+from flint import arb
 from numpy.typing import ArrayLike
 
 from percuss.certified.balls import Ball, Balls, ComplexBall
-from percuss.certified.cloud import BallPair, Cloud
+from percuss.certified.cloud import BallPair, hull
 from percuss.certified.law import law_of, range_of
+from percuss.certified.march import ImpactRow
 from percuss.certified.motion import states_as_balls
-from percuss.certified.numbers import ball, between, precision, time_ball
+from percuss.certified.numbers import ball, precision, time_ball
 from percuss.certified.properties import Monodromy, Proof
 from percuss.certified.results import doubles_of, in_words
-from percuss.certified.shooting import OrbitEvent, States, region_of_row
+from percuss.certified.shooting import Shooting, States, region_of_row
 from percuss.certified.steady import steady_flight
-from percuss.certified.step import Departure, flight_of
+from percuss.certified.step import flight_of
 from percuss.certified.system import BallSystem
-from percuss.certified.tables import CertifiedImpacts, cycles_of
+from percuss.certified.tables import CertifiedImpacts, impacts_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_fraction
 from percuss.model.forcing import Forcing
@@ -32,53 +32,34 @@ __all__ = ["CertifiedOrbit", "OrbitMotion", "orbit_of_proof", "unproven"]
 
 @dataclass(frozen=True)
 class OrbitMotion:
-    """The events of an orbit, and what moves between them.
+    """The motion on an orbit, between the states after its events; none for steady motion."""
 
-    Attributes
-    ----------
-    system, events, states, period
-        Of the proof; no events for steady motion.
-    orbit
-        The float orbit.
-    """
-
-    system: BallSystem
-    events: list[OrbitEvent]
+    equations: Shooting
     states: States
-    period: arb
     orbit: PeriodicOrbit
 
     def at(self, time: Phase) -> BallPair:
-        """Return x and v; at an event both sides are in the balls."""
+        """Return x and v; at an event the balls hold both sides."""
+        system, period, states = self.equations.system, self.equations.period, self.states
         t = time_ball(time)
-        if not self.states:
-            number = region_of_row(self.system, int(self.orbit.record[1][0, 2]))
-            steady = steady_flight(law_of(self.system), number, as_fraction(self.orbit.x0))
+        if not states:
+            number = region_of_row(system, int(self.orbit.record[1][0, 2]))
+            steady = steady_flight(law_of(system), number, as_fraction(self.orbit.x0))
             (x, v), _ = steady.derivatives(t, 1)
             return x, v
-        n = len(self.states)
-        turns = ((t - self.states[0][0]) / self.period).mid().floor().mid()
-        t = t - turns * self.period
-        found: BallPair | None = None
+        n = len(states)
+        t = t - ((t - states[0][0]) / period).mid().floor().mid() * period
+        at_time = []
         # The last flight may reach to the first event a period later, or earlier by the radius.
         for i, shift in ((n - 1, -1), *((i, 0) for i in range(n)), (0, 1)):
-            begin = self.states[i][0] + shift * self.period
-            end = self.states[(i + 1) % n][0] + (shift + (i + 1) // n) * self.period
+            begin = states[i][0] + shift * period
+            end = self.equations.end_of_flight(i, states) + shift * period
             if t < begin or t > end:
                 continue
-            here = self._on_flight(i, t - begin)
-            found = (
-                here if found is None else (between(found[0], here[0]), between(found[1], here[1]))
-            )
-        assert found is not None
-        return found
-
-    def _on_flight(self, i: int, s: arb) -> BallPair:
-        event = self.events[i]
-        place = self.system.bounds[event.bound].at
-        start = Departure(event.after, place, Cloud.of(*self.states[i]), event.bound)
-        (x, v), _ = flight_of(self.system, start, whole=True).derivatives(s, 1)
-        return x, v
+            flight = flight_of(system, self.equations.departure(i, states[i]), whole=True)
+            (x, v), _ = flight.derivatives(t - begin, 1)
+            at_time.append((x, v))
+        return hull(at_time)
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -88,18 +69,18 @@ class CertifiedOrbit:
     Attributes
     ----------
     oscillator, forcing
-        What moves: the exact values that the proof is about.
+        The exact values that the proof is about.
     exists
-        Whether a solution of the formal equations, those of its events, is proven to be there:
-        a motion where `admissible` is True. If not, all balls are without numbers.
+        Whether a solution of the formal equations, those of its events, is proven to exist: a
+        motion where `admissible` is True. If not, all balls are without numbers.
     x0, v0, t0
         A point of the orbit: just after its first impact, or at t = 0 without impacts.
     impacts
         The impacts of one period, and entries into soft stops.
     n_impacts, n_periods
-        How many, and in how many forcing periods; `math.inf` with sticking.
+        Numbers of impacts, `math.inf` with sticking, and of forcing periods.
     period
-        How long it lasts [time].
+        The duration of the orbit [time].
     trace, determinant
         Of the derivative over one period.
     multipliers
@@ -121,7 +102,7 @@ class CertifiedOrbit:
     wanted_digits, precision
         The digits that were asked for, and the bits that were worked with.
     over
-        The number of the force, by its path, for all of whose values in a ball the proof holds;
+        A number of the force, by its path, and the ball for all values in which the proof holds;
         None where all numbers are exact.
     """
 
@@ -216,16 +197,16 @@ class CertifiedOrbit:
         return Ball(reduce(arb.min, speeds) if speeds else arb.nan())
 
     def __repr__(self) -> str:
-        """Tell in a line what is proven."""
+        """Return in a line what is proven."""
         if not self.exists:
             return f"<CertifiedOrbit: not proven; {self.reason}>"
         known = {True: "admissible", False: "formal", None: "admissible or not is open"}
-        alone = "alone with these events" if self.isolated else "one of a family"
+        isolated = "alone with these events" if self.isolated else "one of a family"
         open_ = f"; {self.reason}" if self.reason else ""
         stability = "stability undecided" if self.stability == "undecided" else self.stability
         return (
             f"<CertifiedOrbit: {self.n_impacts:g} impacts in {self.n_periods} periods, "
-            f"T = {self.period.text(12)}, {stability}, {known[self.admissible]}, {alone}{open_}"
+            f"T = {self.period.text(12)}, {stability}, {known[self.admissible]}, {isolated}{open_}"
             f"{in_words(self.doubles)}>"
         )
 
@@ -247,6 +228,7 @@ def orbit_of_proof(
             proof.states[0][1],
             proof.states[0][0],
         )
+    equations = Shooting(system, proof.events, proof.period)
     enclosed = exists and not proof.sticking
     first, second = proof.monodromy.multipliers
     return CertifiedOrbit(
@@ -271,9 +253,7 @@ def orbit_of_proof(
         wanted_digits=digits,
         precision=bits,
         over=range_of(system),
-        _motion=OrbitMotion(system, proof.events, proof.states, proof.period, orbit)
-        if enclosed
-        else None,
+        _motion=OrbitMotion(equations, proof.states, orbit) if enclosed else None,
     )
 
 
@@ -281,40 +261,17 @@ def unproven(
     system: BallSystem, orbit: PeriodicOrbit, reason: str, digits: int, bits: int
 ) -> CertifiedOrbit:
     """Make the result of a proof that failed."""
-    nan, complex_nan = arb.nan(), acb(arb.nan())
-    monodromy = Monodromy(
-        ((nan, nan), (nan, nan)),
-        nan,
-        nan,
-        conservative=False,
-        multipliers=(complex_nan, complex_nan),
-        stability="undecided",
-    )
-    proof = Proof(
-        events=[],
-        states=[],
-        before=[],
-        period=nan,
-        monodromy=monodromy,
-        admissible=None,
-        isolated=False,
-        unique_within=0.0,
-        reason=reason,
-        start=(nan, nan, nan),
-    )
+    nan = arb.nan()
+    monodromy = Monodromy.of(((nan, nan), (nan, nan)), nan, conservative=False)
+    proof = Proof([], [], [], nan, monodromy, None, False, 0.0, reason, (nan, nan, nan))
     return orbit_of_proof(system, orbit, proof, digits, bits, exists=False)
 
 
 def _impacts(system: BallSystem, proof: Proof) -> CertifiedImpacts:
-    """Return the events that meet a stop; the interval before the first is that after the last."""
-    met = [i for i, event in enumerate(proof.events) if event.stop is not None]
-    instants = [proof.states[i][0] for i in met]
-    earlier = [instants[-1] - proof.period, *instants[:-1]] if met else []
-    return CertifiedImpacts(
-        t=Balls.of(instants),
-        v_before=Balls.of(proof.before[i] for i in met),
-        v_after=Balls.of(proof.states[i][1] for i in met),
-        stop=np.array([proof.events[i].stop for i in met], dtype=np.int64),
-        cycle=cycles_of(system, instants),
-        intervals=Balls.of(t - before for t, before in zip(instants, earlier, strict=True)),
-    )
+    """Return the events that meet a stop; the first interval is that after the last event."""
+    rows = [
+        ImpactRow(t, before, after, event.stop)
+        for event, (t, after), before in zip(proof.events, proof.states, proof.before, strict=True)
+        if event.stop is not None
+    ]
+    return impacts_of(system, rows, rows[-1].t - proof.period if rows else arb(0))

@@ -1,4 +1,4 @@
-"""A periodic orbit proven: that it is there, alone, admissible, and how stable."""
+"""The proof of a periodic orbit: existence, isolation, admissibility and stability."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def certify_orbit(
         try:
             with precision(work):
                 proof = _proof(system, orbit, digits)
-            # Of all values of a range bits give no more digits.
+            # Over a range of values more bits give no more digits.
             no_more = system.moved is not None and proof.digits() < before + 1.0
             if bits is not None or proof.digits() >= digits or work >= most_bits or no_more:
                 return orbit_of_proof(system, orbit, proof, digits, work)
@@ -86,7 +86,7 @@ def _isolated(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
     states = pairs(solved.box)
     monodromy, before = monodromy_of(equations, states)
     admissible, reason = admissible_of(equations, states)
-    # Of the true period and greatest velocity, none of which is larger than these.
+    # Bounds of the period and the greatest velocity.
     scales = upper(equations.period), max(upper(v) for _, v in states)
     unique = 0.0
     for width in WIDTHS:
@@ -102,7 +102,6 @@ def _isolated(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
         period=equations.period,
         monodromy=monodromy,
         admissible=admissible,
-        isolated=True,
         unique_within=unique,
         reason=reason,
     )

@@ -32,7 +32,7 @@ class Proof:
     admissible
         Whether it passes through no stop; None where that is open.
     isolated
-        Whether it is alone.
+        Whether no other orbit with these events is near.
     unique_within
         Part of period and speed within which it is proven to be the only one.
     reason
@@ -47,9 +47,9 @@ class Proof:
     period: arb
     monodromy: Monodromy
     admissible: bool | None
-    isolated: bool
-    unique_within: float
-    reason: str
+    isolated: bool = True
+    unique_within: float = 0.0
+    reason: str = ""
     start: tuple[arb, arb, arb] | None = None
     sticking: bool = False
 
@@ -126,17 +126,20 @@ class Monodromy:
     multipliers: tuple[acb, acb]
     stability: str
 
+    @classmethod
+    def of(cls, matrix: BallMatrix, determinant: arb, *, conservative: bool) -> Monodromy:
+        """Return a derivative with its multipliers and stability."""
+        trace = matrix[0][0] + matrix[1][1]
+        multipliers = multipliers_of(trace, determinant)
+        stability = stability_of(trace, determinant, conservative=conservative)
+        return cls(matrix, trace, determinant, conservative, multipliers, stability)
+
 
 def monodromy_of(equations: Shooting, states: States) -> tuple[Monodromy, list[arb]]:
     """Return the derivative over one orbit, and the velocities before the events.
 
     The determinant is that of the closed form: the product of r^2 over the impacts times
     exp(-2 integral of the damping).
-
-    Raises
-    ------
-    Undecided
-        If the flights' roots may be others than the events of the orbit.
     """
     matrix, images = derivative_over(equations, states)
     law = law_of(equations.system)
@@ -153,23 +156,10 @@ def monodromy_of(equations: Shooting, states: States) -> tuple[Monodromy, list[a
             duration = equations.end_of_flight(i, states) - states[i][0]
             decay = decay + region.damping * duration
     determinant = factor if decay.is_zero() else factor * (-2 * decay).exp()
-    trace = matrix[0][0] + matrix[1][1]
-    monodromy = completed(matrix, trace, determinant, conservative=conservative)
+    monodromy = Monodromy.of(matrix, determinant, conservative=conservative)
     # The last flight leads to the first event.
     before = [image.v_before for image in images]
     return monodromy, [before[-1], *before[:-1]]
-
-
-def completed(matrix: BallMatrix, trace: arb, determinant: arb, *, conservative: bool) -> Monodromy:
-    """Return a derivative with its multipliers and stability."""
-    return Monodromy(
-        matrix,
-        trace,
-        determinant,
-        conservative,
-        multipliers_of(trace, determinant),
-        stability_of(trace, determinant, conservative=conservative),
-    )
 
 
 def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
@@ -180,8 +170,8 @@ def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
     >>> [str(value.real) for value in multipliers_of(arb(5), arb(4))]
     ['4.00000000000000', '1.00000000000000']
     """
-    if determinant.is_zero():
-        return acb(trace), acb(0)
+    if determinant.is_zero() or not trace.is_finite():
+        return acb(trace), acb(determinant)
     half = trace / 2
     inside = half * half - determinant
     if inside < 0:
@@ -189,7 +179,7 @@ def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
         return acb(half, turn), acb(half, -turn)
     root = acb(inside).sqrt()
     if not inside > 0:
-        # Real, equal or a pair: all of these lie in the square.
+        # Whether real, equal or a complex pair, they lie in the square.
         size = span(inside.abs_upper().sqrt())
         return acb(half + size, size), acb(half + size, size)
     first = acb(half) - root if half < 0 else acb(half) + root
@@ -197,7 +187,7 @@ def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
 
 
 def stability_of(trace: arb, determinant: arb, *, conservative: bool) -> str:
-    """Return the stability that trace and determinant prove, at most 1 the determinant.
+    """Return the stability that trace and determinant prove, for a determinant of at most 1.
 
     Examples
     --------

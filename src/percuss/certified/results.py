@@ -1,4 +1,4 @@
-"""A certified run: what was proven of it, and which of its numbers were given as doubles."""
+"""A certified run: what is proven of it, and which of its numbers were given as doubles."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from flint import arb
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.certified.balls import Ball, Balls
@@ -36,7 +37,7 @@ from percuss.certified.tables import (
     impacts_of,
 )
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, as_float, pi_times
+from percuss.model.exact import Phase, as_float, pi_times, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, parameter_paths
@@ -47,6 +48,14 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = ["CertifiedRun", "doubles_of", "in_words", "run_of_record"]
+
+# Endings of motions that are proven to the end that was asked for.
+COMPLETE = (
+    Ending.reached_t_end,
+    Ending.reached_max_impacts,
+    Ending.at_rest,
+    Ending.impact_at_t_end,
+)
 
 
 def doubles_of(
@@ -70,13 +79,13 @@ def doubles_of(
 
 
 def in_words(doubles: tuple[str, ...]) -> str:
-    """Return the end of a line that says so; empty without any."""
+    """Return words that name the numbers taken as doubles; none without any."""
     return f"; taken as doubles: {', '.join(doubles)}" if doubles else ""
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class CertifiedRun:
-    """A motion that is proven; made by `certify`. Called with times, it gives the motion there.
+    """A motion that is proven; made by `certify`. Called with times, it returns the motion then.
 
     Attributes
     ----------
@@ -86,11 +95,11 @@ class CertifiedRun:
     start_given
         The start as it was given.
     t_end
-        Up to when the motion is proven [time].
+        The end of the proven motion [time].
     outcome
         How the proof ended.
     reason
-        More about that, with numbers; empty where there is no more.
+        Why, with numbers; empty where `outcome` says all.
     impacts, crossings, contacts, grazes
         The events, as columns of balls.
     wanted_digits
@@ -98,7 +107,7 @@ class CertifiedRun:
     precision
         The bits that were worked with.
     bits_spent
-        Bits that the balls have grown by, from the start to the last event.
+        Growth of the balls from the start to the last event, in bits.
     system
         The numbers of oscillator and forcing as rationals, and the range of one that is a ball.
     """
@@ -132,7 +141,7 @@ class CertifiedRun:
 
     @property
     def accumulations(self) -> int:
-        """How many chatters end: each has infinitely many impacts beside those that are listed."""
+        """Number of chatters that end: each has infinitely many impacts besides the listed ones."""
         return self._record.accumulations
 
     @property
@@ -142,31 +151,30 @@ class CertifiedRun:
         Where the outcome is `Ending.impact_at_t_end`, all events up to t_end are listed, and
         whether the last of them comes by then is open.
         """
-        return self.outcome in _COMPLETE
+        return self.outcome in COMPLETE
 
     @property
     def bits_per_impact(self) -> float:
-        """Bits that the balls grow by at an impact or crossing, on average."""
+        """Mean growth of the balls at an impact or crossing, in bits."""
         return self.bits_spent / max(1, len(self.impacts) + len(self.crossings))
 
     @property
     def known_times(self) -> tuple[float, float]:
-        """First and last float between which the motion is proven; at rest, up to the last event.
+        """First and last float of the proven motion; at rest for good, up to the last event.
 
         Raises
         ------
         ParameterError
             If the proof ends before the next float.
         """
-        last = self.t_end if self.t_end.arb.is_finite() else self._last_event()
-        low, high = _inside(self.start_time, math.inf), _inside(last, -math.inf)
+        low, high = _inside(self.start_time, math.inf), _inside(self._last_time(), -math.inf)
         if low > high:
             reason = f"the proof ends before the first float after its start; {self.outcome.value}"
             raise ParameterError("t_end", self.t_end.mid(), reason)
         return low, high
 
     def __repr__(self) -> str:
-        """Tell in a line what is proven."""
+        """Return in a line what is proven."""
         infinite = " listed, and infinitely many in each accumulation"
         parts = [
             f"{len(table)} {name}{infinite if name == 'impacts' and self.accumulations else ''}"
@@ -191,7 +199,7 @@ class CertifiedRun:
 
     @property
     def over(self) -> tuple[str, Ball] | None:
-        """The number of the force for all of whose values in a ball the proof holds, or None."""
+        """A number of the force, and the ball for all values in which the proof holds, or None."""
         return range_of(self.system)
 
     def __call__(
@@ -205,8 +213,8 @@ class CertifiedRun:
             Times up to `t_end`, of any shape, each taken exactly: a float is that double,
             ``"1/3"`` and ``"20*pi"`` are these numbers.
         limit
-            Which velocity to give where a time is that of an impact. As the instant of an impact
-            is a ball, the velocities of both sides are in the ball there whatever this is.
+            Which velocity to return at an impact. Both are in the ball whatever this is, since the
+            instant of the impact is a ball.
 
         Returns
         -------
@@ -248,8 +256,7 @@ class CertifiedRun:
         ParameterError
             If n is below 2.
         """
-        if isinstance(n, bool) or not hasattr(n, "__index__") or n < 2:
-            raise ParameterError("n", n, "not a whole number of at least 2, the two ends")
+        n = whole("n", n, 2)
         low, high = self.known_times
         times = np.clip(np.linspace(low, high, n), low, high)
         return self._dataset("t", times, list(times))
@@ -279,7 +286,7 @@ class CertifiedRun:
         if frequency is None:
             reason = "a stroboscopic view needs a forcing whose period is known exactly"
             raise ParameterError("forcing.period", None, reason)
-        last = self.t_end if self.t_end.arb.is_finite() else self._last_event()
+        last = self._last_time()
         length = last.mid() - self.start_time.mid()
         count = int(length * float(frequency) / (2.0 * math.pi) + 1e-9) + 1
         times = [pi_times(2 * k / frequency) + self.start.t0 for k in range(count)]
@@ -288,7 +295,7 @@ class CertifiedRun:
         return self._dataset("period", np.arange(len(times)), times)
 
     def forces(self, t: ArrayLike | Phase) -> Dataset:
-        """Return what acts on the mass at times t, per unit mass, with radii.
+        """Return the forces on the mass at times t, per unit mass, with radii.
 
         Parameters
         ----------
@@ -299,8 +306,8 @@ class CertifiedRun:
         -------
         xarray.Dataset
             `spring`, `damping`, `forcing` over t and `stops` over (stop, t), and
-            ``spring_radius`` and so on [length/time^2]. A soft stop's force where its edge lies
-            within the radius is of both sides; a wall's is its reaction in contact.
+            ``spring_radius`` and so on [length/time^2]. The force of a soft stop whose edge lies
+            within the radius holds both sides; that of a wall is its reaction in contact.
 
         Raises
         ------
@@ -321,12 +328,12 @@ class CertifiedRun:
             rows = [forces_of(self.system, self._record, time, self._state(time)) for time in times]
         columns = [Balls.of(row[i] for row in rows) for i in range(3 + len(self.oscillator.stops))]
         data: dict[str, object] = {}
-        for ending, part in (("", Balls.mid), ("_radius", Balls.radius)):
+        for suffix, part in (("", Balls.mid), ("_radius", Balls.radius)):
             values = [part(column) for column in columns]
             for name, value in zip(("spring", "damping", "forcing"), values, strict=False):
-                data[name + ending] = ("t", value)
+                data[name + suffix] = ("t", value)
             stops = np.reshape(values[3:], (len(self.oscillator.stops), len(times)))
-            data["stops" + ending] = (("stop", "t"), stops)
+            data["stops" + suffix] = (("stop", "t"), stops)
         coords = {"t": [as_float(time) for time in times]}
         return xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
 
@@ -363,9 +370,9 @@ class CertifiedRun:
     def _state(self, time: Phase) -> BallPair:
         return state_at(self.system, self._record, time)
 
-    def _last_event(self) -> Ball:
-        """Return the start of the last flight or contact."""
-        return Ball(self._record.pieces[-1].start)
+    def _last_time(self) -> Ball:
+        """Return the end of the motion; of one at rest for good, its last event."""
+        return self.t_end if self.t_end.arb.is_finite() else Ball(self._record.pieces[-1].start)
 
     def _dataset(self, name: str, index: NDArray[np.generic], times: Sequence[Phase]) -> Dataset:
         import xarray
@@ -381,27 +388,20 @@ class CertifiedRun:
 
 
 def _inside(instant: Ball, towards: float) -> float:
-    """Return a float that is certainly not beyond an instant, seen from `towards`."""
+    """Return a float that is certainly not before an instant, or not after it, by a direction."""
     middle = instant.mid()
     if instant.arb == middle:
         return middle
     return math.nextafter(middle + math.copysign(instant.radius(), towards), towards)
 
 
-_COMPLETE = (
-    Ending.reached_t_end,
-    Ending.reached_max_impacts,
-    Ending.at_rest,
-    Ending.impact_at_t_end,
-)
-
-
 def run_of_record(
     system: BallSystem, starts: tuple[Start, Start], record: MarchRecord, spent: float, digits: int
 ) -> CertifiedRun:
-    """Make the result of a march; starts are the one it is about and the one that was given."""
+    """Return the result of a motion from a start, the exact one of two; the other was given."""
+    start = record.pieces[0].start if record.pieces else arb(0)
     with precision(record.bits):
-        impacts = impacts_of(system, record)
+        impacts = impacts_of(system, record.impacts, start)
     return CertifiedRun(
         oscillator=system.oscillator,
         forcing=system.forcing,

@@ -150,13 +150,7 @@ class Solved(NamedTuple):
 
 
 def krawczyk(value: BallFunction, derivative: BallFunction, point: Vector) -> Solved:
-    """Return a box around a point that holds exactly one solution.
-
-    Raises
-    ------
-    Undecided
-        If the test fails: the solution is singular, or the box too wide.
-    """
+    """Return a box around a point that holds exactly one solution."""
     inverse = _inverse(derivative(point))
     shift = inverse * value(point)
     sizes = [2 * entry.abs_upper() for entry in shift.entries()]
@@ -206,13 +200,7 @@ def _lies_inside(image: Vector, point: Vector, sizes: Vector) -> bool:
 
 
 def newton(step: Callable[[Vector], arb_mat], guess: Vector) -> Vector:
-    """Return a solution near a guess, to about the working precision, by Newton's steps.
-
-    Raises
-    ------
-    Undecided
-        If they do not converge.
-    """
+    """Return a solution near a guess, to about the working precision, by Newton's steps."""
     z = [value.mid() for value in guess]
     # No floats: at some thousand bits the steps are smaller than the least of them.
     enough, before = arb(2) ** -int(0.6 * ctx.prec), arb.pos_inf()
@@ -324,13 +312,7 @@ class Shooting:
         *,
         mirrored: bool = False,
     ) -> Shooting:
-        """Return the equations of an orbit over so many periods of the forcing, or of half of it.
-
-        Raises
-        ------
-        Undecided
-            If the period is not known exactly.
-        """
+        """Return the equations of an orbit over so many periods of the forcing, or of half of it."""
         period = law_of(system).period(n_periods)
         return cls(system, events, period / 2 if mirrored else period, mirrored)
 
@@ -349,13 +331,7 @@ class Shooting:
         return Departure(event.after, at, Cloud.of(*state), event.bound)
 
     def arrival(self, i: int, states: States, coarse: int) -> Arrival:
-        """Return where the flight from event i meets the next one, near its instant in the states.
-
-        Raises
-        ------
-        Undecided
-            If it does not come later, or is not enclosed.
-        """
+        """Return where the flight from event i meets the next one, near its instant in the states."""
         start = self.departure(i, states[i])
         following = self.next_event(i)
         with precision(coarse):
@@ -400,13 +376,7 @@ class Shooting:
         return images
 
     def newton(self, states: States) -> States:
-        """Return a solution near some states, to about the working precision.
-
-        Raises
-        ------
-        Undecided
-            If Newton's method finds none.
-        """
+        """Return a solution near some states, to about the working precision."""
 
         def step(z: Vector) -> arb_mat:
             images = self.images(pairs(z), ctx.prec)
@@ -416,24 +386,12 @@ class Shooting:
 
 
 def shooting_of(system: BallSystem, orbit: PeriodicOrbit) -> tuple[Shooting, States]:
-    """Return the equations of an orbit, and the floats that solve them nearly.
-
-    Raises
-    ------
-    Undecided
-        If the period is not known exactly.
-    """
+    """Return the equations of an orbit, and the floats that solve them nearly."""
     return Shooting.of(system, events_of(system, orbit), orbit.n_periods), guess_of(orbit)
 
 
 def derivative_over(equations: Shooting, states: States) -> tuple[BallMatrix, list[Image]]:
-    """Return the product of the derivatives of all flights, and their images.
-
-    Raises
-    ------
-    Undecided
-        If the flights' roots may be others than the events of the orbit.
-    """
+    """Return the product of the derivatives of all flights, and their images."""
     product: BallMatrix | None = None
     images = equations.images(states, ctx.prec)
     for i, image in enumerate(images):

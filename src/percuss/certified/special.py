@@ -49,8 +49,8 @@ WITHOUT_PROOF = {
         "number, so that no ball, which holds such changes, can prove that they cross"
     ),
     "chatter": (
-        "infinitely many impacts accumulate beside it, and the equations of an orbit are of "
-        "finitely many"
+        "infinitely many impacts accumulate next to it, and the equations of an orbit have finitely "
+        "many"
     ),
 }
 
@@ -64,9 +64,9 @@ class CertifiedPoint:
     kind, path
         Those of the point.
     exists
-        Whether it is proven to be there.
+        Whether it is proven to exist.
     value
-        The parameter: without a number if it is not proven.
+        The parameter; NaN if it is not proven.
     statement
         What is proven, in words.
     reason
@@ -74,9 +74,9 @@ class CertifiedPoint:
     wanted_digits, precision
         The digits that were asked for, and the bits that were worked with.
     is_formal
-        Whether the orbit there passes through a stop: then what is proven is about the formal
-        equations, no motion. True and False are proven, of all orbits over the ball; None is open,
-        as at a graze, where no ball tells a touch from a passage.
+        Whether the orbit passes through a stop: what is proven is then a statement on the formal
+        equations, not on a motion. True and False are proven, for all orbits over the ball; None
+        is open, as at a graze, where no ball separates a touch from a passage.
     """
 
     kind: str
@@ -91,7 +91,7 @@ class CertifiedPoint:
     point: SpecialPoint = field(repr=False)
 
     def __repr__(self) -> str:
-        """Tell in a line what is proven."""
+        """Return in a line what is proven."""
         if not self.exists:
             return f"<CertifiedPoint: {self.kind} not proven; {self.reason}>"
         formal = {
@@ -109,29 +109,33 @@ def certify_point(
     path = long_form(point.path, point.orbit.oscillator, point.orbit.forcing)
     work = bits or math.ceil(digits / math.log10(2)) + FIRST_MARGIN
 
-    def told(
-        value: Ball, statement: str, reason: str, admissible: bool | None = None
-    ) -> CertifiedPoint:
-        exists = not reason
-        formal = None if admissible is None else not admissible
-        return CertifiedPoint(
-            point.kind, path, exists, value, statement, reason, digits, work, formal, point
-        )
-
+    value, admissible, statement, reason = arb.nan(), None, "", ""
     while True:
         try:
             with precision(work):
                 value, admissible, statement = _proof(point, path, digits)
+            break
         except Undecided as question:
             if bits is not None or 2 * work > most_bits or question.kind in HOPELESS:
-                return told(Ball(arb.nan()), "", question.reason or question.kind)
+                reason = question.reason or question.kind
+                break
             work *= 2
-            continue
-        return told(Ball(value), statement, "", admissible)
+    return CertifiedPoint(
+        kind=point.kind,
+        path=path,
+        exists=not reason,
+        value=Ball(value),
+        statement=statement,
+        reason=reason,
+        wanted_digits=digits,
+        precision=work,
+        is_formal=None if admissible is None else not admissible,
+        point=point,
+    )
 
 
 def _proof(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None, str]:
-    """Return the parameter, whether the orbits there pass through no stop, and what is proven."""
+    """Return the parameter, whether the orbits are admissible, and what is proven."""
     if math.isinf(point.orbit.n_impacts):
         reason = "the orbit sticks: it has infinitely many impacts, its equations finitely many"
         raise Undecided("kind", reason)
@@ -155,37 +159,33 @@ def _proof(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | Non
             "on a smooth branch of orbits over the ball, a turning point passes the stop there"
         )
     if point.kind == "corner":
-        return _corner(point, path, digits)
+        return _coincident_stops(point, path, digits)
     reason = WITHOUT_PROOF.get(point.kind, f"no proof is known for a {point.kind}")
     raise Undecided("kind", reason)
 
 
-def _corner(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None, str]:
-    """Return the place of the stop that another is moved to, exactly, and what is proven beside."""
+def _coincident_stops(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None, str]:
+    """Return the exact place of the stop to which the parameter moves another, and the statement."""
     orbit = point.orbit
     met = [orbit.oscillator.stops[i].at for i in set(orbit.sequence)]
     places = {as_fraction(at) for at in met if as_float(at) == point.value}
-    moved = as_fraction(_place(point, path))
+    # Where the orbit of the point, next to the coincidence, has the stop that is moved.
+    moved = as_fraction(cast("Exact", get_parameter(orbit.oscillator, orbit.forcing, None, path)))
     others = places - {moved} or places
     if len(others) != 1:
-        raise Undecided("kind", "which stops come to lie at one place is not told exactly")
-    beside = certify_orbit(orbit, digits, 2**10, None)
-    if not beside.exists:
-        raise Undecided("kind", f"the orbit beside the corner is not proven; {beside.reason}")
+        raise Undecided("kind", "which stops coincide is not known exactly")
+    neighbour = certify_orbit(orbit, digits, 2**10, None)
+    if not neighbour.exists:
+        reason = f"the orbit next to the corner is not proven; {neighbour.reason}"
+        raise Undecided("kind", reason)
     return (
         ball(others.pop()),
-        beside.admissible,
+        neighbour.admissible,
         (
-            "two stops that the orbit meets lie at one place there, exactly; what is proven of the "
-            f"orbits is the one at {float(moved):.17g}, beside it"
+            "two stops that the orbit meets coincide there, exactly; the orbit that is proven is "
+            f"the one at {float(moved):.17g}, next to it"
         ),
     )
-
-
-def _place(point: SpecialPoint, path: str) -> Exact:
-    """Return the position of the stop that the parameter moves, as the orbit beside has it."""
-    value = get_parameter(point.orbit.oscillator, point.orbit.forcing, None, path)
-    return cast("Exact", value)
 
 
 def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
@@ -215,13 +215,7 @@ def crossing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool 
 
 
 def symmetry_function(equations: Shooting, states: States) -> arb:
-    """Return 1 + trace + determinant of the mirrored map over half an orbit.
-
-    Raises
-    ------
-    Undecided
-        If the flights' roots may be others than the events of the orbit.
-    """
+    """Return 1 + trace + determinant of the mirrored map over half an orbit."""
     ((a, b), (c, d)), _ = derivative_over(equations, states)
     return 1 + a + d + (a * d - b * c)
 
@@ -257,6 +251,6 @@ def _check_mirrored(system: BallSystem, events: list[OrbitEvent], n_periods: int
 def _check_parameter(system: BallSystem, path: str, value: Fraction) -> None:
     """Refuse a parameter that breaks the symmetry itself: at three values of it, exactly."""
     for part in (Fraction(0), Fraction(1, 10**6), Fraction(-1, 10**6)):
-        there = system_at(system, path, value * (1 + part) if value else part)
-        if not is_symmetric_system(there.oscillator, there.forcing):
+        changed = system_at(system, path, value * (1 + part) if value else part)
+        if not is_symmetric_system(changed.oscillator, changed.forcing):
             raise Undecided("symmetry", f"{path} takes the symmetry away from the system itself")

@@ -138,13 +138,7 @@ def search_along(
 
 
 def first_arrival(system: BallSystem, start: Departure, end: arb, width: float) -> Arrival | None:
-    """Return where a departure first meets a bound, None if it does not before an instant.
-
-    Raises
-    ------
-    Undecided
-        If the balls leave it open.
-    """
+    """Return where a departure first meets a bound, None if it does not before an instant."""
     bits = ctx.prec
     coarse = coarse_bits(system)
     try:

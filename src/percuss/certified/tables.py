@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from flint import arb
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from percuss.arrays import Integers
 from percuss.certified.balls import Balls
-from percuss.certified.march import MarchRecord
+from percuss.certified.march import ContactRow, CrossingRow, GrazeRow, ImpactRow, MarchRecord
 from percuss.certified.numbers import ball
 from percuss.certified.system import BallSystem
 from percuss.motion.tables import COLUMNS, EventTable
@@ -26,10 +26,13 @@ __all__ = [
     "CertifiedImpacts",
     "contacts_of",
     "crossings_of",
-    "cycles_of",
     "grazes_of",
     "impacts_of",
 ]
+
+EventRow = TypeVar("EventRow", ImpactRow, CrossingRow, ContactRow, GrazeRow)
+# Types of the columns that are no balls.
+ARRAYS = {"stop": "i8", "n_impacts": "i8", "direction": "<U3"}
 
 
 class BallTable(EventTable):
@@ -78,7 +81,7 @@ class CertifiedImpacts(BallTable):
     stop
         (n,) array, index into the oscillator's `stops`.
     cycle
-        (t / period) mod 1, in [0, 1) up to the radius; no numbers without a period.
+        (t / period) mod 1, in [0, 1) up to the radius; NaN without a period.
     intervals
         Flight times [time]: from the impact before, the first from the start.
     """
@@ -128,9 +131,9 @@ class CertifiedContacts(BallTable):
     Attributes
     ----------
     start
-        Where chatter accumulates, or a touchdown [time].
+        The end of a chatter, or a touchdown [time].
     release
-        Where the force lets go [time]; no number where that does not come.
+        The change of sign of the force [time]; NaN where none comes.
     stop
         (n,) array, index into the oscillator's `stops`.
     n_impacts
@@ -146,7 +149,7 @@ class CertifiedContacts(BallTable):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class CertifiedGrazes(BallTable):
-    """The touch at which a proof has ended, or none.
+    """The touch at which a proof ended, or no row.
 
     Attributes
     ----------
@@ -164,59 +167,40 @@ class CertifiedGrazes(BallTable):
     clearance: Balls
 
 
-def impacts_of(system: BallSystem, record: MarchRecord) -> CertifiedImpacts:
-    """Return the impacts of a record."""
-    rows = record.impacts
+def impacts_of(system: BallSystem, rows: list[ImpactRow], start: arb) -> CertifiedImpacts:
+    """Return impacts as a table, the first interval from an instant on."""
     instants = [row.t for row in rows]
-    first = record.pieces[0].start if record.pieces else arb(0)
-    return CertifiedImpacts(
-        t=Balls.of(instants),
-        v_before=Balls.of(row.v_before for row in rows),
-        v_after=Balls.of(row.v_after for row in rows),
-        stop=_numbers(row.stop for row in rows),
-        cycle=cycles_of(system, instants),
-        intervals=Balls.of(later - earlier for earlier, later in pairwise([first, *instants])),
-    )
-
-
-def cycles_of(system: BallSystem, instants: list[arb]) -> Balls:
-    """Return instants in forcing periods, modulo 1; no numbers without an exact period."""
     force = system.forcing
     if force is None or force.frequency is None:
-        return Balls.of([arb.nan()] * len(instants))
-    turns = [t * ball(force.frequency) / (2 * arb.pi()) for t in instants]
-    return Balls.of(turn - turn.mid().floor().mid() for turn in turns)
+        cycles = [arb.nan()] * len(rows)
+    else:
+        periods = [t * ball(force.frequency) / (2 * arb.pi()) for t in instants]
+        cycles = [number - number.mid().floor().mid() for number in periods]
+    t, v_before, v_after, stop = _columns_of(ImpactRow, rows)
+    intervals = (later - earlier for earlier, later in pairwise([start, *instants]))
+    return CertifiedImpacts(t, v_before, v_after, stop, Balls.of(cycles), Balls.of(intervals))
 
 
 def crossings_of(record: MarchRecord) -> CertifiedCrossings:
     """Return the crossings of a record."""
-    return CertifiedCrossings(
-        t=Balls.of(row.t for row in record.crossings),
-        v=Balls.of(row.v for row in record.crossings),
-        stop=_numbers(row.stop for row in record.crossings),
-        direction=np.array([row.direction for row in record.crossings], dtype="<U3"),
-    )
+    return CertifiedCrossings(*_columns_of(CrossingRow, record.crossings))
 
 
 def contacts_of(record: MarchRecord) -> CertifiedContacts:
     """Return the contacts of a record."""
-    nan = arb.nan()
-    return CertifiedContacts(
-        start=Balls.of(row.start for row in record.contacts),
-        release=Balls.of(nan if row.release is None else row.release for row in record.contacts),
-        stop=_numbers(row.stop for row in record.contacts),
-        n_impacts=_numbers(row.n_impacts for row in record.contacts),
-    )
+    return CertifiedContacts(*_columns_of(ContactRow, record.contacts))
 
 
 def grazes_of(record: MarchRecord) -> CertifiedGrazes:
     """Return the touch at which a record ends, or none."""
-    return CertifiedGrazes(
-        t=Balls.of(row.t for row in record.grazes),
-        stop=_numbers(row.stop for row in record.grazes),
-        clearance=Balls.of(row.clearance for row in record.grazes),
-    )
+    return CertifiedGrazes(*_columns_of(GrazeRow, record.grazes))
 
 
-def _numbers(values: Iterable[int]) -> Integers:
-    return np.array(list(values), dtype=np.int64)
+def _columns_of(kind: type[EventRow], rows: Sequence[EventRow]) -> Iterator[Any]:
+    """Yield the fields of rows as columns: balls, with NaN for None, or arrays."""
+    for name in kind._fields:
+        values = [getattr(row, name) for row in rows]
+        if name in ARRAYS:
+            yield np.array(values, dtype=ARRAYS[name])
+        else:
+            yield Balls.of(arb.nan() if value is None else value for value in values)
