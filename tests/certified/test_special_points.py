@@ -58,8 +58,8 @@ def test_a_graze_is_enclosed_from_both_sides(n_impacts: int) -> None:
 
     # The amplitude of steady motion, 1/|1 - omega^2 + 2 i a omega|.
     omega, a = arb("1.5"), arb("0.05")
-    apart = 1 - omega * omega
-    amplitude = 1 / (apart * apart + 4 * a * a * omega * omega).sqrt()
+    detuning = 1 - omega * omega
+    amplitude = 1 / (detuning * detuning + 4 * a * a * omega * omega).sqrt()
     assert proven.value.arb.overlaps(amplitude)
     assert proven.value.digits() >= 12
 
@@ -187,8 +187,8 @@ def test_whether_the_orbit_at_a_graze_passes_through_a_stop_is_open() -> None:
 def test_the_word_of_a_float_run_is_not_taken_for_a_proof_that_an_orbit_is_a_motion() -> None:
     orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
     point = points(orbit, "forcing.omega", 2.3, 2.8)["period_doubling"]
-    told = dataclasses.replace(point.orbit, admissible=not point.orbit.admissible)
-    other = dataclasses.replace(point, orbit=told)
+    changed = dataclasses.replace(point.orbit, admissible=not point.orbit.admissible)
+    other = dataclasses.replace(point, orbit=changed)
 
     assert other.admissible is not point.admissible
     assert pc.certify(other).is_formal is pc.certify(point).is_formal is False
