@@ -171,7 +171,7 @@ class CertifiedOrbit:
     def event_times(self) -> Balls:
         """The instants of all events of one period, exits from soft stops among them.
 
-        None for steady motion, and where the motion is not enclosed.
+        Empty for steady motion, and where the motion is not enclosed.
         """
         return Balls.of(t for t, _ in self._motion.states) if self._motion else Balls(())
 
