@@ -28,8 +28,6 @@ PRIVATE_READS = {
     "ensembles": 1,
     "motion": 2,
     "orbits": 5,
-    "paper": 1,
-    "plotting": 3,
 }
 # Names of types that are defined twice: a kind of study has the name of what it returns.
 TYPES = {"Branch": 2, "Curve": 2, "Response": 2}

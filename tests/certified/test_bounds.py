@@ -22,8 +22,8 @@ REGIMES: dict[str, tuple[Exact, Exact]] = {
     "drag": (0, "0.4"),
     "unstable": (-2, "0.1"),
     "resonant": ("2.89", 0),
-    "beside resonance": ("2.890000001", 0),
-    "beside resonance, damped": ("2.89", "1e-8"),
+    "near resonance": ("2.890000001", 0),
+    "near resonance, damped": ("2.89", "1e-8"),
 }
 
 
@@ -33,7 +33,7 @@ def test_derivatives_stay_below_their_bound_and_are_those_of_one_another(name: s
     system = system_of(pc.Oscillator(*REGIMES[name]), FORCE)
     with ctx.workprec(256):
         law = law_of(system)
-        flight = EnclosedFlight(law, 0, law.turns(arb("0.3")), arb("0.2"), arb("-0.7"))
+        flight = EnclosedFlight(law, 0, law.phasors(arb("0.3")), arb("0.2"), arb("-0.7"))
         for s, h in ((0.0, 0.5), (0.7, 0.1), (4.0, 1.0)):
             values, size = flight.derivatives(arb(s), n - 1)
             bound = flight.bound(n, s, h, size)
@@ -48,7 +48,7 @@ def test_derivatives_stay_below_their_bound_and_are_those_of_one_another(name: s
             total = sum((c * arb(h) ** k / math.factorial(k) for k, c in enumerate(values)), arb(0))
             there = flight.derivatives(arb(s + h), 1)[0][0]
             assert abs(there - total) <= bound * h**n / math.factorial(n) * 1.001
-    assert "beside" not in name or flight.region.near
+    assert "near" not in name or flight.region.cancels
 
 
 @pytest.mark.parametrize("name", REGIMES)
@@ -56,7 +56,7 @@ def test_the_series_at_the_start_is_the_closed_form(name: str) -> None:
     system = system_of(pc.Oscillator(*REGIMES[name]), FORCE)
     with ctx.workprec(256):
         law = law_of(system)
-        flight = EnclosedFlight(law, 0, law.turns(arb("0.3")), arb("0.2"), arb("-0.7"))
+        flight = EnclosedFlight(law, 0, law.phasors(arb("0.3")), arb("0.2"), arb("-0.7"))
         coefficients = flight.taylor(7)
         values, _ = flight.derivatives(arb(0), 7)
         for k, (c, value) in enumerate(zip(coefficients, values, strict=True)):
@@ -70,7 +70,7 @@ def test_the_force_of_a_contact_and_its_bound() -> None:
     system = system_of(pc.impact_oscillator(wall="0.5"), FORCE)
     with ctx.workprec(128):
         law = law_of(system)
-        push = Push(law, 0, law.turns(arb("0.3")), arb("0.5"), 0)
+        push = Push(law, 0, law.phasors(arb("0.3")), arb("0.5"), 0)
         for k in range(20):
             values, size = push.derivatives(arb(k) / 3, 4)
             assert abs(values[4]) <= push.bound(4, 0.0, 10.0, size)

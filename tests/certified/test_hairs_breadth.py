@@ -10,8 +10,7 @@ import pytest
 
 import percuss as pc
 from percuss.certified import Ending
-from percuss.certified.families import keeps_subset
-from percuss.certified.statements import keeps_eigenset
+from percuss.certified.statements import keeps_eigenset, keeps_subset
 
 WALL = pc.impact_oscillator()
 DIGITS = 150
@@ -91,13 +90,13 @@ def check_ends(seed: int, count: int) -> None:
     """Impacts of free motion are at k pi: which of them are listed up to a time beside one."""
     rng = random.Random(seed)
     for _ in range(count):
-        k, apart = rng.randint(1, 6), hair(rng)
-        run = pc.simulate(WALL, v0=1, t_end=pc.pi_times(k) + apart)
+        k, offset = rng.randint(1, 6), hair(rng)
+        run = pc.simulate(WALL, v0=1, t_end=pc.pi_times(k) + offset)
         proven = pc.certify(run, digits=rng.choice((5, 12, 40)))
         assert proven.complete
         at_end = proven.outcome is Ending.impact_at_t_end
-        assert len(proven.impacts) == k if at_end or apart > 0 else len(proven.impacts) == k - 1
-        assert not (apart == 0 and not at_end)
+        assert len(proven.impacts) == k if at_end or offset > 0 else len(proven.impacts) == k - 1
+        assert not (offset == 0 and not at_end)
         assert all(t.contains(f"{i}*pi") for i, t in enumerate(proven.impacts.t, 1))
 
 
@@ -105,15 +104,15 @@ def check_rest(seed: int, count: int) -> None:
     """A mass at rest on the wall leaves it at once or not, by the sign of c + A cos(phase)."""
     rng = random.Random(seed)
     for _ in range(count):
-        a, apart = Fraction(rng.randint(1, 9), 7), hair(rng)
+        a, offset = Fraction(rng.randint(1, 9), 7), hair(rng)
         phase, cosine = rng.choice(((0, 1), ("pi/3", Fraction(1, 2)), ("pi", -1), ("pi/2", 0)))
-        force = pc.cosine(1, a, phase, constant=apart - a * cosine)
+        force = pc.cosine(1, a, phase, constant=offset - a * cosine)
         record = pc.certify(pc.simulate(pc.impact_oscillator("1/2"), force, t_end=1))
-        leaves = apart > 0 or (apart == 0 and phase == "pi")
+        leaves = offset > 0 or (offset == 0 and phase == "pi")
         if not record.complete:
             continue
         held = len(record.contacts) > 0 and record.contacts.start[0].contains(0)
-        assert held is not leaves, (a, apart, phase, record)
+        assert held is not leaves, (a, offset, phase, record)
 
 
 def check_subsets(seed: int, count: int) -> None:
@@ -124,12 +123,12 @@ def check_subsets(seed: int, count: int) -> None:
             # A later flight leaves with 2q - V, for these m the whole condition.
             limit = 4 * mpmath.sin(mpmath.pi / (m + 1)) / (m + 1)
             near = Fraction(int(mpmath.floor(limit * 10**120)), 10**120)
-        apart = hair(rng)
-        verdict = keeps_subset(m, near + apart)
-        if apart > 0:
-            assert verdict.holds is not True, (m, apart, verdict)
-        if apart < 0:
-            assert verdict.holds is not False or m > 4, (m, apart, verdict)
+        offset = hair(rng)
+        verdict = keeps_subset(m, near + offset)
+        if offset > 0:
+            assert verdict.holds is not True, (m, offset, verdict)
+        if offset < 0:
+            assert verdict.holds is not False or m > 4, (m, offset, verdict)
 
 
 CHECKS = (check_eigensets, check_ends, check_rest, check_subsets)

@@ -41,7 +41,7 @@ def test_a_double_solution_is_not_claimed_to_be_alone() -> None:
         )
 
 
-def test_uniqueness_is_told_in_boxes_with_one_solution_only() -> None:
+def test_uniqueness_is_claimed_in_boxes_with_one_solution_only() -> None:
     one = [arb(1), arb(1)]
 
     assert unique_in(derivative, value, one, [arb("0.1"), arb("0.1")])

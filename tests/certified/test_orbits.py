@@ -250,7 +250,7 @@ def test_at_a_period_doubling_no_stability_is_claimed() -> None:
     assert (
         abs(coarse.multipliers[1].mid() + 1) < 1e-9 or abs(coarse.multipliers[0].mid() + 1) < 1e-9
     )
-    # With more bits the side on which the cut-off number lies is told.
+    # With more bits the side on which the cut-off number lies is decided.
     assert fine.stability in ("asymptotic", "unstable")
 
 

@@ -11,8 +11,8 @@ from flint import arb, ctx
 
 import percuss as pc
 from percuss.certified.balls import Undecided
-from percuss.certified.families import Rounds
-from percuss.certified.patterns import repeats_after
+from percuss.certified.families import ReflectedMotion
+from percuss.certified.statements import repeats_after
 from percuss.certified.system import system_of
 from percuss.errors import ParameterError
 
@@ -42,19 +42,19 @@ def test_families_below_the_critical_velocity_are_proven(v0: float, n: int, peri
 def test_the_times_of_six_impacts_are_those_of_the_closed_form() -> None:
     with ctx.workprec(200):
         system = system_of(WALL, pc.sine(3))
-        rounds = Rounds(system, arb(0), arb("0.45"))
+        motion = ReflectedMotion(system, arb(0), arb("0.45"))
         early = (arb("0.9").sqrt()).asin()
         pi = arb.pi()
         expected = [pi, pi + early, 2 * pi + early, 3 * pi - early, 4 * pi - early, 4 * pi]
 
         for time in expected:
-            assert not rounds.is_closed
-            rounds.fly()
-            assert rounds.t.overlaps(time)
-            assert rounds.t.rad() < 1e-40
+            assert not motion.is_closed
+            motion.fly()
+            assert motion.t.overlaps(time)
+            assert motion.t.rad() < 1e-40
 
-        assert rounds.is_closed
-        assert rounds.turns == 4
+        assert motion.is_closed
+        assert motion.half_periods == 4
 
 
 def test_a_start_that_has_another_pattern_does_not_close() -> None:
@@ -99,7 +99,7 @@ def test_without_the_closed_form_nothing_is_claimed(osc: pc.Oscillator, force: p
 
 def test_motion_into_the_wall_is_no_start() -> None:
     with ctx.workprec(120), pytest.raises(Undecided):
-        Rounds(system_of(WALL, pc.sine(3)), arb(0), arb("-0.45")).fly()
+        ReflectedMotion(system_of(WALL, pc.sine(3)), arb(0), arb("-0.45")).fly()
 
 
 def test_a_family_is_not_claimed_for_another_force() -> None:

@@ -83,43 +83,45 @@ def test_two_stops_at_one_float_are_two_exactly() -> None:
         (pc.impact_oscillator(stiffness="1.000000000000000000001"), pc.cosine(1)),
     ],
 )
-def test_motions_beside_resonance_are_those_of_resonance(
+def test_motions_close_to_resonance_are_those_of_resonance(
     osc: pc.Oscillator, force: pc.Forcing
 ) -> None:
     run = pc.simulate(osc, force, v0=1, max_impacts=20)
     resonant = pc.simulate(pc.impact_oscillator(), pc.cosine(1), v0=1, max_impacts=20)
     start = time.process_time()
 
-    beside, there = pc.certify(run, digits=25), pc.certify(resonant, digits=25)
+    near, resonance = pc.certify(run, digits=25), pc.certify(resonant, digits=25)
 
     assert time.process_time() - start < 1.0
-    np.testing.assert_allclose(beside.impacts.t.mid(), there.impacts.t.mid(), rtol=1e-15)
+    np.testing.assert_allclose(near.impacts.t.mid(), resonance.impacts.t.mid(), rtol=1e-15)
     # The derivative of an impact time by the detuning is some tens, here and there none.
-    apart = [abs(a - b) for a, b in zip(beside.impacts.t.arbs, there.impacts.t.arbs, strict=True)]
-    assert max(float(d) for d in apart) < 1e-18
-    assert sum(d > 1e-22 for d in apart) >= 10
+    differences = [
+        abs(a - b) for a, b in zip(near.impacts.t.arbs, resonance.impacts.t.arbs, strict=True)
+    ]
+    assert max(float(d) for d in differences) < 1e-18
+    assert sum(d > 1e-22 for d in differences) >= 10
 
 
-@pytest.mark.parametrize("apart", ["1e-20", "1e-34", "1e-60"])
-def test_damping_hardly_above_none_beside_resonance_is_that_of_resonance(apart: str) -> None:
-    osc = pc.Oscillator(stiffness=1 + Fraction(apart) ** 2, damping=apart)
+@pytest.mark.parametrize("detuning", ["1e-20", "1e-34", "1e-60"])
+def test_damping_hardly_above_none_near_resonance_is_that_of_resonance(detuning: str) -> None:
+    osc = pc.Oscillator(stiffness=1 + Fraction(detuning) ** 2, damping=detuning)
     run = pc.simulate(osc, pc.cosine(1), t_end=5.0)
 
     proven = pc.certify(run)
 
-    # t sin(t)/2, but for some multiple of what is apart.
+    # t sin(t)/2, but for some multiple of the detuning.
     assert abs(proven([3.0])[0].mid()[0] - 1.5 * math.sin(3.0)) < 1e-15
     assert proven([3.0])[0].digits()[0] > 12
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("apart", ["1e-30", "1e-90"])
-def test_damping_hardly_off_critical_is_critical_but_for_that(sign: int, apart: str) -> None:
-    run = pc.simulate(pc.Oscillator(1 + sign * Fraction(apart), 1), v0=1, t_end=5.0)
+@pytest.mark.parametrize("offset", ["1e-30", "1e-90"])
+def test_damping_hardly_off_critical_is_critical_but_for_that(sign: int, offset: str) -> None:
+    run = pc.simulate(pc.Oscillator(1 + sign * Fraction(offset), 1), v0=1, t_end=5.0)
 
     place = pc.certify(run, bits=128)([3.0])[0]
 
-    # t exp(-t) (1 - sign apart t^2/6 + ...).
+    # t exp(-t) (1 - sign offset t^2/6 + ...).
     assert abs(place.mid()[0] - 3.0 * math.exp(-3.0)) < 1e-15
     assert place.digits()[0] > 35
 
@@ -138,9 +140,9 @@ def test_the_fourth_derivative_is_bounded_on_both_sides_of_a_landing() -> None:
     # Almost without a spring, where the force has its steepest: x'''' = f'' is zero there.
     system = system_of(pc.Oscillator("1e-14"), pc.Forcing((pc.Harmonic(1, 1),), constant="0.5"))
     law = law_of(system)
-    flight = EnclosedFlight(law, 0, law.turns_at(0), arb(0), arb(1))
+    flight = EnclosedFlight(law, 0, law.phasors_at(0), arb(0), arb(1))
     s, trial = arb.pi() / 2, arb(1e-3)
-    assert flight.region.near
+    assert flight.region.cancels
 
     _, size = flight.derivatives(s, 3)
     bound = fourth_around(flight, s, trial, size)

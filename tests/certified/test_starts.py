@@ -68,7 +68,7 @@ def test_a_start_at_a_multiple_of_pi_is_exact_too() -> None:
     assert late.contacts.release[0].contains("2*pi")
 
 
-def test_a_start_beside_a_stop_by_less_than_a_float_is_where_it_was_given() -> None:
+def test_a_start_next_to_a_stop_by_less_than_a_float_is_where_it_was_given() -> None:
     osc = pc.impact_oscillator("1/2", wall="0.2")
     run = pc.simulate(osc, x0="0.20000000000000000001", v0=-1, t_end=1.0)
 
@@ -158,8 +158,8 @@ def test_a_force_of_either_sign_at_a_start_at_rest_is_left_open() -> None:
     )
 
     for start, middle in ((run, Fraction(1, 3)), (pushed, Fraction(-3, 10))):
-        beside = Fraction(1, 10**6)
-        wide = {"forcing.constant": (middle - beside, middle + beside)}
+        width = Fraction(1, 10**6)
+        wide = {"forcing.constant": (middle - width, middle + width)}
         proven = pc.certify(start, over=wide, most_bits=256)
 
         assert proven.outcome is Ending.force
@@ -173,8 +173,8 @@ def test_a_start_in_text_is_never_moved_to_a_stop(wall: float | str) -> None:
 
     proven = pc.certify(run)
 
-    apart = Fraction("0.30000000000000001") - Fraction(wall)
-    assert proven.impacts.t[0].mid() == pytest.approx(float(2 * apart), rel=1e-9)
+    gap = Fraction("0.30000000000000001") - Fraction(wall)
+    assert proven.impacts.t[0].mid() == pytest.approx(float(2 * gap), rel=1e-9)
     assert proven.start == run.start
     with pytest.raises(ParameterError, match="below the wall"):
         pc.certify(run, start=pc.Start("0.29999999999999998", -1))

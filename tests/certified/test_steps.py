@@ -42,13 +42,13 @@ def arrival(system: BallSystem, t: arb, v: arb) -> Arrival:
 def test_the_derivative_on_a_set_holds_the_slope_between_any_two_of_its_starts(name: str) -> None:
     system = system_of(LAWS[name], FORCE)
     with ctx.workprec(200):
-        t, v, apart = arb("0.3"), arb("0.7"), arb(10) ** -12
-        here = arrival(system, t, v).point
-        for k, moved in enumerate(((t + apart, v), (t, v + apart))):
-            there = arrival(system, *moved).point
+        t, v, step = arb("0.3"), arb("0.7"), arb(10) ** -12
+        base = arrival(system, t, v).point
+        for k, moved in enumerate(((t + step, v), (t, v + step))):
+            shifted = arrival(system, *moved).point
             box = arrival(system, *(z + arb(0, 2e-12) for z in (t, v)))
             for j in range(2):
-                slope = (there[j] - here[j]) / apart
+                slope = (shifted[j] - base[j]) / step
                 assert box.derivative[j][k].overlaps(slope)
                 # And hardly more.
                 assert box.derivative[j][k].rad() < 1e-6 * (1 + abs(slope))

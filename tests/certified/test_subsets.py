@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.certified.families import keeps_subset
+from percuss.certified.statements import keeps_subset
 from percuss.errors import ParameterError
 
 

@@ -116,6 +116,18 @@ def test_tables_are_datasets_with_radii() -> None:
     assert set(chaotic(5).impacts.to_dataset()) <= set(data)
     for table in (proven.crossings, proven.contacts, proven.grazes):
         assert set(table.to_dataset().sizes.values()) == {0}
+    assert "<th>t_radius</th>" in proven.impacts._repr_html_()
+
+
+def test_events_of_runs_and_orbits_have_times() -> None:
+    run = pc.certify(chaotic(5))
+    orbit = pc.certify(pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5")))
+
+    assert run.event_times[0].mid() == run.start_time.mid()
+    assert list(run.event_times.mid()[1:]) == list(run.impacts.t.mid())
+    assert list(orbit.event_times.mid()) == list(orbit.impacts.t.mid())
+    x, _ = orbit(["1/3", "pi"])
+    assert x[0].overlaps(orbit("1/3")[0][0])
 
 
 def test_a_part_of_a_column_is_a_column() -> None:

@@ -14,13 +14,17 @@ except ImportError:  # pragma: no cover
 
 from percuss.certified.balls import Ball, Balls, ComplexBall
 from percuss.certified.certify import certify
-from percuss.certified.families import keeps_subset
 from percuss.certified.march import Ending
 from percuss.certified.orbit_result import CertifiedOrbit
-from percuss.certified.patterns import repeats_after
 from percuss.certified.results import CertifiedRun
 from percuss.certified.special import CertifiedPoint
-from percuss.certified.statements import Verdict, critical_velocity, keeps_eigenset
+from percuss.certified.statements import (
+    Verdict,
+    critical_velocity,
+    keeps_eigenset,
+    keeps_subset,
+    repeats_after,
+)
 
 __all__ = [
     "Ball",

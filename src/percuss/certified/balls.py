@@ -1,7 +1,8 @@
-"""Real and complex balls: comparisons that are proven, and what ends a proof where none is."""
+"""Real and complex balls: proven comparisons, and the exception that ends a proof without one."""
 
 from __future__ import annotations
 
+import copyreg
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -11,15 +12,18 @@ import numpy as np
 from flint import acb, arb
 
 from percuss.arrays import Floats
-from percuss.certified import pickling as _pickling  # noqa: F401
 from percuss.certified.numbers import precision, time_ball
 from percuss.model.exact import Phase
 
-__all__ = ["Ball", "Balls", "ComplexBall", "Touch", "Undecided", "upwards"]
+__all__ = ["Ball", "Balls", "ComplexBall", "OpenGraze", "Undecided", "upwards"]
+
+# Bits to compare and print with: more than any ball has by default.
+WIDE = 8192
+LOG10_2 = math.log10(2.0)
 
 
-class Touch(NamedTuple):
-    """Where a touch is that is open: between two times of a flight, at a bound, how near.
+class OpenGraze(NamedTuple):
+    """A graze that is open: between two times of a flight, at a bound, within a clearance.
 
     The times are floats or exact arbs.
     """
@@ -31,7 +35,10 @@ class Touch(NamedTuple):
 
 
 class Undecided(Exception):  # noqa: N818
-    """A question that the balls leave open; caught inside `percuss.certified`.
+    """The balls leave a question open.
+
+    Every step of a proof may raise it, and does where what its name claims is not proven; caught
+    inside `percuss.certified`.
 
     Parameters
     ----------
@@ -39,20 +46,15 @@ class Undecided(Exception):  # noqa: N818
         Name of the `Ending` that it leads to if more bits do not help.
     reason
         What is open, in a sentence with its numbers.
-    touch
-        Where, for a touch in a flight.
+    graze
+        Where, for a graze in a flight.
     """
 
-    def __init__(self, kind: str, reason: str, touch: Touch | None = None) -> None:
+    def __init__(self, kind: str, reason: str, graze: OpenGraze | None = None) -> None:
         super().__init__(kind, reason)
         self.kind = kind
         self.reason = reason
-        self.touch = touch
-
-
-# Bits to compare and print with: more than any ball here has by default.
-WIDE = 8192
-LOG10_2 = math.log10(2.0)
+        self.graze = graze
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -79,19 +81,19 @@ class Ball:
         return float(self.arb.mid())
 
     def radius(self) -> float:
-        """Return how far the number can be from `mid`, the rounding of that to a float included."""
+        """Return a bound of the number's distance from `mid`, whose rounding to a float is in it."""
         if not self.arb.is_finite():
             return math.nan if self.arb.is_nan() else math.inf
         with precision(WIDE):
-            far = (self.arb - arb(self.mid())).abs_upper()
-            return 0.0 if far.is_zero() else float(far) * (1.0 + 2.0**-50) + 5e-324
+            distance = (self.arb - arb(self.mid())).abs_upper()
+            return 0.0 if distance.is_zero() else float(distance) * (1.0 + 2.0**-50) + 5e-324
 
     def digits(self) -> float:
-        """Return how many decimal digits the ball has: -log10(radius / midpoint)."""
+        """Return the number of decimal digits that are certain: -log10(radius / midpoint)."""
         return _digits(self.arb)
 
     def text(self, digits: int = 20) -> str:
-        """Return the number in decimals, as many as are certain, and its error."""
+        """Return the decimals that are certain, and the error."""
         return str(self.arb.str(digits))
 
     def decimals(self, digits: int) -> tuple[str, str]:
@@ -105,7 +107,7 @@ class Ball:
         Returns
         -------
         tuple of str
-            The midpoint, and an upper bound of how far the number is from this decimal; of any
+            The midpoint, and an upper bound of the number's distance from this decimal; of any
             size, also where a float would be 0. Without a number, "nan" and "inf".
 
         Examples
@@ -123,13 +125,13 @@ class Ball:
     def contains(self, value: Phase) -> bool:
         """Return whether an exact number, as ``"1/3"`` or ``"20*pi"``, lies in the ball, for certain.
 
-        Then it can be the number that the ball stands for; that it is that one no ball can tell.
+        It can then be the number that the ball encloses; that it is this number no ball can prove.
         """
         with precision(WIDE):
             return bool(self.arb.contains(time_ball(value)))
 
     def may_contain(self, value: Phase) -> bool:
-        """Return whether an exact number may lie in the ball: if not, it is not the number.
+        """Return whether an exact number may lie in the ball: if False, it is not the number.
 
         It differs from `contains` at the very ends of the ball only.
 
@@ -143,7 +145,7 @@ class Ball:
             return bool(self.arb.overlaps(time_ball(value)))
 
     def overlaps(self, other: Ball) -> bool:
-        """Return whether two balls may be the same number: if not, they are two for certain."""
+        """Return whether two balls may enclose the same number: if False, the numbers differ."""
         return bool(self.arb.overlaps(other.arb))
 
     def __float__(self) -> float:
@@ -188,16 +190,16 @@ class Balls:
         return self._array(float(ball.mid()) for ball in self.arbs)
 
     def radius(self) -> Floats:
-        """Return how far each number can be from its `mid`, that one's rounding included."""
+        """Return bounds of the distances from `mid`, whose rounding to floats is in them."""
         return self._array(Ball(ball).radius() for ball in self.arbs)
 
     def digits(self) -> Floats:
-        """Return how many decimal digits each ball has."""
+        """Return the number of decimal digits of each ball."""
         return self._array(_digits(ball) for ball in self.arbs)
 
     def _array(self, values: Iterable[float]) -> Floats:
-        found = np.array(list(values), dtype=np.float64)
-        return found if self.shape is None else found.reshape(self.shape)
+        array = np.array(list(values), dtype=np.float64)
+        return array if self.shape is None else array.reshape(self.shape)
 
     def __len__(self) -> int:
         """Return the number of balls."""
@@ -216,11 +218,11 @@ class Balls:
         return Ball(self.arbs[index])
 
     def __iter__(self) -> Iterator[Ball]:
-        """Go through the balls."""
+        """Iterate over the balls."""
         return (Ball(ball) for ball in self.arbs)
 
     def __repr__(self) -> str:
-        """Tell how many there are and the fewest digits."""
+        """Return the number of balls and their fewest digits."""
         if not self.arbs:
             return "<Balls: 0>"
         return f"<Balls: {len(self)}, {self.digits().min():.3g} digits or more>"
@@ -228,7 +230,7 @@ class Balls:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class ComplexBall:
-    """A complex number that lies for certain in a rectangle.
+    """A complex number that lies in a rectangle for certain.
 
     Attributes
     ----------
@@ -253,7 +255,7 @@ class ComplexBall:
         return complex(self.real.mid(), self.imag.mid())
 
     def radius(self) -> float:
-        """Return how far the number can be from `mid`."""
+        """Return a bound of the number's distance from `mid`."""
         return math.hypot(self.real.radius(), self.imag.radius()) * (1.0 + 1e-15)
 
     def __repr__(self) -> str:
@@ -281,3 +283,22 @@ def _digits(ball: arb) -> float:
         return -math.inf
     with precision(64):
         return float((size / radius).log()) * LOG10_2 / math.log(2.0)
+
+
+def _parts(value: arb) -> tuple[int, int]:
+    mantissa, exponent = value.man_exp()
+    return int(mantissa), int(exponent)
+
+
+def _reduced(value: arb) -> tuple[object, tuple[object, ...]]:
+    """Return what pickles a ball: its midpoint exactly, its radius rounded up to 30 bits."""
+    if value.is_finite():
+        return arb, (_parts(value.mid()), _parts(value.rad()))
+    if value == arb.pos_inf() or value == arb.neg_inf():
+        return arb, ("inf" if value > 0 else "-inf",)
+    return arb, ("nan",) if value.is_nan() else (0, "inf")
+
+
+# python-flint itself has no way to pickle or copy its balls.
+copyreg.pickle(arb, _reduced)  # type: ignore[arg-type]
+copyreg.pickle(acb, lambda value: (acb, (value.real, value.imag)))

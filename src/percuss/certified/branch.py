@@ -4,24 +4,33 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 
 from flint import arb, ctx
 
 from percuss.certified.balls import Undecided
-from percuss.certified.law import coarse_bits, law_of
-from percuss.certified.numbers import ball
-from percuss.certified.shooting import Link, Residual, Shooting, States, krawczyk, pairs
+from percuss.certified.law import coarse_bits
+from percuss.certified.numbers import ball, exact_value
+from percuss.certified.properties import admissible_of
+from percuss.certified.shooting import (
+    Residual,
+    Shooting,
+    States,
+    check_inside,
+    krawczyk,
+    pairs,
+    vector_of,
+)
 from percuss.certified.system import BallSystem, system_of
 from percuss.model.paths import replace_parameter
 
 __all__ = [
+    "ParameterBranch",
     "boxed",
-    "equations_at",
-    "equations_over",
-    "exact_value",
+    "is_positive",
     "root_of",
-    "solution_at",
+    "stretch_around",
     "system_at",
     "system_over",
 ]
@@ -29,13 +38,6 @@ __all__ = [
 MOST_STEPS = 60
 # Bits of derivatives beyond those of runs: sizes of boxes are divided by their differences.
 MORE = 64
-
-
-def exact_value(value: arb) -> Fraction:
-    """Return the midpoint of a ball as a fraction."""
-    mantissa, exponent = value.mid().man_exp()
-    number = Fraction(int(mantissa))
-    return number * Fraction(2) ** int(exponent)
 
 
 def system_at(system: BallSystem, path: str, value: Fraction) -> BallSystem:
@@ -69,24 +71,75 @@ def _layout(system: BallSystem) -> tuple[object, ...]:
     return tones, bounds, system.regions
 
 
-def equations_at(system: BallSystem, chain: list[Link], n_periods: int) -> Shooting:
-    """Return the equations of an orbit in a system."""
-    return Shooting(system, chain, law_of(system).period(n_periods))
+@dataclass(frozen=True)
+class ParameterBranch:
+    """The orbits of one sequence of events along a parameter.
 
+    Attributes
+    ----------
+    system, path
+        The system, and the path of the parameter in it.
+    equations
+        The equations of the orbits in a system.
+    """
 
-def equations_over(
-    system: BallSystem, chain: list[Link], n_periods: int, path: str, low: Fraction, high: Fraction
-) -> Shooting:
-    """Return the equations of the orbits at all values of a parameter between two."""
-    return equations_at(system_over(system, path, low, high), chain, n_periods)
+    system: BallSystem
+    path: str
+    equations: Callable[[BallSystem], Shooting]
 
+    def at(self, value: Fraction) -> Shooting:
+        """Return the equations at a value of the parameter."""
+        return self.equations(system_at(self.system, self.path, value))
 
-def solution_at(
-    system: BallSystem, chain: list[Link], n_periods: int, path: str, value: Fraction, guess: States
-) -> tuple[Shooting, States]:
-    """Return equations and solution at a value of the parameter, near a guess."""
-    equations = equations_at(system_at(system, path, value), chain, n_periods)
-    return equations, equations.newton(guess)
+    def over(self, low: Fraction, high: Fraction) -> Shooting:
+        """Return the equations of the orbits at all values between two."""
+        return self.equations(system_over(self.system, self.path, low, high))
+
+    def solution(self, value: Fraction, guess: States) -> tuple[Shooting, States]:
+        """Return equations and solution at a value of the parameter, near a guess."""
+        equations = self.at(value)
+        return equations, equations.newton(guess)
+
+    def enclosed_zero(
+        self,
+        function: Callable[[Shooting, States], arb],
+        value: Fraction,
+        guess: States,
+        digits: int,
+    ) -> tuple[arb, bool | None]:
+        """Return a ball of the parameter in which a function of the orbits is zero.
+
+        Returns
+        -------
+        tuple
+            The ball; and whether the orbits at all values in it are admissible, None where that
+            is open.
+
+        Raises
+        ------
+        Undecided
+            If no change of sign is proven near a value of the parameter.
+        """
+
+        def test(value: Fraction) -> arb:
+            nonlocal guess
+            equations, guess = self.solution(value, guess)
+            return function(equations, guess)
+
+        zero = root_of(test, value, (abs(value) + 1) / 10**9)
+        low, high = stretch_around(zero, digits)
+        over = self.over(low, high)
+        _, middle = self.solution(zero, guess)
+        box, trial = boxed(over, middle)
+        signs = []
+        for end in (low, high):
+            equations, states = self.solution(end, middle)
+            inner, _ = boxed(equations, states)
+            check_inside(vector_of(trial), vector_of(inner))
+            signs.append(is_positive(function(equations, inner)))
+        if signs[0] == signs[1]:
+            raise Undecided("precision", "the test function does not change its sign there")
+        return ball(low).union(ball(high)), admissible_of(over, box)[0]
 
 
 def boxed(equations: Shooting, point: States) -> tuple[States, States]:
@@ -95,35 +148,36 @@ def boxed(equations: Shooting, point: States) -> tuple[States, States]:
     All of them lie in the first box, and in the second there are no others.
     """
     coarse = min(ctx.prec, coarse_bits(equations.system) + MORE)
-
     residual = Residual(lambda z: equations.images(pairs(z), coarse))
-    solved = krawczyk(residual.value, residual.derivative, [x for state in point for x in state])
+    solved = krawczyk(residual.value, residual.derivative, vector_of(point))
     return pairs(solved.box), pairs(solved.trial)
 
 
-def root_of(function: Callable[[Fraction], arb], start: Fraction, step: Fraction) -> Fraction:
-    """Return about where a function of a parameter is zero, by the secant method.
+def is_positive(value: arb) -> bool:
+    """Return whether a test function is positive."""
+    if not (value > 0 or value < 0):
+        raise Undecided("precision", "the sign of the test function at an end is open")
+    return bool(value > 0)
 
-    Raises
-    ------
-    Undecided
-        If it does not converge.
-    """
+
+def stretch_around(zero: Fraction, digits: int) -> tuple[Fraction, Fraction]:
+    """Return the ends of a stretch of a parameter that is narrow enough for so many digits."""
+    width = max(abs(zero), Fraction(1, 10**3)) / 10 ** (digits + 2)
+    return zero - width, zero + width
+
+
+def root_of(function: Callable[[Fraction], arb], start: Fraction, step: Fraction) -> Fraction:
+    """Return about where a function of a parameter is zero, by the secant method."""
     a, b = start, start + step
     fa, fb = function(a).mid(), function(b).mid()
     for _ in range(MOST_STEPS):
         if fa == fb:
             break
-        move = (fb * (exact_ball(b) - exact_ball(a)) / (fb - fa)).mid()
-        following = exact_value(exact_ball(b) - move)
+        move = (fb * (ball(b) - ball(a)) / (fb - fa)).mid()
+        following = exact_value(ball(b) - move)
         a, fa = b, fb
         b = following
-        if abs(move) < exact_ball(Fraction(1, 2 ** (ctx.prec // 2))) * (1 + abs(exact_ball(b))):
+        if abs(move) < ball(Fraction(1, 2 ** (ctx.prec // 2))) * (1 + abs(ball(b))):
             return b
         fb = function(b).mid()
     raise Undecided("precision", "the secant method finds no zero along the branch")
-
-
-def exact_ball(value: Fraction) -> arb:
-    """Return a ball around a fraction."""
-    return ball(value)

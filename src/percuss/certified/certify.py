@@ -1,4 +1,4 @@
-"""`certify`: the proof of a run, an orbit or a special point, with as many bits as it takes."""
+"""`certify`: the proof of a run, an orbit or a special point, with the bits that it needs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["certify", "certify_run"]
 
-
+MOST_BITS, FEWEST_BITS = 4096, 32
+MOST_DIGITS = 1000
 # Bits beyond the digits asked for at the first attempt, and at the following ones.
 FIRST_MARGIN, MARGIN = 88, 12
 # Endings that no bits put off, and those that more bits may.
@@ -75,7 +76,7 @@ def certify_run(
             elif bits is None and best[0].ending in OPEN:
                 best[0].reason += too_wide(system)
             return run_of_record(system, (begin, given), *best, digits)
-        # What misses is known after one attempt; if more does not help, much more may.
+        # One attempt shows how many bits are missing; if these do not help, twice as many may.
         short = attempt == 0 and record.ending not in OPEN
         more = math.ceil(min(missing, work)) + MARGIN if short else work
         work = min(most_bits, work + more)
@@ -99,24 +100,24 @@ def _limits_of(run: Trajectory) -> tuple[Phase | None, int | None]:
         entries = set(run.crossings.t[run.crossings.direction == "in"].tolist())
         return None, len(run.impacts) + len(entries)
     if run.outcome is Outcome.at_rest and run.t_end in run.contacts.start:
-        # It had no other end.
+        # The run had no other end.
         return None, None
     if run.outcome in (Outcome.reached_max_impacts, Outcome.no_more_impacts, Outcome.interrupted):
-        # Just after the last event, which the float's instant may miss by its rounding.
+        # Just after the last event, whose float may be early by its rounding.
         return run.t_end + 1e-9 * max(1.0, abs(run.t_end)), None
     return run.end, None
 
 
 def _bits(record: MarchRecord, digits: int) -> tuple[float, float]:
-    """Return the bits that the balls have grown by, and those that miss to the digits."""
+    """Return the growth of the balls in bits, and the digits that are missing."""
     instants = [row.t for row in record.impacts] + [row.t for row in record.crossings]
     velocities = [row.v_before for row in record.impacts] + [row.v for row in record.crossings]
     contacts = [row.start for row in record.contacts]
     contacts += [row.release for row in record.contacts if row.release is not None]
     fastest = max((float(v.abs_upper()) for v in velocities), default=0.0)
     start = record.pieces[0].start if record.pieces else arb(0)
-    apart = float((record.until - start).abs_upper()) if record.until.is_finite() else 0.0
-    flight = apart / max(1, len(instants))
+    length = float((record.until - start).abs_upper()) if record.until.is_finite() else 0.0
+    flight = length / max(1, len(instants))
     worst, last = -math.inf, -math.inf
     columns = (instants, flight), (contacts, max(flight, record.width)), (velocities, fastest)
     for column, scale in columns:
@@ -131,7 +132,7 @@ def _bits(record: MarchRecord, digits: int) -> tuple[float, float]:
 
 
 def _relative(value: arb, scale: float) -> float:
-    """Return log2 of a ball's radius in parts of its size, or of a scale if that is larger."""
+    """Return log2 of a ball's radius, relative to its size or to a scale if that is larger."""
     radius = value.rad()
     if radius.is_zero():
         return -math.inf
@@ -142,11 +143,6 @@ def _relative(value: arb, scale: float) -> float:
         if size.is_zero():
             return -math.inf
         return float((radius / size).log()) / math.log(2)
-
-
-MOST_BITS = 4096
-MOST_DIGITS = 1000
-FEWEST_BITS = 32
 
 
 @overload
@@ -197,41 +193,41 @@ def certify(
     over: Over | None = None,
     progress: bool | Callable[[float, float], bool] | None = None,
 ) -> CertifiedRun | CertifiedOrbit | CertifiedPoint:
-    """Prove a result in ball arithmetic: every number comes with a radius that is certain.
+    """Prove a result in ball arithmetic: every number has a radius that is certain.
 
     The numbers of the model are taken exactly as they were given: ``"2.8"`` is 14/5, a float
-    is that double. Precision rises until the digits are there, or ``most_bits`` are reached. What
-    cannot be proven, such as a touch without velocity, ends the proof with a result that says up
-    to where it goes and why (docs/theory/certified.md).
+    is that double. The precision rises until the digits are reached, or ``most_bits``. What cannot
+    be proven, such as a touch without velocity, ends the proof; its result says where and why
+    (docs/theory/certified.md).
 
-    - Of a run each impact is proven to exist, to be the first one after the one before, and to
-      have a velocity; the balls hold the exact motion.
-    - An orbit is proven to exist, to be alone or one of a family, to pass through no stop or
+    - Each impact of a run is proven to exist, to be the first after the one before, and to have a
+      velocity that is not zero; the balls hold the exact motion.
+    - An orbit is proven to exist, to be isolated or one of a family, to pass through no stop or
       through one, and to be asymptotically stable, elliptic or unstable.
-    - Of a special point of a branch, a fold, period doubling, symmetry breaking, strong resonance,
-      graze or corner, the parameter is enclosed.
+    - The parameter of a special point is enclosed: of a fold, period doubling, symmetry breaking,
+      strong resonance, graze or corner.
 
     Parameters
     ----------
     what
         The run, orbit or special point.
     digits
-        Decimal digits wanted, >= 1. A run's time is good to 10^-digits of itself or, near 0, of
-        the mean flight time; its velocity of itself or of the fastest impact if that is larger;
-        those of an orbit of its period and greatest velocity.
+        Decimal digits wanted, >= 1. The error of a time of a run is at most 10^-digits of the time
+        or, near 0, of the mean flight time; that of a velocity of itself or of the fastest impact,
+        if that is larger; those of an orbit of its period and greatest velocity.
     start
         Another start than that of the run, which is taken as it was given to `simulate`:
         ``v0="0.45"`` is 9/20.
     t_end, max_impacts
         Other limits than those of the run; ``max_impacts`` counts entries into soft stops too.
     most_bits
-        Precision at which to give up.
+        Greatest precision.
     bits
-        Work at just this precision, whatever digits come of it.
+        Work at just this precision, whatever digits result.
     over
         A number of the force, by its path, that stands for all values in a `Ball` or between two
         exact numbers: the constant or an amplitude. The proof of a run or an orbit holds for each
-        of them; a narrow ball is how a number that is no fraction, as cos(pi/5), is meant exactly.
+        of them; a narrow ball stands for a number that is no fraction, such as cos(pi/5).
     progress
         For a run, as of `simulate`: True shows a line, a function ``(done, total) -> bool`` is
         called after each event and stops the proof by returning False. It starts anew at each
@@ -245,9 +241,9 @@ def certify(
     Raises
     ------
     ParameterError
-        If a number is outside its domain, or `what` is nothing that can be certified.
+        If a number is outside its domain, or `what` cannot be certified.
     MissingExtraError
-        If python-flint is not there.
+        If python-flint is not installed.
 
     Examples
     --------

@@ -1,18 +1,21 @@
-"""A set of states (t, v) that is carried along without blowing up (Lohner's coordinates).
+"""Sets of states (t, v) that grow no more than the motion makes them (Lohner's coordinates).
 
 The set is m + Q r: a point, an orthogonal matrix, and two intervals. Each map turns the set
-into F(m) + F'(set) Q r; a new Q along the image keeps the intervals from growing more than the
-motion makes them.
+into F(m) + F'(set) Q r; a new Q along the image keeps the intervals from growing by wrapping.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import reduce
 
 from flint import arb
 
-__all__ = ["BallMatrix", "BallPair", "Cloud"]
+from percuss.certified.numbers import between
+
+__all__ = ["BallMatrix", "BallPair", "Cloud", "applied", "hull", "times"]
 
 BallPair = tuple[arb, arb]
 BallMatrix = tuple[BallPair, BallPair]
@@ -31,6 +34,11 @@ def times(a: BallMatrix, b: BallMatrix) -> BallMatrix:
 def applied(a: BallMatrix, r: BallPair) -> BallPair:
     """Return a matrix times a vector."""
     return a[0][0] * r[0] + a[0][1] * r[1], a[1][0] * r[0] + a[1][1] * r[1]
+
+
+def hull(states: Iterable[BallPair]) -> BallPair:
+    """Return balls that hold all states."""
+    return reduce(lambda a, b: (between(a[0], b[0]), between(a[1], b[1])), states)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +72,7 @@ class Cloud:
         return self.middle[0] + dt, self.middle[1] + dv
 
     def image(self, point: BallPair, derivative: BallMatrix) -> Cloud:
-        """Return the image under a map, of its value at the middle and its derivative on the set."""
+        """Return the image under a map with this value at the middle and derivative on the set."""
         moved = times(derivative, self.axes)
         middle = point[0].mid(), point[1].mid()
         rest = point[0] - middle[0], point[1] - middle[1]

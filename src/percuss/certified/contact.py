@@ -1,8 +1,9 @@
-"""A mass at a wall: chatter enclosed to its end, contact, release, and what moves a mass at rest."""
+"""A mass at a wall: the end of a chatter, contact, release, and the force that moves it from rest."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -12,6 +13,7 @@ from flint import arb, ctx
 from percuss.certified.balls import Undecided
 from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import Push
+from percuss.certified.landing import interval_newton
 from percuss.certified.law import BallLaw, coarse_bits, constant_of, law_of
 from percuss.certified.numbers import (
     ball,
@@ -23,7 +25,7 @@ from percuss.certified.numbers import (
     upper,
 )
 from percuss.certified.step import search_along
-from percuss.certified.system import BallSystem
+from percuss.certified.system import BallSystem, Tone
 from percuss.model.exact import Phase, angle
 
 __all__ = [
@@ -33,21 +35,23 @@ __all__ = [
     "chatter_end",
     "first_push",
     "first_push_at",
+    "rational_terms",
     "release",
     "rests_for_ever",
 ]
 
 
-# The force's derivatives that are looked at before it counts as undecided.
+# Derivatives of the force that are computed before it counts as undecided.
 LAST_ORDER = 12
+MOST_STEPS = 60
 
 
 def rests_for_ever(law: BallLaw, region: int, x: Fraction) -> bool:
-    """Return whether no force ever acts on a mass at rest at a place; not with a moved number."""
+    """Return whether no force ever acts on a mass at rest; False where a number is a range."""
     if law.system.moved is not None:
         return False
     amplitudes = (law.system.strength(tone) for tone in law.system.tones)
-    return _still(law, region, x) == 0 and not any(amplitudes)
+    return _force_at_rest(law, region, x) == 0 and not any(amplitudes)
 
 
 def first_push_at(
@@ -55,47 +59,26 @@ def first_push_at(
 ) -> tuple[int, int]:
     """Return the order and the sign of the first derivative of x that moves a mass at rest.
 
-    Returns (0, 0) where the force is zero for ever.
-
-    Parameters
-    ----------
-    law, region
-        The equation: number of the region.
-    x
-        Where the mass is.
-    t
-        The instant.
-    time
-        The same exactly, where it is known so.
-
-    Raises
-    ------
-    Undecided
-        If a derivative may be zero or not.
+    Returns (0, 0) where the force is zero for ever. ``time`` is the instant t exactly, where it is
+    known so.
     """
     if rests_for_ever(law, region, x):
         return 0, 0
     if time is None:
-        return first_push(law, region, ball(x), law.turns(t))
-    turns = law.turns_at(time)
-    return first_push(law, region, ball(x), turns, partial(_derivative, law, region, x, time))
+        return first_push(law, region, ball(x), law.phasors(t))
+    phasors = law.phasors_at(time)
+    return first_push(law, region, ball(x), phasors, partial(_derivative, law, region, x, time))
 
 
 def first_push(
     law: BallLaw,
     region: int,
     x: arb,
-    turns: list[tuple[arb, arb]],
+    phasors: list[tuple[arb, arb]],
     exact: Callable[[int], Fraction | None] = lambda _: None,
 ) -> tuple[int, int]:
-    """Return the same from cosines and sines of omega t, and derivatives in rationals if known.
-
-    Raises
-    ------
-    Undecided
-        If a derivative may be zero or not.
-    """
-    push = Push(law, region, turns, x, 0)
+    """Return order and sign as `first_push_at`, from phasors and the rational derivatives known."""
+    push = Push(law, region, phasors, x, 0)
     waves = (constant_of(part) for _, at, slope in push.drive for part in (at, slope))
     if constant_of(push.rest).is_zero() and all(part.is_zero() for part in waves):
         return 0, 0
@@ -114,33 +97,44 @@ def first_push(
     raise Undecided("force", f"{LAST_ORDER} derivatives of the force are zero where it rests")
 
 
-def _still(law: BallLaw, region: int, x: Fraction) -> Fraction:
+def _force_at_rest(law: BallLaw, region: int, x: Fraction) -> Fraction:
     """Return the force without harmonics on a mass at rest."""
-    here = law.system.regions[region]
-    return law.system.constant(here) - law.system.stiffness(here) * x
+    linear = law.system.regions[region]
+    return law.system.constant(linear) - law.system.stiffness(linear) * x
 
 
 def _derivative(law: BallLaw, region: int, x: Fraction, time: Phase, order: int) -> Fraction | None:
     """Return a derivative of the force at an exact time, None where it is not surely rational."""
     if law.system.moved is not None:
         return None
+    terms = rational_terms(law.system, law.system.tones, time, order)
+    if terms is None:
+        return None
+    constant = _force_at_rest(law, region, x) if order == 0 else Fraction(0)
+    return constant + sum(value for value, _ in terms)
+
+
+def rational_terms(
+    system: BallSystem, tones: Sequence[Tone], time: Phase, order: int
+) -> list[tuple[Fraction, Fraction]] | None:
+    """Return a derivative of each harmonic at an exact time, and its frequency, as rationals.
+
+    None where one is not surely rational.
+    """
     times, plus = angle(time)
-    total = _still(law, region, x) if order == 0 else Fraction(0)
-    for tone in law.system.tones:
-        omega = law.system.frequency(tone)
-        turn = tone.phase[0] + omega * times + Fraction(order, 2)
-        cosine = rational_cosine(turn, tone.phase[1] + omega * plus)
+    terms = []
+    for tone in tones:
+        omega = system.frequency(tone)
+        phase = tone.phase[0] + omega * times + Fraction(order, 2)
+        cosine = rational_cosine(phase, tone.phase[1] + omega * plus)
         if cosine is None:
             return None
-        total += law.system.strength(tone) * omega**order * cosine
-    return total
-
-
-MOST_STEPS = 60
+        terms.append((system.strength(tone) * omega**order * cosine, omega))
+    return terms
 
 
 class Hold(NamedTuple):
-    """A contact: region and bound, since when, and which derivative of the force holds first."""
+    """A contact: region, bound and start, and order of the force's first derivative not zero there."""
 
     region: int
     bound: int
@@ -150,7 +144,7 @@ class Hold(NamedTuple):
 
 
 class Hops(NamedTuple):
-    """The hops of a chatter from the last listed one to their end: all of them, as balls."""
+    """The hops of a chatter after the last listed one: balls of their end and of all states."""
 
     end: arb
     x: arb
@@ -158,7 +152,7 @@ class Hops(NamedTuple):
 
 
 class Released(NamedTuple):
-    """The instant of a release; None in the place of one that never comes, or not by the end."""
+    """The instant of a release; None where it never comes, or not by the end."""
 
     t: arb | None
     for_ever: bool
@@ -173,30 +167,28 @@ def chatter_end(
     restitution: arb,
     finest: arb,
 ) -> Hops | None:
-    """Return where the hops after an impact accumulate, None where that is too early to tell.
+    """Return the end of the hops after an impact, None where its enclosure is too wide yet.
 
-    With the acceleration towards the wall between P1 and P2 for as long as it lasts, hops are
-    between 2 u/P2 and 2 u/P1 long and end with speeds between u (P1/P2)^(1/2) and
-    u (P2/P1)^(1/2): the sum lies between two geometric series (docs/theory/certified.md).
+    With the acceleration towards the wall between P1 and P2 throughout, hops are between 2 u/P2
+    and 2 u/P1 long and end with speeds between u (P1/P2)^(1/2) and u (P2/P1)^(1/2): the sum lies
+    between two geometric series (docs/theory/certified.md).
 
     Parameters
     ----------
-    system
-        The exact system.
     region, bound, sign
-        Where: sign is +1 at a wall below.
+        The wall: sign is +1 at a wall below.
     box
         Instant, and speed u > 0 after the impact.
     restitution
         Below 1.
     finest
-        Half-width at which the instant is good enough.
+        Greatest half-width of the instant.
     """
     law = law_of(system)
-    here = law.regions[region]
+    linear = law.regions[region]
     t, speed = box
     x = law.places[bound]
-    push = Push(law, region, law.turns(t), x, 0)
+    push = Push(law, region, law.phasors(t), x, 0)
     force = -sign * sum((at for _, at, _ in push.drive), push.rest)
     if not force > 0:
         return None
@@ -204,7 +196,7 @@ def chatter_end(
     # Up to twice the speed and twice the height are allowed for; neither is reached.
     fast, high = 2 * speed.abs_upper(), speed.abs_upper() ** 2 / force.abs_lower() * 2
     change = sum((wave.size * wave.pace for wave in push.waves), 0.0) * 1.00001
-    doubt = longest * change + 2 * abs(here.damping) * fast + abs(here.stiffness) * high
+    doubt = longest * change + 2 * abs(linear.damping) * fast + abs(linear.stiffness) * high
     least, most = force.abs_lower() - doubt, force.abs_upper() + doubt
     if not (least > 0 and 2 * least > force.abs_lower()):
         return None
@@ -213,31 +205,18 @@ def chatter_end(
         return None
     late = 2 * speed / least / (1 - restitution * ratio)
     early = 2 * speed / most / (1 - restitution / ratio)
-    if not (late < longest and _has_room(law, system, region, bound, sign, high)):
+    ends = system.regions[region]
+    opposite = ends.upper if sign > 0 else ends.lower
+    if not late < longest or not (opposite is None or sign * (law.places[opposite] - x) > high):
         return None
-    found = between(t + early, t + late)
-    if not found.rad() < finest:
+    end = between(t + early, t + late)
+    if not end.rad() < finest:
         return None
-    return Hops(found, x + sign * between(arb(0), high), span(fast))
-
-
-def _has_room(
-    law: BallLaw, system: BallSystem, region: int, bound: int, sign: int, high: arb
-) -> bool:
-    """Return whether the other end of the region is higher than all hops."""
-    here = system.regions[region]
-    other = here.upper if sign > 0 else here.lower
-    return other is None or bool(sign * (law.places[other] - law.places[bound]) > high)
+    return Hops(end, x + sign * between(arb(0), high), span(fast))
 
 
 def release(system: BallSystem, hold: Hold, end: arb) -> Released:
-    """Return when a contact ends: the first time that the force towards the wall changes sign.
-
-    Raises
-    ------
-    Undecided
-        If the force touches zero within the radius.
-    """
+    """Return the end of a contact: the first change of sign of the force towards the wall."""
     question = None
     for coarse in sorted({coarse_bits(system), ctx.prec}):
         try:
@@ -247,17 +226,16 @@ def release(system: BallSystem, hold: Hold, end: arb) -> Released:
                 raise
             question = open_question
     assert question is not None
-    touch = question.touch
-    if touch is None:
+    if question.graze is None:
         raise question
-    reason = f"the force on the mass at rest comes within {touch.clearance:.3g} of zero"
-    raise Undecided("graze", reason, touch)
+    reason = f"the force on the mass at rest comes within {question.graze.clearance:.3g} of zero"
+    raise Undecided("graze", reason, question.graze)
 
 
 def _push_of(system: BallSystem, hold: Hold, since: arb) -> Push:
     law = law_of(system)
-    turns = law.turns(since) if hold.time is None else law.turns_at(hold.time)
-    return Push(law, hold.region, turns, law.places[hold.bound], hold.order)
+    phasors = law.phasors(since) if hold.time is None else law.phasors_at(hold.time)
+    return Push(law, hold.region, phasors, law.places[hold.bound], hold.order)
 
 
 def _release(system: BallSystem, hold: Hold, end: arb, coarse: int) -> Released:
@@ -266,29 +244,30 @@ def _release(system: BallSystem, hold: Hold, end: arb, coarse: int) -> Released:
         since = hold.since
         push = _push_of(system, hold, since)
         if hold.time is None and -sign * push.derivatives(arb(0), 1)[0][0] > 0:
-            # It holds all the while that the contact may begin: any instant of that will do.
+            # It holds at all instants at which the contact may begin: one of them stands for all.
             since = since.mid()
             push = _push_of(system, hold, since)
         level = Level(hold.bound, -sign, arb(0))
         moving = any(system.strength(tone) for tone in system.tones)
         if (system.moved is None and not moving) or _holds_for_ever(push, sign):
             return Released(None, for_ever=True)
-        longest = upper(end - since) if end.is_finite() else float("inf")
-        whole = _period(system)
+        longest = upper(end - since) if end.is_finite() else math.inf
+        period = _period(system)
         started = hold.bound if hold.order else None
-        search = search_along(system, push, [level], started, hold.order, 1.0 / _pace(push))
-        bracket = search.first(min(longest, whole))
+        width = 1.0 / max((wave.pace for wave in push.waves), default=1.0)
+        search = search_along(system, push, [level], started, hold.order, width)
+        bracket = search.first(min(longest, period))
         if bracket is None:
-            # A whole period without a root has none ever.
-            return Released(None, for_ever=whole <= longest)
+            # Without a root in a period there is none ever.
+            return Released(None, for_ever=period <= longest)
     middle = hold.since.mid()
-    began = middle if hold.time is None else time_ball(hold.time)
-    fine = _push_of(system, hold, middle)
-    return Released(began + _zero(fine, bracket, sign), for_ever=False)
+    start = middle if hold.time is None else time_ball(hold.time)
+    zero = _zero(_push_of(system, hold, middle), bracket, sign)
+    return Released(start + zero, for_ever=False)
 
 
 def _zero(push: Push, bracket: Bracket, sign: int) -> arb:
-    """Return the zero of the force in a bracket in which it falls through zero."""
+    """Return the one zero of the force in a bracket."""
     s = arb(bracket.guess)
     for _ in range(MOST_STEPS):
         (value, slope), _ = push.derivatives(s, 1)
@@ -297,33 +276,27 @@ def _zero(push: Push, bracket: Bracket, sign: int) -> arb:
         s = (s - (value / slope).mid()).mid()
     (value, slope), _ = push.derivatives(s, 1)
     bend = push.bound(2, 0.0, 0.0, 0.0)
-    trial = 2 * value.abs_upper() / slope.abs_lower()
-    for _ in range(4):
+
+    def slopes(trial: arb) -> arb:
         around = slope + arb(0, trial * bend)
         if not sign * around > 0:
-            break
-        step = -(value / around)
-        if step.abs_upper() <= trial:
-            found = s + step
-            if not (found > bracket.low and found < bracket.high):
-                raise Undecided("precision", "a release is at the end of its bracket")
-            return found
-        trial = 4 * trial
-    raise Undecided("graze", "the force may touch zero where a contact could end")
+            raise Undecided("graze", "the force may touch zero where a contact could end")
+        return around
+
+    step, _ = interval_newton(value, slopes, 2 * value.abs_upper() / slope.abs_lower())
+    if not (s + step > bracket.low and s + step < bracket.high):
+        raise Undecided("precision", "a release is at the end of its bracket")
+    return s + step
 
 
 def _holds_for_ever(push: Push, sign: int) -> bool:
-    """Return whether the constant part of the force outweighs all harmonics."""
+    """Return whether the constant part of the force exceeds the sum of all harmonics."""
     return bool(-sign * constant_of(push.rest) > sum(wave.size for wave in push.waves))
-
-
-def _pace(push: Push) -> float:
-    return max((wave.pace for wave in push.waves), default=1.0)
 
 
 def _period(system: BallSystem) -> float:
     """Return more than the period of the forcing, infinity where it has none."""
     force = system.forcing
     if force is None or not force.harmonics or force.frequency is None:
-        return float("inf")
+        return math.inf
     return 1.000001 * upper(2 * arb.pi() / ball(force.frequency))

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from flint import arb, ctx
 
-from percuss.certified.balls import Touch, Undecided
+from percuss.certified.balls import OpenGraze, Undecided
 from percuss.certified.flight import SmoothFunction
 from percuss.certified.law import Number, constant_of
 from percuss.certified.numbers import upper
@@ -17,6 +17,8 @@ __all__ = ["BallStretch", "Bracket", "FloatStretch", "Level", "Search", "Stretch
 
 # A float, or a ball.
 Real: TypeAlias = Any
+# A float or, in a search with balls, an exact arb.
+Time: TypeAlias = Any
 
 # Above the rounding of the float operations of a test, relative to its terms.
 ROUNDING = 2.0**-44
@@ -24,17 +26,26 @@ UP = 1.0001
 # With an error below this no sum of the tests is beyond the floats.
 LARGEST = 1e280
 ROWS = [[math.comb(n, j) for j in range(n + 1)] for n in range(16)]
+# Degree of the polynomial; at the start it may lose one factor s for each order.
+ORDER, START_ORDER = 5, 7
+FACTORIALS = [math.factorial(i) for i in range(START_ORDER + 2)]
+# Stretches of one flight.
+MOST_STRETCHES = 200_000
+# How far stretches reach into the next, as a part of the time: more than the rounding of a sum;
+# in balls as a part of their length, which is this much longer than the rounding at least.
+OVERLAP = 2.0**-50
+COARSEST = 2.0**8 / OVERLAP
 
 
 class FloatStretch(NamedTuple):
-    """A polynomial whose coefficients are known to within radii; rest h^power is its remainder."""
+    """A polynomial with float coefficients, their radii, and a remainder of ``rest h^power``."""
 
     mids: list[float]
     radii: list[float]
 
     @classmethod
     def of(cls, coefficients: list[Number]) -> FloatStretch:
-        """Take over balls; the radii hold the rounding to floats too."""
+        """Return the polynomial of some balls; the radii hold their rounding to floats."""
         mids, radii = [], []
         for value in coefficients:
             number = constant_of(value)
@@ -49,7 +60,7 @@ class FloatStretch(NamedTuple):
         return bool(min(_bernstein(self.mids, h)) > error)
 
     def falls_through(self, rest: float, slope_rest: float, h: float, power: int) -> bool:
-        """Return whether it falls all along, from above zero to below, for certain."""
+        """Return whether it decreases all along, from above zero to below, for certain."""
         if not self.mids[0] > self.radii[0]:
             return False
         error = self._error(self.mids, self.radii, h) + UP * rest * h**power
@@ -70,7 +81,7 @@ class FloatStretch(NamedTuple):
         return UP * total if total < LARGEST else math.inf
 
     def root(self, h: float) -> float:
-        """Return about where a falling polynomial is zero on [0, h]."""
+        """Return about where a decreasing polynomial is zero on [0, h]."""
         low, high = 0.0, h
         s = 0.5 * h
         for _ in range(60):
@@ -83,21 +94,21 @@ class FloatStretch(NamedTuple):
             else:
                 high = s
             step = s - value / slope if slope < 0.0 else math.inf
-            following = step if low < step < high else 0.5 * (low + high)
-            if abs(following - s) <= 1e-15 * following:
-                return following
-            s = following
+            moved = step if low < step < high else 0.5 * (low + high)
+            if abs(moved - s) <= 1e-15 * moved:
+                return moved
+            s = moved
         return s
 
 
 class BallStretch(NamedTuple):
-    """The same with balls as coefficients."""
+    """A polynomial with balls as coefficients, and a remainder of ``rest h^power``."""
 
     balls: list[arb]
 
     @classmethod
     def of(cls, coefficients: list[Number]) -> BallStretch:
-        """Take over balls."""
+        """Return the polynomial of some balls."""
         return cls([constant_of(value) for value in coefficients])
 
     def is_clear(self, rest: float, h: float, power: int) -> bool:
@@ -106,7 +117,7 @@ class BallStretch(NamedTuple):
         return all(value > most for value in _bernstein(self.balls, arb(h)))
 
     def falls_through(self, rest: float, slope_rest: float, h: float, power: int) -> bool:
-        """Return whether it falls all along, from above zero to below, for certain."""
+        """Return whether it decreases all along, from above zero to below, for certain."""
         at = arb(h)
         most = UP * arb(rest) * at**power
         if not (self.balls[0] > 0 and _value(self.balls, at) < -most):
@@ -116,7 +127,7 @@ class BallStretch(NamedTuple):
         return all(value > most for value in _bernstein(slopes, at))
 
     def root(self, h: float) -> float:
-        """Return about where a falling polynomial is zero on [0, h]."""
+        """Return about where a decreasing polynomial is zero on [0, h]."""
         return FloatStretch.of(list(self.balls)).root(h)
 
 
@@ -126,16 +137,16 @@ Stretch: TypeAlias = FloatStretch | BallStretch
 def _bernstein(coefficients: list[Real], h: Real) -> list[Real]:
     """Return the Bernstein coefficients of a polynomial on [0, h], between which it stays."""
     degree = len(coefficients) - 1
-    found: list[Real] = []
+    bernstein: list[Real] = []
     power: Real = 1
     for value, binomial in zip(coefficients, ROWS[degree], strict=True):
-        found.append(value * power / binomial)
+        bernstein.append(value * power / binomial)
         power = power * h
     # Sums of neighbours, again and again.
     for i in range(1, degree + 1):
         for j in range(degree, i - 1, -1):
-            found[j] = found[j] + found[j - 1]
-    return found
+            bernstein[j] = bernstein[j] + bernstein[j - 1]
+    return bernstein
 
 
 def _value(coefficients: list[Real], h: Real) -> Real:
@@ -143,21 +154,6 @@ def _value(coefficients: list[Real], h: Real) -> Real:
     for value in coefficients[-2::-1]:
         total = total * h + value
     return total
-
-
-# Degree of the polynomial; at the start it may lose one factor s for each order.
-ORDER, START_ORDER = 5, 7
-FACTORIALS = [math.factorial(i) for i in range(START_ORDER + 2)]
-# Stretches of one flight.
-MOST_STRETCHES = 200_000
-# How far stretches reach into the next, as a part of the time: more than the rounding of a sum;
-# in balls as a part of their length, which is this much longer than the rounding at least.
-OVERLAP = 2.0**-50
-COARSEST = 2.0**8 / OVERLAP
-
-
-# A float or, in a search with balls, an exact arb.
-Time: TypeAlias = Any
 
 
 class Level(NamedTuple):
@@ -176,13 +172,13 @@ class Bracket(NamedTuple):
     level
         The level.
     low, high
-        Between these there is no root but the first one.
+        Times between which there is no root but the first one.
     guess
-        About where it is.
-    near
+        About its time.
+    from_start
         Whether the stretch begins at the start of a curve on its level.
     far
-        Before this the root lies: the end of the stretch that was tested. It is later than
+        A time before which the root lies: the end of the stretch that was tested. It is later than
         ``high`` by what the stretch overlaps with the next one; the root may lie between them.
     """
 
@@ -190,11 +186,11 @@ class Bracket(NamedTuple):
     low: Time
     high: Time
     guess: Time
-    near: bool
+    from_start: bool
     far: Time
 
     def place_of(self, s: arb) -> int | None:
-        """Tell where a time is, for certain: 1 after the first root, 0 in the bracket, -1 before.
+        """Return 1 for a time after the first root, 0 in the bracket, -1 before, for certain.
 
         A root in the bracket is the first one. None where the ball leaves it open.
         """
@@ -206,12 +202,12 @@ class Bracket(NamedTuple):
 
 
 class Search:
-    """The search along one curve for the first root of several levels.
+    """The search along one curve for its first crossing of several levels.
 
     Parameters
     ----------
     curve
-        A `EnclosedFlight` or a `Push`; balls stand for all curves in them.
+        An `EnclosedFlight` or a `Push`; balls stand for all curves in them.
     levels
         The levels.
     started
@@ -248,9 +244,9 @@ class Search:
         """Return where the first root up to ``end`` is, None if there is none."""
         left: Time = 0.0
         if self.started is not None:
-            found, left = self._from_start(self.started)
-            if found is not None:
-                return found
+            bracket, left = self._from_start(self.started)
+            if bracket is not None:
+                return bracket
         if self.sharp:
             left = arb(left)
         for _ in range(MOST_STRETCHES):
@@ -258,13 +254,13 @@ class Search:
                 return None
             raw, size = self.curve.derivatives(arb(left), ORDER)
             h = min(2.0 * self.width, self.curve.longest, float(end - left))
-            h, found = self._stretch(left, raw, size, h)
-            if found is not None:
-                return found
+            h, bracket = self._stretch(left, raw, size, h)
+            if bracket is not None:
+                return bracket
             self.width = h
             left = (left + h).mid() if self.sharp else left + h
         reason = f"no event within {MOST_STRETCHES} stretches, up to {float(left):.6g} later"
-        raise Undecided("no_event", reason, Touch(left, left, self.levels[0].bound, math.inf))
+        raise Undecided("no_event", reason, OpenGraze(left, left, self.levels[0].bound, math.inf))
 
     def _from_start(self, level: Level) -> tuple[Bracket | None, float]:
         """Search the first stretch of a curve that starts on its level."""
@@ -274,21 +270,21 @@ class Search:
         c = self.curve.taylor(n)
         size = self.curve.size_at_start(n)
         deflated = self.kind.of([level.sign * value for value in c[m:]])
-        apart = [self.kind.of(_about(other, c)) for other in self.levels if other is not level]
+        others = [self.kind.of(_about(other, c)) for other in self.levels if other is not level]
         h = min(2.0 * self.width, self.curve.longest)
         while True:
             rest = self.curve.bound(n + 1, 0.0, h, size) / FACTORIALS[n + 1]
-            free = all(other.is_clear(rest, h, n + 1) for other in apart)
+            free = all(other.is_clear(rest, h, n + 1) for other in others)
             if free and deflated.is_clear(rest, h, n + 1 - m):
                 self.width = h
                 return None, h
             # The remainder's quotient by s^m has R'/s^m - m R/s^(m+1) for a slope.
             slope_rest = (n + 1 + m) * rest
             if free and deflated.falls_through(rest, slope_rest, h, n + 1 - m):
-                return Bracket(level, 0.0, h, deflated.root(h), near=True, far=h), h
+                return Bracket(level, 0.0, h, deflated.root(h), from_start=True, far=h), h
             h *= 0.5
             if h < self.least:
-                raise Undecided("graze", "the start leaves its stop too slowly to be told")
+                raise Undecided("graze", "whether the motion leaves its stop at the start is open")
 
     def _stretch(
         self, left: Time, raw: list[Number], size: float, h: float
@@ -316,7 +312,7 @@ class Search:
                     end, guess, far = end.mid(), guess.mid(), (left + over).upper()
                 else:
                     far = math.nextafter(left + over, math.inf)
-                pending = Bracket(level, left, end, guess, near=False, far=far)
+                pending = Bracket(level, left, end, guess, from_start=False, far=far)
             else:
                 return h, pending
             h *= 0.5
@@ -334,13 +330,13 @@ def _graze(level: Level, left: Time, h: float, taylor: list[Number], rest: float
     near = 1.01 * (sum(size * h**k for k, size in enumerate(sizes)) + rest * h ** len(sizes))
     if not math.isfinite(near):
         reason = f"no event up to {float(left):.6g} later, where the motion is beyond all floats"
-        return Undecided("no_event", reason, Touch(left, left, level.bound, math.inf))
+        return Undecided("no_event", reason, OpenGraze(left, left, level.bound, math.inf))
     reason = f"a turning point {float(left):.12g} after it is within {near:.3g} of a stop"
-    return Undecided("graze", reason, Touch(left, left + h, level.bound, near))
+    return Undecided("graze", reason, OpenGraze(left, left + h, level.bound, near))
 
 
 def _about(level: Level, coefficients: list[Number]) -> list[Number]:
     """Return the coefficients of the distance to a level."""
-    found = [level.sign * value for value in coefficients]
-    found[0] = level.sign * (coefficients[0] - level.at)
-    return found
+    distances = [level.sign * value for value in coefficients]
+    distances[0] = level.sign * (coefficients[0] - level.at)
+    return distances

@@ -1,7 +1,7 @@
 """The motion between two events in closed form, as balls: values, derivatives, bounds.
 
-With y the distance from what the forcing does alone, x(s) = y(s) + waves(s), where y obeys the
-unforced equation and each harmonic makes one wave; exactly at resonance the wave grows with s.
+x(s) = y(s) + waves(s): y obeys the unforced equation, and each harmonic makes one wave, which
+grows with s exactly at resonance.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 
 from flint import arb
 
+from percuss.certified.cloud import BallPair
 from percuss.certified.law import BallLaw, LinearRegion, Number, constant_of
 from percuss.certified.numbers import power, upper
 
@@ -45,7 +46,7 @@ class BallPropagator(NamedTuple):
 
 
 class SmoothFunction(Protocol):
-    """What the search for the first root needs of a curve."""
+    """A function of time as the search for its first root needs it."""
 
     longest: float
 
@@ -111,10 +112,10 @@ def _waves_at(waves: Sequence[Wave], s: arb, out: list[Number]) -> None:
 def _waves_bound(waves: Sequence[Wave], n: int, end: float) -> float:
     total = 0.0
     for _, _, _, size, pace, secular in waves:
-        here = size * power(pace, n)
+        bound = size * power(pace, n)
         if secular:
-            here = here * end + n * size * power(pace, n - 1)
-        total += here
+            bound = bound * end + n * size * power(pace, n - 1)
+        total += bound
     return total
 
 
@@ -125,7 +126,7 @@ class EnclosedFlight:
     ----------
     law, region
         The equation: number of the region.
-    turns
+    phasors
         Cosine and sine of omega t0 for each harmonic.
     x0, v0
         The start; balls stand for all starts in them.
@@ -138,47 +139,42 @@ class EnclosedFlight:
         self,
         law: BallLaw,
         region: int,
-        turns: Sequence[tuple[arb, arb]],
+        phasors: Sequence[BallPair],
         x0: Number,
         v0: Number,
         order: int = 1,
     ) -> None:
         self.region = law.regions[region]
         self.x0, self.v0, self.order = x0, v0, order
-        self.drive: list[tuple[Number, Number, Number]] = []
+        self.drive = law.drive(phasors)
         self.waves: list[Wave] = []
         self.strengths = list(zip(law.strength, law.paces, strict=True))
-        here = self.region
         y, z = x0, v0
-        force = here.constant
-        for i, (cosine, sine) in enumerate(turns):
-            omega, c, d = law.tones[i]
-            at, slope = c * cosine + d * sine, d * cosine - c * sine
+        force = self.region.constant
+        for (omega, at, slope), gain, pace in zip(
+            self.drive, self.region.gains, law.paces, strict=True
+        ):
             force = force + at
-            self.drive.append((omega, at, slope))
-            gain = here.gains[i]
-            secular = gain is None
             if gain is None:
                 p, q = -slope / (2 * omega), at / (2 * omega)
                 z = z - p
             else:
                 p, q = at * gain[0] + slope * gain[1], slope * gain[0] - at * gain[1]
                 y, z = y - p, z - omega * q
-            size = SLACK * math.hypot(upper(constant_of(p)), upper(constant_of(q)))
-            self.waves.append(Wave(omega, p, q, size, law.paces[i], secular))
+            self.waves.append(Wave(omega, p, q, _amplitude(p, q), pace, gain is None))
         self.origin: Number = arb(0)
         self.slope: Number = arb(0)
-        if here.spring:
-            self.origin = here.constant / here.stiffness
+        if self.region.spring:
+            self.origin = self.region.constant / self.region.stiffness
             y = y - self.origin
-        elif here.dashpot:
-            self.slope = here.constant / (2 * here.damping)
+        elif self.region.dashpot:
+            self.slope = self.region.constant / (2 * self.region.damping)
             z = z - self.slope
         self.y0, self.z0 = y, z
         self.force0 = force
-        # Not zero even where the order says so: the set holds starts beside that of the motion.
+        # Not zero even where the order says so: the set holds other starts than the motion's.
         self.a0 = self.acceleration(x0, v0, force)
-        fastest = max(here.growth, 1e-5 * here.pace)
+        fastest = max(self.region.growth, 1e-5 * self.region.pace)
         self.longest = min(LONGEST, MOST_GROWTH / fastest) if fastest else LONGEST
 
     def acceleration(self, x: Number, v: Number, force: Number) -> Number:
@@ -190,13 +186,10 @@ class EnclosedFlight:
         """Return the derivatives of order 0 to n >= 1 at s, and the size that `bound` needs."""
         region = self.region
         by = propagator(region, s)
-        own = [by.a11 * self.y0 + by.a12 * self.z0, by.a21 * self.y0 + by.a22 * self.z0]
-        drag = 2 * region.damping if region.dashpot else None
-        for _ in range(n):
-            following = -(region.stiffness * own[-2])
-            own.append(following if drag is None else following - drag * own[-1])
-        out = own if region.near else own[: n + 1]
-        size = self._size(own, n)
+        y, z = by.a11 * self.y0 + by.a12 * self.z0, by.a21 * self.y0 + by.a22 * self.z0
+        free = self._free(y, z, n + 1)
+        out = free if region.cancels else free[: n + 1]
+        size = self._size(free, n)
         if region.spring:
             out[0] = out[0] + self.origin
         elif region.dashpot:
@@ -209,114 +202,110 @@ class EnclosedFlight:
             if n >= 2:
                 out[2] = out[2] + push
         _waves_at(self.waves, s, out)
-        if region.near:
+        if region.cancels:
             return out[: n + 1], self._size(out, n)
         return out, size
 
+    def _free(self, y: Number, z: Number, n: int) -> list[Number]:
+        """Return the derivatives of the unforced motion up to order n from those of order 0 and 1."""
+        free = [y, z]
+        drag = 2 * self.region.damping if self.region.dashpot else None
+        while len(free) <= n:
+            pull = -(self.region.stiffness * free[-2])
+            free.append(pull if drag is None else pull - drag * free[-1])
+        return free
+
     def _size(self, derivatives: list[Number], n: int) -> float:
         """Return the norm of the n-th derivative and the next."""
-        here, following = (upper(constant_of(derivatives[k])) for k in (n, n + 1))
-        return math.hypot(self.region.pace * here, following)
+        low, high = (upper(constant_of(derivatives[k])) for k in (n, n + 1))
+        return math.hypot(self.region.pace * low, high)
 
     def bound(self, n: int, s: float, h: float, size: float) -> float:
         """Return a bound of the n-th derivative on [s, s + h], from `derivatives` (s, n - 1).
 
         The norm (pace^2 y^2 + y'^2)^(1/2) of every derivative of y grows by no more than
-        exp(growth h): not at all for K >= 0, whatever the damping. That of x grows by the force
-        besides; it is taken where y and the waves nearly cancel.
+        exp(growth h): not at all for K >= 0, whatever the damping. Where y and the waves nearly
+        cancel, the norm of x is taken, which the force makes grow too.
         """
-        if self.region.near:
+        if self.region.cancels:
             force = sum(size * power(pace, n - 1) for size, pace in self.strengths)
             rate = self.region.growth + 1e-5 * self.region.pace
             return SLACK * (size + h * force) * math.exp(rate * h)
         grown = size if self.region.growth == 0.0 else size * math.exp(self.region.growth * h)
         # The pace is above sqrt(K) by 1e-6, and so the norm may grow by that.
-        own = grown * math.exp(1e-5 * self.region.pace * h)
-        return SLACK * (own + _waves_bound(self.waves, n, s + h))
+        free = grown * math.exp(1e-5 * self.region.pace * h)
+        return SLACK * (free + _waves_bound(self.waves, n, s + h))
 
     def taylor(self, n: int) -> list[Number]:
         """Return the Taylor coefficients at the start, by the equation."""
         region = self.region
-        found: list[Number] = [self.x0, self.v0]
+        series: list[Number] = [self.x0, self.v0]
         force = _taylor_of_force(self.force0, self.drive, max(0, n - 2))
         for k in range(n - 1):
             if k + 2 < self.order:
-                found.append(arb(0))
+                series.append(arb(0))
                 continue
-            pull = region.stiffness * found[k]
+            pull = region.stiffness * series[k]
             if region.dashpot:
-                pull = pull + 2 * (k + 1) * region.damping * found[k + 1]
-            found.append((force[k] - pull) / ((k + 1) * (k + 2)))
-        return found
+                pull = pull + 2 * (k + 1) * region.damping * series[k + 1]
+            series.append((force[k] - pull) / ((k + 1) * (k + 2)))
+        return series
 
     def size_at_start(self, n: int) -> float:
         """Return the size that `bound` needs for the derivative of order n + 1 from 0 on."""
-        if self.region.near:
-            found = self.taylor(n + 1)
-            return self._size([math.factorial(k) * c for k, c in enumerate(found)], n)
-        own = [self.y0, self.z0]
-        for _ in range(n):
-            own.append(-(self.region.stiffness * own[-2]) - 2 * self.region.damping * own[-1])
-        return self._size(own, n)
+        if self.region.cancels:
+            series = self.taylor(n + 1)
+            return self._size([math.factorial(k) * c for k, c in enumerate(series)], n)
+        return self._size(self._free(self.y0, self.z0, n + 1), n)
 
     def series_bound(self, n: int, h: float) -> arb:
-        """Return a bound of the n-th derivative on [0, h], of any size: no float holds it for all n.
-
-        As `bound`, from the start.
-        """
-        region = self.region
-        if region.near:
-            found = [arb(k).fac() * constant_of(c) for k, c in enumerate(self.taylor(n))]
+        """Return the bound of the n-th derivative on [0, h] as a ball: floats end before it does."""
+        region, forced = self.region, arb(0)
+        if region.cancels:
+            derivatives = [arb(k).fac() * c for k, c in enumerate(self.taylor(n))]
             forces = (arb(size) * arb(pace) ** (n - 1) for size, pace in self.strengths)
-            more = sum(forces, arb(0)) * h
+            forced = sum(forces, arb(0)) * h
         else:
-            own = [self.y0, self.z0]
-            for _ in range(n - 1):
-                own.append(-(region.stiffness * own[-2]) - 2 * region.damping * own[-1])
-            found = [constant_of(value) for value in own]
-            more = arb(0)
-        here, following = found[n - 1].abs_upper(), found[n].abs_upper()
-        size = ((region.pace * here) ** 2 + following**2).sqrt() + more
+            derivatives = self._free(self.y0, self.z0, n)
+        low, high = (constant_of(value).abs_upper() for value in derivatives[n - 1 : n + 1])
+        size = ((region.pace * low) ** 2 + high**2).sqrt() + forced
         total = size * arb((region.growth + 1e-5 * region.pace) * h * SLACK).exp()
-        if not region.near:
-            for _, _, _, wide, pace, secular in self.waves:
-                wave = arb(wide) * arb(pace) ** n
-                total += wave * h + n * arb(wide) * arb(pace) ** (n - 1) if secular else wave
+        if not region.cancels:
+            for wave in self.waves:
+                power_ = arb(wave.size) * arb(wave.pace) ** n
+                slower = n * arb(wave.size) * arb(wave.pace) ** (n - 1)
+                total += power_ * h + slower if wave.secular else power_
         return SLACK * total.abs_upper()
 
     def reach(self) -> tuple[float, float] | None:
-        """Return bounds of x for ever, None where there are none."""
+        """Return the bounds between which x stays for ever, None where it has none."""
         if not self.region.spring or self.region.growth > 0.0:
             return None
         if any(wave.secular for wave in self.waves):
             return None
         pace = self.region.pace
         size = math.hypot(upper(constant_of(self.y0)), upper(constant_of(self.z0)) / pace * 1.00001)
-        away = 1.00001 * (size + sum(wave.size for wave in self.waves))
+        size = 1.00001 * (size + sum(wave.size for wave in self.waves))
         middle = float(constant_of(self.origin))
-        away += 1e-9 * abs(middle) + upper(constant_of(self.origin).rad())
-        return middle - away, middle + away
+        size += 1e-9 * abs(middle) + upper(constant_of(self.origin).rad())
+        return middle - size, middle + size
 
 
 class Push:
-    """The force that holds a mass at a place, as a curve of time."""
+    """The force on a mass that is held at a place, as a function of time."""
 
     longest = LONGEST
 
     def __init__(
-        self, law: BallLaw, region: int, turns: Sequence[tuple[arb, arb]], x: Number, order: int
+        self, law: BallLaw, region: int, phasors: Sequence[BallPair], x: Number, order: int
     ) -> None:
-        here = law.regions[region]
-        self.rest = here.constant - here.stiffness * x
+        self.rest = law.regions[region].constant - law.regions[region].stiffness * x
         self.order = order
-        self.drive: list[tuple[Number, Number, Number]] = []
-        self.waves: list[Wave] = []
-        for i, (cosine, sine) in enumerate(turns):
-            omega, c, d = law.tones[i]
-            at, slope = c * cosine + d * sine, d * cosine - c * sine
-            self.drive.append((omega, at, slope))
-            size = SLACK * math.hypot(upper(constant_of(at)), upper(constant_of(slope)))
-            self.waves.append(Wave(omega, at, slope, size, law.paces[i], secular=False))
+        self.drive = law.drive(phasors)
+        self.waves = [
+            Wave(omega, at, slope, _amplitude(at, slope), pace, secular=False)
+            for (omega, at, slope), pace in zip(self.drive, law.paces, strict=True)
+        ]
 
     def derivatives(self, s: arb, n: int) -> tuple[list[Number], float]:
         """Return the derivatives of order 0 to n at s, and the size that `bound` needs."""
@@ -333,24 +322,29 @@ class Push:
         total = self.rest
         for _, at, _ in self.drive:
             total = total + at
-        found = _taylor_of_force(total, self.drive, n)
-        return [arb(0) if k < self.order else value for k, value in enumerate(found)]
+        series = _taylor_of_force(total, self.drive, n)
+        return [arb(0) if k < self.order else value for k, value in enumerate(series)]
 
     def size_at_start(self, n: int) -> float:  # noqa: ARG002
-        """Return what `bound` needs: nothing."""
+        """Return the size that `bound` needs, which is none."""
         return 0.0
+
+
+def _amplitude(p: Number, q: Number) -> float:
+    """Return a float not below the amplitude of a wave."""
+    return SLACK * math.hypot(upper(constant_of(p)), upper(constant_of(q)))
 
 
 def _taylor_of_force(
     total: Number, drive: Sequence[tuple[Number, Number, Number]], n: int
 ) -> list[Number]:
     """Return the Taylor coefficients up to s^n of a force that is ``total`` at 0."""
-    found: list[Number] = [total, *(arb(0) for _ in range(n))]
+    series: list[Number] = [total, *(arb(0) for _ in range(n))]
     for omega, at, slope in drive:
-        now, following = slope, -at
+        even, odd = slope, -at
         factor: Number = omega
         for k in range(1, n + 1):
-            found[k] = found[k] + factor * now
-            now, following = following, -now
+            series[k] = series[k] + factor * even
+            even, odd = odd, -even
             factor = factor * omega / (k + 1)
-    return found
+    return series

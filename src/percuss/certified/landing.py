@@ -1,9 +1,10 @@
-"""The root in a bracket, as a ball: Newton's steps, then an interval Newton step as proof."""
+"""The root in a bracket as a ball: Newton's steps, then an interval Newton step as the proof."""
 
 from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 from flint import arb, arb_poly, ctx
@@ -14,17 +15,37 @@ from percuss.certified.flight import EnclosedFlight
 from percuss.certified.law import constant_of
 from percuss.certified.numbers import precision, span, upper
 
-__all__ = ["NARROW", "Landing", "Roots", "fourth_around", "pace_of", "roots_near", "solve"]
+__all__ = ["Landing", "Roots", "fourth_around", "interval_newton", "is_narrow", "solve"]
 
 # Newton's steps; each doubles the digits.
 MOST_STEPS = 40
-# Rounds of the interval step, each with a wider trial.
-ROUNDS = 4
+# Interval steps, each in a trial that is wider by a factor.
+TRIALS, WIDER = 4, 4
 # A flight this short, as a part of the time in which anything changes, is summed by Taylor.
 SHORT = 0.05
 MOST_TERMS = 600
 # The bounds hold on so short a trial, as a part of the same time.
 NARROW = 1e-3
+
+
+def interval_newton(value: arb, slope: Callable[[arb], arb], trial: arb) -> tuple[arb, arb]:
+    """Return the interval Newton step to the one root of a function, and the trial around it.
+
+    Parameters
+    ----------
+    value
+        The function at the point from which the step leads.
+    slope
+        Its derivative within a trial, the distance from that point.
+    trial
+        The distance to begin with.
+    """
+    for _ in range(TRIALS):
+        step = -(value / slope(trial))
+        if step.abs_upper() <= trial:
+            return step, trial
+        trial = WIDER * trial
+    raise Undecided("precision", "no interval Newton step stays within its trial")
 
 
 class TooManyTerms(Exception):  # noqa: N818
@@ -34,13 +55,13 @@ class TooManyTerms(Exception):  # noqa: N818
 class Landing(NamedTuple):
     """The time of flight, and velocity and acceleration at its end.
 
-    Within ``alone`` each of the flights has this root only.
+    Within ``isolating`` each of the flights has this root only.
     """
 
     s: arb
     v: arb
     a: arb
-    alone: arb
+    isolating: arb
 
 
 class Roots(NamedTuple):
@@ -57,25 +78,23 @@ def solve(
     bits: int,
     *,
     summed: bool = True,
-    apart: arb | None = None,
+    isolation: arb | None = None,
 ) -> Roots:
-    """Return the landings in a bracket of a flight and of all flights near it.
+    """Return the landings in a bracket of the flight from a midpoint, and of those from the set.
 
     Parameters
     ----------
-    point
-        The flight from the midpoint, made at the working precision.
-    whole
-        The flights from the set, made at ``bits``.
+    point, whole
+        The flight, made at the working precision, and the flights, made at ``bits``.
     bracket
-        Where the root of all of them is.
+        Where the roots of all of them are.
     bits
-        Precision for the whole.
+        Precision for the set.
     summed
         Whether short hops may be summed by their series.
-    apart
-        How far from it other roots are to be excluded, where that can be done; None for what
-        the proof needs.
+    isolation
+        Distance from the root within which others are to be excluded, where that can be done; None
+        for what the proof needs.
 
     Raises
     ------
@@ -83,18 +102,37 @@ def solve(
         If the balls leave open whether these are the roots, of one and the same branch.
     """
     pace = pace_of(whole)
-    if summed and bracket.near and min(bracket.high, 2.0 * bracket.guess) * pace < SHORT:
+    if summed and bracket.from_start and min(bracket.high, 2.0 * bracket.guess) * pace < SHORT:
         with contextlib.suppress(TooManyTerms):
-            return roots_near(point, whole, bracket, bits, apart)
+            return roots_near(point, whole, bracket, bits, isolation)
     level = bracket.level
     start = newton(point, level, bracket.guess, bracket)
-    first = _landing(point, level, start, pace)
+    return _both(
+        lambda: _landing(point, level, start),
+        lambda within: _landing(whole, level, +start, within),
+        start,
+        bracket,
+        bits,
+        isolation,
+    )
+
+
+def _both(
+    of_point: Callable[[], Landing],
+    of_whole: Callable[[arb | None], Landing],
+    start: arb,
+    bracket: Bracket,
+    bits: int,
+    isolation: arb | None,
+) -> Roots:
+    """Return the landings of the midpoint and of the set, of one and the same root each."""
+    first = of_point()
     with precision(bits):
-        second = _landing(whole, level, +start, pace, apart)
-        if not second.alone.contains(first.s):
-            second = _landing(whole, level, +start, pace, 4 * (first.s - start).abs_upper())
-        if not second.alone.contains(first.s):
-            raise Undecided("precision", "two roots of a flight are not told apart")
+        second = of_whole(isolation)
+        if not second.isolating.contains(first.s):
+            second = of_whole(4 * (first.s - start).abs_upper())
+        if not second.isolating.contains(first.s):
+            raise Undecided("precision", "two roots of a flight are not separated")
         if not (second.s > bracket.low and second.s < bracket.high):
             raise Undecided("precision", "the set of flights is as wide as its bracket")
         if not (first.s > bracket.low and first.s < bracket.high):
@@ -103,9 +141,14 @@ def solve(
 
 
 def pace_of(flight: EnclosedFlight) -> float:
-    """Return the inverse of the time in which a flight can change."""
+    """Return the rate of the fastest change of a flight."""
     damping = upper(constant_of(flight.region.damping))
     return max([flight.region.pace, damping, *(wave.pace for wave in flight.waves)])
+
+
+def is_narrow(flight: EnclosedFlight, trial: arb) -> bool:
+    """Return whether the bounds of a flight hold within a trial."""
+    return bool(trial * pace_of(flight) < NARROW)
 
 
 def newton(flight: EnclosedFlight, level: Level, guess: float, bracket: Bracket) -> arb:
@@ -115,54 +158,50 @@ def newton(flight: EnclosedFlight, level: Level, guess: float, bracket: Bracket)
         (x, v), _ = flight.derivatives(s, 1)
         gap = x - level.at
         step = (gap / v).mid()
-        following = (s - step).mid()
-        if not (following >= bracket.low and following <= bracket.high):
-            following = ((s + (bracket.low if step > 0 else bracket.high)) / 2).mid()
+        moved = (s - step).mid()
+        if not (moved >= bracket.low and moved <= bracket.high):
+            moved = ((s + (bracket.low if step > 0 else bracket.high)) / 2).mid()
         # Nothing is left of the distance but its rounding.
         if gap.abs_lower() < 4 * gap.rad():
-            return following
-        s = following
+            return moved
+        s = moved
     return s
 
 
-def _landing(
-    flight: EnclosedFlight, level: Level, s: arb, pace: float, apart: arb | None = None
-) -> Landing:
+def _landing(flight: EnclosedFlight, level: Level, s: arb, isolation: arb | None = None) -> Landing:
     """Return the crossing nearest to s, proven by an interval Newton step."""
     (x, v, a, j), size = flight.derivatives(s, 3)
     gap = x - level.at
     if not (v > 0 or v < 0):
         raise Undecided("graze", "an impact may be without velocity")
-    question = None
-    for start in _trials(2 * gap.abs_upper() / v.abs_lower(), apart):
-        trial = start
-        for _ in range(ROUNDS):
-            if not trial * pace < NARROW:
-                reason = "the balls are too wide: the instant of an event is known to within "
-                reason += f"{float(trial):.2g}, and the bounds need {NARROW / pace:.2g}"
-                question = Undecided("precision", reason)
-                break
-            fourth = fourth_around(flight, s, trial, size)
-            bend = span(a.abs_upper() + trial * (j.abs_upper() + trial * fourth))
-            slope = v + bend * trial
-            if slope.contains(0):
-                reason = "the velocity of an event may be zero at some of the instants that it may "
-                reason += f"be at, within {float(trial):.2g}"
-                question = Undecided("graze", reason)
-                break
-            step = -(gap / slope)
-            if step.abs_upper() <= trial:
-                jerk = j + span(trial * fourth)
-                mean = a + step * span(jerk.abs_upper())
-                alone = s + span(trial)
-                return Landing(s + step, v + step * mean, a + step * jerk, alone)
-            trial = trial * 4
-    raise question or Undecided("precision", "no interval step holds the instant of an event")
+
+    def slope(trial: arb) -> arb:
+        if not is_narrow(flight, trial):
+            reason = "the balls are too wide: the instant of an event is known to within "
+            reason += f"{float(trial):.2g}, and the bounds need {NARROW / pace_of(flight):.2g}"
+            raise Undecided("precision", reason)
+        fourth = fourth_around(flight, s, trial, size)
+        bend = span(a.abs_upper() + trial * (j.abs_upper() + trial * fourth))
+        if (v + bend * trial).contains(0):
+            reason = "the velocity of an event may be zero at some of the instants that it may "
+            reason += f"be at, within {float(trial):.2g}"
+            raise Undecided("graze", reason)
+        return v + bend * trial
+
+    step, trial = _widest_step(gap, slope, 2 * gap.abs_upper() / v.abs_lower(), isolation)
+    jerk = j + span(trial * fourth_around(flight, s, trial, size))
+    mean = a + step * span(jerk.abs_upper())
+    return Landing(s + step, v + step * mean, a + step * jerk, s + span(trial))
 
 
-def _trials(needed: arb, apart: arb | None) -> list[arb]:
-    """Return half-widths to begin with: first that in which other roots are to be excluded."""
-    return [needed] if apart is None or apart <= needed else [needed.max(apart), needed]
+def _widest_step(
+    value: arb, slope: Callable[[arb], arb], needed: arb, isolation: arb | None
+) -> tuple[arb, arb]:
+    """Return an interval Newton step: if it can be, in a trial without other roots."""
+    if isolation is not None and not isolation <= needed:
+        with contextlib.suppress(Undecided):
+            return interval_newton(value, slope, needed.max(isolation))
+    return interval_newton(value, slope, needed)
 
 
 def fourth_around(flight: EnclosedFlight, s: arb, trial: arb, size: float) -> float:
@@ -176,7 +215,7 @@ def roots_near(
     whole: EnclosedFlight,
     bracket: Bracket,
     bits: int,
-    apart: arb | None = None,
+    isolation: arb | None = None,
 ) -> Roots:
     """Return the landings of hops far shorter than all times of the motion.
 
@@ -186,20 +225,18 @@ def roots_near(
     sign, m = bracket.level.sign, point.order
     # Beyond the root or the bracket's end, as the trials of the interval steps reach.
     longest = min(2.0 * bracket.high, 4.0 * bracket.guess)
-    first = _Series(point, sign, m, longest, ctx.prec)
-    s = first.newton(bracket.guess)
-    landing = first.landing(s)
+    series = _Series(point, sign, m, longest, ctx.prec)
+    start = series.newton(bracket.guess)
     with precision(bits):
-        series = _Series(whole, sign, m, longest, bits)
-        second = series.landing(+s, apart)
-        if not second.alone.contains(landing.s):
-            second = series.landing(+s, 4 * (landing.s - s).abs_upper())
-        if not second.alone.contains(landing.s):
-            raise Undecided("precision", "two roots of a flight are not told apart")
-        for found in (landing, second):
-            if not (found.s > bracket.low and found.s < bracket.high):
-                raise Undecided("precision", "a hop is as short as its radius")
-    return Roots(landing, second)
+        coarse = _Series(whole, sign, m, longest, bits)
+    return _both(
+        lambda: series.landing(start),
+        lambda within: coarse.landing(+start, within),
+        start,
+        bracket,
+        bits,
+        isolation,
+    )
 
 
 def _log2(value: arb) -> float:
@@ -229,11 +266,11 @@ class _Series:
             n += 8
         if n > MOST_TERMS:
             raise TooManyTerms
-        found = [constant_of(c) for c in flight.taylor(n)]
-        found[0] = arb(0)
+        series = [constant_of(c) for c in flight.taylor(n)]
+        series[0] = arb(0)
         self.n, self.m, self.bound = n, m, bound
-        self.whole = arb_poly([sign * c for c in found])
-        self.divided = arb_poly([sign * c for c in found[m:]])
+        self.whole = arb_poly([sign * c for c in series])
+        self.divided = arb_poly([sign * c for c in series[m:]])
         self.sign, self.longest = sign, longest
 
     def rest(self, s: arb, k: int) -> arb:
@@ -253,34 +290,26 @@ class _Series:
                 return s
         return s
 
-    def landing(self, s: arb, apart: arb | None = None) -> Landing:
+    def landing(self, s: arb, isolation: arb | None = None) -> Landing:
         """Return the crossing nearest to s, proven by an interval Newton step."""
         m = self.m
         value = self.divided(s) + self.rest(s, 0) / s**m
         slopes = self.divided.derivative()
-        question = None
-        for start in _trials(2 * value.abs_upper() / slopes(s).abs_lower(), apart):
-            trial = start
-            for _ in range(ROUNDS):
-                around = s + span(trial)
-                if not around < self.longest:
-                    reason = "the balls are too wide for the end of a hop, by the hop itself"
-                    question = Undecided("precision", reason)
-                    break
-                # R'/s^m - m R/s^(m+1) is the slope of the remainder's quotient.
-                rest = self.rest(around, 0)
-                rest = self.rest(around, 1) / around**m + m * rest / around ** (m + 1)
-                slope = slopes(around) + rest
-                if slope.contains(0):
-                    reason = "a hop may end without velocity, within the radius"
-                    question = Undecided("graze", reason)
-                    break
-                step = -(value / slope)
-                if step.abs_upper() <= trial:
-                    at = s + step
-                    speeds = self.whole.derivative()
-                    v = speeds(at) + self.rest(at, 1)
-                    a = speeds.derivative()(at) + self.rest(at, 2)
-                    return Landing(at, self.sign * v, self.sign * a, around)
-                trial = trial * 4
-        raise question or Undecided("precision", "no interval step holds the end of a hop")
+
+        def slope(trial: arb) -> arb:
+            around = s + span(trial)
+            if not around < self.longest:
+                reason = "the balls are too wide for the end of a hop, by the hop itself"
+                raise Undecided("precision", reason)
+            # R'/s^m - m R/s^(m+1) is the slope of the remainder's quotient.
+            rest = self.rest(around, 1) / around**m + m * self.rest(around, 0) / around ** (m + 1)
+            if (slopes(around) + rest).contains(0):
+                raise Undecided("graze", "a hop may end without velocity, within the radius")
+            return slopes(around) + rest
+
+        needed = 2 * value.abs_upper() / slopes(s).abs_lower()
+        step, trial = _widest_step(value, slope, needed, isolation)
+        at, speeds = s + step, self.whole.derivative()
+        v = speeds(at) + self.rest(at, 1)
+        a = speeds.derivative()(at) + self.rest(at, 2)
+        return Landing(at, self.sign * v, self.sign * a, s + span(trial))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias, cast
@@ -12,7 +12,7 @@ from typing import Any, TypeAlias, cast
 from flint import arb, ctx
 
 from percuss.certified.balls import Ball, Undecided
-from percuss.certified.numbers import ball, cos_sin, upper
+from percuss.certified.numbers import ball, cos_sin, exact_value, upper
 from percuss.certified.system import BallSystem, Region, Tone
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, angle, as_fraction
@@ -36,6 +36,20 @@ __all__ = [
 
 # By path: all values of a ball, or all between two numbers.
 Over: TypeAlias = Mapping[str, Ball | tuple[Exact, Exact]]
+# A number, or, cast to this type, an arb_series of two terms: it holds a number and its
+# derivative by a parameter, and has the same operations.
+Number: TypeAlias = arb
+# Real and imaginary part of 1 / (K - omega^2 + 2 i A omega); None exactly at resonance.
+Gain: TypeAlias = tuple[Number, Number] | None
+
+# Bits lost beyond which parts of the motion count as nearly cancelling.
+FEW_BITS = 12
+TINY = 1e-300
+# Bits of what needs only the size of a set: derivatives, and the search for the first root.
+COARSE = 64
+# Laws by the identity of their systems and the working precision.
+_LAWS: dict[tuple[int, int], tuple[BallSystem, BallLaw]] = {}
+MOST_LAWS = 64
 
 
 def system_for(system: BallSystem, over: Over | None) -> BallSystem:
@@ -82,7 +96,7 @@ def _ends(path: str, values: Ball | tuple[Exact, Exact]) -> tuple[Fraction, Frac
     if isinstance(values, Ball):
         if not values.arb.is_finite():
             raise ParameterError(f"over[{path!r}]", values, "a ball without a number")
-        middle, radius = _exact(values.arb.mid()), _exact(values.arb.rad())
+        middle, radius = exact_value(values.arb), exact_value(values.arb.rad())
         return middle - radius, middle + radius
     try:
         low, high = (as_fraction(value) for value in values)
@@ -91,25 +105,6 @@ def _ends(path: str, values: Ball | tuple[Exact, Exact]) -> tuple[Fraction, Frac
     if not low <= high:
         raise ParameterError(f"over[{path!r}]", values, "the first value is above the second")
     return low, high
-
-
-def _exact(number: arb) -> Fraction:
-    """Return an arb without radius as a fraction."""
-    mantissa, exponent = number.man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
-
-
-# A number, or, cast to this type, an arb_series of two terms: it holds a number and its
-# derivative by a parameter, and has the same operations.
-Number: TypeAlias = arb
-# Real and imaginary part of 1 / (K - omega^2 + 2 i A omega); None exactly at resonance.
-Gain: TypeAlias = tuple[Number, Number] | None
-
-# Bits beyond which parts of the motion count as nearly cancelling.
-NEAR = 12
-TINY = 1e-300
-# Bits of what needs only the size of a set: derivatives, and the search for the first root.
-COARSE = 64
 
 
 @dataclass(frozen=True)
@@ -146,9 +141,9 @@ class LinearRegion:
     lost: int
 
     @property
-    def near(self) -> bool:
+    def cancels(self) -> bool:
         """Whether waves and free motion nearly cancel, as close to resonance."""
-        return self.lost > NEAR
+        return self.lost > FEW_BITS
 
 
 class BallLaw:
@@ -197,25 +192,24 @@ class BallLaw:
             return self._value
         return ball(self.system.numbers[path])
 
-    def turns_at(self, time: Phase) -> list[tuple[arb, arb]]:
+    def phasors_at(self, time: Phase) -> list[tuple[arb, arb]]:
         """Return cosine and sine of omega t for each harmonic at an exact time."""
         times, plus = angle(time)
         if self._path is not None:
-            t = arb.pi() * ball(times) + ball(plus)
-            return self.turns(t)
-        found = []
-        for tone in self.system.tones:
-            omega = self.system.frequency(tone)
-            found.append(cos_sin(omega * times, omega * plus))
-        return found
+            return self.phasors(arb.pi() * ball(times) + ball(plus))
+        omegas = (self.system.frequency(tone) for tone in self.system.tones)
+        return [cos_sin(omega * times, omega * plus) for omega in omegas]
 
-    def turns(self, time: arb) -> list[tuple[arb, arb]]:
+    def phasors(self, time: arb) -> list[tuple[arb, arb]]:
         """Return cosine and sine of omega t for each harmonic."""
-        found = []
-        for omega in self.omegas:
-            sine, cosine = (omega * time).sin_cos()
-            found.append((cosine, sine))
-        return found
+        return [(omega * time).sin_cos()[::-1] for omega in self.omegas]
+
+    def drive(self, phasors: Sequence[tuple[arb, arb]]) -> list[tuple[Number, Number, Number]]:
+        """Return omega, value and slope / omega of each harmonic at phasors."""
+        return [
+            (omega, c * cosine + d * sine, d * cosine - c * sine)
+            for (omega, c, d), (cosine, sine) in zip(self.tones, phasors, strict=True)
+        ]
 
     def _tone(self, tone: Tone) -> tuple[Number, Number, Number]:
         """Return omega and the coefficients of cos(omega t) and sin(omega t)."""
@@ -313,28 +307,18 @@ class BallLaw:
             w = self.system.frequency(tone)
             if a == 0:
                 return None if k == w * w else (1 / ball(k - w * w), ball(Fraction(0)))
-            apart, drag = ball(k - w * w), ball(2 * a * w)
+            detuning, drag = ball(k - w * w), ball(2 * a * w)
         else:
-            apart, drag = stiffness - omega * omega, 2 * damping * omega
-        size = apart * apart + drag * drag
+            detuning, drag = stiffness - omega * omega, 2 * damping * omega
+        size = detuning * detuning + drag * drag
         if constant_of(size).contains(0):
-            raise Undecided("precision", "a harmonic cannot be told from the natural frequency")
-        return apart / size, -(drag / size)
+            raise Undecided("precision", "a harmonic may be at the natural frequency")
+        return detuning / size, -(drag / size)
 
 
 def constant_of(value: Any) -> arb:
     """Return a number, or that of a series, without the derivative."""
     return value if isinstance(value, arb) else cast("arb", value[0])
-
-
-def _moved(system: BallSystem) -> tuple[str | None, Number | None]:
-    if system.moved is None:
-        return None, None
-    path, low, high = system.moved
-    return path, ball(low).union(ball(high))
-
-
-_LAWS: dict[tuple[int, int], tuple[BallSystem, BallLaw]] = {}
 
 
 def coarse_bits(system: BallSystem) -> int:
@@ -348,7 +332,7 @@ def coarse_bits(system: BallSystem) -> int:
 def lost_bits(system: BallSystem) -> int:
     """Return the bits that are lost where large parts of the motion cancel; 0 for a few."""
     lost = max(region.lost for region in law_of(system).regions)
-    return lost if lost > NEAR else 0
+    return lost if lost > FEW_BITS else 0
 
 
 def law_of(system: BallSystem) -> BallLaw:
@@ -356,7 +340,8 @@ def law_of(system: BallSystem) -> BallLaw:
     key = id(system), ctx.prec
     known = _LAWS.get(key)
     if known is None or known[0] is not system:
-        if len(_LAWS) > 64:
+        if len(_LAWS) > MOST_LAWS:
             _LAWS.clear()
-        known = _LAWS[key] = system, BallLaw(system, *_moved(system))
+        path, values = range_of(system) or (None, None)
+        known = _LAWS[key] = system, BallLaw(system, path, None if values is None else values.arb)
     return known[1]

@@ -1,4 +1,4 @@
-"""The march in balls from event to event, and its record."""
+"""The motion in balls from event to event, and its record."""
 
 from __future__ import annotations
 
@@ -45,12 +45,17 @@ __all__ = [
     "start_used",
 ]
 
+# Events, hops of a chatter among them.
+MOST_EVENTS = 100_000
+# Hops are listed until they are slower than this part of the fastest impact, as in float runs.
+SLOW = 1e-6
+
 
 def on_stop(system: BallSystem, start: Start) -> Fraction:
-    """Return the exact position of a start: of a float that a stop's place becomes, that place.
+    """Return the exact position of a start.
 
-    `simulate` takes such a start as one on the stop. What is given as text or as a fraction is
-    where it was given, by however little beside the stop.
+    A float that equals a stop's place as a float is that place exactly, since `simulate` starts on
+    the stop; text or a fraction is taken as it was given, however close to the stop.
     """
     x = as_fraction(start.x0)
     if isinstance(start.x0, float):
@@ -61,7 +66,7 @@ def on_stop(system: BallSystem, start: Start) -> Fraction:
 
 
 def start_used(system: BallSystem, start: Start) -> Start:
-    """Return the start that a proof is about.
+    """Return the exact start of which a proof holds.
 
     Examples
     --------
@@ -75,7 +80,7 @@ def start_used(system: BallSystem, start: Start) -> Start:
 
 
 def moved_in_words(used: Start, given: Start) -> str:
-    """Return the end of a line that says that a start was moved to a stop; empty if it was not."""
+    """Return words that say that a start was moved to a stop; none if it was not."""
     if used == given:
         return ""
     return f"; started on the stop, at x0 = {used.x0} for {given.x0}"
@@ -147,10 +152,10 @@ class Piece(NamedTuple):
 
 @dataclass
 class MarchRecord:
-    """Events and pieces of a march, and how it ended.
+    """Events and pieces of a motion, and how its proof ended.
 
     ``width`` is a time in which little changes: the scale of instants near 0. ``begin`` and ``end``
-    are the times of start and limit where they are known exactly.
+    are the exact times of start and limit.
     """
 
     bits: int
@@ -170,38 +175,24 @@ class MarchRecord:
 
     @property
     def accumulations(self) -> int:
-        """How many chatters end."""
+        """Number of chatters that end."""
         return sum(isinstance(piece.what, Hops) for piece, _ in pairwise(self.pieces))
 
     def earliest(self) -> list[float]:
         """Return, for each piece, a float before which neither it nor a later one begins."""
         if len(self._earliest) != len(self.pieces):
-            found, least = [], math.inf
+            earliest, least = [], math.inf
             for piece in reversed(self.pieces):
-                low = math.nextafter(float(piece.start.lower()), -math.inf)
-                least = min(least, low)
-                found.append(least)
-            self._earliest = found[::-1]
+                least = min(least, math.nextafter(float(piece.start.lower()), -math.inf))
+                earliest.append(least)
+            self._earliest = earliest[::-1]
         return self._earliest
 
 
-# Events, hops of a chatter among them.
-MOST_EVENTS = 100_000
-# Hops are listed until they are slower than this part of the fastest impact, as in float runs.
-SLOW = 1e-6
-
-
 class MarchLimits:
-    """How far a march goes.
+    """Where a motion ends: at an instant, or after impacts and entries into soft stops.
 
-    Parameters
-    ----------
-    t_end
-        Last instant, or None.
-    max_impacts
-        Number of impacts and entries into soft stops, or None.
-    finest
-        Half-width at which the end of a chatter is good enough, as a part of the time.
+    ``finest`` is the greatest half-width of the end of a chatter, as a part of the time.
     """
 
     def __init__(self, t_end: Phase | None, max_impacts: int | None, finest: Fraction) -> None:
@@ -215,20 +206,20 @@ def march(
     system: BallSystem, start: Start, limits: MarchLimits, progress: RunProgress | None = None
 ) -> MarchRecord:
     """Follow a motion in balls of the working precision; never raises Undecided."""
-    walk = _Walk(system, limits)
+    state = BallMotion(system, limits)
     try:
-        walk.begin(start)
-        while walk.go_on() and walk.may_go_on(progress):
+        state.begin(start)
+        while state.advance() and state.report(progress):
             pass
     except KeyboardInterrupt:
-        walk.stop(Undecided("interrupted", ""))
+        state.stop(Undecided("interrupted", ""))
     except Undecided as question:
-        walk.stop(question)
-    return walk.record
+        state.stop(question)
+    return state.record
 
 
-class _Walk:
-    """The state between two events: a flight or a contact."""
+class BallMotion:
+    """The state of a motion between two events, in a flight or a contact."""
 
     def __init__(self, system: BallSystem, limits: MarchLimits) -> None:
         self.system, self.limits = system, limits
@@ -236,89 +227,74 @@ class _Walk:
         self.now: Departure | Hold | None = None
         self.fastest = 0.0
         fastest = max([region.pace for region in self.law.regions] + self.law.paces)
-        # With neither springs nor harmonics there is no time to compare with.
+        # Without springs and harmonics there is no time scale.
         self.width = 1.0 / fastest if fastest > 1e-38 else 1.0
         self.record = MarchRecord(ctx.prec, self.width, end=limits.t_end)
 
-    def go_on(self) -> bool:
-        """Go to the next event; tell whether there may be more."""
+    def advance(self) -> bool:
+        """Go to the next event, and return whether there may be more."""
         if isinstance(self.now, Departure):
             return self._fly(self.now)
         if isinstance(self.now, Hold):
             return self._wait(self.now)
         return False
 
-    def may_go_on(self, progress: RunProgress | None) -> bool:
-        """Tell the caller how far it is; end the march if that is wanted."""
+    def report(self, progress: RunProgress | None) -> bool:
+        """Report the progress, and end the proof where that is wanted."""
         t = float(self.record.pieces[-1].start) if self.record.pieces else 0.0
         if progress is not None and not progress.reach_event(t, self.record.n_entries):
             raise Undecided("interrupted", "")
         return True
 
     def stop(self, question: Undecided) -> None:
-        """Write down why the proof ends."""
+        """Record why the proof ends."""
         self.record.ending = Ending[question.kind]
         self.record.reason = question.reason
         if self.now is None:
             return
-        here = self.now
-        began = here.since if isinstance(here, Hold) else here.cloud.box()[0]
-        if isinstance(here, Departure) and here.time is not None:
-            began = time_ball(here.time)
-        self.record.until = began
-        touch = question.touch
-        if touch is not None:
-            self.record.until = began + arb(touch.low)
-            t = began + arb(touch.low).union(arb(touch.high))
-            row = GrazeRow(t, self._stop_at(touch.bound), arb(0, touch.clearance))
-            if isinstance(here, Departure) and question.kind == "graze":
+        flies = isinstance(self.now, Departure)
+        start = self.now.cloud.box()[0] if isinstance(self.now, Departure) else self.now.since
+        if flies and self.now.time is not None:
+            start = time_ball(self.now.time)
+        self.record.until = start
+        graze = question.graze
+        if graze is not None:
+            self.record.until = start + arb(graze.low)
+            if flies and question.kind == "graze":
+                t = start + arb(graze.low).union(arb(graze.high))
+                row = GrazeRow(t, self._stop_at(graze.bound), arb(0, graze.clearance))
                 self.record.grazes.append(row)
 
-    # Starts.
-
     def begin(self, start: Start) -> None:
-        """Find out how the motion sets off."""
-        x, v = on_stop(self.system, start), as_fraction(start.v0)
-        self.record.until, self.record.begin = time_ball(start.t0), start.t0
+        """Begin with a flight, an impact, a contact or rest, by the start."""
+        x, v, t = on_stop(self.system, start), as_fraction(start.v0), time_ball(start.t0)
+        self.record.until, self.record.begin = t, start.t0
         self._check_inside(start, x)
         bound = next((i for i, b in enumerate(self.system.bounds) if b.at == x), None)
         region = self._region_at(x)
-        order, way = 1, (v > 0) - (v < 0)
+        order, direction = 1, (v > 0) - (v < 0)
         if v == 0 and rests_for_ever(self.law, region, x):
             order = 0
         elif v == 0 and bound is not None:
-            order, way = first_push_at(self.law, region, x, time_ball(start.t0), start.t0)
-        if bound is not None and self.system.bounds[bound].wall is None and way > 0:
+            order, direction = first_push_at(self.law, region, x, t, start.t0)
+        wall = None if bound is None else self.system.bounds[bound].wall
+        if bound is not None and wall is None and direction > 0:
             region = self._above(bound)
-        into = bound is not None and self._is_into(region, bound, way)
-        if into and v != 0:
-            assert bound is not None
-            t = time_ball(start.t0)
-            self._leave_start(region, x, v, bound, start.t0)
+        cloud = Cloud.of(t.mid(), ball(v))
+        departure = Departure(region, x, cloud, bound, order, start.t0)
+        if bound is not None and wall is not None and v * self._inward(region, bound) > 0:
+            self._depart(departure, t)
             self._strike(bound, t, ball(v), None)
             if self.record.n_entries >= self.limits.max_impacts:
                 self._finish(Ending.reached_max_impacts, t)
-        elif bound is not None and v == 0 and self._held(region, bound, way):
-            self._hold(region, bound, time_ball(start.t0), max(0, order - 2), start.t0)
+        elif bound is not None and v == 0 and self._sticks(region, bound, direction):
+            self._hold(region, bound, t, max(0, order - 2), start.t0)
         elif order == 0:
-            # Nothing ever moves it.
-            t = time_ball(start.t0)
+            # No force ever moves it.
             self.record.pieces.append(Piece(t, Hops(t, ball(x), arb(0))))
             self._finish(Ending.at_rest)
         else:
-            self._leave_start(region, x, v, bound, start.t0, order)
-
-    def _leave_start(
-        self,
-        region: int,
-        x: Fraction,
-        v: Fraction,
-        bound: int | None,
-        t0: Phase,
-        order: int = 1,
-    ) -> None:
-        cloud = Cloud.of(time_ball(t0).mid(), ball(v))
-        self._depart(Departure(region, x, cloud, bound, order, t0), time_ball(t0))
+            self._depart(departure, t)
 
     def _check_inside(self, start: Start, x: Fraction) -> None:
         for end, sign in ((self.system.regions[0].lower, -1), (self.system.regions[-1].upper, 1)):
@@ -344,57 +320,51 @@ class _Walk:
         """Return the direction into a bound from a region."""
         return -1 if self.system.regions[region].lower == bound else 1
 
-    def _is_into(self, region: int, bound: int, way: int) -> bool:
+    def _sticks(self, region: int, bound: int, direction: int) -> bool:
+        """Return whether a mass at rest stays at a wall, under a force into it or none."""
         wall = self.system.bounds[bound].wall
-        return wall is not None and way == self._inward(region, bound)
-
-    def _held(self, region: int, bound: int, way: int) -> bool:
-        """Return whether a mass at rest is held by a wall; without any force it stays as well."""
-        wall = self.system.bounds[bound].wall
-        return wall is not None and way in (0, self._inward(region, bound))
-
-    # Flights.
+        return wall is not None and direction in (0, self._inward(region, bound))
 
     def _depart(self, start: Departure, t: arb) -> None:
         self.now = start
         self.record.pieces.append(Piece(t, start))
 
     def _fly(self, start: Departure) -> bool:
-        found = first_arrival(self.system, start, self.limits.end, self.width)
-        if found is None:
+        arrival = first_arrival(self.system, start, self.limits.end, self.width)
+        if arrival is None:
             if not self.limits.end.is_finite():
                 raise Undecided("no_event", "the motion provably meets no stop again")
             return self._finish(Ending.reached_t_end)
-        t, v = found.box
+        t, v = arrival.box
         if t > self.limits.end:
             return self._finish(Ending.reached_t_end)
-        self._count()
-        if not found.sign * v < 0:
-            self._graze(found)
-        bound = self.system.bounds[found.bound]
+        self._check_number()
+        if not arrival.sign * v < 0:
+            self.record.grazes.append(GrazeRow(t, self._stop_at(arrival.bound), arb(0)))
+            raise Undecided("graze", "an impact may be without velocity, within the radius")
+        wall = self.system.bounds[arrival.bound].wall
         if not t < self.limits.end:
-            if bound.wall is not None:
-                self._list_impact(bound.wall, t, v)
-            else:
-                self._list_crossing(found)
-            return self._finish_open(t, "impact" if bound.wall is not None else "crossing")
-        if bound.wall is not None:
-            self._strike(found.bound, t, v, (start, found))
+            if wall is not None:
+                self._list_impact(wall, t, v)
+                return self._finish_open(t, "impact")
+            self._list_crossing(arrival)
+            return self._finish_open(t, "crossing")
+        if wall is not None:
+            self._strike(arrival.bound, t, v, (start, arrival))
         else:
-            self._cross(start, found)
+            self._cross(start, arrival)
         if self.record.n_entries >= self.limits.max_impacts:
             return self._finish(Ending.reached_max_impacts, t)
         return True
 
-    def _count(self) -> None:
-        done = len(self.record.impacts) + len(self.record.crossings)
-        if done >= MOST_EVENTS:
+    def _check_number(self) -> None:
+        if len(self.record.impacts) + len(self.record.crossings) >= MOST_EVENTS:
             raise Undecided("most_events", f"{MOST_EVENTS} events, the most that are listed")
 
     def _finish_open(self, t: arb, event: str) -> bool:
-        """End with an event of which it is open whether it comes by t_end."""
-        began = self.record.pieces[-1].start.lower()
-        self._finish(Ending.impact_at_t_end, t.lower().max(began))
+        """End with an event that comes by t_end or just after it."""
+        start = self.record.pieces[-1].start.lower()
+        self._finish(Ending.impact_at_t_end, t.lower().max(start))
         self.record.reason = f"whether the last {event} that is listed comes by t_end is open"
         return False
 
@@ -408,14 +378,10 @@ class _Walk:
         bound = self.system.bounds[number]
         return bound.wall if bound.wall is not None else bound.edges[0]
 
-    def _graze(self, found: Arrival) -> None:
-        self.record.grazes.append(GrazeRow(found.box[0], self._stop_at(found.bound), arb(0)))
-        raise Undecided("graze", "an impact may be without velocity, within the radius")
-
-    def _list_crossing(self, found: Arrival) -> None:
-        t, v = found.box
-        bound = self.system.bounds[found.bound]
-        up = found.sign < 0
+    def _list_crossing(self, arrival: Arrival) -> None:
+        t, v = arrival.box
+        bound = self.system.bounds[arrival.bound]
+        up = arrival.sign < 0
         for stop in bound.edges:
             above = self.system.oscillator.stops[stop].side == "above"
             direction = "in" if above == up else "out"
@@ -423,15 +389,15 @@ class _Walk:
         if any((self.system.oscillator.stops[stop].side == "above") == up for stop in bound.edges):
             self.record.n_entries += 1
 
-    def _cross(self, start: Departure, found: Arrival) -> None:
-        self._list_crossing(found)
-        t, bound = found.box[0], self.system.bounds[found.bound]
-        region = self._above(found.bound) if found.sign < 0 else self._below(found.bound)
-        cloud = start.cloud.image(found.point, found.derivative)
-        self._depart(Departure(region, bound.at, cloud, found.bound), t)
+    def _cross(self, start: Departure, arrival: Arrival) -> None:
+        self._list_crossing(arrival)
+        t, bound = arrival.box[0], self.system.bounds[arrival.bound]
+        region = self._above(arrival.bound) if arrival.sign < 0 else self._below(arrival.bound)
+        cloud = start.cloud.image(arrival.point, arrival.derivative)
+        self._depart(Departure(region, bound.at, cloud, arrival.bound), t)
 
     def _list_impact(self, wall: int, t: arb, v: arb) -> arb:
-        """Write down an impact, and return the velocity after it."""
+        """List an impact, and return the velocity after it."""
         r = self.system.numbers[f"oscillator.stops.{wall}.restitution"]
         after = -ball(r) * v if r else arb(0)
         self.record.impacts.append(ImpactRow(t, v, after, wall))
@@ -457,10 +423,10 @@ class _Walk:
             self.record.pieces.clear()
             self._depart(Departure(region, at, cloud, bound, 1, self.now.time), t)
         else:
-            start, found = flight
-            (t_row, v_row) = found.derivative
-            derivative = t_row, (-r * v_row[0], -r * v_row[1])
-            point = found.point[0], -r * found.point[1]
+            start, arrival = flight
+            by_t, by_v = arrival.derivative
+            derivative = by_t, (-r * by_v[0], -r * by_v[1])
+            point = arrival.point[0], -r * arrival.point[1]
             self._depart(Departure(region, at, start.cloud.image(point, derivative), bound), t)
         self.fastest = max(self.fastest, float(v.abs_lower()))
         if exact < 1 and after.abs_upper() < SLOW * self.fastest:
@@ -471,23 +437,21 @@ class _Walk:
                 self._end_chatter(region, bound, t, rest)
 
     def _end_chatter(self, region: int, bound: int, t: arb, hops: Hops) -> None:
-        """Go to the end of a chatter, unless the march ends before that."""
+        """Go to the end of a chatter, unless the motion ends before that."""
         if hops.end > self.limits.end:
             return
         self.record.pieces[-1] = Piece(t, hops)
         self._hold(region, bound, hops.end)
 
     def _land(self, region: int, bound: int, t: arb, time: Phase | None = None) -> None:
-        """Go on from a wall without velocity."""
+        """Continue from a wall without velocity."""
         x = self.system.bounds[bound].at
-        order, way = first_push_at(self.law, region, x, t, time)
-        if self._held(region, bound, way):
+        order, direction = first_push_at(self.law, region, x, t, time)
+        if self._sticks(region, bound, direction):
             self._hold(region, bound, t, max(0, order - 2), time)
         else:
             cloud = Cloud.of(t if time is None else t.mid(), arb(0))
             self._depart(Departure(region, x, cloud, bound, order, time), t)
-
-    # Contacts.
 
     def _hold(
         self, region: int, bound: int, t: arb, order: int = 0, time: Phase | None = None
@@ -503,18 +467,13 @@ class _Walk:
 
     def _wait(self, hold: Hold) -> bool:
         end = self.limits.end
-        found = release(self.system, hold, end)
-        if found.t is None:
-            if found.for_ever:
-                return self._finish(Ending.at_rest)
-            return self._finish(Ending.reached_t_end)
-        if found.t > end:
-            return self._finish(Ending.reached_t_end)
-        self._count()
-        self.record.contacts[-1] = self.record.contacts[-1]._replace(release=found.t)
-        if not found.t < end:
-            return self._finish_open(found.t, "release")
+        t, for_ever = release(self.system, hold, end)
+        if t is None or t > end:
+            return self._finish(Ending.at_rest if for_ever else Ending.reached_t_end)
+        self._check_number()
+        self.record.contacts[-1] = self.record.contacts[-1]._replace(release=t)
+        if not t < end:
+            return self._finish_open(t, "release")
         x = self.system.bounds[hold.bound].at
-        cloud = Cloud.of(found.t, arb(0))
-        self._depart(Departure(hold.region, x, cloud, hold.bound, 3), found.t)
+        self._depart(Departure(hold.region, x, Cloud.of(t, arb(0)), hold.bound, 3), t)
         return True

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Callable, Sequence
 from typing import cast
 
 import numpy as np
 from flint import arb, ctx
 from numpy.typing import ArrayLike
 
-from percuss.certified.cloud import BallPair, applied
+from percuss.certified.balls import Balls
+from percuss.certified.cloud import BallPair, applied, hull
 from percuss.certified.contact import Hold, Hops
 from percuss.certified.flight import Push, propagator
 from percuss.certified.law import law_of
@@ -22,8 +24,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase, phase_problem, plain
 from percuss.model.stops import SoftStop
 
-__all__ = ["energy_of", "exact_times", "forces_of", "is_proven", "state_at"]
-
+__all__ = ["energy_of", "exact_times", "forces_of", "is_proven", "state_at", "states_as_balls"]
 
 FLOAT_BITS = 64
 # Up to the very end that was asked for; the others end at an event or before a question.
@@ -31,7 +32,7 @@ TO_THE_END = (Ending.reached_t_end, Ending.at_rest)
 
 
 def is_proven(record: MarchRecord, time: Phase) -> bool:
-    """Return whether a time lies within what is proven, for certain."""
+    """Return whether a time certainly lies within the proven motion."""
     if record.begin is not None and order_of(time, record.begin) < 0:
         return False
     if record.ending in TO_THE_END and record.end is not None:
@@ -56,18 +57,15 @@ def state_at(system: BallSystem, record: MarchRecord, time: Phase) -> BallPair:
         first = pieces[0].start if pieces else record.until
         reason = f"outside of what is proven, {float(first):.12g} to {float(record.until):.12g}"
         raise ParameterError("t", time, reason)
-    found: BallPair | None = None
+    states = []
     latest = math.nextafter(float(t.upper()), math.inf)
     for i in range(bisect_right(record.earliest(), latest) - 1, -1, -1):
         if t < pieces[i].start:
             continue
-        following = pieces[i + 1].start if i + 1 < len(pieces) else None
-        if following is not None and t > following:
+        if i + 1 < len(pieces) and t > pieces[i + 1].start:
             break
-        here = _on_piece(system, pieces[i].what, t)
-        found = here if found is None else (between(found[0], here[0]), between(found[1], here[1]))
-    assert found is not None
-    return found
+        states.append(_on_piece(system, pieces[i].what, t))
+    return hull(states)
 
 
 def _on_piece(system: BallSystem, what: Departure | Hold | Hops, t: arb) -> BallPair:
@@ -75,26 +73,35 @@ def _on_piece(system: BallSystem, what: Departure | Hold | Hops, t: arb) -> Ball
         return what.x, what.v
     if isinstance(what, Hold):
         return law_of(system).places[what.bound], arb(0)
-    began = what.cloud.middle[0] if what.time is None else time_ball(what.time)
-    s = t - began
+    start = what.cloud.middle[0] if what.time is None else time_ball(what.time)
     # By the mean value theorem, with the derivatives of all flights, each from its own start.
-    all_ = s if what.time is not None else t - what.cloud.box()[0]
+    durations = t - (what.cloud.box()[0] if what.time is None else start)
     whole, point = flight_of(system, what, whole=True), flight_of(system, what, whole=False)
-    (x, v), _ = point.derivatives(s, 1)
-    a11, a12, a21, a22 = propagator(whole.region, all_)
+    (x, v), _ = point.derivatives(t - start, 1)
+    a11, a12, a21, a22 = propagator(whole.region, durations)
     v0, a0 = whole.v0, whole.a0
     by_t = -(a11 * v0 + a12 * a0), -(a21 * v0 + a22 * a0)
     dt, dv = applied(what.cloud.axes, what.cloud.spread)
     return x + by_t[0] * dt + a12 * dv, v + by_t[1] * dt + a22 * dv
 
 
-def exact_times(t: ArrayLike | Phase) -> tuple[list[Phase], tuple[int, ...]]:
-    """Return times one after the other, as exact as they were given, and their shape.
+def states_as_balls(
+    state: Callable[[Phase], BallPair], t: ArrayLike | Phase | Sequence[Phase], bits: int
+) -> tuple[Balls, Balls]:
+    """Return x and v at times, of the shape of these, with so many bits."""
+    times, shape = exact_times(t)
+    with precision(bits):
+        states = [state(time) for time in times]
+    return Balls.of((x for x, _ in states), shape), Balls.of((v for _, v in states), shape)
+
+
+def exact_times(t: ArrayLike | Phase | Sequence[Phase]) -> tuple[list[Phase], tuple[int, ...]]:
+    """Return times as a list, as exact as they were given, and their shape.
 
     Raises
     ------
     ParameterError
-        If one is no finite number.
+        If one is not a finite number.
 
     Examples
     --------
@@ -103,16 +110,16 @@ def exact_times(t: ArrayLike | Phase) -> tuple[list[Phase], tuple[int, ...]]:
     >>> exact_times("pi/2")
     (['pi/2'], ())
     """
-    # As objects: NumPy would round fractions, and turn numbers beside a text into texts.
+    # As objects: NumPy would round fractions, and turn a list with a text into texts.
     array = np.asarray(t, dtype=object)
-    found = []
+    times = []
     for value in array.reshape(-1):
         number = plain(value)
         problem = phase_problem(number)
         if problem is not None:
             raise ParameterError("t", number, problem)
-        found.append(cast("Phase", number))
-    return found, array.shape
+        times.append(cast("Phase", number))
+    return times, array.shape
 
 
 def energy_of(system: BallSystem, state: BallPair) -> arb:
@@ -122,9 +129,8 @@ def energy_of(system: BallSystem, state: BallPair) -> arb:
     energy = (v * v + law.number("oscillator.stiffness") * x * x) / 2
     for i, stop in enumerate(system.oscillator.stops):
         if isinstance(stop, SoftStop):
-            # Zero where x is not beyond it, and continuous there.
-            beyond = _depth(system, i, x).max(arb(0))
-            energy += law.number(f"oscillator.stops.{i}.stiffness") * beyond * beyond / 2
+            depth = _depth(system, i, x).max(arb(0))
+            energy += law.number(f"oscillator.stops.{i}.stiffness") * depth * depth / 2
     return energy
 
 
@@ -134,24 +140,24 @@ def forces_of(system: BallSystem, record: MarchRecord, time: Phase, state: BallP
     law, t = law_of(system), time_ball(time)
     spring = -law.number("oscillator.stiffness") * x
     damping = -2 * law.number("oscillator.damping") * v
-    push = Push(law, 0, law.turns_at(time), arb(0), 0)
+    push = Push(law, 0, law.phasors_at(time), arb(0), 0)
     driving = sum((at for _, at, _ in push.drive), law.number("forcing.constant"))
     stops = [
         _soft(system, i, x, v) if isinstance(stop, SoftStop) else arb(0)
         for i, stop in enumerate(system.oscillator.stops)
     ]
-    # A mass that is held does not accelerate: the wall takes what all others leave.
+    # A mass in contact does not accelerate: the wall's force balances all others.
     others = sum(stops, spring + damping + driving)
     for row in record.contacts:
         if t < row.start or (row.release is not None and t > row.release):
             continue
-        held = t > row.start and (row.release is None or t < row.release)
-        stops[row.stop] = -others if held else between(stops[row.stop], -others)
+        sticks = t > row.start and (row.release is None or t < row.release)
+        stops[row.stop] = -others if sticks else between(stops[row.stop], -others)
     return [spring, damping, driving, *stops]
 
 
 def _depth(system: BallSystem, stop: int, x: arb) -> arb:
-    """Return how far beyond a stop's edge the mass is."""
+    """Return the depth of the mass in a soft stop, negative outside of it."""
     depth = x - law_of(system).number(f"oscillator.stops.{stop}.at")
     return depth if system.oscillator.stops[stop].side == "above" else -depth
 

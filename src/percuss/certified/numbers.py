@@ -13,6 +13,7 @@ __all__ = [
     "ball",
     "between",
     "cos_sin",
+    "exact_value",
     "lower",
     "order_of",
     "power",
@@ -38,12 +39,12 @@ COSINES = {
     Fraction(3, 2): Fraction(0),
     Fraction(5, 3): Fraction(1, 2),
 }
-# Arb's precision is one for the whole process: one thread at a time works with it.
+# Arb has one precision for the whole process, so that one thread at a time works with it.
 _LOCK = threading.RLock()
 
 
 class precision:  # noqa: N801
-    """Work with so many bits inside a ``with`` block, alone among the threads.
+    """The working precision inside a ``with`` block, which one thread enters at a time.
 
     Parameters
     ----------
@@ -74,6 +75,12 @@ def rational(value: Fraction) -> fmpq:
 def ball(value: Fraction) -> arb:
     """Return a ball that holds a fraction, of radius zero where the precision holds it."""
     return arb(rational(value))
+
+
+def exact_value(value: arb) -> Fraction:
+    """Return the midpoint of a ball as a fraction."""
+    mantissa, exponent = value.mid().man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
 def time_ball(value: Phase) -> arb:
@@ -114,18 +121,18 @@ def rational_cosine(times: Fraction, plus: Fraction) -> Fraction | None:
     return COSINES.get(times % 2) if plus == 0 else None
 
 
-def order_of(one: Phase, other: Phase) -> int:
-    """Return -1, 0 or 1 as one time is before another, the same, or after it; exactly.
+def order_of(time: Phase, other: Phase) -> int:
+    """Return -1, 0 or 1 for a time before another, the same, or after it; exactly.
 
     Examples
     --------
     >>> order_of("pi", 3.141592653589793), order_of("20*pi", "40*pi/2")
     (1, 0)
     """
-    (times, plus), (other_times, other_plus) = angle(one), angle(other)
+    (times, plus), (other_times, other_plus) = angle(time), angle(other)
     times, plus = times - other_times, plus - other_plus
     bits = 128
-    # A multiple of pi is no fraction: more bits tell them apart, however close they are.
+    # A multiple of pi is no fraction: enough bits separate them, however close they are.
     while times:
         with precision(bits):
             gap = arb.pi() * ball(times) + ball(plus)
@@ -136,12 +143,12 @@ def order_of(one: Phase, other: Phase) -> int:
 
 
 def upper(value: arb) -> float:
-    """Return a float that is no less than any magnitude in a ball."""
+    """Return a float that no magnitude in a ball exceeds."""
     return float(value.abs_upper()) * UP + TINY
 
 
 def lower(value: arb) -> float:
-    """Return a float that is no more than any magnitude in a ball, and not negative."""
+    """Return a float >= 0 that every magnitude in a ball reaches."""
     return max(0.0, float(value.abs_lower()) * DOWN - TINY)
 
 
@@ -154,10 +161,10 @@ def power(base: float, n: int) -> float:
 
 
 def between(low: arb, high: arb) -> arb:
-    """Return a ball that holds two balls and all between them."""
+    """Return a ball that holds two balls and all numbers between them."""
     return low.union(high)
 
 
 def span(radius: arb) -> arb:
-    """Return the ball around zero that holds everything up to this magnitude."""
+    """Return the ball around zero of all numbers up to a magnitude."""
     return arb(0, radius.abs_upper())

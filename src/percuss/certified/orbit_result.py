@@ -2,97 +2,64 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
+from functools import reduce
 
-import numpy as np
-from flint import acb, arb
+from flint import arb
 from numpy.typing import ArrayLike
 
-from percuss.arrays import Integers
 from percuss.certified.balls import Ball, Balls, ComplexBall
-from percuss.certified.cloud import BallPair, Cloud
+from percuss.certified.cloud import BallPair, hull
 from percuss.certified.law import law_of, range_of
-from percuss.certified.numbers import ball, between, precision, time_ball
-from percuss.certified.properties import Proof
+from percuss.certified.march import ImpactRow
+from percuss.certified.motion import states_as_balls
+from percuss.certified.numbers import ball, precision, time_ball
+from percuss.certified.properties import Monodromy, Proof
 from percuss.certified.results import doubles_of, in_words
-from percuss.certified.shooting import Link, States, region_of_row
+from percuss.certified.shooting import Shooting, States, region_of_row
 from percuss.certified.steady import steady_flight
-from percuss.certified.step import Departure, flight_of
+from percuss.certified.step import flight_of
 from percuss.certified.system import BallSystem
-from percuss.certified.tables import CertifiedImpacts, cycles_of
+from percuss.certified.tables import CertifiedImpacts, impacts_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_fraction
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["CertifiedOrbit", "OrbitMotion", "motion_on", "orbit_of_proof", "unproven"]
+__all__ = ["CertifiedOrbit", "OrbitMotion", "orbit_of_proof", "unproven"]
 
 
 @dataclass(frozen=True)
 class OrbitMotion:
-    """The events of an orbit, and what moves between them.
+    """The motion on an orbit, between the states after its events; none for steady motion."""
 
-    Attributes
-    ----------
-    system, chain, states, period
-        Of the proof; no events for steady motion.
-    orbit
-        The float orbit.
-    """
-
-    system: BallSystem
-    chain: list[Link]
+    equations: Shooting
     states: States
-    period: arb
     orbit: PeriodicOrbit
 
     def at(self, time: Phase) -> BallPair:
-        """Return x and v; at an event both sides are in the balls."""
+        """Return x and v; at an event the balls hold both sides."""
+        system, period, states = self.equations.system, self.equations.period, self.states
         t = time_ball(time)
-        if not self.states:
-            number = region_of_row(self.system, int(self.orbit.record[1][0, 2]))
-            steady = steady_flight(law_of(self.system), number, as_fraction(self.orbit.x0))
+        if not states:
+            number = region_of_row(system, int(self.orbit.record[1][0, 2]))
+            steady = steady_flight(law_of(system), number, as_fraction(self.orbit.x0))
             (x, v), _ = steady.derivatives(t, 1)
             return x, v
-        n = len(self.states)
-        turns = ((t - self.states[0][0]) / self.period).mid().floor().mid()
-        t = t - turns * self.period
-        found: BallPair | None = None
+        n = len(states)
+        t = t - ((t - states[0][0]) / period).mid().floor().mid() * period
+        at_time = []
         # The last flight may reach to the first event a period later, or earlier by the radius.
         for i, shift in ((n - 1, -1), *((i, 0) for i in range(n)), (0, 1)):
-            begin = self.states[i][0] + shift * self.period
-            end = self.states[(i + 1) % n][0] + (shift + (i + 1) // n) * self.period
+            begin = states[i][0] + shift * period
+            end = self.equations.end_of_flight(i, states) + shift * period
             if t < begin or t > end:
                 continue
-            here = self._on_flight(i, t - begin)
-            found = (
-                here if found is None else (between(found[0], here[0]), between(found[1], here[1]))
-            )
-        assert found is not None
-        return found
-
-    def _on_flight(self, i: int, s: arb) -> BallPair:
-        link = self.chain[i]
-        place = self.system.bounds[link.bound].at
-        start = Departure(link.after, place, Cloud.of(*self.states[i]), link.bound)
-        (x, v), _ = flight_of(self.system, start, whole=True).derivatives(s, 1)
-        return x, v
-
-
-def motion_on(motion: OrbitMotion | None, time: Phase) -> BallPair:
-    """Return x and v on an orbit at a time.
-
-    Raises
-    ------
-    ParameterError
-        If the orbit is not proven, or its flights are not those of a list.
-    """
-    if motion is None:
-        reason = "of an orbit that is not proven, or has contacts, no motion is enclosed"
-        raise ParameterError("t", time, reason)
-    return motion.at(time)
+            flight = flight_of(system, self.equations.departure(i, states[i]), whole=True)
+            (x, v), _ = flight.derivatives(t - begin, 1)
+            at_time.append((x, v))
+        return hull(at_time)
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -102,18 +69,18 @@ class CertifiedOrbit:
     Attributes
     ----------
     oscillator, forcing
-        What moves: the exact values that the proof is about.
+        The exact values that the proof is about.
     exists
-        Whether a solution of the formal equations, those of its events, is proven to be there:
-        a motion where `admissible` is True. If not, all balls are without numbers.
+        Whether a solution of the formal equations, those of its events, is proven to exist: a
+        motion where `admissible` is True. If not, all balls are without numbers.
     x0, v0, t0
         A point of the orbit: just after its first impact, or at t = 0 without impacts.
     impacts
         The impacts of one period, and entries into soft stops.
     n_impacts, n_periods
-        How many, and in how many forcing periods; `math.inf` with sticking.
+        Numbers of impacts, `math.inf` with sticking, and of forcing periods.
     period
-        How long it lasts [time].
+        The duration of the orbit [time].
     trace, determinant
         Of the derivative over one period.
     multipliers
@@ -135,7 +102,7 @@ class CertifiedOrbit:
     wanted_digits, precision
         The digits that were asked for, and the bits that were worked with.
     over
-        The number of the force, by its path, for all of whose values in a ball the proof holds;
+        A number of the force, by its path, and the ball for all values in which the proof holds;
         None where all numbers are exact.
     """
 
@@ -160,7 +127,6 @@ class CertifiedOrbit:
     wanted_digits: int
     precision: int
     over: tuple[str, Ball] | None
-    _proof: Proof | None = field(repr=False)
     _motion: OrbitMotion | None = field(repr=False)
 
     def __call__(self, t: ArrayLike | Phase) -> tuple[Balls, Balls]:
@@ -169,8 +135,9 @@ class CertifiedOrbit:
         Parameters
         ----------
         t
-            Times: floats, which are taken exactly, of any shape; or one exact number such as
-            ``"1/3"`` or ``"20*pi"``. At an impact the velocities of both sides are in the ball.
+            Times of any shape, each taken exactly: a float is that double, ``"1/3"`` and
+            ``"20*pi"`` are these numbers. At an impact the velocities of both sides are in the
+            ball.
 
         Returns
         -------
@@ -190,18 +157,23 @@ class CertifiedOrbit:
         >>> bool(abs(x.mid()[0] - x.mid()[1]) < 1e-14), bool(x.radius().max() < 1e-12)
         (True, True)
         """
-        times, shape = times_of(t)
-        with precision(self.precision):
-            states = [motion_on(self._motion, time) for time in times]
-        return (
-            Balls.of((x for x, _ in states), shape),
-            Balls.of((v for _, v in states), shape),
-        )
+        if self._motion is None:
+            reason = "the motion on an orbit is enclosed where it is proven and has no contacts"
+            raise ParameterError("t", t, reason)
+        return states_as_balls(self._motion.at, t, self.precision)
 
     @property
     def doubles(self) -> tuple[str, ...]:
         """Numbers given as floats that are not the decimals they print as: taken as doubles."""
         return doubles_of(self.oscillator, self.forcing)
+
+    @property
+    def event_times(self) -> Balls:
+        """The instants of all events of one period, exits from soft stops among them.
+
+        Empty for steady motion, and where the motion is not enclosed.
+        """
+        return Balls.of(t for t, _ in self._motion.states) if self._motion else Balls(())
 
     @property
     def is_drawable(self) -> bool:
@@ -222,57 +194,52 @@ class CertifiedOrbit:
     def min_impact_speed(self) -> Ball:
         """Least speed of an impact [length/time]."""
         speeds = [abs(v) for v in self.impacts.v_before.arbs]
-        if not speeds:
-            return Ball(arb.nan())
-        least = speeds[0]
-        for speed in speeds[1:]:
-            least = least.min(speed)
-        return Ball(least)
+        return Ball(reduce(arb.min, speeds) if speeds else arb.nan())
 
     def __repr__(self) -> str:
-        """Tell in a line what is proven."""
+        """Return in a line what is proven."""
         if not self.exists:
             return f"<CertifiedOrbit: not proven; {self.reason}>"
         known = {True: "admissible", False: "formal", None: "admissible or not is open"}
-        alone = "alone with these events" if self.isolated else "one of a family"
+        isolated = "alone with these events" if self.isolated else "one of a family"
         open_ = f"; {self.reason}" if self.reason else ""
         stability = "stability undecided" if self.stability == "undecided" else self.stability
         return (
             f"<CertifiedOrbit: {self.n_impacts:g} impacts in {self.n_periods} periods, "
-            f"T = {self.period.text(12)}, {stability}, {known[self.admissible]}, {alone}{open_}"
+            f"T = {self.period.text(12)}, {stability}, {known[self.admissible]}, {isolated}{open_}"
             f"{in_words(self.doubles)}>"
         )
 
 
-def times_of(t: ArrayLike | Phase) -> tuple[list[Phase], tuple[int, ...]]:
-    """Return times, one after the other, and the shape they were given in."""
-    if isinstance(t, np.ndarray) or (not isinstance(t, str) and hasattr(t, "__len__")):
-        array = np.asarray(t, dtype=np.float64)
-        return [float(value) for value in array.reshape(-1)], array.shape
-    return [t], ()  # type: ignore[list-item]
-
-
 def orbit_of_proof(
-    system: BallSystem, orbit: PeriodicOrbit, proof: Proof, digits: int, bits: int
+    system: BallSystem,
+    orbit: PeriodicOrbit,
+    proof: Proof,
+    digits: int,
+    bits: int,
+    *,
+    exists: bool = True,
 ) -> CertifiedOrbit:
-    """Make the result of a proof."""
-    start = proof.start
+    """Make the result of a proof, or of one that failed."""
     with precision(bits):
         impacts = _impacts(system, proof)
-        if start is None:
-            place = ball(system.bounds[proof.chain[0].bound].at)
-            start = place, proof.states[0][1], proof.states[0][0]
+        x0, v0, t0 = proof.start or (
+            ball(system.bounds[proof.events[0].bound].at),
+            proof.states[0][1],
+            proof.states[0][0],
+        )
+    equations = Shooting(system, proof.events, proof.period)
+    enclosed = exists and not proof.sticking
     first, second = proof.monodromy.multipliers
-    count: float = len(impacts)
     return CertifiedOrbit(
         oscillator=orbit.oscillator,
         forcing=orbit.forcing,
-        exists=True,
-        x0=Ball(start[0]),
-        v0=Ball(start[1]),
-        t0=Ball(start[2]),
+        exists=exists,
+        x0=Ball(x0),
+        v0=Ball(v0),
+        t0=Ball(t0),
         impacts=impacts,
-        n_impacts=math.inf if proof.sticking else count,
+        n_impacts=len(impacts) if enclosed else orbit.n_impacts,
         n_periods=orbit.n_periods,
         period=Ball(proof.period),
         trace=Ball(proof.monodromy.trace),
@@ -286,10 +253,7 @@ def orbit_of_proof(
         wanted_digits=digits,
         precision=bits,
         over=range_of(system),
-        _proof=proof,
-        _motion=None
-        if proof.sticking
-        else OrbitMotion(system, proof.chain, proof.states, proof.period, orbit),
+        _motion=OrbitMotion(equations, proof.states, orbit) if enclosed else None,
     )
 
 
@@ -297,47 +261,17 @@ def unproven(
     system: BallSystem, orbit: PeriodicOrbit, reason: str, digits: int, bits: int
 ) -> CertifiedOrbit:
     """Make the result of a proof that failed."""
-    nothing = Ball(arb.nan())
-    none = ComplexBall(acb(arb.nan()))
-    empty = Balls(())
-    no_stops: Integers = np.empty(0, dtype=np.int64)
-    return CertifiedOrbit(
-        oscillator=system.oscillator,
-        forcing=system.forcing,
-        exists=False,
-        x0=nothing,
-        v0=nothing,
-        t0=nothing,
-        impacts=CertifiedImpacts(empty, empty, empty, no_stops, empty, empty),
-        n_impacts=orbit.n_impacts,
-        n_periods=orbit.n_periods,
-        period=nothing,
-        trace=nothing,
-        determinant=nothing,
-        multipliers=(none, none),
-        stability="undecided",
-        admissible=None,
-        isolated=False,
-        unique_within=0.0,
-        reason=reason,
-        wanted_digits=digits,
-        precision=bits,
-        over=range_of(system),
-        _proof=None,
-        _motion=None,
-    )
+    nan = arb.nan()
+    monodromy = Monodromy.of(((nan, nan), (nan, nan)), nan, conservative=False)
+    proof = Proof([], [], [], nan, monodromy, None, False, 0.0, reason, (nan, nan, nan))
+    return orbit_of_proof(system, orbit, proof, digits, bits, exists=False)
 
 
 def _impacts(system: BallSystem, proof: Proof) -> CertifiedImpacts:
-    """Return the events that meet a stop; the interval before the first is that after the last."""
-    met = [i for i, link in enumerate(proof.chain) if link.stop is not None]
-    instants = [proof.states[i][0] for i in met]
-    earlier = [instants[-1] - proof.period, *instants[:-1]] if met else []
-    return CertifiedImpacts(
-        t=Balls.of(instants),
-        v_before=Balls.of(proof.before[i] for i in met),
-        v_after=Balls.of(proof.states[i][1] for i in met),
-        stop=np.array([proof.chain[i].stop for i in met], dtype=np.int64),
-        cycle=cycles_of(system, instants),
-        intervals=Balls.of(t - before for t, before in zip(instants, earlier, strict=True)),
-    )
+    """Return the events that meet a stop; the first interval is that after the last event."""
+    rows = [
+        ImpactRow(t, before, after, event.stop)
+        for event, (t, after), before in zip(proof.events, proof.states, proof.before, strict=True)
+        if event.stop is not None
+    ]
+    return impacts_of(system, rows, rows[-1].t - proof.period if rows else arb(0))

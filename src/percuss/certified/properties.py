@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from flint import acb, arb, ctx
+from flint import acb, arb
 
 from percuss.certified.balls import Undecided
-from percuss.certified.cloud import BallMatrix
-from percuss.certified.law import coarse_bits, law_of
+from percuss.certified.cloud import BallMatrix, BallPair
+from percuss.certified.law import law_of
 from percuss.certified.numbers import precision, span
-from percuss.certified.shooting import Link, Shooting, States
-from percuss.certified.step import flight_of, levels_of, search_along, width_of
-from percuss.certified.system import BallSystem
+from percuss.certified.shooting import OrbitEvent, Shooting, States, derivative_over
+from percuss.certified.step import first_bracket
 
 __all__ = ["Monodromy", "Proof", "admissible_of", "monodromy_of", "multipliers_of", "stability_of"]
 
@@ -24,16 +23,16 @@ class Proof:
 
     Attributes
     ----------
-    chain, states, before
+    events, states, before
         The events, instants and velocities after them, and velocities before.
     period
-        How long it lasts.
+        Its duration.
     monodromy
         Its derivative.
     admissible
         Whether it passes through no stop; None where that is open.
     isolated
-        Whether it is alone.
+        Whether no other orbit with these events is near.
     unique_within
         Part of period and speed within which it is proven to be the only one.
     reason
@@ -42,15 +41,15 @@ class Proof:
         (x, v, t) of an orbit without events.
     """
 
-    chain: list[Link]
-    states: list[tuple[arb, arb]]
+    events: list[OrbitEvent]
+    states: States
     before: list[arb]
     period: arb
     monodromy: Monodromy
     admissible: bool | None
-    isolated: bool
-    unique_within: float
-    reason: str
+    isolated: bool = True
+    unique_within: float = 0.0
+    reason: str = ""
     start: tuple[arb, arb, arb] | None = None
     sticking: bool = False
 
@@ -72,14 +71,11 @@ def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str
 
     One flight that does not is enough, whatever is open of the others.
     """
-    n, open_ = len(states), ""
+    open_ = ""
     for i, state in enumerate(states):
-        following = (i + 1) % n
-        until = states[following][0] + (equations.period if following == 0 else arb(0))
-        # Of half an orbit, the chain is all of it.
-        link = equations.chain[(i + 1) % len(equations.chain)]
+        duration = equations.end_of_flight(i, states) - state[0]
         try:
-            first = _meets_first(equations, i, state, until - state[0], link)
+            first = _meets_first(equations, i, state, duration)
         except Undecided as question:
             open_ = open_ or f"flight {i}: {question.reason}"
             continue
@@ -88,37 +84,21 @@ def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str
     return (None, open_) if open_ else (True, "")
 
 
-def _meets_first(
-    equations: Shooting, i: int, state: tuple[arb, arb], s: arb, following: Link
-) -> bool:
+def _meets_first(equations: Shooting, i: int, state: BallPair, duration: arb) -> bool:
     """Return whether the first event of a flight is the next one of the orbit."""
     system = equations.system
     start = equations.departure(i, state)
-    into = 1 if system.regions[start.region].lower == start.bound else -1
-    if into * state[1] < 0:
+    off = 1 if system.regions[start.region].lower == start.bound else -1
+    if off * state[1] < 0:
         return False
-    tries = sorted({coarse_bits(system), ctx.prec})
-    for coarse in tries:
-        with precision(coarse):
-            flight = flight_of(system, start, whole=True)
-            levels = levels_of(system, start.region)
-            width = width_of(system, flight)
-            search = search_along(system, flight, levels, start.bound, 1, width)
-            try:
-                bracket = search.first(2.0 * float(s.upper()))
-            except Undecided:
-                if coarse == tries[-1]:
-                    raise
-                continue
-            if bracket is None:
-                raise Undecided("precision", "no event was found where the orbit has one")
-            where = bracket.place_of(s)
-            if where == 0 and bracket.level.bound == following.bound:
-                return True
-            if where == 1:
-                return False
-            raise Undecided("graze", "another event lies within the radius of the orbit's")
-    raise Undecided("graze", "a turning point touches a stop within the radius")
+    bracket, _, coarse = first_bracket(system, start, 2.0 * float(duration.upper()))
+    with precision(coarse):
+        place = bracket.place_of(duration)
+    if place == 0 and bracket.level.bound == equations.next_event(i).bound:
+        return True
+    if place == 1:
+        return False
+    raise Undecided("graze", "another event lies within the radius of the orbit's")
 
 
 @dataclass(frozen=True)
@@ -146,42 +126,40 @@ class Monodromy:
     multipliers: tuple[acb, acb]
     stability: str
 
+    @classmethod
+    def of(cls, matrix: BallMatrix, determinant: arb, *, conservative: bool) -> Monodromy:
+        """Return a derivative with its multipliers and stability."""
+        trace = matrix[0][0] + matrix[1][1]
+        multipliers = multipliers_of(trace, determinant)
+        stability = stability_of(trace, determinant, conservative=conservative)
+        return cls(matrix, trace, determinant, conservative, multipliers, stability)
 
-def monodromy_of(
-    system: BallSystem, chain: list[Link], durations: list[arb], matrix: BallMatrix
-) -> Monodromy:
-    """Return the derivative over an orbit with its determinant from the closed form.
 
-    That is the product of r^2 over the impacts times exp(-2 integral of the damping).
+def monodromy_of(equations: Shooting, states: States) -> tuple[Monodromy, list[arb]]:
+    """Return the derivative over one orbit, and the velocities before the events.
+
+    The determinant is that of the closed form: the product of r^2 over the impacts times
+    exp(-2 integral of the damping).
     """
-    law = law_of(system)
+    matrix, images = derivative_over(equations, states)
+    law = law_of(equations.system)
     conservative = True
     factor, decay = arb(1), arb(0)
-    for link, duration in zip(chain, durations, strict=True):
-        if link.wall:
-            path = f"oscillator.stops.{link.stop}.restitution"
-            r = law.number(path)
+    for i, event in enumerate(equations.events):
+        if event.wall:
+            r = event.velocity_factor(equations.system)
             factor = factor * r * r
-            conservative = conservative and r == 1
-        region = law.regions[link.after]
+            conservative = conservative and r == -1
+        region = law.regions[event.after]
         if region.dashpot:
             conservative = False
+            duration = equations.end_of_flight(i, states) - states[i][0]
             decay = decay + region.damping * duration
     determinant = factor if decay.is_zero() else factor * (-2 * decay).exp()
-    trace = matrix[0][0] + matrix[1][1]
-    return completed(matrix, trace, determinant, conservative=conservative)
-
-
-def completed(matrix: BallMatrix, trace: arb, determinant: arb, *, conservative: bool) -> Monodromy:
-    """Return a derivative with its multipliers and stability."""
-    return Monodromy(
-        matrix,
-        trace,
-        determinant,
-        conservative,
-        multipliers_of(trace, determinant),
-        stability_of(trace, determinant, conservative=conservative),
-    )
+    monodromy = Monodromy.of(matrix, determinant, conservative=conservative)
+    # The last flight leads to the first event.
+    before = [image.v_before for image in images]
+    return monodromy, [before[-1], *before[:-1]]
 
 
 def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
@@ -192,8 +170,8 @@ def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
     >>> [str(value.real) for value in multipliers_of(arb(5), arb(4))]
     ['4.00000000000000', '1.00000000000000']
     """
-    if determinant.is_zero():
-        return acb(trace), acb(0)
+    if determinant.is_zero() or not trace.is_finite():
+        return acb(trace), acb(determinant)
     half = trace / 2
     inside = half * half - determinant
     if inside < 0:
@@ -201,7 +179,7 @@ def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
         return acb(half, turn), acb(half, -turn)
     root = acb(inside).sqrt()
     if not inside > 0:
-        # Real, equal or a pair: all of these lie in the square.
+        # Whether real, equal or a complex pair, they lie in the square.
         size = span(inside.abs_upper().sqrt())
         return acb(half + size, size), acb(half + size, size)
     first = acb(half) - root if half < 0 else acb(half) + root
@@ -209,7 +187,7 @@ def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
 
 
 def stability_of(trace: arb, determinant: arb, *, conservative: bool) -> str:
-    """Return the stability that trace and determinant prove, at most 1 the determinant.
+    """Return the stability that trace and determinant prove, for a determinant of at most 1.
 
     Examples
     --------

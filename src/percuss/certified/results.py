@@ -1,4 +1,4 @@
-"""A certified run: what was proven of it, and which of its numbers were given as doubles."""
+"""A certified run: what is proven of it, and which of its numbers were given as doubles."""
 
 from __future__ import annotations
 
@@ -9,13 +9,21 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from flint import arb
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.certified.balls import Ball, Balls
 from percuss.certified.cloud import BallPair
 from percuss.certified.law import range_of
 from percuss.certified.march import Ending, MarchRecord, moved_in_words
-from percuss.certified.motion import energy_of, exact_times, forces_of, is_proven, state_at
+from percuss.certified.motion import (
+    energy_of,
+    exact_times,
+    forces_of,
+    is_proven,
+    state_at,
+    states_as_balls,
+)
 from percuss.certified.numbers import precision, time_ball
 from percuss.certified.system import BallSystem
 from percuss.certified.tables import (
@@ -29,12 +37,11 @@ from percuss.certified.tables import (
     impacts_of,
 )
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, as_float, pi_times
+from percuss.model.exact import Phase, as_float, pi_times, whole
 from percuss.model.forcing import Forcing
-from percuss.model.harmonics import FourierTerm
 from percuss.model.oscillator import Oscillator
+from percuss.model.paths import get_parameter, parameter_paths
 from percuss.model.start import Start
-from percuss.model.stops import Wall
 
 if TYPE_CHECKING:
     # A second of import, and only `sample` needs it.
@@ -42,11 +49,19 @@ if TYPE_CHECKING:
 
 __all__ = ["CertifiedRun", "doubles_of", "in_words", "run_of_record"]
 
+# Endings of motions that are proven to the end that was asked for.
+COMPLETE = (
+    Ending.reached_t_end,
+    Ending.reached_max_impacts,
+    Ending.at_rest,
+    Ending.impact_at_t_end,
+)
+
 
 def doubles_of(
     osc: Oscillator, force: Forcing | None, start: Start | None = None
 ) -> tuple[str, ...]:
-    """Return the paths of such numbers.
+    """Return the paths of the numbers given as floats that are not the decimals they print as.
 
     Examples
     --------
@@ -54,52 +69,37 @@ def doubles_of(
     >>> doubles_of(pc.impact_oscillator(0.8, damping=0.5), pc.cosine("2.8"))
     ('oscillator.stops.0.restitution',)
     """
-    values: dict[str, object] = {
-        "oscillator.stiffness": osc.stiffness,
-        "oscillator.damping": osc.damping,
-    }
-    for i, stop in enumerate(osc.stops):
-        names = ("at", "restitution") if isinstance(stop, Wall) else ("at", "stiffness", "damping")
-        values |= {f"oscillator.stops.{i}.{name}": getattr(stop, name) for name in names}
-    if force is not None:
-        values["forcing.constant"] = force.constant
-        if force.base is not None:
-            values["forcing.omega"] = force.base
-        for i, part in enumerate(force.harmonics):
-            if isinstance(part, FourierTerm):
-                values |= {f"forcing.{name}.{i}": getattr(part, name) for name in ("cos", "sin")}
-                continue
-            for name in ("omega", "amplitude", "phase"):
-                values[f"forcing.harmonics.{i}.{name}"] = getattr(part, name)
-    if start is not None:
-        values |= {f"start.{name}": getattr(start, name) for name in ("x0", "v0", "t0")}
-    return tuple(path for path, value in values.items() if _is_other(value))
-
-
-def _is_other(value: object) -> bool:
-    return isinstance(value, float) and Fraction(repr(value)) != Fraction(value)
+    values = {path: get_parameter(osc, force, start, path)
+              for path in parameter_paths(osc, force, start)}  # fmt: skip
+    return tuple(
+        path
+        for path, value in values.items()
+        if isinstance(value, float) and Fraction(repr(value)) != Fraction(value)
+    )
 
 
 def in_words(doubles: tuple[str, ...]) -> str:
-    """Return the end of a line that says so; empty without any."""
+    """Return words that name the numbers taken as doubles; none without any."""
     return f"; taken as doubles: {', '.join(doubles)}" if doubles else ""
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class CertifiedRun:
-    """A motion that is proven; made by `certify`. Called with times, it gives the motion there.
+    """A motion that is proven; made by `certify`. Called with times, it returns the motion then.
 
     Attributes
     ----------
     oscillator, forcing, start
-        What moved, and from where: the exact values that the proof is about. A float at which
-        `simulate` starts on a stop is replaced by the stop's exact place, unlike `start_given`.
+        The exact values that the proof is about. A float at which `simulate` starts on a stop is
+        replaced by the stop's exact place.
+    start_given
+        The start as it was given.
     t_end
-        Up to when the motion is proven [time].
+        The end of the proven motion [time].
     outcome
         How the proof ended.
     reason
-        More about that, with numbers; empty where there is no more.
+        Why, with numbers; empty where `outcome` says all.
     impacts, crossings, contacts, grazes
         The events, as columns of balls.
     wanted_digits
@@ -107,7 +107,9 @@ class CertifiedRun:
     precision
         The bits that were worked with.
     bits_spent
-        Bits that the balls have grown by, from the start to the last event.
+        Growth of the balls from the start to the last event, in bits.
+    system
+        The numbers of oscillator and forcing as rationals, and the range of one that is a ball.
     """
 
     oscillator: Oscillator
@@ -123,23 +125,23 @@ class CertifiedRun:
     wanted_digits: int
     precision: int
     bits_spent: float
-    _system: BallSystem = field(repr=False)
+    start_given: Start = field(repr=False)
+    system: BallSystem = field(repr=False)
     _record: MarchRecord = field(repr=False)
-    _given: Start = field(repr=False)
 
     @property
-    def start_given(self) -> Start:
-        """The start as it was given; `start` is the one that the proof is about."""
-        return self._given
+    def event_times(self) -> Balls:
+        """The instants at which flights and contacts begin, the start among them."""
+        return Balls.of(piece.start for piece in self._record.pieces)
 
     @property
     def doubles(self) -> tuple[str, ...]:
-        """Integers given as floats that are not the decimals they print as."""
+        """Numbers given as floats that are not the decimals they print as: taken as doubles."""
         return doubles_of(self.oscillator, self.forcing, self.start)
 
     @property
     def accumulations(self) -> int:
-        """How many chatters end: each has infinitely many impacts beside those that are listed."""
+        """Number of chatters that end: each has infinitely many impacts besides the listed ones."""
         return self._record.accumulations
 
     @property
@@ -149,31 +151,30 @@ class CertifiedRun:
         Where the outcome is `Ending.impact_at_t_end`, all events up to t_end are listed, and
         whether the last of them comes by then is open.
         """
-        return self.outcome in _COMPLETE
+        return self.outcome in COMPLETE
 
     @property
     def bits_per_impact(self) -> float:
-        """Bits that the balls grow by at an impact or crossing, on average."""
+        """Mean growth of the balls at an impact or crossing, in bits."""
         return self.bits_spent / max(1, len(self.impacts) + len(self.crossings))
 
     @property
     def known_times(self) -> tuple[float, float]:
-        """First and last float between which the motion is proven; at rest, up to the last event.
+        """First and last float of the proven motion; at rest for good, up to the last event.
 
         Raises
         ------
         ParameterError
             If the proof ends before the next float.
         """
-        last = self.t_end if self.t_end.arb.is_finite() else self._last_event()
-        low, high = _inside(self.start_time, math.inf), _inside(last, -math.inf)
+        low, high = _inside(self.start_time, math.inf), _inside(self._last_time(), -math.inf)
         if low > high:
             reason = f"the proof ends before the first float after its start; {self.outcome.value}"
             raise ParameterError("t_end", self.t_end.mid(), reason)
         return low, high
 
     def __repr__(self) -> str:
-        """Tell in a line what is proven."""
+        """Return in a line what is proven."""
         infinite = " listed, and infinitely many in each accumulation"
         parts = [
             f"{len(table)} {name}{infinite if name == 'impacts' and self.accumulations else ''}"
@@ -198,8 +199,8 @@ class CertifiedRun:
 
     @property
     def over(self) -> tuple[str, Ball] | None:
-        """The number of the force for all of whose values in a ball the proof holds, or None."""
-        return range_of(self._system)
+        """A number of the force, and the ball for all values in which the proof holds, or None."""
+        return range_of(self.system)
 
     def __call__(
         self, t: ArrayLike | Phase, limit: Literal["after", "before"] = "after"
@@ -212,8 +213,8 @@ class CertifiedRun:
             Times up to `t_end`, of any shape, each taken exactly: a float is that double,
             ``"1/3"`` and ``"20*pi"`` are these numbers.
         limit
-            Which velocity to give where a time is that of an impact. As the instant of an impact
-            is a ball, the velocities of both sides are in the ball there whatever this is.
+            Which velocity to return at an impact. Both are in the ball whatever this is, since the
+            instant of the impact is a ball.
 
         Returns
         -------
@@ -235,13 +236,7 @@ class CertifiedRun:
         """
         if limit not in ("after", "before"):
             raise ParameterError("limit", limit, 'neither "after" nor "before"')
-        times, shape = exact_times(t)
-        with precision(self.precision):
-            states = [self._state(time) for time in times]
-        return (
-            Balls.of((x for x, _ in states), shape),
-            Balls.of((v for _, v in states), shape),
-        )
+        return states_as_balls(self._state, t, self.precision)
 
     def sample(self, n: int) -> Dataset:
         """Return x and v at n equidistant times, both ends included, with their radii.
@@ -261,8 +256,7 @@ class CertifiedRun:
         ParameterError
             If n is below 2.
         """
-        if isinstance(n, bool) or not hasattr(n, "__index__") or n < 2:
-            raise ParameterError("n", n, "not a whole number of at least 2, the two ends")
+        n = whole("n", n, 2)
         low, high = self.known_times
         times = np.clip(np.linspace(low, high, n), low, high)
         return self._dataset("t", times, list(times))
@@ -292,7 +286,7 @@ class CertifiedRun:
         if frequency is None:
             reason = "a stroboscopic view needs a forcing whose period is known exactly"
             raise ParameterError("forcing.period", None, reason)
-        last = self.t_end if self.t_end.arb.is_finite() else self._last_event()
+        last = self._last_time()
         length = last.mid() - self.start_time.mid()
         count = int(length * float(frequency) / (2.0 * math.pi) + 1e-9) + 1
         times = [pi_times(2 * k / frequency) + self.start.t0 for k in range(count)]
@@ -301,7 +295,7 @@ class CertifiedRun:
         return self._dataset("period", np.arange(len(times)), times)
 
     def forces(self, t: ArrayLike | Phase) -> Dataset:
-        """Return what acts on the mass at times t, per unit mass, with radii.
+        """Return the forces on the mass at times t, per unit mass, with radii.
 
         Parameters
         ----------
@@ -312,8 +306,8 @@ class CertifiedRun:
         -------
         xarray.Dataset
             `spring`, `damping`, `forcing` over t and `stops` over (stop, t), and
-            ``spring_radius`` and so on [length/time^2]. A soft stop's force where its edge lies
-            within the radius is of both sides; a wall's is its reaction in contact.
+            ``spring_radius`` and so on [length/time^2]. The force of a soft stop whose edge lies
+            within the radius holds both sides; that of a wall is its reaction in contact.
 
         Raises
         ------
@@ -331,17 +325,15 @@ class CertifiedRun:
 
         times, _ = exact_times(np.ravel(np.asarray(t, dtype=object)))
         with precision(self.precision):
-            rows = [
-                forces_of(self._system, self._record, time, self._state(time)) for time in times
-            ]
+            rows = [forces_of(self.system, self._record, time, self._state(time)) for time in times]
         columns = [Balls.of(row[i] for row in rows) for i in range(3 + len(self.oscillator.stops))]
         data: dict[str, object] = {}
-        for ending, part in (("", Balls.mid), ("_radius", Balls.radius)):
+        for suffix, part in (("", Balls.mid), ("_radius", Balls.radius)):
             values = [part(column) for column in columns]
             for name, value in zip(("spring", "damping", "forcing"), values, strict=False):
-                data[name + ending] = ("t", value)
+                data[name + suffix] = ("t", value)
             stops = np.reshape(values[3:], (len(self.oscillator.stops), len(times)))
-            data["stops" + ending] = (("stop", "t"), stops)
+            data["stops" + suffix] = (("stop", "t"), stops)
         coords = {"t": [as_float(time) for time in times]}
         return xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
 
@@ -372,22 +364,20 @@ class CertifiedRun:
         """
         times, shape = exact_times(t)
         with precision(self.precision):
-            energies = [energy_of(self._system, self._state(time)) for time in times]
+            energies = [energy_of(self.system, self._state(time)) for time in times]
         return Balls.of(energies, shape)
 
     def _state(self, time: Phase) -> BallPair:
-        return state_at(self._system, self._record, time)
+        return state_at(self.system, self._record, time)
 
-    def _last_event(self) -> Ball:
-        """Return the start of the last flight or contact."""
-        return Ball(self._record.pieces[-1].start)
+    def _last_time(self) -> Ball:
+        """Return the end of the motion; of one at rest for good, its last event."""
+        return self.t_end if self.t_end.arb.is_finite() else Ball(self._record.pieces[-1].start)
 
     def _dataset(self, name: str, index: NDArray[np.generic], times: Sequence[Phase]) -> Dataset:
         import xarray
 
-        with precision(self.precision):
-            states = [self._state(time) for time in times]
-        x, v = (Balls.of(state[k] for state in states) for k in (0, 1))
+        x, v = states_as_balls(self._state, times, self.precision)
         data = {
             "x": (name, x.mid()),
             "x_radius": (name, x.radius()),
@@ -398,27 +388,20 @@ class CertifiedRun:
 
 
 def _inside(instant: Ball, towards: float) -> float:
-    """Return a float that is certainly not beyond an instant, seen from `towards`."""
+    """Return a float that is certainly not before an instant, or not after it, by a direction."""
     middle = instant.mid()
     if instant.arb == middle:
         return middle
     return math.nextafter(middle + math.copysign(instant.radius(), towards), towards)
 
 
-_COMPLETE = (
-    Ending.reached_t_end,
-    Ending.reached_max_impacts,
-    Ending.at_rest,
-    Ending.impact_at_t_end,
-)
-
-
 def run_of_record(
     system: BallSystem, starts: tuple[Start, Start], record: MarchRecord, spent: float, digits: int
 ) -> CertifiedRun:
-    """Make the result of a march; starts are the one it is about and the one that was given."""
+    """Return the result of a motion from a start, the exact one of two; the other was given."""
+    start = record.pieces[0].start if record.pieces else arb(0)
     with precision(record.bits):
-        impacts = impacts_of(system, record)
+        impacts = impacts_of(system, record.impacts, start)
     return CertifiedRun(
         oscillator=system.oscillator,
         forcing=system.forcing,
@@ -433,7 +416,7 @@ def run_of_record(
         wanted_digits=digits,
         precision=record.bits,
         bits_spent=spent,
-        _system=system,
+        start_given=starts[1],
+        system=system,
         _record=record,
-        _given=starts[1],
     )

@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 from flint import arb, arb_mat, ctx
 
 from percuss.certified.balls import Undecided
-from percuss.certified.cloud import BallMatrix, Cloud
+from percuss.certified.cloud import BallMatrix, BallPair, Cloud, times
 from percuss.certified.first_root import Bracket
 from percuss.certified.law import law_of
 from percuss.certified.numbers import precision, span
@@ -21,21 +21,43 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = [
     "Image",
-    "Link",
+    "OrbitEvent",
     "Residual",
     "Shooting",
     "Solved",
     "States",
-    "chain_of",
+    "Vector",
+    "check_inside",
+    "derivative_over",
+    "events_of",
+    "guess_of",
     "krawczyk",
+    "matrix_of",
+    "newton",
     "pairs",
     "region_of_row",
+    "shooting_of",
     "unique_in",
+    "vector_of",
 ]
+
+Vector: TypeAlias = list[arb]
+# Instants and velocities after the events, in turn.
+States: TypeAlias = list[BallPair]
+# Value of the equations at a point, and their derivative on a box.
+BallFunction: TypeAlias = Callable[[Vector], arb_mat]
+
+# Boxes tried by Krawczyk's test, each wider than the last by a factor.
+BOXES, WIDER = 6, 4
+# How far from its guess a flight time may be, as a part of itself.
+AROUND = 2.0**-6
+# How far around a flight time other roots are excluded at least, as a part of it, where they can.
+ISOLATION = 2.0**-20
+MOST_STEPS = 60
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class OrbitEvent:
     """One event of an orbit.
 
     Attributes
@@ -56,7 +78,7 @@ class Link:
     stop: int | None
     wall: bool
 
-    def kept(self, system: BallSystem) -> arb:
+    def velocity_factor(self, system: BallSystem) -> arb:
         """Return the velocity after the event as a part of that before."""
         if not self.wall:
             return arb(1)
@@ -69,38 +91,55 @@ def region_of_row(system: BallSystem, row: int) -> int:
     return (row - FIRST_HARMONIC - n) // (1 + n)
 
 
-def chain_of(system: BallSystem, orbit: PeriodicOrbit) -> list[Link]:
+def events_of(system: BallSystem, orbit: PeriodicOrbit) -> list[OrbitEvent]:
     """Return the events of an orbit, the first one that of its start.
 
     Raises
     ------
     Undecided
-        If stops that are one as floats are not one exactly.
+        If stops that coincide as floats do not coincide exactly.
     """
     layout = lines(system.oscillator)
     shift = 1 if layout.at[0] is None else 0
     if len(system.bounds) != sum(at is not None for at in layout.at):
-        raise Undecided("precision", "stops that are at one place as floats are not so exactly")
-    found = []
-    for bound_, before_, after_ in orbit.itinerary.events.tolist():
-        bound = int(bound_) - shift
-        before, after = region_of_row(system, int(before_)), region_of_row(system, int(after_))
-        here = system.bounds[bound]
-        stop = here.wall
+        raise Undecided("precision", "stops that coincide as floats do not coincide exactly")
+    stops, events = system.oscillator.stops, []
+    for row, row_before, row_after in orbit.itinerary.events.tolist():
+        number = int(row) - shift
+        before, after = (region_of_row(system, int(region)) for region in (row_before, row_after))
+        bound = system.bounds[number]
+        stop = bound.wall
         if stop is None:
             side = "above" if after > before else "below"
-            stops = system.oscillator.stops
-            stop = next((i for i in here.edges if stops[i].side == side), None)
-        found.append(Link(bound, before, after, stop, here.wall is not None))
-    return found
+            stop = next((i for i in bound.edges if stops[i].side == side), None)
+        events.append(OrbitEvent(number, before, after, stop, bound.wall is not None))
+    return events
 
 
-Vector: TypeAlias = list[arb]
-# Value of the equations at a point, and their derivative on a box.
-BallFunction: TypeAlias = Callable[[Vector], arb_mat]
+def guess_of(orbit: PeriodicOrbit) -> States:
+    """Return the floats of an orbit: instants and velocities after its events."""
+    n, unknowns = len(orbit.itinerary), [float(value) for value in orbit.itinerary.vector]
+    t, states = arb(unknowns[0]), []
+    for duration, v in zip(unknowns[1 : 1 + n], unknowns[1 + n :], strict=False):
+        states.append((t, arb(v)))
+        t = t + arb(duration)
+    return states
 
-ROUNDS = 6
-WIDER = 4
+
+def pairs(z: Vector) -> States:
+    """Return a vector as instants and velocities."""
+    return [(z[i], z[i + 1]) for i in range(0, len(z), 2)]
+
+
+def vector_of(states: States) -> Vector:
+    """Return instants and velocities as a vector."""
+    return [value for state in states for value in state]
+
+
+def check_inside(outer: Vector, inner: Vector) -> None:
+    """Raise Undecided unless one box holds another, so that both hold the same solution."""
+    if not all(a.contains(b) for a, b in zip(outer, inner, strict=True)):
+        raise Undecided("precision", "the ends of the branch lie outside of its box")
 
 
 class Solved(NamedTuple):
@@ -111,26 +150,19 @@ class Solved(NamedTuple):
 
 
 def krawczyk(value: BallFunction, derivative: BallFunction, point: Vector) -> Solved:
-    """Return a box around a point that holds exactly one solution.
-
-    Raises
-    ------
-    Undecided
-        If the test fails: the solution is singular, or the box too wide.
-    """
-    n = len(point)
+    """Return a box around a point that holds exactly one solution."""
     inverse = _inverse(derivative(point))
     shift = inverse * value(point)
-    trial = [2 * shift[i, 0].abs_upper() for i in range(n)]
-    largest = max(trial, key=float)
+    sizes = [2 * entry.abs_upper() for entry in shift.entries()]
+    largest = max(sizes, key=float)
     # A coordinate that moves by nothing at the point may still move on the box.
-    trial = [size.max(largest / 2**20) for size in trial]
-    for _ in range(ROUNDS):
-        box = [z + span(size) for z, size in zip(point, trial, strict=True)]
-        found = _image(inverse, shift, derivative(box), point, trial)
-        if all(abs(new - z) < size for new, z, size in zip(found, point, trial, strict=True)):
-            return Solved(found, box)
-        trial = [WIDER * size for size in trial]
+    sizes = [size.max(largest / 2**20) for size in sizes]
+    for _ in range(BOXES):
+        box = [z + span(size) for z, size in zip(point, sizes, strict=True)]
+        image = _image(inverse, shift, derivative(box), point, sizes)
+        if _lies_inside(image, point, sizes):
+            return Solved(image, box)
+        sizes = [WIDER * size for size in sizes]
     raise Undecided("precision", "no box was found that the equations map into itself")
 
 
@@ -140,10 +172,9 @@ def unique_in(derivative: BallFunction, value: BallFunction, point: Vector, size
         inverse = _inverse(derivative(point))
         shift = inverse * value(point)
         box = [z + span(size) for z, size in zip(point, sizes, strict=True)]
-        found = _image(inverse, shift, derivative(box), point, sizes)
+        return _lies_inside(_image(inverse, shift, derivative(box), point, sizes), point, sizes)
     except Undecided:
         return False
-    return all(abs(new - z) < size for new, z, size in zip(found, point, sizes, strict=True))
 
 
 def _inverse(matrix: arb_mat) -> arb_mat:
@@ -154,22 +185,40 @@ def _inverse(matrix: arb_mat) -> arb_mat:
 
 
 def _image(
-    inverse: arb_mat, shift: arb_mat, slopes: arb_mat, point: Vector, trial: Vector
+    inverse: arb_mat, shift: arb_mat, slopes: arb_mat, point: Vector, sizes: Vector
 ) -> Vector:
     """Return Krawczyk's operator on the box around a point."""
     n = len(point)
-    left = arb_mat([[arb(int(i == j)) for j in range(n)] for i in range(n)]) - inverse * slopes
-    moved = left * arb_mat([[span(size)] for size in trial])
+    contraction = arb_mat([[arb(int(i == j)) for j in range(n)] for i in range(n)])
+    contraction = contraction - inverse * slopes
+    moved = contraction * arb_mat([[span(size)] for size in sizes])
     return [point[i] - shift[i, 0] + moved[i, 0] for i in range(n)]
 
 
-# Instants and velocities after the events, in turn.
-States: TypeAlias = list[tuple[arb, arb]]
-# How far from its guess a flight time may be, as a part of itself.
-AROUND = 2.0**-6
-# How far around a flight time other roots are excluded at least, as a part of it, where they can.
-APART = 2.0**-20
-MOST_STEPS = 60
+def _lies_inside(image: Vector, point: Vector, sizes: Vector) -> bool:
+    return all(abs(x - z) < size for x, z, size in zip(image, point, sizes, strict=True))
+
+
+def newton(step: Callable[[Vector], arb_mat], guess: Vector) -> Vector:
+    """Return a solution near a guess, to about the working precision, by Newton's steps."""
+    z = [value.mid() for value in guess]
+    # No floats: at some thousand bits the steps are smaller than the least of them.
+    enough, before = arb(2) ** -int(0.6 * ctx.prec), arb.pos_inf()
+    for _ in range(MOST_STEPS):
+        try:
+            move = step(z)
+        except ZeroDivisionError:
+            raise Undecided("precision", "the equations of the orbit are singular") from None
+        z = [(value - move[k, 0]).mid() for k, value in enumerate(z)]
+        size = arb(0)
+        for entry in move.entries():
+            size = size.max(entry.abs_upper())
+        if size < enough:
+            return z
+        if size > 1000 * before:
+            break
+        before = before.min(size)
+    raise Undecided("precision", "Newton's method finds no orbit here")
 
 
 class Image(NamedTuple):
@@ -179,21 +228,24 @@ class Image(NamedTuple):
     ----------
     state, derivative
         The image, and its derivative on the whole set.
-    lasts, alone
-        How long the flights last, and a ball in which each of them has this root only.
+    duration, isolating
+        Duration of the flights, and a ball in which each of them has this root only.
+    v_before
+        The velocity before the next event.
     """
 
-    state: tuple[arb, arb]
+    state: BallPair
     derivative: BallMatrix
-    lasts: arb
-    alone: arb
+    duration: arb
+    isolating: arb
+    v_before: arb
 
 
 class Residual:
     """The equations F(z) - z and their derivative, of one and the same root of each flight.
 
-    Flights may have other roots next to it: to the value at a point belongs the derivative on a
-    box around it only where the root of the point is the one that all flights of the box have.
+    Flights may have other roots close to this one. The derivative on a box belongs to the value at
+    a point only where the root of the point is the one that all flights of the box have.
 
     Parameters
     ----------
@@ -201,20 +253,21 @@ class Residual:
         The images of the states after the events, in a vector or a box of them.
     """
 
-    def __init__(self, images: Callable[[list[arb]], list[Image]]) -> None:
+    def __init__(self, images: Callable[[Vector], list[Image]]) -> None:
         self.images = images
-        self.lasts: list[arb] = []
+        self.durations: list[arb] = []
 
-    def value(self, z: list[arb]) -> arb_mat:
+    def value(self, z: Vector) -> arb_mat:
         """Return by how much the states miss themselves, and note the flights' roots."""
-        return self._missed(z, z)
+        return self.missed(z, z)
 
-    def _missed(self, unknowns: list[arb], z: list[arb]) -> arb_mat:
-        found = self.images(unknowns)
-        self.lasts = [image.lasts for image in found]
-        return residual_of(pairs(z), [image.state for image in found])
+    def missed(self, unknowns: Vector, z: Vector) -> arb_mat:
+        """Return by how much states miss themselves that follow from other unknowns."""
+        images = self.images(unknowns)
+        self.durations = [image.duration for image in images]
+        return residual_of(pairs(z), images)
 
-    def derivative(self, z: list[arb]) -> arb_mat:
+    def derivative(self, z: Vector) -> arb_mat:
         """Return the derivative on a box.
 
         Raises
@@ -222,46 +275,65 @@ class Residual:
         Undecided
             If the last value may be of other roots.
         """
-        found = self.images(z)
-        for image, lasts in zip(found, self.lasts, strict=False):
-            if not image.alone.contains(lasts):
+        images = self.images(z)
+        for image, duration in zip(images, self.durations, strict=False):
+            if not image.isolating.contains(duration):
                 raise Undecided("precision", "value and derivative may be of two roots of a flight")
-        return matrix_of([image.derivative for image in found])
-
-
-def pairs(z: list[arb]) -> States:
-    """Return a vector as instants and velocities."""
-    return [(z[i], z[i + 1]) for i in range(0, len(z), 2)]
+        return matrix_of(images)
 
 
 @dataclass(frozen=True)
 class Shooting:
-    """The equations of an orbit.
+    """The equations of an orbit, or of half a symmetric one.
 
     Attributes
     ----------
     system
         The exact system.
-    chain
-        The events.
+    events
+        The events of the orbit; of half an orbit as well, all of them.
     period
-        How long the orbit lasts, at the working precision.
+        Time from the first event to its return, or to its mirror image, at the working precision.
+    mirrored
+        Whether the last flight leads to the mirror image of the first event.
     """
 
     system: BallSystem
-    chain: list[Link]
+    events: list[OrbitEvent]
     period: arb
+    mirrored: bool = False
 
-    def departure(self, i: int, state: tuple[arb, arb]) -> Departure:
+    @classmethod
+    def of(
+        cls,
+        system: BallSystem,
+        events: list[OrbitEvent],
+        n_periods: int,
+        *,
+        mirrored: bool = False,
+    ) -> Shooting:
+        """Return the equations of an orbit over so many periods of the forcing, or of half of it."""
+        period = law_of(system).period(n_periods)
+        return cls(system, events, period / 2 if mirrored else period, mirrored)
+
+    def next_event(self, i: int) -> OrbitEvent:
+        """Return the event after event i."""
+        return self.events[(i + 1) % len(self.events)]
+
+    def end_of_flight(self, i: int, states: States) -> arb:
+        """Return the instant of the event after event i."""
+        return states[i + 1][0] if i + 1 < len(states) else states[0][0] + self.period
+
+    def departure(self, i: int, state: BallPair) -> Departure:
         """Return the departure from an event in all states of two balls."""
-        link = self.chain[i]
-        at = self.system.bounds[link.bound].at
-        return Departure(link.after, at, Cloud.of(*state), link.bound)
+        event = self.events[i]
+        at = self.system.bounds[event.bound].at
+        return Departure(event.after, at, Cloud.of(*state), event.bound)
 
-    def arrival(self, i: int, state: tuple[arb, arb], until: arb, coarse: int) -> Arrival:
-        """Return where the flight from event i meets the next one, near an instant."""
-        start = self.departure(i, state)
-        following = self.chain[(i + 1) % len(self.chain)]
+    def arrival(self, i: int, states: States, coarse: int) -> Arrival:
+        """Return where the flight from event i meets the next one, near its instant in the states."""
+        start = self.departure(i, states[i])
+        following = self.next_event(i)
         with precision(coarse):
             whole = flight_of(self.system, start, whole=True)
             level = next(
@@ -269,94 +341,84 @@ class Shooting:
                 for level in levels_of(self.system, following.before)
                 if level.bound == following.bound
             )
-        lasts = until - state[0]
-        s = float(until - state[0].mid())
-        near = following.bound == self.chain[i].bound
+        t, end = states[i][0], self.end_of_flight(i, states)
+        s = float(end - t.mid())
+        if not s > 0.0:
+            raise Undecided("precision", "an event does not come after the one before it")
         low, high = s * (1.0 - AROUND), s * (1.0 + AROUND)
-        bracket = Bracket(level, low, high, s, near=near, far=high)
+        returns = following.bound == self.events[i].bound
+        bracket = Bracket(level, low, high, s, from_start=returns, far=high)
         # So far that it holds the flight of the orbit itself, and of others in its box.
-        apart = (2 * (lasts - s).abs_upper()).max(arb(abs(s) * APART))
-        return landed(self.system, start, whole, bracket, coarse, apart)
+        isolation = (2 * (end - t - s).abs_upper()).max(arb(s * ISOLATION))
+        return landed(self.system, start, whole, bracket, coarse, isolation)
 
     def images(self, states: States, coarse: int) -> list[Image]:
         """Return the images of the states after the events, and their derivatives."""
-        found = []
-        n = len(states)
-        for i, state in enumerate(states):
-            following = (i + 1) % n
-            until = states[following][0] + (self.period if following == 0 else arb(0))
-            there = self.arrival(i, state, until, coarse)
-            kept = self.chain[following].kept(self.system)
-            (by_t, by_v) = there.derivative
+        images = []
+        for i in range(len(states)):
+            arrival = self.arrival(i, states, coarse)
+            closes = i + 1 == len(states)
+            factor = self.next_event(i).velocity_factor(self.system)
+            if closes and self.mirrored:
+                factor = -factor
+            by_t, by_v = arrival.derivative
             # Of all of the state: a coordinate along a fold is a ball.
-            t, v = there.box
-            derivative = by_t, (kept * by_v[0], kept * by_v[1])
-            image = t - (self.period if following == 0 else 0), kept * v
-            found.append(Image(image, derivative, there.lasts, there.alone))
-        return found
+            t, v = arrival.box
+            images.append(
+                Image(
+                    state=(t - self.period if closes else t, factor * v),
+                    derivative=(by_t, (factor * by_v[0], factor * by_v[1])),
+                    duration=arrival.duration,
+                    isolating=arrival.isolating,
+                    v_before=v,
+                )
+            )
+        return images
 
     def newton(self, states: States) -> States:
-        """Return a solution near some states, to about the working precision.
+        """Return a solution near some states, to about the working precision."""
 
-        Raises
-        ------
-        Undecided
-            If Newton's method finds none.
-        """
-        now = [(t.mid(), v.mid()) for t, v in states]
-        n = len(now)
-        # No floats: at some thousand bits the steps are smaller than the least of them.
-        enough, before = arb(2) ** -int(0.6 * ctx.prec), arb.pos_inf()
-        for _ in range(MOST_STEPS):
-            found = self.images(now, ctx.prec)
-            residual = residual_of(now, [image.state for image in found])
-            matrix = matrix_of([image.derivative for image in found])
-            try:
-                step = matrix.mid().solve(residual.mid())
-            except ZeroDivisionError:
-                raise Undecided("precision", "the equations of the orbit are singular") from None
-            now = [
-                ((now[i][0] - step[2 * i, 0]).mid(), (now[i][1] - step[2 * i + 1, 0]).mid())
-                for i in range(n)
-            ]
-            size = greatest(step)
-            if size < enough:
-                return now
-            if size > 1000 * before:
-                break
-            before = before.min(size)
-        raise Undecided("precision", "Newton's method finds no orbit here")
+        def step(z: Vector) -> arb_mat:
+            images = self.images(pairs(z), ctx.prec)
+            return matrix_of(images).mid().solve(residual_of(pairs(z), images).mid())
+
+        return pairs(newton(step, vector_of(states)))
 
 
-def greatest(step: arb_mat) -> arb:
-    """Return a bound of the entries of a matrix."""
-    found = arb(0)
-    for value in step.entries():
-        found = found.max(value.abs_upper())
-    return found
+def shooting_of(system: BallSystem, orbit: PeriodicOrbit) -> tuple[Shooting, States]:
+    """Return the equations of an orbit, and the floats that solve them nearly."""
+    return Shooting.of(system, events_of(system, orbit), orbit.n_periods), guess_of(orbit)
 
 
-def residual_of(states: States, images: States) -> arb_mat:
+def derivative_over(equations: Shooting, states: States) -> tuple[BallMatrix, list[Image]]:
+    """Return the product of the derivatives of all flights, and their images."""
+    product: BallMatrix | None = None
+    images = equations.images(states, ctx.prec)
+    for i, image in enumerate(images):
+        if not image.isolating.contains(equations.end_of_flight(i, states) - states[i][0]):
+            raise Undecided("precision", "a flight's root may be another one than the orbit's")
+        product = image.derivative if product is None else times(image.derivative, product)
+    assert product is not None
+    return product, images
+
+
+def residual_of(states: States, images: list[Image]) -> arb_mat:
     """Return F(z) - z."""
-    n = len(states)
     rows = []
-    for i in range(n):
+    for i, state in enumerate(states):
         # The image of event i - 1 is event i.
-        t, v = images[i - 1]
-        rows += [[t - states[i][0]], [v - states[i][1]]]
+        rows += [[new - old] for new, old in zip(images[i - 1].state, state, strict=True)]
     return arb_mat(rows)
 
 
-def matrix_of(derivatives: list[BallMatrix]) -> arb_mat:
+def matrix_of(images: list[Image]) -> arb_mat:
     """Return the derivative of F(z) - z."""
-    n = len(derivatives)
-    rows = [[arb(0)] * (2 * n) for _ in range(2 * n)]
-    for i in range(2 * n):
-        rows[i][i] = arb(-1)
-    for i in range(n):
-        following, block = (i + 1) % n, derivatives[i]
+    n = len(images)
+    rows = [[arb(-1) if i == j else arb(0) for j in range(2 * n)] for i in range(2 * n)]
+    for i, image in enumerate(images):
+        following = (i + 1) % n
         for j in range(2):
             for k in range(2):
                 row, column = 2 * following + j, 2 * i + k
-                rows[row][column] = rows[row][column] + block[j][k]
+                rows[row][column] = rows[row][column] + image.derivative[j][k]
     return arb_mat(rows)

@@ -5,10 +5,10 @@ have a whole multiple n >= 2 of sqrt(K) as its frequency. From an impact at t0, 
 natural period pi/sqrt(K), the distance to the wall is twice what the even harmonics alone do at
 t0: if that is zero, the mass is back at the wall exactly, and the velocity after the impact has
 changed by -2 P', with P' the velocity of what the even harmonics alone do at t0. So the instants
-t0 + k pi/sqrt(K) are impacts, unless one comes earlier. Flights two apart differ by
+t0 + k pi/sqrt(K) are impacts, unless one comes earlier. Every other flight differs by
 (V' - V) sin(sqrt(K) s)/sqrt(K) only: where the velocity does not fall, the first two flights
 decide for all, and where it falls the last two (Dyskin et al. 2012, sections 3 and 4). Whether it
-falls is told in rationals where the harmonics' sines are rational at t0, however little it does.
+falls, by however little, is decided in rationals where the harmonics' sines are rational at t0.
 """
 
 from __future__ import annotations
@@ -17,25 +17,30 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from flint import arb, ctx
+from flint import arb
 
 from percuss.certified.balls import Ball, Undecided
-from percuss.certified.contact import first_push_at
+from percuss.certified.cloud import Cloud
+from percuss.certified.contact import first_push_at, rational_terms
+from percuss.certified.families import ReflectedMotion, is_one_elastic_wall
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.law import BallLaw, coarse_bits, law_of
-from percuss.certified.numbers import ball, precision, rational_cosine, time_ball
-from percuss.certified.step import levels_of, search_along, width_of
+from percuss.certified.law import BallLaw, law_of, system_for
+from percuss.certified.numbers import ball, precision, time_ball
+from percuss.certified.step import Departure, first_bracket
 from percuss.certified.system import BallSystem, Tone, system_of
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, angle, as_fraction, pi_times, plain
+from percuss.model.exact import Exact, Phase, as_fraction, pi_times, whole
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, impact_oscillator
+from percuss.motion.eigenset_forms import subset_forcing
 
-__all__ = ["Verdict", "critical_velocity", "keeps_eigenset"]
+__all__ = ["Verdict", "critical_velocity", "keeps_eigenset", "keeps_subset", "repeats_after"]
 
 BITS = 192
-MOST_DIGITS = 1000
-# A touch is told from a passage with half the bits: twice those of the digits, and some.
+# Of the constant of a subset's force: far narrower than what the search can tell.
+CONSTANT_BITS = 4 * BITS
+MOST_DIGITS, MOST_IMPACTS = 1000, 100_000
+# Half the bits separate a touch from a passage: twice those of the digits, and some.
 BITS_PER_DIGIT, MARGIN = 7, 64
 
 
@@ -48,9 +53,9 @@ class Verdict:
     holds
         True and False are proven; None is open.
     n_impacts
-        For how many impacts; `math.inf` for all.
+        The number of impacts that it is about; `math.inf` for all.
     reason
-        How it is proven, or what is open.
+        The proof in words, or what is open.
     """
 
     holds: bool | None
@@ -85,7 +90,7 @@ def keeps_eigenset(
     t0
         Instant of the start [time].
     n_impacts
-        For how many impacts, >= 1, None for all of them.
+        The number of impacts, >= 1, None for all of them.
 
     Returns
     -------
@@ -107,16 +112,8 @@ def keeps_eigenset(
     [True, False]
     """
     if n_impacts is not None:
-        n_impacts = _whole("n_impacts", n_impacts, math.inf)
+        n_impacts = whole("n_impacts", n_impacts, 1)
     return _kept(system_of(osc, force), v0, t0, n_impacts, BITS)
-
-
-def _whole(name: str, value: object, most: float) -> int:
-    value = plain(value)
-    if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= most:
-        return value
-    limits = "of at least 1" if math.isinf(most) else f"from 1 to {most}"
-    raise ParameterError(name, value, f"not a whole number {limits}")
 
 
 def _kept(system: BallSystem, v0: Exact, t0: Phase, n_impacts: int | None, bits: int) -> Verdict:
@@ -139,8 +136,8 @@ def critical_velocity(
 ) -> Ball:
     """Return the velocity at the wall above which all impacts are in the eigenset, as a ball.
 
-    A greater velocity adds (V' - V) sin(sqrt(K) s)/sqrt(K), which is positive over the flight, to
-    the distance to the wall: what keeps to the eigenset with V does so with each V' above it.
+    A greater velocity V' adds (V' - V) sin(sqrt(K) s)/sqrt(K), which is positive over the flight,
+    to the distance to the wall: a motion that keeps to the eigenset with V does so with V'.
 
     Parameters
     ----------
@@ -154,8 +151,7 @@ def critical_velocity(
     Returns
     -------
     Ball
-        Between a velocity for which they provably leave it and one for which they keep to it;
-        as wide as these are apart.
+        From a velocity for which they provably leave it to one for which they keep to it.
 
     Raises
     ------
@@ -168,7 +164,7 @@ def critical_velocity(
     >>> critical_velocity(pc.impact_oscillator(), pc.sine(3), "0.4", "0.6").contains("0.5")
     True
     """
-    digits = _whole("digits", digits, MOST_DIGITS)
+    digits = whole("digits", digits, 1, MOST_DIGITS)
     below, above = as_fraction(low), as_fraction(high)
     bits = max(BITS, BITS_PER_DIGIT * digits + MARGIN)
     system = system_of(osc, force)
@@ -186,19 +182,165 @@ def critical_velocity(
         middle = (below + above) / 2
         holds = keeps(middle)
         if holds is None:
-            # The middle is the velocity itself, or too near to it: from its sides.
-            moved = (above - below) / 64
-            sides = [keeps(middle + side * moved) for side in (-1, 1)]
+            # The middle is the velocity itself, or too close to it: one of its sides decides.
+            offset = (above - below) / 64
+            sides = [keeps(middle + side * offset) for side in (-1, 1)]
             if sides[0] is not False and sides[1] is not True:
                 break
-            below = middle - moved if sides[0] is False else below
-            above = middle + moved if sides[1] is True else above
+            below = middle - offset if sides[0] is False else below
+            above = middle + offset if sides[1] is True else above
         elif holds:
             above = middle
         else:
             below = middle
     with precision(bits):
         return Ball(ball(below).union(ball(above)))
+
+
+def keeps_subset(m: int, v0: Exact) -> Verdict:
+    """Return whether the impacts of a start at t = 0 on the wall are those of Y_m, all of them.
+
+    The oscillator is ``impact_oscillator()``, the force that of `percuss.subset_forcing` with
+    its constant taken exactly, which in the model is a double.
+
+    Parameters
+    ----------
+    m
+        The longer gap in units of pi, >= 2.
+    v0
+        Velocity at the start [length/time], > 0.
+
+    Returns
+    -------
+    Verdict
+        For all impacts; open where the balls do not decide, as at the critical velocity itself.
+
+    Raises
+    ------
+    ParameterError
+        If m is not a whole number of at least 2, or v0 is negative.
+
+    Examples
+    --------
+    The critical velocity for m = 5 is 3/2 (Dyskin et al. 2012, table 1):
+
+    >>> [keeps_subset(5, v0).holds for v0 in ("1.4999999", "1.5000001")]
+    [True, False]
+    """
+    force, start = subset_forcing(m), as_fraction(v0)
+    if start < 0:
+        raise ParameterError("v0", v0, "negative: into the wall")
+    system = system_of(impact_oscillator(), force)
+    with precision(CONSTANT_BITS):
+        constant = Ball((arb.pi() / (m + 1)).cos())
+    exact = system_for(system, {"forcing.constant": constant})
+    try:
+        with precision(BITS):
+            return _subset_verdict(exact, m, ball(start))
+    except Undecided as question:
+        return Verdict(None, math.inf, question.reason)
+
+
+def _subset_verdict(system: BallSystem, m: int, v0: arb) -> Verdict:
+    pi = arb.pi()
+    kick = 2 * (pi / (m + 1)).sin() / (m + 1)
+    following = 2 * kick - v0 if m % 2 == 0 else v0
+    # Long flights begin at 0, short ones at m pi, modulo the period (m+1) pi of the force.
+    flights = [("long", arb(0), v0, m), ("short", m * pi, following, 1)]
+    if m % 2 == 0:
+        flights += [("long", arb(0), following, m), ("short", m * pi, v0, 1)]
+    for k, (name, t, v, gap) in enumerate(flights):
+        if not v > 0:
+            if v < 0:
+                reason = f"the flight before {name} flight {k // 2} would end out of the wall"
+                return Verdict(False, math.inf, reason)
+            raise Undecided("graze", "an impact has no velocity, within the radius")
+        start = Departure(0, system.bounds[0].at, Cloud.of(t, v), 0)
+        bracket, _, _ = first_bracket(system, start, 1.01 * gap * math.pi)
+        place = bracket.place_of(gap * pi)
+        if place == 1:
+            earlier = f"{name} flight {k // 2} meets the wall before {gap} pi"
+            return Verdict(False, math.inf, earlier)
+        if place != 0:
+            raise Undecided("precision", f"the end of {name} flight {k // 2} is open")
+    reason = f"{len(flights)} flights end on Y_{m} and not before, and those decide for all"
+    return Verdict(True, math.inf, reason)
+
+
+def repeats_after(
+    osc: Oscillator,
+    force: Forcing | None,
+    v0: Exact,
+    n_impacts: int,
+    t0: Phase = 0,
+) -> Verdict:
+    """Return whether a motion from the wall is periodic with so many impacts, exactly.
+
+    Where it is, all motions nearby are as well: the derivative over the period is the identity.
+
+    Parameters
+    ----------
+    osc, force
+        An oscillator with an elastic wall at the equilibrium of its spring, without damping, and
+        harmonics of odd multiples, 3 or more, of its frequency.
+    v0
+        Velocity at the wall at t0, off it [length/time].
+    n_impacts
+        After how many impacts it comes back, >= 1.
+    t0
+        Instant of the start [time].
+
+    Returns
+    -------
+    Verdict
+        True: the phase of the force and the velocity after the last of these impacts are those of
+        the start. False: they are not. None where the balls leave it open, as next to a graze.
+
+    Raises
+    ------
+    ParameterError
+        If the number of impacts is not a whole one from 1 on.
+
+    Examples
+    --------
+    Below the critical velocity of the third harmonic there are six impacts in 4 pi
+    (docs/theory/third-harmonic.md), but for a part of the range:
+
+    >>> import percuss as pc
+    >>> wall = pc.impact_oscillator()
+    >>> [repeats_after(wall, pc.sine(3), v0, 6).holds for v0 in ("0.45", "0.495")]
+    [True, False]
+    """
+    n_impacts = whole("n_impacts", n_impacts, 1, MOST_IMPACTS)
+    system = system_of(osc, force)
+    try:
+        with precision(BITS):
+            if not is_one_elastic_wall(system):
+                reason = "the closed form of flights that return reversed does not hold"
+                return Verdict(None, n_impacts, reason)
+            motion = ReflectedMotion(system, time_ball(t0), ball(as_fraction(v0)))
+            return _return_verdict(motion, n_impacts)
+    except Undecided as question:
+        return Verdict(None, n_impacts, question.reason)
+
+
+def _return_verdict(motion: ReflectedMotion, n: int) -> Verdict:
+    """Return whether the motion returns: by its zeros, exactly, or else by its phase and velocity."""
+    v_start = motion.v
+    for _ in range(n):
+        motion.fly()
+    if motion.is_closed:
+        reason = f"the last impact is at the start's zero, {motion.half_periods} half periods later"
+        return Verdict(True, n, f"{reason}, exactly")
+    system = motion.system
+    # By what acts: a period that was given may be a multiple of the least.
+    for omega in {system.frequency(tone) for tone in system.tones if system.strength(tone)}:
+        turns = (motion.t - motion.times[0]) * ball(omega) / (2 * arb.pi())
+        if not turns.contains_integer():
+            return Verdict(False, n, "the last impact is at another phase of the force")
+    if not motion.v.overlaps(v_start):
+        return Verdict(False, n, "the velocity after the last impact is another one")
+    raise Undecided("precision", "the motion comes back within the radius; no closed form says so")
 
 
 class _Eigenset:
@@ -209,7 +351,7 @@ class _Eigenset:
         if len(system.bounds) != 1 or system.bounds[0].wall is None:
             raise Undecided("precision", "not one wall alone")
         self.sign = 1 if system.regions[0].lower == 0 else -1
-        self.root, self.multiples = self._multiples()
+        self.stiffness, self.multiples = self._multiples()
         self.law: BallLaw = law_of(system)
         self.gain = self._gain()
 
@@ -223,20 +365,20 @@ class _Eigenset:
             raise Undecided("precision", "not an elastic wall")
         if not system.is_equilibrium(region, system.bounds[0].at):
             raise Undecided("precision", "the wall is not at the equilibrium")
-        found = []
+        multiples = []
         for tone in system.tones:
             ratio = system.frequency(tone) ** 2 / k
             root = math.isqrt(ratio.numerator)
             if ratio.denominator != 1 or root * root != ratio.numerator or root < 2:
                 reason = "a harmonic is no whole multiple, 2 or more, of the natural frequency"
                 raise Undecided("precision", reason)
-            found.append(root)
-        return k, found
+            multiples.append(root)
+        return k, multiples
 
     def _gain(self) -> Fraction | arb:
-        """Return by how much the velocity off the wall grows at each impact.
+        """Return the growth of the velocity off the wall at each impact.
 
-        As a fraction wherever it is one that is known, so that its sign is as well.
+        A fraction wherever it is known as one, since its sign is then known too.
         """
         pairs = list(zip(self.system.tones, self.multiples, strict=True))
         even = [tone for tone, n in pairs if n % 2 == 0]
@@ -245,7 +387,8 @@ class _Eigenset:
             raise Undecided("precision", "the even harmonics do not vanish at the start, exactly")
         speed = self._at_start(even, 1)
         if speed is None:
-            waves = self._flight(self.law.turns_at(self.t0), arb(0)).waves
+            phasors = self.law.phasors_at(self.t0)
+            waves = EnclosedFlight(self.law, 0, phasors, self.law.places[0], arb(0)).waves
             speeds = [
                 w.omega * w.q for w, n in zip(waves, self.multiples, strict=True) if n % 2 == 0
             ]
@@ -253,21 +396,14 @@ class _Eigenset:
         return -2 * self.sign * speed
 
     def _at_start(self, tones: list[Tone], order: int) -> Fraction | None:
-        """Return place (order 0) or velocity (1) of what harmonics alone do at the start.
+        """Return position (order 0) or velocity (1) of the response to harmonics at the start.
 
         None where it is not surely rational.
         """
-        times, plus = angle(self.t0)
-        total = Fraction(0)
-        for tone in tones:
-            omega = self.system.frequency(tone)
-            turn = tone.phase[0] + omega * times + Fraction(order, 2)
-            cosine = rational_cosine(turn, tone.phase[1] + omega * plus)
-            if cosine is None:
-                return None
-            apart = self.root - omega * omega
-            total += self.system.strength(tone) * omega**order * cosine / apart
-        return total
+        terms = rational_terms(self.system, tones, self.t0, order)
+        if terms is None:
+            return None
+        return sum((value / (self.stiffness - omega**2) for value, omega in terms), Fraction(0))
 
     def verdict(self, n_impacts: float) -> Verdict:
         """Return the verdict for so many impacts.
@@ -290,14 +426,14 @@ class _Eigenset:
             return Verdict(False, n_impacts, reason)
         for k in deciding:
             if not self._is_clear(k):
-                earlier = f"flight {k} meets the wall before half a natural period"
-                return Verdict(False, n_impacts, earlier)
+                reason = f"flight {k} meets the wall before half a natural period"
+                return Verdict(False, n_impacts, reason)
         which = "the first two" if rises else "the last two" if falls else "the first and last two"
         reason = f"{which} flights meet the wall after half a natural period and not before"
         return Verdict(True, n_impacts, f"{reason}, and those decide for all")
 
     def _start_of(self, k: int) -> Phase:
-        """Return the instant at which a flight begins, half natural periods after the start."""
+        """Return the start of a flight, so many half natural periods after the first."""
         if not self.system.tones:
             # Nothing depends on it, and the root of the stiffness may be irrational.
             return self.t0
@@ -305,48 +441,27 @@ class _Eigenset:
         return pi_times(k / natural) + self.t0
 
     def _velocity(self, k: int) -> arb:
-        """Return the velocity off the wall with which a flight begins; its sign where it is known.
+        """Return the velocity off the wall with which a flight begins.
 
-        The sum of rationals is rounded once: zero is zero, and no sign is lost.
+        A sum of rationals is rounded once: zero stays zero, and no sign is lost.
         """
         start = self.sign * self.v0
         if isinstance(self.gain, Fraction):
             return ball(start + k * self.gain)
         return ball(start) + k * self.gain
 
-    def _flight(self, turns: list[tuple[arb, arb]], v: arb, order: int = 1) -> EnclosedFlight:
-        return EnclosedFlight(self.law, 0, turns, self.law.places[0], v, order)
-
     def _is_clear(self, k: int) -> bool:
         """Return whether a flight meets the wall first after half a natural period."""
-        speed = self._velocity(k)
-        time = self._start_of(k)
-        turns = self.law.turns_at(time)
-        order = 1
+        speed, time = self._velocity(k), self._start_of(k)
+        place, t, order = self.system.bounds[0].at, time_ball(time), 1
         if speed.is_zero():
-            place = self.system.bounds[0].at
-            order, way = first_push_at(self.law, 0, place, time_ball(time), time)
-            if way != self.sign:
+            order, direction = first_push_at(self.law, 0, place, t, time)
+            if direction != self.sign:
                 return False
-        half = arb.pi() / ball(self.root).sqrt()
-        tries = sorted({coarse_bits(self.system), ctx.prec})
-        for coarse in tries:
-            with precision(coarse):
-                flight = self._flight(turns, self.sign * speed, order)
-                levels = levels_of(self.system, 0)
-                width = width_of(self.system, flight)
-                bound = levels[0].bound
-                search = search_along(self.system, flight, levels, bound, order, width)
-                try:
-                    bracket = search.first(2.0 * float(half))
-                except Undecided:
-                    if coarse == tries[-1]:
-                        raise
-                    continue
-            where = None if bracket is None else bracket.place_of(half)
-            if where == 0:
-                return True
-            if where == 1:
-                return False
-            raise Undecided("precision", "the first impact is not told from half a period")
-        raise Undecided("graze", "a turning point touches the wall within the radius")
+        half = arb.pi() / ball(self.stiffness).sqrt()
+        start = Departure(0, place, Cloud.of(t.mid(), self.sign * speed), 0, order, time)
+        bracket, _, _ = first_bracket(self.system, start, 2.0 * float(half))
+        position = bracket.place_of(half)
+        if position is None or position < 0:
+            raise Undecided("precision", "whether the first impact is after half a period is open")
+        return position == 0

@@ -1,7 +1,8 @@
-"""Orbits that meet no stop: the steady motion inside one region, which is a formula."""
+"""Orbits that meet no stop: the closed form of the steady motion inside a region."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from fractions import Fraction
 
@@ -11,7 +12,7 @@ from percuss.certified.balls import Undecided
 from percuss.certified.flight import EnclosedFlight, propagator
 from percuss.certified.law import BallLaw, coarse_bits, constant_of, law_of
 from percuss.certified.numbers import ball, precision
-from percuss.certified.properties import Proof, completed
+from percuss.certified.properties import Monodromy, Proof
 from percuss.certified.shooting import region_of_row
 from percuss.certified.step import levels_of, search_along, width_of
 from percuss.certified.system import BallSystem
@@ -26,7 +27,7 @@ def steady_flight(
 ) -> EnclosedFlight:
     """Return the steady motion of a region, from t = 0.
 
-    Without a spring it can be anywhere: it starts at ``place``, if that is given.
+    Without a spring its place is arbitrary: it starts at ``place``, if that is given.
 
     Raises
     ------
@@ -38,7 +39,7 @@ def steady_flight(
         raise Undecided("precision", "without a spring steady motion has no place of its own")
     if any(gain is None for gain in region.gains):
         raise Undecided("precision", "at resonance without damping there is no steady motion")
-    flight = EnclosedFlight(law, region_number, law.turns_at(0), arb(0), arb(0))
+    flight = EnclosedFlight(law, region_number, law.phasors_at(0), arb(0), arb(0))
     x, v = flight.origin, arb(0)
     for omega, p, q, *_ in flight.waves:
         x, v = x + p, v + omega * q
@@ -62,26 +63,25 @@ def steady_proof(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
     period = law.period(1)
     by = propagator(flight.region, period)
     matrix = (by.a11, by.a12), (by.a21, by.a22)
-    trace = by.a11 + by.a22
     damping = system.damping(system.regions[number])
     determinant = arb(1) if damping == 0 else (-2 * ball(damping) * period).exp()
-    one_minus = 1 - trace + determinant
-    alone = bool(one_minus > 0 or one_minus < 0)
+    monodromy = Monodromy.of(matrix, determinant, conservative=damping == 0)
+    one_minus = 1 - monodromy.trace + determinant
+    isolated = bool(one_minus > 0 or one_minus < 0)
     admissible, reason = steady_admissible(system, number, period, place)
-    monodromy = completed(matrix, trace, determinant, conservative=damping == 0)
     if not law.regions[number].spring:
-        # One multiplier is 1 exactly: any place will do.
-        one = acb(1), acb(determinant)
-        monodromy = replace(monodromy, multipliers=one, stability="parabolic")
+        # One multiplier is 1 exactly, since the place is arbitrary.
+        multipliers = acb(1), acb(determinant)
+        monodromy = replace(monodromy, multipliers=multipliers, stability="parabolic")
     return Proof(
-        chain=[],
+        events=[],
         states=[],
         before=[],
         period=period,
         monodromy=monodromy,
         admissible=admissible,
-        isolated=alone,
-        unique_within=float("inf") if alone else 0.0,
+        isolated=isolated,
+        unique_within=math.inf if isolated else 0.0,
         reason=reason,
         start=(flight.x0, flight.v0, arb(0)),
     )
@@ -101,9 +101,9 @@ def steady_admissible(
                 return False, "it starts beyond a stop"
             search = search_along(system, flight, levels, None, 1, width_of(system, flight))
             try:
-                found = search.first(float(period.upper()) * 1.000001)
+                bracket = search.first(float(period.upper()) * 1.000001)
             except Undecided as open_question:
                 question = open_question.reason
                 continue
-        return (True, "") if found is None else (False, "it passes through a stop")
+        return (True, "") if bracket is None else (False, "it passes through a stop")
     return None, question

@@ -22,6 +22,7 @@ __all__ = [
     "Departure",
     "event_derivative",
     "first_arrival",
+    "first_bracket",
     "flight_of",
     "landed",
     "levels_of",
@@ -33,22 +34,22 @@ LEAST = 1e-120
 
 @dataclass(frozen=True, slots=True)
 class Departure:
-    """From where and how a flight sets off.
+    """The start of a flight.
 
     Attributes
     ----------
     region
         Number of the region.
     x
-        Where, exactly.
+        The exact position.
     cloud
         The instants and velocities.
     bound
-        Number of the bound it starts on, None between them.
+        Number of the bound at x, None between bounds.
     order
         Order of the first derivative of x that is not zero.
     time
-        The instant, where it is an exact one; then the cloud has no width in time.
+        The instant, where it is exact; the cloud then has no width in time.
     """
 
     region: int
@@ -61,7 +62,7 @@ class Departure:
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """Where a flight first meets a bound.
+    """The end of a flight: its first event.
 
     Attributes
     ----------
@@ -70,11 +71,11 @@ class Arrival:
     point
         Instant and velocity of the flight from the middle of the cloud.
     derivative
-        Of instant and velocity by those of the departure, on the whole cloud.
+        Of instant and velocity with respect to those of the departure, on the whole cloud.
     box
         Instant and velocity of all.
-    lasts, alone
-        Time of flight of all, and a wider ball in which each of them has this root only.
+    duration, isolating
+        Duration of all flights, and a wider ball in which each of them has this root only.
     """
 
     bound: int
@@ -82,33 +83,33 @@ class Arrival:
     point: BallPair
     derivative: BallMatrix
     box: BallPair
-    lasts: arb
-    alone: arb
+    duration: arb
+    isolating: arb
 
 
 def flight_of(system: BallSystem, start: Departure, *, whole: bool) -> EnclosedFlight:
     """Return the flight from the middle of a departure's cloud, or those from all of it."""
     law = law_of(system)
     t, v = start.cloud.box() if whole else start.cloud.middle
-    turns = law.turns(t) if start.time is None else law.turns_at(start.time)
+    phasors = law.phasors(t) if start.time is None else law.phasors_at(start.time)
     if start.order > 1:
         v = arb(0)
     x = ball(start.x) if start.bound is None else law.places[start.bound]
-    return EnclosedFlight(law, start.region, turns, x, v, start.order)
+    return EnclosedFlight(law, start.region, phasors, x, v, start.order)
 
 
 def levels_of(system: BallSystem, region: int) -> list[Level]:
     """Return the bounds of a region as levels, at the working precision."""
-    law, here = law_of(system), system.regions[region]
-    found = []
-    for number, sign in ((here.lower, 1), (here.upper, -1)):
-        if number is not None:
-            found.append(Level(number, sign, law.places[number]))
-    return found
+    places, ends = law_of(system).places, system.regions[region]
+    return [
+        Level(bound, sign, places[bound])
+        for bound, sign in ((ends.lower, 1), (ends.upper, -1))
+        if bound is not None
+    ]
 
 
 def width_of(system: BallSystem, flight: EnclosedFlight) -> float:
-    """Return about how long a stretch of a flight can be, for the quickest part of the motion."""
+    """Return about the length of a stretch of a flight, by the fastest part of the motion."""
     return 1.0 / max([flight.region.pace, *law_of(system).paces, 1e-6])
 
 
@@ -120,22 +121,10 @@ def search_along(
     order: int,
     width: float,
 ) -> Search:
-    """Return the search along a curve, at the working precision.
+    """Return the search along a curve from a bound (None: from inside), at the working precision.
 
-    Parameters
-    ----------
-    system
-        The exact system.
-    curve
-        The curve.
-    levels
-        The levels.
-    started
-        The bound on which the curve starts, None for one inside.
-    order
-        Order of the first derivative there that is not zero.
-    width
-        About how long a stretch can be.
+    ``order`` is that of the first derivative at the start that is not zero, ``width`` about the
+    length of a stretch.
     """
     return Search(
         curve,
@@ -149,24 +138,7 @@ def search_along(
 
 
 def first_arrival(system: BallSystem, start: Departure, end: arb, width: float) -> Arrival | None:
-    """Return where a departure first meets a bound, None if it does not before an instant.
-
-    Parameters
-    ----------
-    system
-        The exact system.
-    start
-        The departure.
-    end
-        The instant.
-    width
-        About how long a stretch can be searched at once.
-
-    Raises
-    ------
-    Undecided
-        If the balls leave it open.
-    """
+    """Return where a departure first meets a bound, None if it does not before an instant."""
     bits = ctx.prec
     coarse = coarse_bits(system)
     try:
@@ -194,38 +166,58 @@ def _arrival(
     return landed(system, start, whole, bracket, coarse)
 
 
+def first_bracket(
+    system: BallSystem, start: Departure, longest: float
+) -> tuple[Bracket, EnclosedFlight, int]:
+    """Return where all flights of a departure first meet a bound, those flights, and their bits.
+
+    The bits are the fewest that decide.
+
+    Raises
+    ------
+    Undecided
+        If the balls leave it open, or the flights meet no bound in this time.
+    """
+    bits = sorted({coarse_bits(system), ctx.prec})
+    for coarse in bits:
+        with precision(coarse):
+            whole = flight_of(system, start, whole=True)
+            levels, width = levels_of(system, start.region), width_of(system, whole)
+            search = search_along(system, whole, levels, start.bound, start.order, width)
+            try:
+                bracket = search.first(longest)
+            except Undecided:
+                if coarse == bits[-1]:
+                    raise
+                continue
+        if bracket is not None:
+            return bracket, whole, coarse
+        break
+    raise Undecided("no_event", f"a flight meets no stop within {longest:.6g}")
+
+
 def landed(
     system: BallSystem,
     start: Departure,
     whole: EnclosedFlight,
     bracket: Bracket,
     coarse: int,
-    apart: arb | None = None,
+    isolation: arb | None = None,
 ) -> Arrival:
     """Return the arrival in a bracket.
 
-    Parameters
-    ----------
-    system, start
-        What departs.
-    whole
-        The flights from all of the cloud, made at ``coarse`` bits.
-    bracket
-        Where the root is.
-    coarse
-        Bits for all but the root of the flight from the middle.
-    apart
-        How far from it other roots are to be excluded, where that can be done.
+    ``whole`` are the flights from all of the cloud, made at ``coarse`` bits, which serve for all
+    but the root of the flight from the middle. Within ``isolation`` of the root others are
+    excluded, where that can be done.
     """
     point = flight_of(system, start, whole=False)
     level = next(
         level for level in levels_of(system, start.region) if level.bound == bracket.level.bound
     )
-    _, low, high, guess, near, far = bracket
-    fine = Bracket(level, low, high, guess, near, far)
-    # The series takes derivatives below the order for zero, which starts beside do not fulfil.
+    fine = bracket._replace(level=level)
+    # The series takes derivatives below the order for zero, which they are not at all starts.
     summed = start.order <= 2 or start.time is not None
-    first, all_ = solve(point, whole, fine, coarse, summed=summed, apart=apart)
+    first, all_ = solve(point, whole, fine, coarse, summed=summed, isolation=isolation)
     with precision(coarse):
         by = propagator(whole.region, all_.s)
         derivative = event_derivative(by, (whole.v0, whole.a0), (all_.v, all_.a))
@@ -233,21 +225,15 @@ def landed(
     began = start.cloud.middle[0] if start.time is None else time_ball(start.time)
     at = began + first.s, first.v
     box = at[0] + dt, at[1] + dv
-    return Arrival(level.bound, level.sign, at, derivative, box, all_.s, all_.alone)
+    return Arrival(level.bound, level.sign, at, derivative, box, all_.s, all_.isolating)
 
 
 def event_derivative(by: BallPropagator, before: BallPair, after: BallPair) -> BallMatrix:
     """Return the derivative of instant and velocity at an event by those at the one before.
 
     A start later by dt is, at a fixed instant, one that is displaced by (-v, -a) dt; and an
-    event comes later by -dx/v.
-
-    Parameters
-    ----------
-    by
-        BallPropagator of the flight.
-    before, after
-        Velocity and acceleration at its start and at its end.
+    event comes later by -dx/v. ``before`` and ``after`` are velocity and acceleration at start
+    and end of the flight, ``by`` is its propagator.
     """
     (v0, a0), (v1, a1) = before, after
     a11, a12, a21, a22 = by
@@ -257,7 +243,7 @@ def event_derivative(by: BallPropagator, before: BallPair, after: BallPair) -> B
 
 
 def _never_reaches(flight: EnclosedFlight, levels: list[Level], start: Departure) -> bool:
-    """Return whether a motion that stays within bounds for ever stays away from all levels."""
+    """Return whether the motion is proven to stay away from all levels for ever."""
     if start.bound is not None:
         return False
     reach = flight.reach()

@@ -1,23 +1,23 @@
-"""Orbits with sticking: a contact that comes again after whole periods.
+"""Orbits with sticking: a contact that returns after whole periods.
 
 In contact the mass is at the wall without velocity, and the forcing is periodic: a motion in
 contact at an instant and again a whole number of periods later is periodic from there on,
-exactly. All neighbours that come to the same contact follow the same motion from its release on,
-so both multipliers are zero.
+exactly. All neighbours that reach the same contact follow the same motion after its release, so
+both multipliers are zero.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
 
-from flint import acb, arb
+from flint import arb
 
 from percuss.certified.balls import Undecided
 from percuss.certified.contact import Hold
 from percuss.certified.march import Ending, MarchLimits, MarchRecord, march
 from percuss.certified.numbers import ball
 from percuss.certified.properties import Monodromy, Proof
-from percuss.certified.shooting import Link
+from percuss.certified.shooting import OrbitEvent
 from percuss.certified.system import BallSystem
 from percuss.model.exact import pi_times
 from percuss.model.start import Start
@@ -38,23 +38,23 @@ def sticking_proof(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Pro
     if frequency is None:
         raise Undecided("precision", "the period of the forcing is not known exactly")
     contacts = orbit.trajectory(2).contacts
-    held = [
+    rows = [
         (start, end, stop)
         for start, end, stop in zip(contacts.start, contacts.release, contacts.stop, strict=True)
         if end > start
     ]
-    if not held:
-        raise Undecided("precision", "the orbit's contact was not found again")
-    begin, end, stop = max(held, key=lambda row: float(row[1] - row[0]))
+    if not rows:
+        raise Undecided("precision", "the motion from the orbit has no contact")
+    begin, end, stop = max(rows, key=lambda row: float(row[1] - row[0]))
     # Any instant of the contact, exactly.
     middle = float(0.5 * (begin + end))
     start = Start(orbit.oscillator.stops[int(stop)].at, 0, middle)
     after = pi_times(Fraction(2 * orbit.n_periods) / frequency) + middle
     finest = Fraction(1, 2 * 10**digits)
     record = march(system, start, MarchLimits(after, None, finest))
-    held_at_end = bool(record.pieces) and isinstance(record.pieces[-1].what, Hold)
-    held_at_start = bool(record.pieces) and isinstance(record.pieces[0].what, Hold)
-    if record.ending is not Ending.reached_t_end or not (held_at_start and held_at_end):
+    ends = [record.pieces[0].what, record.pieces[-1].what] if record.pieces else [None]
+    sticks = all(isinstance(piece, Hold) for piece in ends)
+    if record.ending is not Ending.reached_t_end or not sticks:
         raise Undecided(
             "precision", record.reason or "the motion does not come back to its contact"
         )
@@ -69,29 +69,19 @@ def _proof(
 ) -> Proof:
     zero = arb(0)
     bounds = {bound.wall: i for i, bound in enumerate(system.bounds)}
-    chain = [Link(bounds[row.stop], 0, 0, row.stop, wall=True) for row in record.impacts]
-    monodromy = Monodromy(
-        ((zero, zero), (zero, zero)),
-        zero,
-        zero,
-        conservative=False,
-        multipliers=(acb(0), acb(0)),
-        stability="asymptotic",
-    )
+    events = [OrbitEvent(bounds[row.stop], 0, 0, row.stop, wall=True) for row in record.impacts]
+    monodromy = Monodromy.of(((zero, zero), (zero, zero)), zero, conservative=False)
     release = record.contacts[0].release
     assert release is not None
     place = ball(system.bounds[bounds[record.contacts[0].stop]].at)
     period = 2 * orbit.n_periods * arb.pi() / ball(frequency)
     return Proof(
-        chain=chain,
+        events=events,
         states=[(row.t, row.v_after) for row in record.impacts],
         before=[row.v_before for row in record.impacts],
         period=period,
         monodromy=monodromy,
         admissible=True,
-        isolated=True,
-        unique_within=0.0,
-        reason="",
         start=(place, zero, release),
         sticking=True,
     )

@@ -1,4 +1,4 @@
-"""The problem in exact rationals: the numbers as the model holds them, and the regions."""
+"""The oscillator and its forcing in exact rationals, and the regions between the stops."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Angle = tuple[Fraction, Fraction]
 
 @dataclass(frozen=True)
 class Tone:
-    """A part of the forcing, amplitude cos(omega t + phase), by the names of its numbers.
+    """A harmonic of the forcing, amplitude cos(omega t + phase), by the paths of its numbers.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Tone:
     phase
         The phase as ``times * pi + plus``.
     phase_path
-        Path of the phase; empty where it is none of its own.
+        Path of the phase; empty where it is not a parameter.
     """
 
     omega: str
@@ -67,16 +67,16 @@ class BallSystem:
     Attributes
     ----------
     oscillator, forcing
-        As the user gave them.
+        As they were given.
     numbers
         The numbers by their paths.
     tones
-        The parts of the forcing.
+        The harmonics of the forcing.
     bounds, regions
-        Upwards.
+        From below to above.
     moved
-        A number that stands for all between two values, by its path; None for none. All else
-        that depends on it, such as the order of the bounds, is that of ``numbers``.
+        The path of a number that stands for all values between two, and these; or None. What else
+        depends on it, such as the order of the bounds, is that of ``numbers``.
     """
 
     oscillator: Oscillator
@@ -96,15 +96,15 @@ class BallSystem:
         return self.numbers[tone.amplitude]
 
     def stiffness(self, region: Region) -> Fraction:
-        """Return k and all springs of the stops that act."""
+        """Return the stiffness of the oscillator and of the stops that act."""
         return self._sum(region, "stiffness")
 
     def damping(self, region: Region) -> Fraction:
-        """Return a and all dashpots of the stops that act."""
+        """Return the damping of the oscillator and of the stops that act."""
         return self._sum(region, "damping")
 
     def constant(self, region: Region) -> Fraction:
-        """Return the constant force, that of the springs of the stops that act at x = 0 with it."""
+        """Return the constant force, with the force at x = 0 of the stops that act."""
         paths = (f"oscillator.stops.{i}" for i in region.active)
         springs = sum(self.numbers[f"{p}.stiffness"] * self.numbers[f"{p}.at"] for p in paths)
         return self.numbers["forcing.constant"] + springs
@@ -161,7 +161,7 @@ def _bounds(osc: Oscillator, numbers: dict[str, Fraction]) -> tuple[Bound, ...]:
     walls = {stop.side: i for i, stop in enumerate(osc.stops) if isinstance(stop, Wall)}
     low = places[walls["below"]] if "below" in walls else None
     high = places[walls["above"]] if "above" in walls else None
-    found = []
+    bounds = []
     for at in sorted(set(places)):
         if (low is not None and at < low) or (high is not None and at > high):
             continue
@@ -169,9 +169,9 @@ def _bounds(osc: Oscillator, numbers: dict[str, Fraction]) -> tuple[Bound, ...]:
         edges = tuple(
             i for i, stop in enumerate(osc.stops) if isinstance(stop, SoftStop) and places[i] == at
         )
-        here = wall if wall is not None else edges[0]
-        found.append(Bound(f"oscillator.stops.{here}.at", at, wall, edges if wall is None else ()))
-    return tuple(found)
+        stop = wall if wall is not None else edges[0]
+        bounds.append(Bound(f"oscillator.stops.{stop}.at", at, wall, edges if wall is None else ()))
+    return tuple(bounds)
 
 
 def _regions(
@@ -183,7 +183,7 @@ def _regions(
     last = next((i for i in walls if sides[i] == "above"), None)
     inner = [i for i, bound in enumerate(bounds) if bound.wall is None]
     ends: list[int | None] = [first, *inner, last]
-    found = []
+    regions = []
     for lower, upper in itertools.pairwise(ends):
         active = tuple(
             i
@@ -191,14 +191,14 @@ def _regions(
             if isinstance(stop, SoftStop)
             and _acts(stop, numbers[f"oscillator.stops.{i}.at"], bounds, lower, upper)
         )
-        found.append(Region(active, lower, upper))
-    return tuple(found)
+        regions.append(Region(active, lower, upper))
+    return tuple(regions)
 
 
 def _acts(
     stop: SoftStop, at: Fraction, bounds: tuple[Bound, ...], lower: int | None, upper: int | None
 ) -> bool:
-    """Return whether a stop acts in the whole of a region; its edges cut the line."""
+    """Return whether a soft stop acts in a region, which no edge of a stop divides."""
     if stop.side == "above":
         return lower is not None and bounds[lower].at >= at
     return upper is not None and bounds[upper].at <= at

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     # A second of import, and only `to_dataset` needs it.
     from xarray import Dataset
 
-__all__ = ["Contacts", "Crossings", "Grazes", "Impacts"]
+__all__ = ["COLUMNS", "Contacts", "Crossings", "EventTable", "Grazes", "Impacts"]
 
 
 # The columns of each table as a dataset, and what they are.
@@ -52,17 +52,14 @@ COLUMNS: dict[str, dict[str, str]] = {
 }
 
 
-class EventColumns:
-    """The table of one kind of event, a column for each quantity."""
+class EventTable:
+    """The events of one kind in a run, a column for each of their numbers."""
 
     __slots__ = ()
-    # Row of COLUMNS, and the dimension of the dataset.
-    kind: ClassVar[str]
+    dimension: ClassVar[str]
 
     def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over their kind of event.
-
-        Its ``to_dataframe`` makes them a table of pandas.
+        """Return the columns as an xarray.Dataset over the events; ``to_dataframe`` makes it pandas'.
 
         Examples
         --------
@@ -75,14 +72,10 @@ class EventColumns:
 
         return xarray.Dataset(
             {
-                name: (self.kind, getattr(self, name), {"long_name": meaning})
-                for name, meaning in COLUMNS[self.kind].items()
+                name: (self.dimension, values, {"long_name": meaning})
+                for name, meaning, values in self._columns()
             }
         )
-
-    def _instants(self) -> Floats:
-        """Return the first column: when each event happened, or began."""
-        return cast("Floats", getattr(self, next(iter(COLUMNS[self.kind]))))
 
     def __len__(self) -> int:
         """Return the number of events."""
@@ -90,20 +83,24 @@ class EventColumns:
 
     def __repr__(self) -> str:
         """Return the number of events and when they were."""
-        t = self._instants()
-        span = "" if len(t) == 0 else f" at t = {t[0]:.6g}"
-        if len(t) > 1:
-            span = f", t = {t[0]:.6g} ... {t[-1]:.6g}"
-        return f"<{type(self).__name__}: {len(t)}{span}>"
+        return f"<{type(self).__name__}: {len(self)}{_span(self._instants())}>"
 
     def _repr_html_(self) -> str:
-        return html_table(
-            repr(self)[1:-1], {name: getattr(self, name) for name in COLUMNS[self.kind]}
-        )
+        columns = {name: values for name, _, values in self._columns()}
+        return html_table(repr(self)[1:-1], columns)
+
+    def _instants(self) -> Any:
+        """Return the first column: the instants at which the events begin."""
+        return getattr(self, next(iter(COLUMNS[self.dimension])))
+
+    def _columns(self) -> Iterator[tuple[str, str, Any]]:
+        """Yield the name, meaning and values of each column, as arrays."""
+        for name, meaning in COLUMNS[self.dimension].items():
+            yield name, meaning, getattr(self, name)
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Impacts(EventColumns):
+class Impacts(EventTable):
     """The impacts on walls, in order; the start of a run is none of them.
 
     Attributes
@@ -120,7 +117,7 @@ class Impacts(EventColumns):
         (n,) array, flight times [time]: from the impact before, the first from the start.
     """
 
-    kind: ClassVar[str] = "impact"
+    dimension: ClassVar[str] = "impact"
     t: Floats
     v_before: Floats
     v_after: Floats
@@ -135,7 +132,7 @@ class Impacts(EventColumns):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Crossings(EventColumns):
+class Crossings(EventTable):
     """The crossings of the edges of soft stops, in order.
 
     Attributes
@@ -150,7 +147,7 @@ class Crossings(EventColumns):
         (n,) array of "in" and "out".
     """
 
-    kind: ClassVar[str] = "crossing"
+    dimension: ClassVar[str] = "crossing"
     t: Floats
     v: Floats
     stop: Integers
@@ -158,8 +155,8 @@ class Crossings(EventColumns):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Contacts(EventColumns):
-    """The contacts: the mass rests on a wall (sticks) while the force presses it there.
+class Contacts(EventTable):
+    """The times of contact: the mass is held at a wall (sticks).
 
     Attributes
     ----------
@@ -167,14 +164,14 @@ class Contacts(EventColumns):
         (n,) array [time]: where chatter accumulates, a touchdown, or a landing whose speed is zero
         to within its rounding.
     release
-        (n,) array [time]: where the force changes sign; NaN where the run ended before.
+        (n,) array [time]: where the force lets go; NaN where the run ended before.
     stop
         (n,) array, index into the oscillator's `stops`.
     n_impacts
         (n,) array, how many of the run's impacts are listed before it.
     """
 
-    kind: ClassVar[str] = "contact"
+    dimension: ClassVar[str] = "contact"
     start: Floats
     release: Floats
     stop: Integers
@@ -195,7 +192,7 @@ class Contacts(EventColumns):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Grazes(EventColumns):
+class Grazes(EventTable):
     """Touches of a stop that rounding cannot decide, and exact tangencies.
 
     A graze is no impact and changes nothing.
@@ -212,11 +209,17 @@ class Grazes(EventColumns):
         (n,) array [length], bound on the error of `clearance`; never below its magnitude.
     """
 
-    kind: ClassVar[str] = "graze"
+    dimension: ClassVar[str] = "graze"
     t: Floats
     stop: Integers
     clearance: Floats
     error_bound: Floats
+
+
+def _span(t: Floats) -> str:
+    if len(t) == 0:
+        return ""
+    return f" at t = {t[0]:.6g}" if len(t) == 1 else f", t = {t[0]:.6g} ... {t[-1]:.6g}"
 
 
 _NO_FLOATS = np.empty(0)

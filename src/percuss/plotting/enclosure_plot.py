@@ -1,4 +1,4 @@
-"""What was certified, and how wide the proven enclosure is: motions, orbits, special points."""
+"""Pictures of certified motions, orbits and special points, with the radii of their enclosures."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ from percuss.plotting.style import (
 )
 
 if TYPE_CHECKING:
-    # Needs python-flint; a picture of what was proven is asked for where that is there.
+    # Needs python-flint, which whoever has a certified result has.
     from percuss.certified import Balls, CertifiedOrbit, CertifiedPoint, CertifiedRun, ComplexBall
 
 
-# Points of the curve, some 30 microseconds each, and how many of them between two events.
+# Points of the curve, some 30 microseconds each, and the most of them between two events.
 MOST_POINTS, MOST_BETWEEN = 6000, 48
-# Size of a mark [point], and how many events keep marks of the largest size apart.
-LARGEST_MARK, LEAST_MARK, APART = 3.5, 1.0, 50
-# Parts of the height: of the radii below, and free between them and the motion.
+# Sizes of a mark [point], and the number of events up to which marks have the largest one.
+LARGEST_MARK, LEAST_MARK, FEW_EVENTS = 3.5, 1.0, 50
+# Parts of the height: of the radii below, and of the gap between them and the motion.
 RADII, FREE = 0.36, 0.06
 # Points of each flight.
 POINTS = 160
 LOG10_2 = float(np.log10(2.0))
-# Multipliers are drawn up to here, and balls no smaller than this part of the picture.
+# Greatest part of a multiplier in the picture, and the least radius as a part of its width.
 MOST, LEAST = 3.0, 0.025
-# How many characters of a number stand in the picture.
+# Digits of a number in the picture.
 MOST_DIGITS = 15
 
 
@@ -55,12 +55,12 @@ def plot_enclosure(
     branch: Branch | None = None,
     units: Units | None = None,
 ) -> Axes:
-    """Draw what was certified, and the logarithm of its proven radius.
+    """Draw a certified result, and the logarithm of its proven radius.
 
     The radii are those of the balls, far below what a float resolves. In a motion over time a
     straight rise is an error that grows exponentially, as in chaos. An orbit is drawn as a phase
-    portrait, with its multipliers in the plane: those that are certain to lie inside of the unit
-    circle are blue, those outside of it red, and those whose ball touches it black.
+    portrait, with its multipliers in the complex plane: blue if they certainly lie inside the unit
+    circle, red if outside, and black if their ball meets it.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def plot_enclosure(
         What `percuss.certify` has returned for a run, an orbit, a special point, or a list of
         those for the special points of one branch.
     ax
-        Axes to draw on; default: those of a new figure. For an orbit and for special points they
-        are made smaller, for others beside or below them.
+        Axes to draw on; default: those of a new figure. An orbit and special points leave a part
+        of their area to further axes, to the right or below.
     branch
         The branch of special points.
     units
@@ -85,10 +85,10 @@ def plot_enclosure(
     Raises
     ------
     ParameterError
-        If it is nothing certified, an orbit that is not proven, or the branch is missing or over
-        another parameter.
+        If it is not a certified result, or an orbit that is not proven; if the branch is missing or
+        over another parameter.
     MissingExtraError
-        If python-flint is not there.
+        If python-flint is not installed.
     """
     from percuss.certified import CertifiedOrbit, CertifiedPoint, CertifiedRun
 
@@ -129,17 +129,17 @@ def _draw_run(proven: CertifiedRun, ax: Axes | None, units: Units | None) -> Axe
 
 
 def _times(proven: CertifiedRun) -> Floats:
-    """Return times at and between the events, all of them certainly inside of what is proven."""
+    """Return times at and between the events, all certainly within the proven motion."""
     low, high = proven.known_times
     if not proven.t_end.arb.is_finite():
-        # At rest for ever, of which a little is shown.
+        # At rest for ever: a little of it is shown.
         high += 0.06 * (high - low) or 1.0
     if not high > low:
         return np.array([low])
-    pieces = np.array([float(piece.start) for piece in proven._record.pieces])
-    inside = pieces[(pieces > low) & (pieces < high)]
+    events = proven.event_times.mid()
+    inside = events[(events > low) & (events < high)]
     cuts = np.unique(np.concatenate([[low], inside, [high]]))
-    # Of very many flights some are left out: they fill an area.
+    # Very many flights fill an area, so that some can be left out.
     cuts = cuts[:: max(1, cuts.size // (MOST_POINTS // 2))]
     cuts = cuts if cuts[-1] == high else np.append(cuts, high)
     between = max(1, min(MOST_BETWEEN, MOST_POINTS // cuts.size))
@@ -153,13 +153,13 @@ def _draw_radii(lower: Axes, proven: CertifiedRun, t: Floats, x: Balls) -> None:
     events = (("o", "impact", proven.impacts.t), ("x", "crossing", proven.crossings.t))
     for mark, name, balls in events:
         if len(balls):
-            size = max(LEAST_MARK, LARGEST_MARK * min(1.0, APART / len(balls)) ** 0.5)
+            size = max(LEAST_MARK, LARGEST_MARK * min(1.0, FEW_EVENTS / len(balls)) ** 0.5)
             lower.plot(balls.mid(), log10_radii(balls), mark, color=BLACK, markersize=size,
                        label=f"of {name}s")  # fmt: skip
 
 
 def _draw_rest(ax: Axes, proven: CertifiedRun, t: Floats) -> None:
-    """Draw contacts as thick lines at their stop, and the touch at which a proof has ended."""
+    """Draw contacts as thick lines at their stop, and the touch at which a proof ended."""
     run: Any = proven
     contacts, grazes = proven.contacts, proven.grazes
     if len(contacts):
@@ -173,13 +173,13 @@ def _draw_rest(ax: Axes, proven: CertifiedRun, t: Floats) -> None:
 
 
 def _share_the_height(ax: Axes, lower: Axes) -> None:
-    """Give the upper part to the motion and the lower one to the radii, ticks only in their own."""
+    """Divide the height between the motion and the radii below, each with ticks in its own part."""
     low, high = ax.get_ylim()
     upper_part = 1.0 - RADII - FREE
     ax.set_ylim(high - (high - low) / upper_part, high)
     ax.set_yticks([tick for tick in MaxNLocator(5).tick_values(low, high) if low <= tick <= high])
     bottom, top = lower.get_ylim()
-    # Less than a digit is no growth.
+    # The scale has one digit at least.
     bottom, top = (
         bottom - max(0.0, 0.5 * (1.0 - top + bottom)),
         max(top, 0.5 * (1.0 + top + bottom)),
@@ -208,7 +208,7 @@ def draw_certified_orbit(proven: CertifiedOrbit, ax: Axes | None, units: Units) 
     x, v = proven(np.concatenate(times))
     ends = np.cumsum([len(part) for part in times])[:-1]
     with picture(ax, (9.0, 4.4), legend=True) as ax:
-        upper, lower = _beside(ax)
+        upper, lower = _axes_to_the_right(ax)
         gaps = np.split(x.mid(), ends), np.split(v.mid(), ends)
         for k, (xs, vs) in enumerate(zip(*gaps, strict=True)):
             ax.plot(xs, vs, color=BLUE, linewidth=1.4, label="orbit" if k == 0 else None)
@@ -234,15 +234,15 @@ def _title(proven: CertifiedOrbit) -> str:
         False: "passes through a stop",
         None: "may pass through a stop",
     }
-    alone = "alone with these events" if proven.isolated else "one of a family"
+    isolated = "alone with these events" if proven.isolated else "one of a family"
     stability = proven.stability
     if stability == "undecided":
         stability = "stability undecided"
-    return f"proven: {alone}, {known[proven.admissible]}, {stability}"
+    return f"proven: {isolated}, {known[proven.admissible]}, {stability}"
 
 
-def _beside(ax: Axes) -> tuple[Axes, Axes]:
-    """Give the right part of the axes to two others, one above the other."""
+def _axes_to_the_right(ax: Axes) -> tuple[Axes, Axes]:
+    """Return two axes, one above the other, in the right part of the area of others."""
     figure, spec = ax.get_figure(), ax.get_subplotspec()
     assert figure is not None
     if spec is None:
@@ -254,10 +254,10 @@ def _beside(ax: Axes) -> tuple[Axes, Axes]:
 
 
 def _orbit_times(proven: CertifiedOrbit) -> list[Floats]:
-    """Return times of each flight, inside of it for certain."""
+    """Return times of each flight, certainly within it."""
     period, first = proven.period.mid(), proven.t0.mid()
-    states = proven._motion.states if proven._motion is not None else []
-    cuts = np.array([float(t) for t, _ in states] or [first])
+    events = proven.event_times
+    cuts = events.mid() if len(events) else np.array([first])
     cuts = np.append(cuts, cuts[0] + period)
     parts = []
     for low, high in itertools.pairwise(cuts):
@@ -267,14 +267,14 @@ def _orbit_times(proven: CertifiedOrbit) -> list[Floats]:
 
 
 def log10_radii(balls: Balls) -> Floats:
-    """Return log10 of the radii, also of those far below the least float; NaN where it is 0."""
-    found = np.full(len(balls), np.nan)
+    """Return log10 of the radii, also of those far below the least float; NaN for 0."""
+    logarithms = np.full(len(balls), np.nan)
     for i, ball in enumerate(balls.arbs):
         radius = ball.rad()
         if ball.is_finite() and not radius.is_zero():
             mantissa, exponent = radius.man_exp()
-            found[i] = float(np.log10(float(int(mantissa)))) + int(exponent) * LOG10_2
-    return found
+            logarithms[i] = float(np.log10(float(int(mantissa)))) + int(exponent) * LOG10_2
+    return logarithms
 
 
 def _draw_orbit_radii(
@@ -294,7 +294,7 @@ def _draw_orbit_radii(
 
 
 def _radius(ball: ComplexBall) -> float:
-    """Return how far a number can be from the middle of its ball."""
+    """Return a bound of a number's distance from the middle of its ball."""
     value = ball.acb
     return float(np.hypot(float(value.real.rad()), float(value.imag.rad())) * (1.0 + 1e-12))
 
@@ -303,8 +303,8 @@ def _draw_multipliers(ax: Axes, proven: CertifiedOrbit) -> None:
     """Draw the unit circle and the multipliers, with their radii in words."""
     values = [ball.mid() for ball in proven.multipliers]
     radii = [_radius(ball) for ball in proven.multipliers]
-    far = max([1.0, *(max(abs(value.real), abs(value.imag)) for value in values)])
-    edge = 1.25 * min(far, MOST)
+    largest = max([1.0, *(max(abs(value.real), abs(value.imag)) for value in values)])
+    edge = 1.25 * min(largest, MOST)
     ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY, linewidth=1.0, zorder=1.0))
     for draw in (ax.axhline, ax.axvline):
         draw(0.0, color=GREY, linewidth=0.5, zorder=0.5)
@@ -320,8 +320,8 @@ def _draw_multipliers(ax: Axes, proven: CertifiedOrbit) -> None:
     ax.set_xlim(-edge, edge)
     ax.set_ylim(-edge, edge)
     ax.set_aspect("equal")
-    largest = max(radii)
-    ax.set_xlabel(f"multipliers, radius at most {largest:.0e}" if largest else "multipliers, exact")
+    radius = max(radii)
+    ax.set_xlabel(f"multipliers, radius at most {radius:.0e}" if radius else "multipliers, exact")
 
 
 def draw_certified_points(
@@ -378,7 +378,7 @@ def draw_certified_points(
 
 
 def _write(ax: Axes, point: CertifiedPoint, place: tuple[float, float], k: int) -> None:
-    """Write the number beside its mark, on the side where there is room."""
+    """Write the number of a mark, to its right or left, whichever side is larger."""
     low, high = ax.get_xlim()
     right = place[0] < 0.5 * (low + high)
     text = point.value.text(MOST_DIGITS) if point.value.radius() else f"{point.value.mid():.15g}"

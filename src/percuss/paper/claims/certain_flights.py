@@ -8,7 +8,7 @@ from functools import cache
 from flint import arb
 
 from percuss.certified.balls import Undecided
-from percuss.certified.families import Rounds, returns_reversed
+from percuss.certified.families import ReflectedMotion, returns_reversed
 from percuss.certified.numbers import ball, precision
 from percuss.certified.system import system_of
 from percuss.model.exact import as_fraction
@@ -63,9 +63,9 @@ def all_flights_last_pi(n: int, v: str) -> bool:
 def _last_pi(system: object, low: Fraction, high: Fraction, v: str) -> bool:
     """Return whether all flights that begin between two multiples of pi are proven to last pi."""
     t = arb.pi() * ball(low).union(ball(high))
-    rounds = Rounds(system, t, ball(as_fraction(v)))  # type: ignore[arg-type]
+    motion = ReflectedMotion(system, t, ball(as_fraction(v)))  # type: ignore[arg-type]
     try:
-        rounds.fly()
+        motion.fly()
     except Undecided:
         return False
-    return rounds.zero == 0 and rounds.turns == 1
+    return motion.zero == 0 and motion.half_periods == 1

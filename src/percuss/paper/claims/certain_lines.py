@@ -11,7 +11,7 @@ from flint import acb, arb
 
 from percuss.arrays import Floats
 from percuss.certified import repeats_after
-from percuss.certified.families import Rounds
+from percuss.certified.families import ReflectedMotion
 from percuss.certified.numbers import ball, precision
 from percuss.certified.system import system_of
 from percuss.model.exact import as_fraction
@@ -32,11 +32,13 @@ LineStates = tuple["tuple[arb, arb]", ...]
 def _states(v0: str) -> LineStates | None:
     """Return the impacts from t = 0 to 4 pi, None where the motion is not proven to close there."""
     with precision(BITS):
-        rounds = Rounds(system_of(WALL, sine(3)), arb(0), ball(as_fraction(v0)))
+        motion = ReflectedMotion(system_of(WALL, sine(3)), arb(0), ball(as_fraction(v0)))
         found: list[tuple[arb, arb]] = []
-        while len(found) < MOST_IMPACTS and not (rounds.is_closed and rounds.turns == HALF_PERIODS):
-            found.append((rounds.t, rounds.v))
-            rounds.fly()
+        while len(found) < MOST_IMPACTS:
+            if motion.is_closed and motion.half_periods == HALF_PERIODS:
+                break
+            found.append((motion.t, motion.v))
+            motion.fly()
     closes = repeats_after(WALL, sine(3), v0, len(found)).holds is True
     return tuple(found) if closes else None
 

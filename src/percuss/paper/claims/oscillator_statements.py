@@ -69,10 +69,10 @@ def _jumps_in_balls(run: Trajectory) -> tuple[Ball, Ball] | None:
 
     t, v = proven.crossings.t.arbs[0], proven.crossings.v.arbs[0]
     with precision(proven.precision):
-        law = law_of(proven._system)
+        law = law_of(proven.system)
         # The closed forms of the regions above and below, at the instant that they share.
         above, below = (
-            EnclosedFlight(law, region, law.turns(t), law.places[0], v).derivatives(arb(0), 3)[0]
+            EnclosedFlight(law, region, law.phasors(t), law.places[0], v).derivatives(arb(0), 3)[0]
             for region in (1, 0)
         )
         jumps = [constant_of(b) - constant_of(a) for a, b in zip(above, below, strict=True)]

@@ -10,8 +10,9 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
-from percuss.certified.orbits import monodromy_over, shooting_of
-from percuss.certified.special import half_of
+from percuss.certified.properties import monodromy_of
+from percuss.certified.shooting import Shooting, shooting_of
+from percuss.certified.special import symmetry_function
 from percuss.certified.system import system_of
 
 WALLS = (pc.Wall("0.3", "above", "0.7"), pc.Wall("-0.3", "below", "0.7"))
@@ -61,10 +62,10 @@ def test_the_map_over_half_an_orbit_squares_to_that_over_all() -> None:
     with ctx.workprec(120):
         equations, guess = shooting_of(system, orbit)
         states = equations.newton(guess)
-        half = half_of(system, equations.chain, 1)
+        half = Shooting.of(system, equations.events, 1, mirrored=True)
         ours = half.newton(states[:1])
-        whole, _ = monodromy_over(equations, states)
-        test = half.breaking(ours)
+        whole, _ = monodromy_of(equations, states)
+        test = symmetry_function(half, ours)
 
     # det(1 + H) of the half map H; the whole one is its square.
     first, second = np.sqrt([complex(whole.multipliers[k]) for k in (0, 1)])

@@ -1,0 +1,234 @@
+"""Grazing along a branch: a turning point of the orbits passes a stop.
+
+An orbit one of whose impacts has zero normal velocity is, as a motion, the orbit without that
+impact whose turning point touches the stop; that orbit goes on smoothly in the parameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from flint import arb
+
+from percuss.certified.balls import Undecided
+from percuss.certified.branch import (
+    ParameterBranch,
+    boxed,
+    is_positive,
+    root_of,
+    stretch_around,
+    system_at,
+    system_over,
+)
+from percuss.certified.flight import EnclosedFlight
+from percuss.certified.landing import fourth_around, interval_newton, is_narrow
+from percuss.certified.law import constant_of, law_of
+from percuss.certified.numbers import ball, span
+from percuss.certified.properties import admissible_of
+from percuss.certified.shooting import (
+    Shooting,
+    States,
+    check_inside,
+    events_of,
+    guess_of,
+    region_of_row,
+    vector_of,
+)
+from percuss.certified.steady import steady_admissible, steady_flight
+from percuss.certified.step import flight_of
+from percuss.certified.system import BallSystem, system_of
+from percuss.kernels.law import PERIOD
+from percuss.model.law import law, lines
+from percuss.orbits.bifurcations.special_points import SpecialPoint
+from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.turning_points import turns_of
+
+__all__ = ["TurningPoint", "clearances_at_ends", "grazing_of"]
+
+# Newton's steps to a turning point; each doubles the digits.
+MOST_STEPS = 60
+
+
+class TurningPoint(NamedTuple):
+    """A turning point: its time, where it is the only one, and its distance from the stop.
+
+    The distance is negative beyond the stop; times are since the start of the flight.
+    """
+
+    s: arb
+    isolating: arb
+    clearance: arb
+
+
+@dataclass(frozen=True)
+class TurningBranch:
+    """Orbits with a turning point near a stop.
+
+    Attributes
+    ----------
+    branch, guess
+        The orbits, and states nearly after their events; none for steady motion.
+    flight, region
+        The flight with the turning point, and its region.
+    bound, s
+        The stop's bound, and the time of the turning point in the flight, nearly.
+    """
+
+    branch: ParameterBranch
+    guess: States
+    flight: int
+    region: int
+    bound: int
+    s: float
+
+    def turning_point(self, flight: EnclosedFlight, system: BallSystem, near: arb) -> TurningPoint:
+        """Return the turning point near a time of all flights, proven by an interval Newton step."""
+        s = near
+        for _ in range(MOST_STEPS):
+            (_, v, a), _ = flight.derivatives(s, 2)
+            if v.abs_lower() < 4 * v.rad():
+                break
+            s = (s - (v / a).mid()).mid()
+        (x, v, a, j), size = flight.derivatives(s, 3)
+
+        def slope(trial: arb) -> arb:
+            if not is_narrow(flight, trial):
+                raise Undecided("precision", "the turning point was not enclosed")
+            jerk = j.abs_upper() + trial * fourth_around(flight, s, trial, size)
+            return a + span(trial * jerk)
+
+        step, trial = interval_newton(v, slope, 2 * v.abs_upper() / a.abs_lower())
+        sign = 1 if system.regions[self.region].lower == self.bound else -1
+        place = law_of(system).places[self.bound]
+        clearance = sign * (x + step * span(v.abs_upper()) - place)
+        return TurningPoint(s + step, s + span(trial), clearance)
+
+    def clearance(self, value: Fraction) -> arb:
+        """Return about the clearance at a value of the parameter."""
+        if not self.guess:
+            return self._on_steady(self._system_at(value), arb(self.s)).clearance
+        equations, states = self.branch.solution(value, self.guess)
+        return self._on_orbit(equations, boxed(equations, states)[0], arb(self.s)).clearance
+
+    def over(self, low: Fraction, high: Fraction) -> tuple[arb, arb, bool | None]:
+        """Prove that orbit and turning point go on smoothly from low to high.
+
+        Returns
+        -------
+        tuple
+            The clearances at low and high of this one turning point; and whether all of these
+            orbits are admissible, None where that is open.
+        """
+        ends = []
+        if not self.guess:
+            system = system_over(self.branch.system, self.branch.path, low, high)
+            turning = self._on_steady(system, arb(self.s))
+            period = constant_of(law_of(system).period(1))
+            admissible = steady_admissible(system, self.region, period)[0]
+            for end in (low, high):
+                ends.append(self._on_steady(self._system_at(end), turning.s.mid()))
+            return *clearances_at_ends(turning, ends), admissible
+        over = self.branch.over(low, high)
+        _, states = self.branch.solution((low + high) / 2, self.guess)
+        box, trial = boxed(over, states)
+        turning = self._on_orbit(over, box, arb(self.s))
+        for end in (low, high):
+            equations, at_end = self.branch.solution(end, states)
+            inner, _ = boxed(equations, at_end)
+            check_inside(vector_of(trial), vector_of(inner))
+            ends.append(self._on_orbit(equations, inner, turning.s.mid()))
+        return *clearances_at_ends(turning, ends), admissible_of(over, box)[0]
+
+    def _system_at(self, value: Fraction) -> BallSystem:
+        return system_at(self.branch.system, self.branch.path, value)
+
+    def _on_steady(self, system: BallSystem, near: arb) -> TurningPoint:
+        return self.turning_point(steady_flight(law_of(system), self.region), system, near)
+
+    def _on_orbit(self, equations: Shooting, states: States, near: arb) -> TurningPoint:
+        start = equations.departure(self.flight, states[self.flight])
+        flight = flight_of(equations.system, start, whole=True)
+        return self.turning_point(flight, equations.system, near)
+
+
+def clearances_at_ends(turning: TurningPoint, ends: list[TurningPoint]) -> tuple[arb, arb]:
+    """Return the clearances at both ends of a branch, if it has one and the same turning point.
+
+    Raises
+    ------
+    Undecided
+        If that at an end may be another one.
+    """
+    if not all(turning.isolating.contains(end.s) for end in ends):
+        raise Undecided("precision", "the turning points at the ends may be two")
+    return ends[0].clearance, ends[1].clearance
+
+
+def grazing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | None]:
+    """Return a ball of the parameter in which a turning point passes a stop.
+
+    And whether the orbits are admissible apart from that, None where that is open.
+    """
+    system = system_of(point.orbit.oscillator, point.orbit.forcing)
+    impact = point.detail.startswith("an impact")
+    branch = (_without_impact if impact else _with_passage)(system, path, point.orbit)
+    value = Fraction(point.value)
+    zero = root_of(branch.clearance, value, (abs(value) + 1) / 10**9)
+    low, high = stretch_around(zero, digits)
+    before, after, admissible = branch.over(low, high)
+    if is_positive(before) == is_positive(after):
+        raise Undecided("precision", "the turning point does not pass the stop on the stretch")
+    return ball(low).union(ball(high)), admissible
+
+
+def _without_impact(system: BallSystem, path: str, orbit: PeriodicOrbit) -> TurningBranch:
+    """Return the branch of the orbits without the slowest impact."""
+    events, guess = events_of(system, orbit), guess_of(orbit)
+    n = len(events)
+    instants = [float(t) for t, _ in guess]
+    entries = [i for i, event in enumerate(events) if event.stop is not None]
+    slow = min(entries, key=lambda i: abs(float(guess[i][1])))
+    # A soft stop that is entered without velocity is left at once.
+    dropped = {slow} if events[slow].wall else {slow, (slow + 1) % n}
+    kept = [(slow + 1 + k) % n for k in range(n) if (slow + 1 + k) % n not in dropped]
+    region, bound = events[slow].before, events[slow].bound
+    reduced = [events[i] for i in kept]
+    equations = partial(Shooting.of, events=reduced, n_periods=orbit.n_periods)
+    branch = ParameterBranch(system, path, equations)
+    if not kept:
+        return TurningBranch(branch, [], 0, region, bound, instants[slow])
+    period = float(law_of(system).period(orbit.n_periods))
+    states: States = []
+    for i in kept:
+        later = 0.0 if instants[i] >= instants[kept[0]] else period
+        states.append((arb(instants[i] + later), guess[i][1]))
+    s = (instants[slow] - instants[kept[-1]]) % period
+    return TurningBranch(branch, states, len(kept) - 1, region, bound, s)
+
+
+def _with_passage(system: BallSystem, path: str, orbit: PeriodicOrbit) -> TurningBranch:
+    """Return the branch of orbits one of whose turning points is nearest to a stop."""
+    table = law(orbit.oscillator, orbit.forcing)
+    n, (rows, marks) = len(orbit.itinerary), orbit.record
+    end = float(rows[-1, 0]) if n else 1.5 * float(table[0, PERIOD])
+    turns = turns_of(table, rows, marks, orbit.x0, end)
+    if not len(turns.t):
+        raise Undecided("precision", "the orbit has no turning point")
+    k = int(np.argmin(np.abs(turns.clearance)))
+    shift = 1 if lines(orbit.oscillator).at[0] is None else 0
+    flight = int(turns.flight[k])
+    s = float(turns.t[k]) - (float(rows[flight, 0]) if n else 0.0)
+    events = events_of(system, orbit) if n else []
+    equations = partial(Shooting.of, events=events, n_periods=orbit.n_periods)
+    return TurningBranch(
+        branch=ParameterBranch(system, path, equations),
+        guess=guess_of(orbit) if n else [],
+        flight=flight if n else 0,
+        region=region_of_row(system, int(marks[flight, 2])),
+        bound=int(turns.bound[k]) - shift,
+        s=s,
+    )
