@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
+from mpmath import mp
 from tests.kernels.test_batch import follow
 
 import percuss as pc
@@ -115,3 +117,39 @@ def test_motions_come_to_rest_where_the_run_does() -> None:
             assert tally[survey.CONTACTS] == len(run.contacts) == 7
             ends = tally[[survey.END_X, survey.END_V]]
             np.testing.assert_allclose(ends, np.array(run(30.0)), rtol=0, atol=1e-14)
+
+
+def test_slow_landings_between_near_walls_keep_their_digits() -> None:
+    """Where a force turns within the flight, its jerk bends the landing as much as its speed."""
+    random = np.random.default_rng(1755)
+    amplitude, omega = 1.4875363250385083, 0.655239981219691
+    worst, landings = 0.0, 0
+    with mp.workdps(50):
+        for _ in range(400):
+            # How long a flight lasts, and how much of it is the jerk's.
+            duration, part = (10.0 ** random.uniform(*powers) for powers in ((-7, -1), (-8, -1)))
+            v0 = float(amplitude * omega * duration**2 / (6.0 * part))
+            gap = float(v0 * duration)
+            phase = float(random.choice([-math.pi / 2, math.pi / 2, random.uniform(-3.0, 3.0)]))
+            osc = pc.Oscillator(
+                stiffness=0, stops=(pc.Wall(0, "below", 1.0), pc.Wall(gap, "above", 1.0))
+            )
+            force = pc.cosine(omega, amplitude=amplitude, phase=phase)
+            impacts = pc.simulate(osc, force, 0.0, v0, max_impacts=1, t_end=2.0).impacts
+            if not len(impacts) or impacts.stop[0] != 1:
+                continue
+            s, v = float(impacts.t[0]), float(impacts.v_before[0])
+            missed = gap_left(mp.mpf(s), v0, amplitude, omega, phase, gap)
+            # What rounding may move the landing by: sixteen units of the terms of the flight.
+            allowed = 16 * 2.0**-52 * (v0 * s + amplitude * s * s) + 2.0**-52 * s * v
+            worst, landings = max(worst, abs(float(missed)) / allowed), landings + 1
+
+    assert landings > 200
+    assert worst < 1.0
+
+
+def gap_left(s: Any, v0: float, amplitude: float, omega: float, phase: float, gap: float) -> Any:
+    """Return how far the wall is off after a flight without a spring, to 50 digits."""
+    a, w, p = mp.mpf(amplitude), mp.mpf(omega), mp.mpf(phase)
+    bend = (mp.cos(p) - mp.cos(p + w * s)) / w**2 - mp.sin(p) * s / w
+    return mp.mpf(gap) - v0 * s - a * bend

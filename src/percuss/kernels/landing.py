@@ -91,7 +91,9 @@ def land(
         if left <= s + step <= right:
             sixth = derivative_bound(law, region, law[0, FORCE_BOUND + 4], fourth, fifth, 0.0)
             end = s + step
-            settled = is_settled(law[region, QUICKEST], step, s, v, (second, fifth, sixth))
+            settled = is_settled(
+                law[region, QUICKEST], step, s, v, (second, third, fourth, fifth, sixth)
+            )
             # A step is rounded to its own size: one longer than the flight would leave that in it.
             if settled and abs(step) <= end:
                 turn_by(law, arrival, step)
@@ -108,19 +110,28 @@ def land(
 
 @formula
 def is_settled(
-    quickest: float, step: float, s: float, v: float, derivatives: tuple[float, float, float]
+    quickest: float,
+    step: float,
+    s: float,
+    v: float,
+    derivatives: tuple[float, float, float, float, float],
 ) -> bool:
     """Return whether the series can make the last step to a root without loss.
 
-    ``derivatives`` are the second and the fifth, and a bound of the sixth.
+    ``derivatives`` are the second to the fifth, and a bound of the sixth. The inverse series is
+    that of `series_root`: the terms that it leaves out are products of the terms of the second to
+    the fourth, which a force may make large in a slow motion, however small the phase is.
     """
-    second, fifth, sixth = derivatives
+    second, third, fourth, fifth, sixth = derivatives
     size = abs(step)
     square = step * step
     missed = (sixth * size + abs(fifth)) * square * square * size
+    small = SMALL_PHASE * abs(v)
     return size <= 2.0 * ULP * s or (
         size * quickest <= SMALL_PHASE
-        and size * abs(second) <= SMALL_PHASE * abs(v)
+        and size * abs(second) <= small
+        and square * abs(third) <= SMALL_PHASE * small
+        and square * size * abs(fourth) <= SMALL_PHASE * SMALL_PHASE * small
         and sixth * square * square * size <= 32.0 * ULP * abs(v)
         and missed <= 32.0 * ULP * abs(v) * s
     )

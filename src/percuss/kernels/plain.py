@@ -207,7 +207,7 @@ def plain_iteration(
     step = series_root(y, v, second, third, fourth)
     sixth = force_bound + bound_of_x * abs(fourth)
     sixth += bound_of_v * abs(fifth)
-    settled = is_settled(quickest, step, s, v, (second, fifth, sixth))
+    settled = is_settled(quickest, step, s, v, (second, third, fourth, fifth, sixth))
     bend = 0.5 * third + step * (fourth * (1.0 / 6.0) + step * fifth * (1.0 / 24.0))
     # Added last: a rounding of the large part would stay in the velocity.
     end = s + step
