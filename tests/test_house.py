@@ -25,9 +25,8 @@ ROOT = Path(percuss.__file__).parent
 
 # Reads of another module's `_name`, for each package.
 PRIVATE_READS = {
+    # Dask's public way to cancel chunks waits without end for a scheduler that is frozen.
     "ensembles": 1,
-    "motion": 2,
-    "orbits": 5,
 }
 # Names of types that are defined twice: a kind of study has the name of what it returns.
 TYPES = {"Branch": 2, "Curve": 2, "Response": 2}

@@ -20,7 +20,6 @@ from typing import TypeAlias
 
 from percuss.arrays import Floats
 
-Table: TypeAlias = Floats
 Law: TypeAlias = Floats
 
 # Columns of row 0. The period's entries are 0 without one.

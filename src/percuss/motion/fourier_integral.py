@@ -127,7 +127,7 @@ def fourier_integral(run: Trajectory, omega: Floats, low: float, high: float) ->
 def _pieces_of(run: Trajectory, low: float, high: float) -> Pieces:
     """Cut the window [low, high] of a run at its events."""
     law = run.system.law
-    events, marks = run._events, run._marks
+    events, marks = run.record
     times = events[:, columns.EVENT_T]
     first = max(int(np.searchsorted(times, low, side="right")) - 1, 0)
     last = max(int(np.searchsorted(times, high, side="left")), first + 1)

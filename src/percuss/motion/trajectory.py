@@ -119,6 +119,11 @@ class Trajectory:
         )
 
     @property
+    def record(self) -> tuple[Floats, Integers]:
+        """Its events and marks as the kernels wrote them."""
+        return self._events, self._marks
+
+    @property
     def system(self) -> System:
         """The oscillator and the forcing as one value."""
         return System(self.oscillator, self.forcing)

@@ -22,7 +22,7 @@ from percuss.kernels.flight import (
     place,
     set_phases,
 )
-from percuss.kernels.law import N_HARMONICS, PERIOD, Law, Table
+from percuss.kernels.law import N_HARMONICS, PERIOD, Law
 from percuss.kernels.tangent import propagator
 from percuss.motion.reach import steady
 from percuss.numerics import determinant
@@ -293,7 +293,7 @@ def mirrored(law: Law, contact: GrazingContact) -> GrazingContact:
     return GrazingContact(contact.t, n_regions - contact.bound, region, -contact.sign, ())
 
 
-def elastic(law: Law, region: int) -> Table:
+def elastic(law: Law, region: int) -> Floats:
     """Return the law with elastic walls round a region, at which a graze keeps its velocity."""
     changed = law.copy()
     changed[region, at.LOWER_RESTITUTION] = changed[region, at.UPPER_RESTITUTION] = 1.0

@@ -89,6 +89,9 @@ class SpecialPoint:
         A description of the point.
     codimension
         Number of conditions: 1.
+    tangent
+        (n,) array, chord of the branch across the point, by unknowns and parameter; None where
+        none is known.
     """
 
     kind: SpecialPointKind
@@ -100,8 +103,7 @@ class SpecialPoint:
     row: int
     detail: str
     codimension: int = 1
-    # Of the branch there, by unknowns and parameter.
-    _tangent: Floats | None = field(default=None, repr=False, compare=False)
+    tangent: Floats | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
         """Return the point in a line."""
@@ -232,7 +234,7 @@ def _merged(
         # Where branches cross the tangent is that of the points, as the equations have two.
         chord = (1.0 - zero.part) * a.tangent + zero.part * b.tangent
         chord = chord * np.append(family.scale, family.high - family.low)
-        last = dataclasses.replace(_special(family, kind, detail, zero), _tangent=chord), point
+        last = dataclasses.replace(_special(family, kind, detail, zero), tangent=chord), point
         if family.enters_soft_stop(name):
             break
     if last is not None:

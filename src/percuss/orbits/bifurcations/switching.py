@@ -97,7 +97,7 @@ def switch_branch(point: SpecialPoint, *, other_side: bool = False) -> PeriodicO
         return orbit_past_graze(orbit, point.path)
     if len(orbit.itinerary) == 0:
         raise ParameterError("point", point.value, "an orbit without impacts; no other starts")
-    tangent = point._tangent
+    tangent = point.tangent
     if point.kind == "period_doubling":
         if orbit.itinerary.halves_differ() < FREE:
             return primitive_orbit(orbit)

@@ -13,7 +13,7 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
-from percuss.kernels.law import Law, Table
+from percuss.kernels.law import Law
 from percuss.kernels.shooting import AFTER, AT, BEFORE
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Oscillator
@@ -136,7 +136,7 @@ def _motions(
     stop: int,
     starts: tuple[int, int],
     random: np.random.Generator,
-) -> Iterator[tuple[tuple[Table, Integers], float]]:
+) -> Iterator[tuple[tuple[Floats, Integers], float]]:
     """Yield record and duration of motions: short ones of a few impacts, and long ones."""
     (n_short, n_long), (max_impacts, max_periods) = starts, counts
     runs, osc = Propagator(system), system.oscillator
@@ -225,7 +225,7 @@ def scale_of_speed(system: System) -> float:
 
 def guesses_in(
     system: System,
-    record: tuple[Table, Integers],
+    record: tuple[Floats, Integers],
     max_impacts: int,
     max_periods: int,
     *,
@@ -392,7 +392,8 @@ def _of_run(system: System, n_impacts: int, n_periods: int, run: Trajectory) -> 
         raise ParameterError("guess", run, "a run of another oscillator or forcing")
     # Enough events for the stretch, crossings out of soft stops among them.
     last = 4 * (n_impacts + 1) * (1 + len(system.oscillator.stops))
-    record = run._events[-last:], run._marks[-last:]
+    events, marks = run.record
+    record = events[-last:], marks[-last:]
     fitting = [
         guess
         for guess in guesses_in(system, record, n_impacts, n_periods)
@@ -460,8 +461,8 @@ def _check_sign(osc: Oscillator, stop: int, v: float) -> None:
 
 
 def _with_first(
-    system: System, stop: int, states: Table, marks: Integers
-) -> tuple[Table, Integers]:
+    system: System, stop: int, states: Floats, marks: Integers
+) -> tuple[Floats, Integers]:
     """Return a record in which the start is the impact before it."""
     osc, law = system.oscillator, system.law
     met = entry(osc, stop)

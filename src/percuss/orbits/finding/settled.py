@@ -9,10 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
-from percuss.kernels.law import PERIOD, Table
+from percuss.kernels.law import PERIOD
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall
@@ -183,7 +183,7 @@ class _Search:
         counts = orbit.n_impacts, orbit.n_periods
         self.attractors.append(Settled(*counts, orbit, state, speed, extremes_of(orbit)))
 
-    def _orbit_of(self, tail: tuple[Table, Integers], longer: int) -> PeriodicOrbit | None:
+    def _orbit_of(self, tail: tuple[Floats, Integers], longer: int) -> PeriodicOrbit | None:
         """Return the attracting orbit on which a motion ends, None if none is found."""
         events, marks = tail
         kinds = marks[1:, columns.KIND]
@@ -203,21 +203,21 @@ class _Search:
         return None
 
 
-def _tail(record: tuple[Table, Integers], end: float, period: float) -> tuple[Table, Integers]:
+def _tail(record: tuple[Floats, Integers], end: float, period: float) -> tuple[Floats, Integers]:
     """Return the last part of a record; its first row stands for a start."""
     events, marks = record
     first = int(np.searchsorted(events[:, columns.EVENT_T], end - TAIL * period))
     return events[max(first - 1, 0) :].copy(), marks[max(first - 1, 0) :].copy()
 
 
-def _fastest(tail: tuple[Table, Integers]) -> float:
+def _fastest(tail: tuple[Floats, Integers]) -> float:
     events, marks = tail
     met = np.isin(marks[1:, columns.KIND], [columns.IMPACT, columns.CROSSING])
     speeds = np.abs(events[1:, columns.V_BEFORE])[met]
     return float(speeds.max()) if len(speeds) else math.nan
 
 
-def _is_on(known: Settled, record: tuple[Table, Integers], period: float) -> bool:
+def _is_on(known: Settled, record: tuple[Floats, Integers], period: float) -> bool:
     """Return whether the last event of a record is one of a known orbit."""
     orbit = known.orbit
     if orbit is None or orbit.n_impacts == 0 or math.isinf(orbit.n_impacts):

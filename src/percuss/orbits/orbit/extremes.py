@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.flight import place
-from percuss.kernels.law import Law, Table
+from percuss.kernels.law import Law
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import flight_turns, flights_of
 
@@ -77,7 +77,7 @@ def extremes_of(orbit: PeriodicOrbit) -> Extremes:
 
 def extremes_of_record(
     law: Law,
-    events: Table,
+    events: Floats,
     marks: Integers,
     x0: float,
     t_end: float,

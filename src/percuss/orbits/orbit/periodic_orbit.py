@@ -12,7 +12,6 @@ from percuss.arrays import Complexes, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
-from percuss.kernels.law import Table
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.system import System
@@ -94,7 +93,7 @@ class PeriodicOrbit:
     isolated: bool
     residual: float
     # The names of these fields are those in files.
-    _events: Table = field(repr=False)
+    _events: Floats = field(repr=False)
     _marks: Integers = field(repr=False)
     _chain: Integers = field(repr=False)
     _unknowns: Floats = field(repr=False)
@@ -110,7 +109,7 @@ class PeriodicOrbit:
         return Itinerary.of_vector(self._chain, self._unknowns, self.n_periods)
 
     @property
-    def record(self) -> tuple[Table, Integers]:
+    def record(self) -> tuple[Floats, Integers]:
         """Its events and marks as the kernels write them; the last event is the first again."""
         return self._events, self._marks
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
-from percuss.kernels.law import Law, Table
+from percuss.kernels.law import Law
 from percuss.kernels.sample import evaluate
 from percuss.kernels.tangent import neighbours
 from percuss.model.system import System
@@ -40,7 +40,7 @@ class Propagator:
     system: System
     law: Law = field(init=False)
     _run: columns.Run = field(init=False)
-    _record: tuple[Table, Integers] = field(init=False)
+    _record: tuple[Floats, Integers] = field(init=False)
 
     def __post_init__(self) -> None:
         self.law = self.system.law
@@ -49,7 +49,7 @@ class Propagator:
 
     def follow(
         self, x: float, v: float, t0: float, *, t_end: float = math.inf, n_impacts: int = 0
-    ) -> tuple[Table, Integers]:
+    ) -> tuple[Floats, Integers]:
         """Follow a motion to t_end or to its n-th impact, and return its events and marks.
 
         Entries into soft stops count as impacts, as they do in `simulate`.
@@ -67,10 +67,10 @@ class Propagator:
 
     def _simulated(
         self, x: float, v: float, t0: float, t_end: float, n_impacts: int
-    ) -> tuple[Table, Integers]:
+    ) -> tuple[Floats, Integers]:
         end = None if t_end == math.inf else t_end
         run = simulate(*self.system, x, v, t0, t_end=end, max_impacts=n_impacts or None)
-        self._record = run._events, run._marks
+        self._record = run.record
         return self._record
 
     def state_at(self, x0: float, t: float) -> tuple[float, float]:
@@ -80,7 +80,7 @@ class Propagator:
         evaluate(record, np.array([t]), True, self._run.phases, self._run.arrival, motion)
         return float(motion[0, 0]), float(motion[1, 0])
 
-    def derivative_at(self, t: float, *, after: bool = True) -> Table:
+    def derivative_at(self, t: float, *, after: bool = True) -> Floats:
         """Return the derivative of (x, v) at t by (x, v) at the start of the last run."""
         out = np.empty((1, 4))
         record = columns.MotionRecord(self.law, 0.0, *self._record)

@@ -17,7 +17,7 @@ from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import Flight, constant_force, move, place, set_phases
-from percuss.kernels.law import DAMPING, N_HARMONICS, PERIOD, Law, Table
+from percuss.kernels.law import DAMPING, N_HARMONICS, PERIOD, Law
 from percuss.kernels.sample import cycles
 from percuss.kernels.shooting import (
     AFTER,
@@ -307,7 +307,7 @@ def _in_first_period(law: Law, itinerary: Itinerary) -> Itinerary:
     return dataclasses.replace(itinerary, start=start if start < period else 0.0)
 
 
-def _record(law: Law, itinerary: Itinerary) -> tuple[Table, Integers]:
+def _record(law: Law, itinerary: Itinerary) -> tuple[Floats, Integers]:
     """Return the record that `march` would have written, from the first event to it again."""
     rows, n = itinerary.events, len(itinerary)
     phases, arrival = (np.empty((int(law[0, N_HARMONICS]), 2)) for _ in range(2))
@@ -332,7 +332,7 @@ def _record(law: Law, itinerary: Itinerary) -> tuple[Table, Integers]:
     return events, marks
 
 
-def _monodromy(law: Law, events: Table, marks: Integers) -> Floats:
+def _monodromy(law: Law, events: Floats, marks: Integers) -> Floats:
     """Return the derivative of (x, v) over a record, NaN with an impact of zero velocity."""
     out, product = np.empty((1, 4)), np.eye(2)
     phases = np.empty((int(law[0, N_HARMONICS]), 2))
@@ -349,7 +349,7 @@ def _monodromy(law: Law, events: Table, marks: Integers) -> Floats:
     return product
 
 
-def impacts_of_record(system: System, events: Table, marks: Integers) -> Impacts:
+def impacts_of_record(system: System, events: Floats, marks: Integers) -> Impacts:
     """Return the impacts of one period, entries into soft stops among them.
 
     Parameters

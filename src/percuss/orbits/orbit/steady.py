@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from percuss.arrays import Integers
+from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law import Law, Table
+from percuss.kernels.law import Law
 from percuss.kernels.tangent import propagator
 from percuss.model.system import System
 from percuss.motion.reach import steady
@@ -104,7 +104,7 @@ def _orbit(
     system: System,
     region: int,
     start: tuple[float, float, float],
-    events: Table,
+    events: Floats,
     marks: Integers,
 ) -> PeriodicOrbit:
     x0, v0, period = start

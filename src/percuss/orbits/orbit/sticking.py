@@ -12,11 +12,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from percuss.arrays import Flags, Integers
+from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import place
-from percuss.kernels.law import PERIOD, Law, Table
+from percuss.kernels.law import PERIOD, Law
 from percuss.kernels.sample import cycles
 from percuss.model.exact import as_float
 from percuss.model.stops import Wall
@@ -34,7 +34,7 @@ from percuss.orbits.orbit.turning_points import (
 
 __all__ = ["releases_of", "sticking_orbit_near", "sticking_orbits"]
 
-EventRecord: TypeAlias = tuple[Table, Integers]
+EventRecord: TypeAlias = tuple[Floats, Integers]
 # The wall, and the cycle of its release.
 Release: TypeAlias = tuple[int, float]
 
@@ -176,7 +176,7 @@ def _releases_of(system: System, record: EventRecord) -> list[Release]:
     ]
 
 
-def _cycle(law: Law, event: Table) -> float:
+def _cycle(law: Law, event: Floats) -> float:
     out = np.empty(1)
     t, t_low = event[columns.EVENT_T], event[columns.EVENT_T_LOW]
     cycles(law, np.array([t]), np.array([t_low]), out)
@@ -228,7 +228,7 @@ def _orbit(system: System, record: EventRecord, n_periods: int) -> PeriodicOrbit
     )
 
 
-def _from_first_impact(events: Table, marks: Integers, period: float) -> EventRecord:
+def _from_first_impact(events: Floats, marks: Integers, period: float) -> EventRecord:
     """Return a record from a release to a release as one from an impact to that impact."""
     i = int(np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)[0])
     again = np.concatenate([events[i:], events[1 : i + 1]])
@@ -245,7 +245,7 @@ def _from_first_impact(events: Table, marks: Integers, period: float) -> EventRe
 
 
 def _after_releases(
-    turns: TurningPoints, events: Table, marks: Integers, period: float
+    turns: TurningPoints, events: Floats, marks: Integers, period: float
 ) -> TurningPoints:
     """Return turning points without those that are rounding at a release."""
     since = turns.t - events[turns.flight, columns.EVENT_T]

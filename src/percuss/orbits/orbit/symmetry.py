@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
-from percuss.kernels.law import N_HARMONICS, Law, Table
+from percuss.kernels.law import N_HARMONICS, Law
 from percuss.kernels.tangent import neighbours
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import Forcing
@@ -88,7 +88,7 @@ def is_mirrored_state(one: tuple[float, float], other: tuple[float, float], scal
     return bool((np.abs(np.add(one, other)) <= MIRRORED * scale).all())
 
 
-def half_multipliers(law: Law, events: Table, marks: Integers) -> tuple[complex, complex]:
+def half_multipliers(law: Law, events: Floats, marks: Integers) -> tuple[complex, complex]:
     """Return the multipliers of the map over half a symmetric orbit, mirrored.
 
     Their squares are those of the orbit. Where one is -1 the symmetry breaks: two orbits start

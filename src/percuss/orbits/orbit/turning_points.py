@@ -12,7 +12,7 @@ from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels import law as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import Flight, constant_force, place, set_phases
-from percuss.kernels.law import N_HARMONICS, Law, Table
+from percuss.kernels.law import N_HARMONICS, Law
 from percuss.kernels.shooting import turning_points
 from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
@@ -86,7 +86,7 @@ class TurningPoints:
     doubt: Floats
 
 
-def turns_of(law: Law, events: Table, marks: Integers, x0: float, t_end: float) -> TurningPoints:
+def turns_of(law: Law, events: Floats, marks: Integers, x0: float, t_end: float) -> TurningPoints:
     """Return the turning points of all flights of a record up to t_end.
 
     A record that holds its start only is that of a steady motion, without events.
@@ -104,7 +104,7 @@ def turns_of(law: Law, events: Table, marks: Integers, x0: float, t_end: float) 
 
 
 def flights_of(
-    law: Law, events: Table, marks: Integers, x0: float, t_end: float
+    law: Law, events: Floats, marks: Integers, x0: float, t_end: float
 ) -> Iterator[tuple[int, int, float, tuple[float, float, float], float]]:
     """Yield row, region, displacement, start (t, t_low, v) and duration of each flight."""
     ends = [*events[1:], np.array([t_end, 0.0, 0.0, 0.0])]
@@ -127,7 +127,7 @@ def flight_turns(
     duration: float,
     *,
     is_steady: bool,
-) -> Table:
+) -> Floats:
     """Return (s, y, doubt) of the turning points of a flight, (n, 3).
 
     A steady motion holds no free motion: its harmonics alone bound how fast it turns.

@@ -15,7 +15,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import turns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
-from percuss.kernels.law import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW, Table
+from percuss.kernels.law import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW
 from percuss.kernels.shooting import factor
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
@@ -124,7 +124,7 @@ class ImpactMap:
         values = [quantity(runs, c * period, v) for c, v in impacts]
         return np.array(values, dtype=np.float64).reshape(*cycles.shape, -1)
 
-    def _follow(self, runs: Propagator, t: float, v: float) -> tuple[Table, Integers] | None:
+    def _follow(self, runs: Propagator, t: float, v: float) -> tuple[Floats, Integers] | None:
         """Return the record up to the next impact, None if there is none."""
         at = as_float(self.oscillator.stops[self.stop].at)
         bound = entry(self.oscillator, self.stop).bound
@@ -142,7 +142,7 @@ class ImpactMap:
             n *= 4
         return None
 
-    def _enters(self, events: Table, kinds: Integers) -> Flags:
+    def _enters(self, events: Floats, kinds: Integers) -> Flags:
         """Return which events at the bound of the stop are impacts on it."""
         sign = 1.0 if self.oscillator.stops[self.stop].side == "above" else -1.0
         into = sign * events[:, columns.V_BEFORE] > 0.0
