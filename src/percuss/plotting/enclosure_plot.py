@@ -321,7 +321,7 @@ def _draw_multipliers(ax: Axes, proven: CertifiedOrbit) -> None:
     ax.set_ylim(-edge, edge)
     ax.set_aspect("equal")
     radius = max(radii)
-    ax.set_xlabel(f"multipliers, radius at most {radius:.0e}" if radius else "multipliers, exact")
+    ax.set_xlabel(f"multipliers\nradius at most {radius:.0e}" if radius else "multipliers, exact")
 
 
 def draw_certified_points(
