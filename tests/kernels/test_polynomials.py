@@ -12,7 +12,7 @@ from percuss.kernels.arithmetic import quintic_root
 from percuss.kernels.flight import constant_force
 from percuss.kernels.landing import series_root
 from percuss.kernels.law import FIRST_HARMONIC
-from percuss.kernels.search import stays_clear
+from percuss.kernels.next_event import stays_clear
 from percuss.model.law import law as law_of
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import percuss as pc
 from percuss.orbits import Branch, analysed_graze
-from percuss.orbits.bifurcations.family import Family
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.grazing_contact import grazing_contacts
 
 WALL, OMEGA = "oscillator.stops.0.at", "forcing.omega"
@@ -83,7 +83,7 @@ def test_formal_orbits_do_not_go_back_in_time() -> None:
 
 def test_a_flight_of_no_time_is_no_solution_by_itself(orbit: pc.PeriodicOrbit) -> None:
     """The next impact without a flight between would be met by any velocity."""
-    family = Family(orbit, WALL, -1.0, 1.0)
+    family = BranchEquations(orbit, WALL, -1.0, 1.0)
     z = family.start(orbit, 0.113)
     z[1] = 0.0
 
@@ -96,7 +96,7 @@ def test_a_flight_of_no_time_is_no_solution_by_itself(orbit: pc.PeriodicOrbit) -
 def test_equations_divided_by_durations_have_their_derivative(
     orbit: pc.PeriodicOrbit, short: float
 ) -> None:
-    family = Family(orbit, WALL, -1.0, 1.0)
+    family = BranchEquations(orbit, WALL, -1.0, 1.0)
     z = family.start(orbit, 0.113)
     z[1] = short
     _, matrix = family.residual(z, 0.113)
@@ -112,7 +112,7 @@ def test_equations_divided_by_durations_have_their_derivative(
 
 def test_they_are_smooth_at_a_flight_of_no_time(orbit: pc.PeriodicOrbit) -> None:
     """At its start the velocity of the flight is its mean, where the flight closes."""
-    family = Family(orbit, WALL, -1.0, 1.0)
+    family = BranchEquations(orbit, WALL, -1.0, 1.0)
     z = family.start(orbit, 0.113)
     z[1], z[1 + family.n] = 0.0, 0.0
     at_graze, exact = family.residual(z, 0.113)

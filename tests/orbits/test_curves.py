@@ -13,8 +13,8 @@ from percuss.arrays import Floats
 from percuss.kernels.flight import free_response
 from percuss.model.law import law
 from percuss.orbits import Branch, Curve, SpecialPoint, single_impact
+from percuss.orbits.bifurcations.branch_equations import OrbitEquations
 from percuss.orbits.bifurcations.curve_equations import return_equations
-from percuss.orbits.bifurcations.family import OrbitEquations
 
 OMEGA, AMPLITUDE = "forcing.omega", "forcing.amplitude"
 GAP, RESTITUTION = "oscillator.stops.0.at", "oscillator.stops.0.restitution"

@@ -13,7 +13,7 @@ from percuss.kernels.law import FIRST_HARMONIC
 from percuss.model import Side
 from percuss.model.system import System
 from percuss.orbits import single_impact, single_impact_orbits
-from percuss.orbits.bifurcations.family import Family
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.orbit.extremes import extremes_of
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
 from percuss.orbits.orbit.steady import steady_orbit
@@ -294,7 +294,7 @@ def test_a_flight_of_negative_duration_is_formal() -> None:
     path = "oscillator.stops.0.at"
     branch = pc.continue_orbit(orbit, over={path: (-0.287, 0.2)})
     graze = min(branch.special_points, key=lambda point: abs(point.value + 0.1594))
-    family = Family(graze.orbit, path, -0.287, 0.2)
+    family = BranchEquations(graze.orbit, path, -0.287, 0.2)
     start = family.start(graze.orbit, graze.value)
     along = family.tangent(start, np.append(np.zeros(len(start) - 1), 1.0))
 

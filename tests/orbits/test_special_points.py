@@ -9,7 +9,7 @@ import pytest
 
 import percuss as pc
 from percuss.orbits import Branch
-from percuss.orbits.bifurcations.family import Family
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 
 AMPLITUDE, OMEGA = "forcing.amplitude", "forcing.omega"
 
@@ -72,7 +72,7 @@ def test_the_origin_of_a_doubled_branch_says_where_switching_leads() -> None:
 def test_a_step_far_astray_ends_in_an_error_without_warnings(size: float) -> None:
     gear = pc.backlash_oscillator(gap=0.5, stiffness=10.0, damping=0.04, stop_damping=0.02)
     orbit = pc.find_orbit(gear, pc.cosine(1.9, amplitude=0.9, constant=0.4), 1)
-    family = Family(orbit, OMEGA, 1.0, 3.0)
+    family = BranchEquations(orbit, OMEGA, 1.0, 3.0)
     start = family.start(orbit, 1.9)
 
     for k in range(len(start) - 1):

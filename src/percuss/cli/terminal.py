@@ -41,7 +41,7 @@ WIDTH = len("special points") + 2
 
 
 class ProgressBar:
-    """The progress of a run, as `simulate` reports it.
+    """The progress of a study, as `simulate`, `sweep` and all other long calls report it.
 
     Inside the ``with`` block the first Ctrl-C ends the run where it is, and the second one ends
     the program; once the results are being written, the first one does.

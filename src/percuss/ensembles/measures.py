@@ -68,7 +68,7 @@ class Measure:
         Its meaning, in a line.
     value
         Returns the numbers of motions from their results, their plan and the window.
-    surveyed, strobed, grown, neighboured
+    needs_extremes, needs_strobes, needs_peaks, needs_tangent
         What the kernels must record for it: extremes and work; a strobe in each period; the
         fastest impacts of intervals of time; the growth of a perturbation.
     without
@@ -78,10 +78,10 @@ class Measure:
     units: str
     meaning: str
     value: Callable[[BatchResult, Plan, Window], Floats]
-    surveyed: bool = False
-    strobed: bool = False
-    grown: bool = False
-    neighboured: bool = False
+    needs_extremes: bool = False
+    needs_strobes: bool = False
+    needs_peaks: bool = False
+    needs_tangent: bool = False
     without: str = ""
 
 
@@ -173,7 +173,7 @@ def _growth(result: BatchResult, plan: Plan, window: Window) -> Floats:
 
 MEASURES: dict[str, Measure] = {
     "peak_displacement": Measure(
-        "length", "largest distance from 0", _peak_displacement, surveyed=True
+        "length", "largest distance from 0", _peak_displacement, needs_extremes=True
     ),
     "peak_impact_velocity": Measure(
         "length/time",
@@ -190,26 +190,26 @@ MEASURES: dict[str, Measure] = {
         "forcing periods after which the motion repeats itself; 0: after none of up to half of "
         "those measured",
         _period,
-        strobed=True,
+        needs_strobes=True,
     ),
     "dissipated_energy": Measure(
         "length^2/time^2",
         "energy per unit mass that impacts and dashpots take in a forcing period",
         _dissipated,
-        surveyed=True,
+        needs_extremes=True,
     ),
     "largest_lyapunov_exponent": Measure(
         "1/time",
         "largest exponent, from exact propagators and saltation matrices; -inf after a contact",
         _largest,
-        neighboured=True,
+        needs_tangent=True,
     ),
     "growth_exponent": Measure(
         "1",
         "exponent of the power of time with which the largest impact speed grows, over the last "
         "99 % of the time",
         _growth,
-        grown=True,
+        needs_peaks=True,
         without="too few impacts to tell an exponent from",
     ),
 }
@@ -262,9 +262,9 @@ def _together(names: Sequence[str]) -> list[list[str]]:
     Strobes and perturbations are both recorded as points: next to a period, the largest exponent
     has a run of its own.
     """
-    if not any(MEASURES[name].strobed for name in names):
+    if not any(MEASURES[name].needs_strobes for name in names):
         return [list(names)]
-    alone = [name for name in names if MEASURES[name].neighboured]
+    alone = [name for name in names if MEASURES[name].needs_tangent]
     rest = [name for name in names if name not in alone]
     return [rest, alone] if alone else [rest]
 
@@ -275,15 +275,15 @@ def _plan(names: Sequence[str], group: Group, window: Window, max_impacts: int) 
     measures = [MEASURES[name] for name in names]
     since = t0 + window.transient * period
     plan = Plan(since, period, since + window.periods * period)
-    if any(measure.strobed for measure in measures):
+    if any(measure.needs_strobes for measure in measures):
         plan = replace(plan, section=survey.STROBES, n_points=window.periods + 1)
-    elif any(measure.neighboured for measure in measures):
+    elif any(measure.needs_tangent for measure in measures):
         plan = tangent_plan(period, t0, window.transient, window.periods)
     edges = None
-    if any(measure.grown for measure in measures):
+    if any(measure.needs_peaks for measure in measures):
         duration = (window.transient + window.periods) * period
         edges = t0[:, np.newaxis] + duration[:, np.newaxis] * INTERVALS
-    surveyed = any(measure.surveyed for measure in measures)
+    surveyed = any(measure.needs_extremes for measure in measures)
     return replace(plan, surveyed=surveyed, max_impacts=max_impacts, edges=edges)
 
 

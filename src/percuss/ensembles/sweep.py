@@ -193,7 +193,7 @@ def _work(
     if grid.force is None or grid.force.period is None:
         reason = "a built-in measure counts in forcing periods; give a forcing that has one"
         raise ParameterError("forcing.period", None, reason)
-    if any(MEASURES[name].strobed for name in names):
+    if any(MEASURES[name].needs_strobes for name in names):
         # Those of one motion at least are in memory at once.
         problem = too_large([1], survey.POINT_COLUMNS * (window.periods + 1))
         if problem is not None:

@@ -26,6 +26,7 @@ from percuss.kernels.law import (
     WALL,
     Law,
 )
+from percuss.kernels.next_event import STEPS_A_WALK
 from percuss.kernels.plain import (
     MOST_ITERATIONS,
     Begin,
@@ -47,7 +48,6 @@ from percuss.kernels.plain import (
     pushes,
 )
 from percuss.kernels.record import FASTEST, T_LOW, T, V
-from percuss.kernels.search import STEPS_A_WALK
 from percuss.kernels.step import Walk, walk_of
 
 # Slots of a block: two vectors of eight, of which one computes while the other waits.

@@ -30,6 +30,7 @@ from percuss.kernels.law import (
     UPPER_RESTITUTION,
     WALL,
 )
+from percuss.kernels.next_event import PAUSE, NextEvent, next_event
 from percuss.kernels.plain import plain_flights
 from percuss.kernels.record import (
     AT_REST,
@@ -75,7 +76,6 @@ from percuss.kernels.record import (
     V,
     X,
 )
-from percuss.kernels.search import PAUSE, NextEvent, next_event
 
 # Plain impacts between two checks of the patience.
 PLAIN_AT_ONCE = 10_000

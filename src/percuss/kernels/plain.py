@@ -49,8 +49,8 @@ from percuss.kernels.law import (
     WALL,
     Law,
 )
+from percuss.kernels.next_event import STEPS_A_WALK, THIRD, WALK_SLACK
 from percuss.kernels.record import EVENT_T, EVENT_T_LOW, HUGE, V_AFTER, V_BEFORE
-from percuss.kernels.search import STEPS_A_WALK, THIRD, WALK_SLACK
 from percuss.kernels.step import Walk, walk_of
 
 # Least speed of a plain landing times a step, as a part of the slack of the walk: 2e-6 of the size
@@ -159,7 +159,7 @@ def clearance(
     """Return a lower bound of y during a step.
 
     On the first step what stands for the clearance at its start is that after division by the
-    time (see `search.clearances`), without an allowance for rounding.
+    time (see `next_event.clearances`), without an allowance for rounding.
     """
     third = THIRD * step
     rise = third * before[1]

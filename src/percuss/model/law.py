@@ -24,7 +24,7 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.stops import SoftStop, Wall
 from percuss.numerics import exp
 
-__all__ = ["Lines", "law", "lines", "turns_per_time"]
+__all__ = ["RegionBounds", "law", "lines", "turns_per_time"]
 
 # The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
 # radians: there the cubic through a step's ends is off by 1/384 of the amplitude at most.
@@ -39,7 +39,7 @@ FAR_PART = 0.07
 
 
 @dataclass(frozen=True, slots=True)
-class Lines:
+class RegionBounds:
     """The bounds of the regions, upwards, and which stops lie at each.
 
     ``at[i]`` is None at infinity; ``wall[i]`` is the index of the wall there or None;
@@ -52,7 +52,7 @@ class Lines:
 
 
 @lru_cache(maxsize=256)
-def lines(oscillator: Oscillator) -> Lines:
+def lines(oscillator: Oscillator) -> RegionBounds:
     """Return the bounds at which the oscillator's stops cut the line."""
     lower: tuple[Fraction | None, int | None] = (None, None)
     upper: tuple[Fraction | None, int | None] = (None, None)
@@ -68,7 +68,7 @@ def lines(oscillator: Oscillator) -> Lines:
         else:
             upper = (at, i)
     inner = sorted(edges)
-    return Lines(
+    return RegionBounds(
         at=(lower[0], *inner, upper[0]),
         wall=(lower[1], *(None for _ in inner), upper[1]),
         edges=((), *(tuple(edges[at]) for at in inner), ()),
@@ -155,7 +155,7 @@ def _region_row(
     return row, region.stiffness, region.damping
 
 
-def _region(oscillator: Oscillator, bounds: Lines, number: int) -> _Region:
+def _region(oscillator: Oscillator, bounds: RegionBounds, number: int) -> _Region:
     touched = []
     for i, edges in enumerate(bounds.edges):
         for k in edges:
@@ -199,7 +199,7 @@ def _fill_harmonic(row: Floats, component: Component) -> None:
     row[at.AMPLITUDE] = math.hypot(component.cos, component.sin)
 
 
-def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: Lines, number: int) -> None:
+def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: RegionBounds, number: int) -> None:
     columns = (
         (number, at.LOWER, at.LOWER_KIND, at.LOWER_RESTITUTION, -math.inf),
         (number + 1, at.UPPER, at.UPPER_KIND, at.UPPER_RESTITUTION, math.inf),
@@ -218,7 +218,7 @@ def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: Lines, number: int
             row[restitution] = float(as_fraction(stop.restitution)) if isinstance(stop, Wall) else 0
 
 
-def _fill_forces(row: Floats, region: _Region, bounds: Lines, constant: Fraction) -> None:
+def _fill_forces(row: Floats, region: _Region, bounds: RegionBounds, constant: Fraction) -> None:
     low, high = bounds.at[region.number], bounds.at[region.number + 1]
     # The point nearest to 0: a far bound would cost the digits of the force here.
     origin = max(Fraction(0), low) if low is not None else Fraction(0)

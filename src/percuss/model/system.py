@@ -8,7 +8,7 @@ from percuss.kernels.law import Law
 from percuss.model.faults import Fault, raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import Harmonic
-from percuss.model.law import Lines, law, lines
+from percuss.model.law import RegionBounds, law, lines
 from percuss.model.oscillator import Oscillator
 
 __all__ = ["System", "kind_faults"]
@@ -49,7 +49,7 @@ class System(NamedTuple):
         return law(self.oscillator, self.forcing)
 
     @property
-    def lines(self) -> Lines:
+    def lines(self) -> RegionBounds:
         """The bounds of the regions between the stops."""
         return lines(self.oscillator)
 

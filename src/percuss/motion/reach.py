@@ -1,6 +1,6 @@
 """How long a flight provably meets no stop, asked when the walk of the kernels takes long.
 
-With a spring the answer is that of `search.coast`, here for rates of any spread. A mass without
+With a spring the answer is that of `next_event.coast`, here for rates of any spread. A mass without
 spring that drifts away is recognised.
 """
 
@@ -27,7 +27,7 @@ from percuss.kernels.law import (
     UPPER,
     Law,
 )
-from percuss.kernels.search import coast, slowest
+from percuss.kernels.next_event import coast, slowest
 from percuss.numerics import exp, hypot
 
 __all__ = ["free_until"]

@@ -379,7 +379,7 @@ def kind_names() -> list[str]:
 
 def kind_named(name: str) -> type[Question]:
     """Return the questions of a kind by its name."""
-    kind: type[Question] = getattr(
-        import_module(f"percuss.studies.kinds.{name}"), name.capitalize()
-    )
+    # "basin_map" is BasinMap of the module basin_map.
+    of_class = name.title().replace("_", "")
+    kind: type[Question] = getattr(import_module(f"percuss.studies.kinds.{name}"), of_class)
     return kind

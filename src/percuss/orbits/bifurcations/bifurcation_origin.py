@@ -17,8 +17,8 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.numerics import dot, norm
-from percuss.orbits.bifurcations.family import Family
-from percuss.orbits.bifurcations.n_fold import primitive_orbit
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
+from percuss.orbits.bifurcations.multiple_covers import primitive_orbit
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate
 from percuss.orbits.continuation.problem import Point, along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary
@@ -39,7 +39,7 @@ ROUNDING = 1e-9
 NEAR, FAR, FARTHER = 1e-7, 1e-2, 4.0
 
 
-def origin_of(family: Family, orbit: PeriodicOrbit) -> Origin | None:
+def origin_of(family: BranchEquations, orbit: PeriodicOrbit) -> Origin | None:
     """Return which simpler orbit one equals, to the digits of a turn of the parameter."""
     if orbit.itinerary.halves_differ() < ONE_AND_THE_SAME:
         return "doubled"
@@ -51,7 +51,7 @@ def origin_of(family: Family, orbit: PeriodicOrbit) -> Origin | None:
     return "mirrored" if difference < ONE_AND_THE_SAME else None
 
 
-def _origin_between(a: Point[Family], b: Point[Family]) -> Origin | None:
+def _origin_between(a: Point[BranchEquations], b: Point[BranchEquations]) -> Origin | None:
     """Return which simpler orbit the family passes between two points, None for none.
 
     Beyond it come the same orbits, a period later or mirrored: their difference from the simpler
@@ -63,7 +63,7 @@ def _origin_between(a: Point[Family], b: Point[Family]) -> Origin | None:
     return "mirrored" if a.orbit.n_periods % 2 else "doubled"
 
 
-def _difference(point: Point[Family]) -> Floats | None:
+def _difference(point: Point[BranchEquations]) -> Floats | None:
     """Return the difference of an orbit from the simpler one of which it may originate."""
     family, z = point.problem, point.z
     n = family.n
@@ -79,7 +79,7 @@ def _difference(point: Point[Family]) -> Floats | None:
     return difference if exists and np.abs(difference).max() > ROUNDING else None
 
 
-def origin_passed(a: Point[Family], b: Point[Family]) -> Zero | None:
+def origin_passed(a: Point[BranchEquations], b: Point[BranchEquations]) -> Zero | None:
     """Return the origin of a family whose parameter turns between two points."""
     origin = _origin_between(a, b)
     one, other = _difference(a), _difference(b)
@@ -92,17 +92,17 @@ def origin_passed(a: Point[Family], b: Point[Family]) -> Zero | None:
     return located_origin(family, rough, origin)
 
 
-def _symmetric(family: Family, scaled: Floats) -> Floats:
+def _symmetric(family: BranchEquations, scaled: Floats) -> Floats:
     """Return scaled unknowns with the second half of the orbit mirroring the first."""
     return Itinerary.of_vector(family.events, scaled, family.n_periods).mirrored_mean().vector
 
 
-def located_origin(family: Family, zero: Zero, origin: Origin) -> Zero | None:
+def located_origin(family: BranchEquations, zero: Zero, origin: Origin) -> Zero | None:
     """Return where the simpler orbit has the multiplier, None if it is not found."""
     try:
         if origin == "doubled":
             simple = primitive_orbit(zero.orbit)
-            simpler = Family(simple, family.path, family.low, family.high)
+            simpler = BranchEquations(simple, family.path, family.low, family.high)
             start = simpler.start(simple, family.value(zero.z))
             origin_zero = _zero(simpler, start, "multiplier -1")
         else:
@@ -119,7 +119,9 @@ def located_origin(family: Family, zero: Zero, origin: Origin) -> Zero | None:
         return None
 
 
-def _lift(simpler: Family, family: Family, origin: Origin) -> Callable[[Floats], Floats]:
+def _lift(
+    simpler: BranchEquations, family: BranchEquations, origin: Origin
+) -> Callable[[Floats], Floats]:
     """Return the map of points of the simpler family to those of the other."""
 
     def twice(z: Floats) -> Floats:
@@ -132,7 +134,7 @@ def _lift(simpler: Family, family: Family, origin: Origin) -> Callable[[Floats],
     return twice if origin == "doubled" else symmetric
 
 
-def _zero(family: Family, start: Floats, name: str) -> Zero | None:
+def _zero(family: BranchEquations, start: Floats, name: str) -> Zero | None:
     """Return the zero of a condition along the parameter, near a solution."""
     normal = along_parameter(len(start))
     distance = NEAR

@@ -12,8 +12,8 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import Phase
 from percuss.numerics import solve_linear
+from percuss.orbits.bifurcations.branch_equations import BranchEquations, checked_range, own_value
 from percuss.orbits.bifurcations.detector import BranchDetector
-from percuss.orbits.bifurcations.family import Family, checked_range, own_value
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.bifurcations.switching import switch_branch
 from percuss.orbits.continuation.follow import StepLimits, follow
@@ -182,7 +182,7 @@ def _next_doubling(
     orbit: PeriodicOrbit, path: str, value: float, end: float
 ) -> tuple[SpecialPoint | None, float, str]:
     """Return where an orbit doubles before a value, its error, or why it does not."""
-    family = Family(orbit, path, min(value, end), max(value, end))
+    family = BranchEquations(orbit, path, min(value, end), max(value, end))
     start = family.started(orbit, value)
     sign = math.copysign(1.0, end - value) * math.copysign(1.0, start.tangent[-1])
     rows, why, _ = follow(start, sign, BranchDetector(), STEPS, until=_is_turning)
@@ -204,7 +204,7 @@ def _is_turning(point: SpecialPoint) -> bool:
     return point.kind == "period_doubling" or point.kind in ENDS
 
 
-def _error(family: Family, point: SpecialPoint, before: float, value: float) -> float:
+def _error(family: BranchEquations, point: SpecialPoint, before: float, value: float) -> float:
     """Return how far one more step of Newton's method would move a doubling."""
     start = family.start(point.orbit, point.value)
     residual, matrix = family.residual(start, point.value)

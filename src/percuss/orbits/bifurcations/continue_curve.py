@@ -14,13 +14,18 @@ from percuss.errors import ParameterError
 from percuss.kernels.law import PERIOD
 from percuss.model.exact import Phase
 from percuss.model.paths import long_form
+from percuss.orbits.bifurcations.branch_equations import (
+    OrbitEquations,
+    Ranges,
+    own_value,
+    range_about,
+)
 from percuss.orbits.bifurcations.curve import Curve, CurveDetector, CurveKind, CurveRow
 from percuss.orbits.bifurcations.curve_equations import (
     CurveEquations,
     HalfEquations,
     MultiplierCurve,
 )
-from percuss.orbits.bifurcations.family import OrbitEquations, Ranges, own_value, range_about
 from percuss.orbits.bifurcations.grazing_contact import GrazingContact, grazing_contacts, without
 from percuss.orbits.bifurcations.grazing_curves import (
     GrazingCurve,
@@ -28,7 +33,7 @@ from percuss.orbits.bifurcations.grazing_curves import (
     mirrored,
     others_of,
 )
-from percuss.orbits.bifurcations.n_fold import primitive_orbit
+from percuss.orbits.bifurcations.multiple_covers import primitive_orbit
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.continuation.follow import StepLimits, follow_both_ways
 from percuss.orbits.orbit.itinerary import entries_of

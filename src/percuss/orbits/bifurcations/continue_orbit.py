@@ -10,8 +10,8 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.model.exact import Phase
 from percuss.orbits.bifurcations.branch import Branch, branch_of
+from percuss.orbits.bifurcations.branch_equations import BranchEquations, checked_range
 from percuss.orbits.bifurcations.detector import BranchDetector
-from percuss.orbits.bifurcations.family import Family, checked_range
 from percuss.orbits.bifurcations.sticking_branch import sticking_branch
 from percuss.orbits.continuation.follow import StepLimits, follow_both_ways
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -89,7 +89,7 @@ def continue_orbit(
         branch = sticking_branch(orbit, path, value, (first, last), steps, reported)
         reported.close()
         return branch
-    family = Family(orbit, path, min(first, last), max(first, last))
+    family = BranchEquations(orbit, path, min(first, last), max(first, last))
     start = family.started(orbit, value)
     towards = math.copysign(1.0, last - first) * (math.copysign(1.0, start.tangent[-1]))
     rows, why = follow_both_ways(start, towards, BranchDetector(), steps, reported)

@@ -8,7 +8,7 @@ import numpy as np
 
 from percuss.model.stops import SoftStop
 from percuss.numerics import norm
-from percuss.orbits.bifurcations.family import Family, fastest
+from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest
 from percuss.orbits.bifurcations.soft_grazing import start_beyond
 from percuss.orbits.bifurcations.special_points import (
     TWO_FOLD,
@@ -21,7 +21,7 @@ from percuss.orbits.continuation.problem import Point
 
 __all__ = ["BranchDetector", "Row"]
 
-Row: TypeAlias = tuple[Point[Family], SpecialPoint | None]
+Row: TypeAlias = tuple[Point[BranchEquations], SpecialPoint | None]
 
 # A branch that ends this near a corner, in scaled parameter, ends at it.
 AT_CORNER = 1e-6
@@ -37,7 +37,9 @@ COINCIDENCE = "impacts coincide: beyond it a flight would have a negative durati
 class BranchDetector:
     """Finds special points between orbits, and the ends of their branch."""
 
-    def stopped(self, here: Point[Family], reason: str) -> Segment[Family, SpecialPoint]:
+    def stopped(
+        self, here: Point[BranchEquations], reason: str
+    ) -> Segment[BranchEquations, SpecialPoint]:
         """Return the end of the range, or the corner, at which the branch ends."""
         if here.z[-1] in (0.0, 1.0):
             return Segment([], f"{here.text} reached")
@@ -51,7 +53,9 @@ class BranchDetector:
             [(point, special)], f"at {family.path} = {special.value:.12g} {special.detail}"
         )
 
-    def between(self, here: Point[Family], new: Point[Family]) -> Segment[Family, SpecialPoint]:
+    def between(
+        self, here: Point[BranchEquations], new: Point[BranchEquations]
+    ) -> Segment[BranchEquations, SpecialPoint]:
         """Return the special points between two orbits, up to the end of the family.
 
         At the graze of a soft stop a family with other events continues the branch.
@@ -97,12 +101,14 @@ def _end_at(special: SpecialPoint) -> str:
     return ""
 
 
-def _changed(rows: list[Row], graze: Point[Family], change: str) -> Segment[Family, SpecialPoint]:
+def _changed(
+    rows: list[Row], graze: Point[BranchEquations], change: str
+) -> Segment[BranchEquations, SpecialPoint]:
     """Return a stretch that ends at the graze of a soft stop, and the family beyond it."""
     return Segment(rows, f"beyond {graze.text} {change}", _beyond(graze))
 
 
-def _beyond(graze: Point[Family]) -> Point[Family] | None:
+def _beyond(graze: Point[BranchEquations]) -> Point[BranchEquations] | None:
     """Return the graze of a soft stop as the first point of the family beyond it."""
     start = start_beyond(graze.problem, graze.orbit, graze.problem.value(graze.z))
     if start is None:
@@ -120,7 +126,7 @@ def _beyond(graze: Point[Family]) -> Point[Family] | None:
     return Point(z, tangent, orbit, tests, family)
 
 
-def _change(here: Point[Family], new: Point[Family]) -> str:
+def _change(here: Point[BranchEquations], new: Point[BranchEquations]) -> str:
     """Return the soft stop that is met once more or less at the second point, "" for none."""
     family = here.problem
     for k, (_, stop, _) in enumerate(family.entries):

@@ -20,7 +20,7 @@ from percuss.kernels.flight import acceleration_and_jerk, constant_force, place,
 from percuss.kernels.law import N_HARMONICS, Law
 from percuss.kernels.tangent import neighbours
 from percuss.numerics import atan2, determinant, power, sin
-from percuss.orbits.bifurcations.family import Family, fastest, own_value
+from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest, own_value
 from percuss.orbits.bifurcations.grazing_contact import (
     GrazingContact,
     acceleration_at,
@@ -232,7 +232,7 @@ def _depth_rate(base: PeriodicOrbit, path: str, contact: GrazingContact) -> floa
     """Return the derivative by the parameter of the depth in the stop."""
     value = own_value(base, path)
     step = STEP * abs(value) or STEP
-    family = Family(base, path, value - step, value + step)
+    family = BranchEquations(base, path, value - step, value + step)
     start = family.start(base, value)
     depths = []
     for part in (0.0, 1.0):

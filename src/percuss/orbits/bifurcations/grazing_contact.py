@@ -14,8 +14,8 @@ from percuss.kernels import record as columns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
 from percuss.kernels.law import Law
 from percuss.kernels.shooting import AT
-from percuss.orbits.bifurcations.family import fastest
-from percuss.orbits.bifurcations.n_fold import settled
+from percuss.orbits.bifurcations.branch_equations import fastest
+from percuss.orbits.bifurcations.multiple_covers import settled
 from percuss.orbits.orbit.itinerary import entries_of, is_wall
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.steady import steady_orbit

@@ -26,8 +26,8 @@ from percuss.kernels.law import N_HARMONICS, PERIOD, Law
 from percuss.kernels.tangent import propagator
 from percuss.motion.reach import steady
 from percuss.numerics import determinant
+from percuss.orbits.bifurcations.branch_equations import OrbitEquations
 from percuss.orbits.bifurcations.curve_equations import CurveEquations, return_equations
-from percuss.orbits.bifurcations.family import OrbitEquations
 from percuss.orbits.bifurcations.grazing_contact import GrazingContact
 from percuss.orbits.orbit.itinerary import Itinerary, row_of_region
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit

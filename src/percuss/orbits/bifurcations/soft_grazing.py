@@ -3,7 +3,7 @@
 There the order of events changes. The force of a soft stop begins at zero, so that the motion
 depends smoothly enough on its start: beyond the graze there is one orbit as well, with two
 crossings of the stop's edge more, or less (docs/theory/grazing.md). At the graze itself the time
-between these two is zero; the equations are regular there (`Family.residual`), and the branch
+between these two is zero; the equations are regular there (`BranchEquations.residual`), and the branch
 continues from it. Velocities of either sign into a soft stop belong to the same motion, with
 positive and negative times in the stop: the family turns at the graze and returns formally. The
 special points before the graze lie between it and the last point that meets the stop.
@@ -22,14 +22,14 @@ from percuss.errors import PercussError
 from percuss.kernels import law as at
 from percuss.kernels.law import EDGE, N_HARMONICS
 from percuss.numerics import norm
-from percuss.orbits.bifurcations.family import Family
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.grazing_contact import (
     GrazingContact,
     acceleration_at,
     grazing_contacts,
     without,
 )
-from percuss.orbits.bifurcations.n_fold import orbit_of_itinerary
+from percuss.orbits.bifurcations.multiple_covers import orbit_of_itinerary
 from percuss.orbits.continuation.correct import WEAK, solved
 from percuss.orbits.continuation.locate import Zero, changes_sign, locate
 from percuss.orbits.continuation.problem import Point, along_parameter
@@ -47,7 +47,9 @@ OPENED, TINY = 1e-5, 1e-300
 FIRST = 1e-3
 
 
-def orbit_beyond(family: Family, orbit: PeriodicOrbit, value: float) -> PeriodicOrbit | None:
+def orbit_beyond(
+    family: BranchEquations, orbit: PeriodicOrbit, value: float
+) -> PeriodicOrbit | None:
     """Return an orbit a little beyond a graze of soft stops, with its events there.
 
     None if there is none near; the arguments are those of `start_beyond`.
@@ -61,8 +63,8 @@ def orbit_beyond(family: Family, orbit: PeriodicOrbit, value: float) -> Periodic
 
 
 def start_beyond(
-    family: Family, orbit: PeriodicOrbit, value: float
-) -> tuple[Family, Floats, Floats] | None:
+    family: BranchEquations, orbit: PeriodicOrbit, value: float
+) -> tuple[BranchEquations, Floats, Floats] | None:
     """Return the family beyond a graze of soft stops, the graze as its point, and its tangent.
 
     Parameters
@@ -99,10 +101,10 @@ def is_soft(orbit: PeriodicOrbit, contact: GrazingContact) -> bool:
 
 
 def _without_entries(
-    family: Family, base: PeriodicOrbit, value: float, contacts: list[GrazingContact]
-) -> tuple[Family, Floats, Floats] | None:
+    family: BranchEquations, base: PeriodicOrbit, value: float, contacts: list[GrazingContact]
+) -> tuple[BranchEquations, Floats, Floats] | None:
     """Return the family that does not meet the stops, on the side where it does not reach them."""
-    simpler = Family(base, family.path, family.low, family.high)
+    simpler = BranchEquations(base, family.path, family.low, family.high)
     z = simpler.start(base, value)
     tangent = simpler.tangent(z, along_parameter(len(z)))
     part = ASIDE
@@ -136,8 +138,8 @@ def _depth(orbit: PeriodicOrbit, contact: GrazingContact) -> float:
 
 
 def _with_entries(
-    family: Family, orbit: PeriodicOrbit, value: float, contacts: list[GrazingContact]
-) -> tuple[Family, Floats, Floats]:
+    family: BranchEquations, orbit: PeriodicOrbit, value: float, contacts: list[GrazingContact]
+) -> tuple[BranchEquations, Floats, Floats]:
     """Return the family that meets the grazed stops, from zero time in them on."""
     law = orbit.system.law
     step = 1 + int(law[0, N_HARMONICS])
@@ -152,7 +154,7 @@ def _with_entries(
         np.array(instants), np.array(events, dtype=np.int64), orbit.period
     )
     grazing = orbit_of_itinerary(orbit, itinerary)
-    other = Family(grazing, family.path, family.low, family.high)
+    other = BranchEquations(grazing, family.path, family.low, family.high)
     # The rates at which durations and velocities grow.
     opened = np.concatenate([[0.0], np.array(opening)[order].T.ravel()])
     direction = np.append(opened / other.scale, 0.0)
@@ -178,8 +180,8 @@ GRAZED = 1e-9
 
 
 def until_soft_graze(
-    a: Point[Family], b: Point[Family]
-) -> tuple[Point[Family], list[tuple[str, Zero]]]:
+    a: Point[BranchEquations], b: Point[BranchEquations]
+) -> tuple[Point[BranchEquations], list[tuple[str, Zero]]]:
     """Return the end of the stretch on which all stops are met, and the zeros at the graze there.
 
     If every soft stop is met at both points the end is the second of them.
@@ -207,7 +209,7 @@ def until_soft_graze(
     return end, [(name, dataclasses.replace(zero, part=1.0)) for name, zero in met]
 
 
-def _incoming(family: Family, zero: Zero, chord: Floats) -> Floats:
+def _incoming(family: BranchEquations, zero: Zero, chord: Floats) -> Floats:
     """Return the unit vector of the chord, with the sign of the parameter's change to the graze."""
     along = chord / norm(chord)
     try:

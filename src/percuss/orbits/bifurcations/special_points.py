@@ -16,7 +16,11 @@ from percuss.errors import PercussError
 from percuss.model.exact import as_float
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.bifurcation_origin import located_origin, origin_of, origin_passed
-from percuss.orbits.bifurcations.family import Family, fastest, stop_that_is_moved
+from percuss.orbits.bifurcations.branch_equations import (
+    BranchEquations,
+    fastest,
+    stop_that_is_moved,
+)
 from percuss.orbits.bifurcations.grazing import GrazeAnalysis, analysed_graze
 from percuss.orbits.bifurcations.grazing_contact import accumulates
 from percuss.orbits.bifurcations.soft_grazing import until_soft_graze
@@ -141,8 +145,8 @@ class SpecialPoint:
 
 
 def coincidence_point(
-    here: Point[Family], end: float, *, is_end: bool
-) -> tuple[SpecialPoint, Point[Family]] | None:
+    here: Point[BranchEquations], end: float, *, is_end: bool
+) -> tuple[SpecialPoint, Point[BranchEquations]] | None:
     """Return the corner between a point of a family and a value of the parameter, None for none.
 
     At the corner itself the stops are one, and the equations differ: its orbit is one next to it.
@@ -171,8 +175,8 @@ def coincidence_point(
 
 
 def special_points_between(
-    a: Point[Family], b: Point[Family]
-) -> Iterator[tuple[SpecialPoint, Point[Family]]]:
+    a: Point[BranchEquations], b: Point[BranchEquations]
+) -> Iterator[tuple[SpecialPoint, Point[BranchEquations]]]:
     """Return the special points between two neighbours on a branch, in order, with row -1."""
     family = a.problem
     b, zeros = until_soft_graze(a, b)
@@ -206,8 +210,11 @@ def special_points_between(
 
 
 def _merged(
-    ends: tuple[Point[Family], Point[Family]], zeros: list[tuple[str, Zero]], *, turns: bool
-) -> Iterator[tuple[SpecialPoint, Point[Family]]]:
+    ends: tuple[Point[BranchEquations], Point[BranchEquations]],
+    zeros: list[tuple[str, Zero]],
+    *,
+    turns: bool,
+) -> Iterator[tuple[SpecialPoint, Point[BranchEquations]]]:
     """Return zeros as special points, those of one kind at one place as one."""
     a, b = ends
     family = a.problem
@@ -216,7 +223,7 @@ def _merged(
     # The clearance of a formal orbit vanishes with the velocity of the impact next to it; and at
     # the graze of a soft stop the branch turns, as velocities of either sign are one motion.
     hidden = {"clearance", "multiplier 1", "fold", "multiplier -1"} if leaves else {"clearance"}
-    last: tuple[SpecialPoint, Point[Family]] | None = None
+    last: tuple[SpecialPoint, Point[BranchEquations]] | None = None
     for name, zero in zeros:
         if name in hidden and grazes and _is_slow(family, zero.orbit):
             continue
@@ -252,15 +259,17 @@ def _has_multiplier(zero: Zero, edge: float) -> bool:
     return not zero.goes_through or bool(np.abs(zero.orbit.multipliers - edge).min() < ON_EDGE)
 
 
-def _is_at(zero: Zero, other: Point[Family]) -> bool:
+def _is_at(zero: Zero, other: Point[BranchEquations]) -> bool:
     return norm(zero.z - other.z) < SAME
 
 
-def _is_slow(family: Family, orbit: PeriodicOrbit) -> bool:
+def _is_slow(family: BranchEquations, orbit: PeriodicOrbit) -> bool:
     return bool(np.abs(family.into_stops(orbit)).min() < SLOW * family.scale[-1])
 
 
-def _special(family: Family, kind: SpecialPointKind, detail: str, zero: Zero) -> SpecialPoint:
+def _special(
+    family: BranchEquations, kind: SpecialPointKind, detail: str, zero: Zero
+) -> SpecialPoint:
     low, high = sorted(family.value(z) for z in zero.ends)
     value = family.value(zero.z)
     exact = zero.goes_through and high - low <= LOCATED * max(1.0, abs(value))
@@ -269,7 +278,7 @@ def _special(family: Family, kind: SpecialPointKind, detail: str, zero: Zero) ->
 
 
 def _meaning(
-    a: Point[Family], name: str, orbit: PeriodicOrbit, *, turns: bool
+    a: Point[BranchEquations], name: str, orbit: PeriodicOrbit, *, turns: bool
 ) -> tuple[SpecialPointKind, str]:
     family = a.problem
     if name.startswith("velocity"):
@@ -303,7 +312,7 @@ def _breaks(orbit: PeriodicOrbit) -> bool:
     return min(abs(each + 1.0) for each in over_half) < min(abs(each - 1.0) for each in over_half)
 
 
-def _at_origin(a: Point[Family], name: str, zero: Zero, *, turns: bool) -> Zero:
+def _at_origin(a: Point[BranchEquations], name: str, zero: Zero, *, turns: bool) -> Zero:
     """Return a zero where one family starts from another as the simpler of the two locates it."""
     if name not in ("multiplier 1", "fold"):
         return zero

@@ -9,14 +9,14 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.numerics import directions, matmul, norm
-from percuss.orbits.bifurcations.family import Family, own_value
+from percuss.orbits.bifurcations.branch_equations import BranchEquations, own_value
 from percuss.orbits.bifurcations.grazing_contact import (
     GrazingContact,
     grazing_contacts,
     merged,
     without,
 )
-from percuss.orbits.bifurcations.n_fold import orbit_of_itinerary, primitive_orbit
+from percuss.orbits.bifurcations.multiple_covers import orbit_of_itinerary, primitive_orbit
 from percuss.orbits.bifurcations.soft_grazing import is_soft, orbit_beyond
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.continuation.problem import along_parameter
@@ -114,7 +114,7 @@ def _stepped_off(
 ) -> PeriodicOrbit:
     """Return an orbit a step away, along the free direction that is not the tangent."""
     value = own_value(orbit, path)
-    family = Family(orbit, path, *_range(value))
+    family = BranchEquations(orbit, path, *_range(value))
     start = family.start(orbit, value)
     direction = side * _across(family, start, tangent)
     other, why = family.stepped_off(start, direction, FIRST)
@@ -124,7 +124,7 @@ def _stepped_off(
     raise ConvergenceError(what, None, np.nan, f"{why}; look whether the point is located")
 
 
-def _across(family: Family, start: Floats, tangent: Floats | None) -> Floats:
+def _across(family: BranchEquations, start: Floats, tangent: Floats | None) -> Floats:
     """Return the unit vector of the free direction that is not the tangent."""
     sizes, rows = directions(family.derivatives(start))
     if sizes[-2] > FREE * sizes[0]:
@@ -164,7 +164,7 @@ def orbit_past_graze(orbit: PeriodicOrbit, path: str) -> PeriodicOrbit:
     where = f"{path} = {value:.12g}"
     contacts = grazing_contacts(orbit)
     if any(is_soft(orbit, contact) for contact in contacts):
-        other = orbit_beyond(Family(orbit, path, *_range(value)), orbit, value)
+        other = orbit_beyond(BranchEquations(orbit, path, *_range(value)), orbit, value)
     elif _all_with_impacts(orbit, contacts):
         other = _without_impacts(orbit, path, contacts)
     else:
@@ -195,7 +195,7 @@ def _without_impacts(
 ) -> PeriodicOrbit | None:
     """Return an orbit that does not reach the stop, on the side where it is admissible."""
     base, value = without(orbit, contacts), own_value(orbit, path)
-    family = Family(base, path, *_range(value))
+    family = BranchEquations(base, path, *_range(value))
     start = family.start(base, value)
     normal = along_parameter(len(start))
     for step in (-FIRST_PAST_GRAZE, FIRST_PAST_GRAZE):
@@ -217,7 +217,7 @@ def _with_impacts(
     itinerary, _ = orbit.itinerary.inserted(instants, np.array(rows, dtype=np.int64), orbit.period)
     grazing = orbit_of_itinerary(orbit, itinerary)
     value = own_value(orbit, path)
-    family = Family(grazing, path, *_range(value))
+    family = BranchEquations(grazing, path, *_range(value))
     start = family.start(grazing, value)
     tangent = family.tangent(start, along_parameter(len(start)))
     other, _ = family.stepped_off(

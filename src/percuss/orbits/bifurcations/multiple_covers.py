@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from percuss.model.exact import as_float
-from percuss.orbits.bifurcations.family import Family
+from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.continuation.problem import along_parameter
 from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -54,6 +54,6 @@ def settled(orbit: PeriodicOrbit, guess: Itinerary) -> PeriodicOrbit:
     rough = orbit_of_itinerary(orbit, guess)
     # Solve at fixed parameters: any of them serves.
     value = as_float(orbit.oscillator.damping)
-    family = Family(rough, "oscillator.damping", value, value + 1.0)
+    family = BranchEquations(rough, "oscillator.damping", value, value + 1.0)
     start = family.start(rough, value)
     return family.solution(family.corrected(start, along_parameter(len(start))))

@@ -28,7 +28,7 @@ from percuss.orbits.orbit.solve import Solution, orbit_of_solution
 from percuss.orbits.orbit.steady import steady_orbit
 
 __all__ = [
-    "Family",
+    "BranchEquations",
     "OrbitEquations",
     "Ranges",
     "checked_range",
@@ -183,7 +183,7 @@ LEAST, SHORTER, BENT = 1e-9, 0.25, 0.1
 CONSERVATIVE = 1e-12
 
 
-class Family(OrbitEquations):
+class BranchEquations(OrbitEquations):
     """The orbits with the events of one orbit, as points z = (scaled unknowns, scaled parameter).
 
     Parameters
