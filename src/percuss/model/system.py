@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 from percuss.kernels.law import Law
@@ -14,7 +15,12 @@ from percuss.model.oscillator import Oscillator
 __all__ = ["System", "kind_faults"]
 
 
-class System(NamedTuple):
+class _SystemFields(NamedTuple):
+    oscillator: Oscillator
+    forcing: Forcing | None
+
+
+class System(_SystemFields):
     """An oscillator and what drives it.
 
     Parameters
@@ -32,8 +38,8 @@ class System(NamedTuple):
     (2.243995, 2)
     """
 
-    oscillator: Oscillator
-    forcing: Forcing | None
+    def __getstate__(self) -> None:
+        """Return that a pickle holds the two fields alone."""
 
     @classmethod
     def of(cls, osc: object, force: object) -> System:
@@ -43,12 +49,13 @@ class System(NamedTuple):
         assert force is None or isinstance(force, Forcing)
         return cls(osc, force)
 
-    @property
+    # To find the law of equal values again takes as long as ten impacts.
+    @cached_property
     def law(self) -> Law:
         """The numbers of the equation of motion, each rounded once; made once for equal systems."""
         return law(self.oscillator, self.forcing)
 
-    @property
+    @cached_property
     def lines(self) -> RegionBounds:
         """The bounds of the regions between the stops."""
         return lines(self.oscillator)
