@@ -33,24 +33,10 @@ def run(report: Report) -> None:
         "starts in [0, 3] x [-3, 3], in one call of the batch kernel, on one core; heyoka does "
         "50 of them, one by one and in its batch mode, 16 at a time; SciPy one.",
     )
-    for start in SOME[:5]:
-        expected = simulate(problem_of(OSCILLATOR, FORCE), *start, max_impacts=8)
-        found = pc.simulate(OSCILLATOR, FORCE, *start, max_impacts=8).impacts
-        # Chaos multiplies the first rounding by less than a thousand in eight impacts.
-        np.testing.assert_allclose(found.t, [float(t) for t in expected.impacts.t], atol=1e-11)
-
-    lanes = _lanes(SOME[:50])
-    for k, start in enumerate(SOME[:50]):
-        run = pc.simulate(OSCILLATOR, FORCE, *start, t_end=T_END)
-        assert len(run.impacts) == lanes.n_impacts[k]
-        # The same impacts, bit for bit; the motion after the last is summed in another order.
-        np.testing.assert_allclose(
-            lanes.tallies[k, [END_X, END_V]], [float(part) for part in run(T_END)], atol=1e-12
-        )
-
+    _check_answers()
     counts: dict[str, int] = {}
     contenders: dict[str, Callable[[], object]] = {
-        "percuss": lambda: counts.update(percuss=int(_lanes(STARTS).n_impacts.sum())),
+        "percuss": lambda: counts.update(percuss=int(follow(STARTS).n_impacts.sum())),
         "simulate": lambda: counts.update(simulate=_impacts_of(FEW)),
     }
     if installed("heyoka"):
@@ -88,14 +74,34 @@ def run(report: Report) -> None:
         if name in taken:
             report.line(f"{name}, a motion of 200 periods", f"{each[name] * 1e3:.3g} ms")
             report.ratio(f"{name} : percuss", each[name] / each["percuss"], targets.get(name))
-    second_core.run(report, second_core.Crowd(*_crowd(STARTS)))
+    second_core.run(report, second_core.MotionsJob(*_arguments(STARTS)))
 
 
-def _lanes(starts: list[tuple[float, float]]) -> BatchResult:
-    return follow_batch(*_crowd(starts))
+def _check_answers() -> None:
+    """Assert motions against an independent march, and the batch against `simulate`."""
+    for start in SOME[:5]:
+        expected = simulate(problem_of(OSCILLATOR, FORCE), *start, max_impacts=8)
+        found = pc.simulate(OSCILLATOR, FORCE, *start, max_impacts=8).impacts
+        # Chaos multiplies the first rounding by less than a thousand in eight impacts.
+        np.testing.assert_allclose(found.t, [float(t) for t in expected.impacts.t], atol=1e-11)
+
+    followed_together = follow(SOME[:50])
+    for k, start in enumerate(SOME[:50]):
+        motion = pc.simulate(OSCILLATOR, FORCE, *start, t_end=T_END)
+        assert len(motion.impacts) == followed_together.n_impacts[k]
+        # The same impacts, bit for bit; the motion after the last is summed in another order.
+        np.testing.assert_allclose(
+            followed_together.tallies[k, [END_X, END_V]],
+            [float(part) for part in motion(T_END)],
+            atol=1e-12,
+        )
 
 
-def _crowd(
+def follow(starts: list[tuple[float, float]]) -> BatchResult:
+    return follow_batch(*_arguments(starts))
+
+
+def _arguments(
     starts: list[tuple[float, float]],
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], Plan]:
     n = len(starts)

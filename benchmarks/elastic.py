@@ -33,15 +33,15 @@ def run(report: Report) -> None:
         "without one, after which a Python loop turns v and restarts; and the time with the "
         "callback less what as many calls of it take alone.",
     )
-    found = _motion(LONG).impacts
+    found = motion(LONG).impacts
     error = _error(found.t)
     # Two ulp of t = 2094, which is where the reference ends.
     assert len(found) == LONG
     assert error <= 2 * np.spacing(2094.0), f"error of impact times {error}"
     report.line("percuss, largest error of the first 1,000 times", f"{error:.1e}")
     # One race each for long runs and short calls, so that every ratio is one of the times shown.
-    long: Contenders = {"percuss": lambda: _motion(LONG)}
-    short: Contenders = {"percuss": lambda: [_motion(SHORT) for _ in range(CALLS)]}
+    long: Contenders = {"percuss": lambda: motion(LONG)}
+    short: Contenders = {"percuss": lambda: [motion(SHORT) for _ in range(CALLS)]}
     wrong: dict[str, float] = {}
     if installed("heyoka"):
         wrong["heyoka"] = _add_heyoka(long, short)
@@ -60,7 +60,7 @@ def run(report: Report) -> None:
         report.ratio("SciPy : percuss", scipy / each, 1000)
 
 
-def _motion(n: int) -> pc.Trajectory:
+def motion(n: int) -> pc.Trajectory:
     return pc.simulate(OSCILLATOR, FORCE, v0=V0, max_impacts=n)
 
 

@@ -84,8 +84,8 @@ class Spinning:
         speeds = 1.0 + 1e-3 * (first + np.arange(LANES) / LANES)
         starts = np.stack([still, speeds, still], axis=1)
         which = np.zeros(LANES, dtype=np.int64)
-        lanes = follow_batch(law(OSC, FORCE)[np.newaxis], which, starts, plan)
-        return Block({"value": np.full(last - first, lanes.state.sum())})
+        motions = follow_batch(law(OSC, FORCE)[np.newaxis], which, starts, plan)
+        return Block({"value": np.full(last - first, motions.state.sum())})
 
 
 def run(report: Report) -> None:

@@ -122,9 +122,9 @@ class Impacts:
 class BatchBounce:
     """The callback of impacts of motions in a batch: takes v to -r v, and keeps the event."""
 
-    def __init__(self, lanes: int) -> None:
-        self.t: list[list[float]] = [[] for _ in range(lanes)]
-        self.v: list[list[float]] = [[] for _ in range(lanes)]
+    def __init__(self, n_motions: int) -> None:
+        self.t: list[list[float]] = [[] for _ in range(n_motions)]
+        self.v: list[list[float]] = [[] for _ in range(n_motions)]
         self.limit, self.restitution = 1, 1.0
 
     def watch(self, ta: Any) -> None:

@@ -35,8 +35,8 @@ def frozen() -> dict[str, float]:
     """Return each ratio, of the least times."""
     yard = _seconds(lambda: _loop(5_000_000), REPEATS)
     times = {
-        "W1": _seconds(lambda: elastic._motion(elastic.LONG), REPEATS),
-        "W2": _seconds(sweep._lanes, REPEATS),
-        "W4": _seconds(lambda: basin._lanes(basin.STARTS), 3),
+        "W1": _seconds(lambda: elastic.motion(elastic.LONG), REPEATS),
+        "W2": _seconds(sweep.follow, REPEATS),
+        "W4": _seconds(lambda: basin.follow(basin.STARTS), 3),
     }
     return {name: round(seconds / yard, 3) for name, seconds in times.items()}

@@ -1,4 +1,4 @@
-"""What a second core brings: lanes handed out to threads as ensembles hand them out."""
+"""What a second core brings: motions handed out to threads as ensembles hand them out."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def all_cores() -> Iterator[None]:
 
 
 @dataclass(frozen=True)
-class Crowd:
+class MotionsJob:
     """Motions as a job."""
 
     laws: NDArray[np.float64]
@@ -61,16 +61,16 @@ class Crowd:
         return (Dimension("motion", tuple(float(i) for i in range(self.size))),)
 
     def identity(self) -> dict[str, object]:
-        return {"kind": "crowd", "over": {}}
+        return {"kind": "motions", "over": {}}
 
     def compute(self, first: int, last: int) -> Block:
         part, plan = slice(first, last), self.plan
         cut = replace(plan, since=plan.since[part], every=plan.every[part], until=plan.until[part])
-        lanes = follow_batch(self.laws, self.which[part], self.starts[part], cut)
-        return Block({"state": lanes.state}, n_impacts=int(lanes.n_impacts.sum()))
+        motions = follow_batch(self.laws, self.which[part], self.starts[part], cut)
+        return Block({"state": motions.state}, n_impacts=int(motions.n_impacts.sum()))
 
 
-def run(report: Report, crowd: Crowd) -> None:
+def run(report: Report, job: MotionsJob) -> None:
     """Add a line on two threads against one, whose last bits are the same."""
     if (os.cpu_count() or 1) < 2:
         return
@@ -78,7 +78,7 @@ def run(report: Report, crowd: Crowd) -> None:
 
     def follow(n_workers: int) -> None:
         states: dict[int, NDArray[Any]] = {}
-        for place, block in done_chunks(crowd, chunks_of(crowd), "threads", n_workers):
+        for place, block in done_chunks(job, chunks_of(job), "threads", n_workers):
             states[place] = block.arrays["state"]
         last[n_workers] = np.concatenate([states[place] for place in sorted(states)])
 

@@ -37,8 +37,8 @@ def run(report: Report) -> None:
         "frequency, one by one and in its batch mode, 16 at a time with a callback for each; where "
         "impacts accumulate it is set to rest below 1e-9 by its callback.",
     )
-    lanes = _lanes()
-    assert (lanes.n_impacts == N).all()
+    followed = follow()
+    assert (followed.n_impacts == N).all()
     for omega in CHECKED:
         force = pc.cosine(omega)
         t, _ = references.impacts(OSCILLATOR, force, (0, 1), 20, f"w2-{omega:.6f}")
@@ -46,11 +46,11 @@ def run(report: Report) -> None:
         np.testing.assert_allclose(found.t, t, rtol=0, atol=1e-10)
         # Room for a thousand: a buffer that is nearly full takes another way to the same impact.
         run = pc.simulate(OSCILLATOR, force, v0=1.0, max_impacts=N + 400).impacts
-        kept = lanes.points[FREQUENCIES.index(omega), :, SECOND]
+        kept = followed.points[FREQUENCIES.index(omega), :, SECOND]
         np.testing.assert_array_equal(kept, run.v_after[N - SHOWN : N])
 
     contenders: dict[str, Callable[[], object]] = {
-        "percuss": _lanes,
+        "percuss": follow,
         "laws": _laws,
         "simulate": _runs,
     }
@@ -74,7 +74,7 @@ def run(report: Report) -> None:
         contenders["heyoka"] = heyoka
         contenders["batch"] = lambda: batch.run(motions, 0.8, N)
     taken = race(contenders)
-    each = taken["percuss"] / int(lanes.n_impacts.sum())
+    each = taken["percuss"] / int(followed.n_impacts.sum())
     report.below("percuss, whole sweep", taken["percuss"], 0.05, "s")
     report.line("percuss, ns per impact", f"{each * 1e9:.0f} ns")
     report.line("percuss, the laws of 500 new oscillators", f"{taken['laws']:.3f} s")
@@ -86,14 +86,14 @@ def run(report: Report) -> None:
         slow = taken["batch"] / (N * len(FREQUENCIES[::HEYOKA_STEP]))
         report.line("heyoka in batches, ns per impact", f"{slow * 1e9:.0f} ns")
         report.ratio("heyoka in batches : percuss", slow / each, 15)
-    second_core.run(report, second_core.Crowd(LAWS, *_crowd()))
+    second_core.run(report, second_core.MotionsJob(LAWS, *_arguments()))
 
 
-def _lanes() -> BatchResult:
-    return follow_batch(LAWS, *_crowd())
+def follow() -> BatchResult:
+    return follow_batch(LAWS, *_arguments())
 
 
-def _crowd() -> tuple[NDArray[np.int64], NDArray[np.float64], Plan]:
+def _arguments() -> tuple[NDArray[np.int64], NDArray[np.float64], Plan]:
     n = len(FREQUENCIES)
     still = np.zeros(n)
     plan = Plan(still, still + 1.0, still + math.inf, IMPACT_POINTS, SHOWN, max_impacts=N)

@@ -25,10 +25,15 @@ def test_a_free_motion_that_does_not_come_back_gives_no_guess() -> None:
 
 
 def test_a_guess_whose_motion_has_another_pattern_is_spaced_evenly() -> None:
-    """The motion from it has more impacts than are asked for; the orbit is found nevertheless."""
-    orbit = pc.find_orbit(COCO, pc.cosine(1), n_impacts=1, guess=(0.9, -0.01))
+    """The motion from it meets the other wall next; an orbit with one impact is found beside it."""
+    walls = pc.Wall(-1, "below", "0.8"), pc.Wall(1, "above", "0.8")
+    osc, force = pc.Oscillator(stiffness=1, damping="0.05", stops=walls), pc.cosine(1)
+    from_there = pc.simulate(osc, force, -1, 3, max_impacts=1)
+    with pytest.warns(pc.FormalOrbitWarning):
+        orbit = pc.find_orbit(osc, force, n_impacts=1, guess=(0, 3))
 
-    assert (orbit.n_impacts, orbit.n_periods) == (1, 1)
+    assert from_there.impacts.stop[0] == 1
+    assert (orbit.sequence, orbit.n_periods) == ((0,), 1)
     assert orbit.residual < 1e-12
 
 

@@ -187,8 +187,8 @@ def memory() -> int:
         return UNTOLD
     with contextlib.suppress(OSError, ValueError, StopIteration):
         rows = (line.split() for line in AVAILABLE.read_text(encoding="ascii").splitlines())
-        told = next(int(row[1]) for row in rows if row[0] == "MemAvailable:")
-        available = min(available, 1024 * told)
+        kilobytes = next(int(row[1]) for row in rows if row[0] == "MemAvailable:")
+        available = min(available, 1024 * kilobytes)
     with contextlib.suppress(OSError, ValueError):
         # Not a number, "max", where there is no limit.
         most = int(GROUP_MOST.read_text(encoding="ascii"))

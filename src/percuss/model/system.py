@@ -49,7 +49,7 @@ class System(_SystemFields):
         assert force is None or isinstance(force, Forcing)
         return cls(osc, force)
 
-    # To find the law of equal values again takes as long as ten impacts.
+    # To find the law of equal values by their hash takes as long as several impacts.
     @cached_property
     def law(self) -> Law:
         """The numbers of the equation of motion, each rounded once; made once for equal systems."""

@@ -347,13 +347,13 @@ def coincident_stops(
     moved = stop_that_is_moved(path)
     if moved is None or moved not in orbit.sequence:
         return None
-    corners = []
+    coincident = []
     for other, stop in enumerate(orbit.oscillator.stops):
         at = as_float(stop.at)
         is_between = at != first and (at - first) * (at - last) <= 0.0
         if other != moved and other in orbit.sequence and is_between:
-            corners.append((abs(at - first), at, other))
-    if not corners:
+            coincident.append((abs(at - first), at, other))
+    if not coincident:
         return None
-    _, at, other = min(corners)
+    _, at, other = min(coincident)
     return at, moved, other
