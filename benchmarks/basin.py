@@ -15,7 +15,7 @@ from benchmarks import second_core
 from benchmarks.report import Report, installed
 from benchmarks.timing import race
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
-from percuss.kernels.survey import END_V, END_X
+from percuss.kernels.observables import END_V, END_X
 from percuss.model.law import law
 
 OSCILLATOR, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.8)
@@ -91,7 +91,7 @@ def _check_answers() -> None:
         assert len(motion.impacts) == followed_together.n_impacts[k]
         # The same impacts, bit for bit; the motion after the last is summed in another order.
         np.testing.assert_allclose(
-            followed_together.tallies[k, [END_X, END_V]],
+            followed_together.values[k, [END_X, END_V]],
             [float(part) for part in motion(T_END)],
             atol=1e-12,
         )

@@ -13,7 +13,7 @@ from benchmarks import references, second_core
 from benchmarks.report import Report, installed
 from benchmarks.timing import race
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
-from percuss.kernels.survey import IMPACT_POINTS, SECOND
+from percuss.kernels.observables import IMPACT_POINTS, SECOND
 from percuss.model.law import law
 
 OSCILLATOR = pc.impact_oscillator(restitution="0.8")

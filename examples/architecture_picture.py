@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import percuss
 
 # What everything may use; lines to it would hide the others.
-COMMON = ("arrays", "errors", "execution", "progress", "version")
+COMMON = ("arrays", "errors", "execution", "lazy", "progress", "version")
 WIDTH, HEIGHT, GAP = 5.2, 1.3, 0.45
 
 

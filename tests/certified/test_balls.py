@@ -6,7 +6,7 @@ import numpy as np
 from flint import acb, arb, ctx
 
 from percuss.certified import Ball, Balls, ComplexBall
-from percuss.certified.balls import upwards
+from percuss.certified.ball_arithmetic import upwards
 
 
 def test_midpoint_and_radius_as_floats_hold_the_ball() -> None:

@@ -6,8 +6,8 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
+from percuss.certified.ball_law import law_of
 from percuss.certified.flight import EnclosedFlight, Push
-from percuss.certified.law import law_of
 from percuss.certified.system import system_of
 from percuss.model.exact import Exact
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 
 import percuss as pc
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.branch import system_over
 from percuss.certified.system import system_of
 

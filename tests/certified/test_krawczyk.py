@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from flint import arb, arb_mat
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.shooting import krawczyk, unique_in
 
 

@@ -10,7 +10,7 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.families import ReflectedMotion
 from percuss.certified.statements import repeats_after
 from percuss.certified.system import system_of

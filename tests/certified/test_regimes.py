@@ -10,9 +10,9 @@ from flint import arb, ctx
 
 import percuss as pc
 from percuss.certified import CertifiedRun, Ending
+from percuss.certified.ball_law import BallLaw, law_of
+from percuss.certified.event_location import fourth_around
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.landing import fourth_around
-from percuss.certified.law import BallLaw, law_of
 from percuss.certified.numbers import ball
 from percuss.certified.system import system_of
 

@@ -6,7 +6,7 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.grazing import TurningPoint, clearances_at_ends
 from percuss.certified.shooting import Image, Residual, shooting_of
 from percuss.certified.system import system_of

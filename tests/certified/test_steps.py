@@ -6,11 +6,11 @@ import pytest
 from flint import arb, ctx
 
 import percuss as pc
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import Cloud
 from percuss.certified.first_root import BallStretch, FloatStretch, Level, Search
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.law import law_of
 from percuss.certified.step import Arrival, Departure, first_arrival
 from percuss.certified.system import BallSystem, system_of
 

@@ -31,7 +31,7 @@ def test_it_writes_the_report_and_prints_the_verdicts() -> None:
     assert Path("percuss-paper/index.html").stat().st_size > 20_000
     assert "1 figure: fig9" in out
     assert "(12)" in out
-    assert "1 statement: 0 holds, 1 corrected, 0 fails, 0 undecided" in out
+    assert "2 statements: 1 holds, 1 corrected, 0 fails, 0 undecided" in out
     assert "percuss-paper/index.html and claims.json" in out
     assert "percuss paper --only fig9,eq12" in Path("percuss-paper/fig9.csv").read_text()
 

@@ -14,7 +14,7 @@ import pytest
 
 import percuss as pc
 from percuss import progress
-from percuss.ensembles.execution import ChunkProgress
+from percuss.ensembles.run_job import ChunkProgress
 from percuss.progress import Progress, Report
 
 OSC, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)

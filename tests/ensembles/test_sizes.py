@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import percuss as pc
 from percuss.cli import app
-from percuss.ensembles import execution, job
+from percuss.ensembles import job, run_job
 
 OSC, FORCE = pc.impact_oscillator("0.8"), pc.cosine(2.5)
 MANY = np.linspace(1.0, 2.0, 20_000)
@@ -89,7 +89,7 @@ def test_an_answer_beyond_memory_needs_a_store_and_is_read_from_its_disk(
 def test_a_large_answer_is_announced_before_the_work(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(execution, "LARGE", 1000)
+    monkeypatch.setattr(run_job, "LARGE", 1000)
     over = {"forcing.omega": MANY[::200], "start.v0": [0.5, 1.0]}
 
     pc.sweep("impacts_per_period", OSC, FORCE, over=over, transient=5, periods=5)

@@ -69,7 +69,7 @@ def references() -> dict[str, str]:
 
 
 def over_grids() -> dict[str, str]:
-    """Return tallies and points of a sweep, a diagram and basins, on threads and on processes."""
+    """Return observables and points of a sweep, a diagram and basins, on threads and processes."""
     found: dict[str, object] = dict(ensembles())
     osc, force = pc.impact_oscillator("0.8"), pc.cosine(2.66)
     over = {"forcing.omega": [2.5, 2.6, 2.7, 2.8], "start.v0": [0.1, 0.5]}

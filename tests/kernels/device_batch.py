@@ -1,8 +1,8 @@
 """A batch as a kernel for a CUDA device: one thread follows one motion.
 
-Run as a program it says what it has found, as JSON: ``types`` type-checks and lowers the kernel
-for the CUDA target, for which neither a device nor its libraries are needed; ``values`` runs it
-in the simulator.
+Run as a program it says what it has found, as JSON: ``types`` type-checks and lowers the kernels
+named after it for the CUDA target, for which neither a device nor its libraries are needed;
+``values`` runs one in the simulator.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import percuss as pc
-from percuss.kernels import batch, lockstep, survey
+from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
 from percuss.model.law import law
 
@@ -27,15 +27,15 @@ types: Any = importlib.import_module("numba.types")
 MOST_IMPACTS, PATIENCE = 1_000, 20_000
 
 
-def follow_on_device(arrays: Any, buffers: Any, section: int, surveyed: bool) -> None:
+def follow_on_device(arrays: Any, buffers: Any, section: int, with_extremes: bool) -> None:
     """Follow the motion of this thread to its end; each thread has a workspace of its own."""
     i = cuda.grid(1)
-    laws, which, states, counters, status, plans, tallies, points = arrays
+    laws, which, states, counters, status, plans, values, points = arrays
     if i < status.shape[0]:
-        motions = batch.Batch(laws, which, states, counters, status, plans, tallies, points)
+        motions = batch.Batch(laws, which, states, counters, status, plans, values, points)
         events, marks, grazes, phases = buffers
         workspace = batch.Workspace(events[i], marks[i], grazes[i], phases[i])
-        options = batch.Options(MOST_IMPACTS, section, surveyed, PATIENCE)
+        options = batch.Options(MOST_IMPACTS, section, with_extremes, PATIENCE)
         member = batch.member_of(motions, workspace, i)
         batch.begin_member(member, options)
         status[i] = batch.follow(member, options, False)
@@ -82,7 +82,7 @@ def _checked(function: Any, arguments: tuple[Any, ...]) -> str:
     return ""
 
 
-def _types() -> dict[str, str]:
+def _types(*names: str) -> dict[str, str]:
     def array(kind: Any, n: int) -> Any:
         return types.Array(kind, n, "C")
 
@@ -94,11 +94,12 @@ def _types() -> dict[str, str]:
         ]
     )
     buffers = types.Tuple([array(real, 3), array(whole, 3), array(real, 3), array(real, 4)])
-    return {
-        "follow": _checked(follow_on_device, (arrays, buffers, whole, types.boolean)),
-        "lockstep": _checked(_round_on_device, (array(real, 1),)),
-        "broken": _checked(broken_on_device, (array(real, 1),)),
+    kernels = {
+        "follow": (follow_on_device, (arrays, buffers, whole, types.boolean)),
+        "lockstep": (_round_on_device, (array(real, 1),)),
+        "broken": (broken_on_device, (array(real, 1),)),
     }
+    return {name: _checked(*kernels[name]) for name in names}
 
 
 def _round_on_device(block: Any) -> None:
@@ -118,8 +119,8 @@ def _values() -> dict[str, list[Any]]:
         np.zeros((n, columns.COUNTERS), dtype=np.int64),
         np.full(n, batch.NEW, dtype=np.int64),
         np.tile([0.0, 1.0, 9.0], (n, 1)),
-        np.zeros((n, survey.TALLIES)),
-        np.full((n, 40, survey.POINT_COLUMNS), np.nan),
+        np.zeros((n, observables.N_OBSERVABLES)),
+        np.full((n, 40, observables.POINT_COLUMNS), np.nan),
     )
     buffers = (
         np.zeros((n, batch.BUFFER, columns.EVENT_COLUMNS)),
@@ -127,15 +128,16 @@ def _values() -> dict[str, list[Any]]:
         np.zeros((n, batch.GRAZES, columns.GRAZE_COLUMNS)),
         np.zeros((n, 3, 1, 2)),
     )
-    cuda.jit(follow_on_device)[2, 2](arrays, buffers, survey.IMPACT_POINTS, False)
+    cuda.jit(follow_on_device)[2, 2](arrays, buffers, observables.IMPACT_POINTS, False)
     counts = arrays[3][:, columns.N_IMPACTS]
     runs = [pc.simulate(osc, force, *start, t_end=9.0).impacts for start in starts]
     return {
         "status": arrays[4].tolist(),
-        "speeds": [arrays[7][i, : counts[i], survey.SECOND].tolist() for i in range(n)],
+        "speeds": [arrays[7][i, : counts[i], observables.SECOND].tolist() for i in range(n)],
         "expected": [run.v_after.tolist() for run in runs],
     }
 
 
 if __name__ == "__main__":
-    print(json.dumps({"types": _types, "values": _values}[sys.argv[1]]()))  # noqa: T201
+    what, *names = sys.argv[1:]
+    print(json.dumps(_types(*names) if what == "types" else _values()))  # noqa: T201

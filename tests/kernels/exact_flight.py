@@ -10,7 +10,7 @@ import mpmath
 from mpmath import mp
 
 import percuss as pc
-from percuss.kernels.law import FIRST_HARMONIC, Law
+from percuss.kernels.law_columns import FIRST_HARMONIC, Law
 from percuss.model.exact import as_fraction
 from percuss.model.law import law as law_of
 

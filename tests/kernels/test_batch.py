@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 import percuss as pc
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
+from percuss.kernels import observables
 from percuss.kernels import record as columns
-from percuss.kernels import survey
 from percuss.model.law import law
 
 PERIOD = 2.0 * math.pi / 2.8
@@ -81,30 +81,32 @@ def test_a_member_of_a_batch_is_the_run_of_simulate(name: str) -> None:
     at_rest = int((run._marks[:, columns.KIND] == columns.SLOW_LANDING).sum())
     assert motions.n_impacts[0] == len(run.impacts) + entries + at_rest
     x, v = run(30.0, "before")
-    ends = motions.tallies[0, [survey.END_X, survey.END_V]]
+    ends = motions.values[0, [observables.END_X, observables.END_V]]
     # The trajectory sums the terms of a fast formula in another order.
     np.testing.assert_allclose(ends, [x, v], rtol=0, atol=1e-12)
     if len(run.impacts):
-        assert motions.tallies[0, survey.PEAK_SPEED] >= np.abs(run.impacts.v_before).max()
+        assert motions.values[0, observables.PEAK_SPEED] >= np.abs(run.impacts.v_before).max()
 
 
 def test_every_impact_has_the_bits_that_simulate_gives_it() -> None:
     run = pc.simulate(*CHAOS, v0=1.0, t_end=200.0)
     n = len(run.impacts)
 
-    motions = follow(*CHAOS, STARTS[:1], 200.0, section=survey.IMPACT_POINTS, n_points=n)
+    motions = follow(*CHAOS, STARTS[:1], 200.0, section=observables.IMPACT_POINTS, n_points=n)
 
     assert n > 80
-    np.testing.assert_array_equal(motions.points[0, :, survey.FIRST], run.impacts.cycle)
-    np.testing.assert_array_equal(motions.points[0, :, survey.SECOND], run.impacts.v_after)
+    np.testing.assert_array_equal(motions.points[0, :, observables.FIRST], run.impacts.cycle)
+    np.testing.assert_array_equal(motions.points[0, :, observables.SECOND], run.impacts.v_after)
 
 
 def test_of_many_points_the_last_are_kept_in_their_order() -> None:
     run = pc.simulate(*CHAOS, v0=1.0, t_end=200.0)
 
-    motions = follow(*CHAOS, STARTS[:1], 200.0, section=survey.IMPACT_POINTS, n_points=7)
+    motions = follow(*CHAOS, STARTS[:1], 200.0, section=observables.IMPACT_POINTS, n_points=7)
 
-    np.testing.assert_array_equal(motions.points[0, :, survey.SECOND], run.impacts.v_after[-7:])
+    np.testing.assert_array_equal(
+        motions.points[0, :, observables.SECOND], run.impacts.v_after[-7:]
+    )
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -119,13 +121,13 @@ def test_strobes_are_those_of_the_run(name: str) -> None:
         np.array([[x0, v0, 0.0]]),
         12.0 * period,
         since=4.0 * period,
-        section=survey.STROBES,
+        section=observables.STROBES,
         n_points=9,
     )
 
     x, v = run(4.0 * period + np.arange(9) * period)
-    np.testing.assert_allclose(motions.points[0, :, survey.FIRST], x, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(motions.points[0, :, survey.SECOND], v, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(motions.points[0, :, observables.FIRST], x, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(motions.points[0, :, observables.SECOND], v, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -135,9 +137,9 @@ def test_extremes_are_those_of_a_fine_sample(name: str) -> None:
     hits = run.impacts.t[run.impacts.t >= 5.0]
     x, _ = run(np.sort(np.concatenate([np.linspace(5.0, 20.0, 200_001), hits])))
 
-    motions = follow(osc, force, np.array([[x0, v0, 0.0]]), 20.0, since=5.0, surveyed=True)
+    motions = follow(osc, force, np.array([[x0, v0, 0.0]]), 20.0, since=5.0, with_extremes=True)
 
-    low, high = motions.tallies[0, [survey.LOWEST, survey.HIGHEST]]
+    low, high = motions.values[0, [observables.LOWEST, observables.HIGHEST]]
     if motions.status[0] == columns.AT_REST:
         assert (low, high) == (math.inf, -math.inf)
         return
@@ -153,7 +155,7 @@ def test_the_energy_that_is_lost_is_the_work_of_the_force() -> None:
     period = float(force.period or math.nan)
     start = np.array([[0.0, 1.0, 0.0]])
 
-    motions = follow(osc, force, start, 401 * period, since=400 * period, surveyed=True)
+    motions = follow(osc, force, start, 401 * period, since=400 * period, with_extremes=True)
 
     run = pc.simulate(osc, force, v0=1.0, t_end=401.5 * period)
     cuts = run.impacts.t[(run.impacts.t > 400 * period) & (run.impacts.t < 401 * period)]
@@ -163,20 +165,27 @@ def test_the_energy_that_is_lost_is_the_work_of_the_force() -> None:
     for low, high in itertools.pairwise(edges):
         t = 0.5 * (low + high) + 0.5 * (high - low) * nodes
         work += 0.5 * (high - low) * float(weights @ (np.cos(2.2 * t) * run(t)[1]))
-    lost = motions.tallies[0, survey.LOST] + motions.tallies[0, survey.DRAGGED]
-    assert motions.tallies[0, survey.DRAGGED] > 0.01 * lost
+    lost = motions.values[0, observables.LOST] + motions.values[0, observables.DRAGGED]
+    assert motions.values[0, observables.DRAGGED] > 0.01 * lost
     # The motion has come to its round up to 1e-11.
     assert lost == pytest.approx(work, abs=1e-9)
 
 
 def test_a_member_of_a_batch_has_the_same_bits_alone_and_among_others() -> None:
-    together = follow(*CHAOS, STARTS, 500.0, section=survey.STROBES, n_points=50, surveyed=True)
+    together = follow(
+        *CHAOS, STARTS, 500.0, section=observables.STROBES, n_points=50, with_extremes=True
+    )
 
     for i in range(len(STARTS)):
         alone = follow(
-            *CHAOS, STARTS[i : i + 1], 500.0, section=survey.STROBES, n_points=50, surveyed=True
+            *CHAOS,
+            STARTS[i : i + 1],
+            500.0,
+            section=observables.STROBES,
+            n_points=50,
+            with_extremes=True,
         )
-        np.testing.assert_array_equal(alone.tallies[0], together.tallies[i])
+        np.testing.assert_array_equal(alone.values[0], together.values[i])
         np.testing.assert_array_equal(alone.points[0], together.points[i])
 
 
@@ -192,7 +201,7 @@ def test_a_flight_of_a_million_steps_does_not_hold_up_the_others() -> None:
     run = pc.simulate(osc, force, 0.0, 0.1, t_end=50.0)
     x, v = run(50.0)
     np.testing.assert_allclose(
-        motions.tallies[0, [survey.END_X, survey.END_V]], [x, v], rtol=0, atol=1e-10
+        motions.values[0, [observables.END_X, observables.END_V]], [x, v], rtol=0, atol=1e-10
     )
 
 
@@ -230,7 +239,7 @@ import json
 import numpy as np
 import percuss as pc
 from percuss.ensembles.batch import Plan, follow_batch
-from percuss.kernels import batch, survey
+from percuss.kernels import batch, observables
 from percuss.model.law import law
 
 soft = (pc.SoftStop(0.5, "above", 29.0, 0.3), pc.Wall(-1.0, "below", 0.7))
@@ -242,12 +251,12 @@ for osc, force in (
     (pc.impact_oscillator(0.0), pc.cosine(2.8)),
 ):
     period = force.period
-    for section in (survey.STROBES, survey.IMPACT_POINTS, survey.TANGENTS):
+    for section in (observables.STROBES, observables.IMPACT_POINTS, observables.TANGENTS):
         unit = np.ones(1)
-        plan = Plan(period * unit, period * unit, 5 * period * unit, section, 5, surveyed=True)
+        plan = Plan(period * unit, period * unit, 5 * period * unit, section, 5, with_extremes=True)
         laws = law(osc, force)[np.newaxis]
         motions = follow_batch(laws, np.zeros(1, dtype=np.int64), np.array([[0.0, 1.0, 0.0]]), plan)
-        numbers = [*motions.tallies[0], *motions.points[0].ravel(), *motions.state[0]]
+        numbers = [*motions.values[0], *motions.points[0].ravel(), *motions.state[0]]
         answers.append([number if np.isfinite(number) else str(number) for number in numbers])
 print(json.dumps([answers, len(getattr(batch.run_batch, "signatures", [0]))]))
 """

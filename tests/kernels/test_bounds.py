@@ -12,6 +12,7 @@ from tests.kernels.exact_flight import Rest
 
 import percuss as pc
 from percuss.arrays import Floats
+from percuss.kernels.event_location import GRAZE, HIT, NONE, departure, first_root
 from percuss.kernels.flight import (
     Flight,
     acceleration_and_jerk,
@@ -19,8 +20,7 @@ from percuss.kernels.flight import (
     four_derivatives,
     move,
 )
-from percuss.kernels.landing import GRAZE, HIT, NONE, departure, first_touch
-from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, STEP
+from percuss.kernels.law_columns import FIRST_HARMONIC, FORCE_BOUND, STEP
 from percuss.model.law import law as law_of
 
 STATES = st.floats(-10.0, 10.0)
@@ -79,7 +79,7 @@ def test_touch_of_a_shallow_minimum_is_decided_rightly_or_called_a_graze(
         clearance = float(lowest - distance)
     assume(distance < 0.0)
 
-    verdict, s, _, error, _ = first_touch(
+    verdict, s, _, error, _ = first_root(
         Flight(law, FIRST_HARMONIC, (0.0, 0.0, v, force), NO_PHASES, NO_PHASES),
         (1.0, distance),
         (0.0, 6.0),

@@ -21,7 +21,7 @@ from percuss.kernels.flight import (
     move,
     uncertainty,
 )
-from percuss.kernels.law import FIRST_HARMONIC, FORCE_BOUND, QUICKEST, STEP
+from percuss.kernels.law_columns import FIRST_HARMONIC, FORCE_BOUND, QUICKEST, STEP
 from percuss.model.law import law as law_of
 
 ROUNDED = 1e-12
@@ -144,10 +144,10 @@ def test_no_displacement_is_off_by_more_than_its_uncertainty() -> None:
         flight = Flight(law, region, start, phases, np.empty((1, 2)))
         y, _ = move(flight, s)
         with mpmath.workdps(80):
-            blow, _, rise = rest.free(s)
+            impulse, _, rise = rest.free(s)
             harmonic = rest.harmonic(s)
             part = harmonic.imag if turn else harmonic.real
-            error = abs(y - (v0 * blow + force * rise + part))
+            error = abs(y - (v0 * impulse + force * rise + part))
         assert error <= uncertainty(flight, s), (rest, s, start, phases)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
-from percuss.kernels import batch, lockstep, survey
+from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
 from percuss.model.law import law
 
@@ -66,7 +66,7 @@ def followed(
 
 
 def assert_same(first: BatchResult, second: BatchResult) -> None:
-    for name in ("status", "state", "n_impacts", "tallies", "points"):
+    for name in ("status", "state", "n_impacts", "values", "points"):
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name), err_msg=name)
 
 
@@ -80,7 +80,7 @@ def test_impacts_have_the_bits_that_simulate_gives_them(name: str) -> None:
         np.zeros(N, dtype=np.int64),
         starts,
         25.0,
-        section=survey.IMPACT_POINTS,
+        section=observables.IMPACT_POINTS,
         n_points=LAST,
     )
 
@@ -91,22 +91,24 @@ def test_impacts_have_the_bits_that_simulate_gives_them(name: str) -> None:
         kept = motions.points[i, : min(LAST, int(late.sum()))]
         n = len(kept)
         speeds, cycles = run.impacts.v_after[late], run.impacts.cycle[late]
-        np.testing.assert_array_equal(kept[:, survey.SECOND], speeds[len(speeds) - n :])
-        np.testing.assert_array_equal(kept[:, survey.FIRST], cycles[len(cycles) - n :])
+        np.testing.assert_array_equal(kept[:, observables.SECOND], speeds[len(speeds) - n :])
+        np.testing.assert_array_equal(kept[:, observables.FIRST], cycles[len(cycles) - n :])
         peak = np.abs(run.impacts.v_before[late]).max(initial=0.0)
-        assert motions.tallies[i, survey.PEAK_SPEED] == peak
+        assert motions.values[i, observables.PEAK_SPEED] == peak
 
 
-@pytest.mark.parametrize("section", [survey.STROBES, survey.IMPACT_POINTS, survey.TANGENTS])
-@pytest.mark.parametrize("surveyed", [False, True])
-def test_a_motion_does_not_know_its_neighbours(section: int, surveyed: bool) -> None:
+@pytest.mark.parametrize(
+    "section", [observables.STROBES, observables.IMPACT_POINTS, observables.TANGENTS]
+)
+@pytest.mark.parametrize("with_extremes", [False, True])
+def test_a_motion_does_not_know_its_neighbours(section: int, with_extremes: bool) -> None:
     """All laws together, in any order, in chunks, and one by one, where no motion has a slot."""
     laws = np.stack([law(osc, force) for osc, force, _ in CASES.values()])
     n = 4 * lockstep.SLOTS
     which = np.arange(n) % len(laws)
     starts = starts_of(0.0, n)
     starts[:, 0] = np.array([x0 for _, _, x0 in CASES.values()])[which]
-    wishes = {"section": section, "n_points": 5, "surveyed": surveyed}
+    wishes = {"section": section, "n_points": 5, "with_extremes": with_extremes}
     together = followed(laws, which, starts, 12.0, **wishes)
 
     for size in (1, 4, 11, n - 1):
@@ -117,12 +119,12 @@ def test_a_motion_does_not_know_its_neighbours(section: int, surveyed: bool) -> 
                 together.status[chunk],
                 together.state[chunk],
                 together.n_impacts[chunk],
-                together.tallies[chunk],
+                together.values[chunk],
                 together.points[chunk],
             )
             assert_same(alone, expected)
     turned = followed(laws, which[::-1].copy(), starts[::-1].copy(), 12.0, **wishes)
-    np.testing.assert_array_equal(turned.tallies[::-1], together.tallies)
+    np.testing.assert_array_equal(turned.values[::-1], together.values)
     np.testing.assert_array_equal(turned.points[::-1], together.points)
 
 
@@ -152,14 +154,14 @@ def test_motions_end_at_their_own_times_and_limits() -> None:
 def test_one_that_chatters_without_end_does_not_stop_the_others() -> None:
     """Elastic hops under a force that presses: no contact ends them, only the limit."""
     hopping = law(pc.impact_oscillator(), pc.cosine(0.01, amplitude=0.0, constant=-1.0))
-    plain = law(*CASES["elastic, chaotic"][:2])
+    harmonic = law(*CASES["elastic, chaotic"][:2])
     n = 40
     which = np.arange(n) % 2
     starts = np.tile([0.0, 1e-6, 0.0], (n, 1))
     starts[which == 1, 1] = 0.45
     plan = Plan(np.zeros(n), np.ones(n), np.full(n, math.inf), max_impacts=2_000)
 
-    motions = follow_batch(np.stack([hopping, plain]), which, starts, plan)
+    motions = follow_batch(np.stack([hopping, harmonic]), which, starts, plan)
 
     assert set(motions.status) == {columns.REACHED_LIMIT}
     assert set(motions.n_impacts) == {2_000}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.kernels.law import FIRST_HARMONIC
+from percuss.kernels.law_columns import FIRST_HARMONIC
 from percuss.kernels.shooting import SETTLED, SINGULAR, SPENT, ShootingProblem, advance, iterate
 from percuss.model.law import law as law_of
 

@@ -9,9 +9,9 @@ from tests.kernels.uncompiled import python_of
 
 import percuss as pc
 from percuss.kernels.arithmetic import quintic_root
+from percuss.kernels.event_location import series_root
 from percuss.kernels.flight import constant_force
-from percuss.kernels.landing import series_root
-from percuss.kernels.law import FIRST_HARMONIC
+from percuss.kernels.law_columns import FIRST_HARMONIC
 from percuss.kernels.next_event import stays_clear
 from percuss.model.law import law as law_of
 

@@ -9,7 +9,7 @@ from tests.kernels.uncompiled import python_of
 
 from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.flight import free_response, harmonic_response
-from percuss.kernels.law import FIRST_HARMONIC, TURNS, TURNS_LOW
+from percuss.kernels.law_columns import FIRST_HARMONIC, TURNS, TURNS_LOW
 
 ULP = 2.0**-52
 
@@ -80,9 +80,9 @@ def test_no_detuning_from_resonance_loses_digits(damping: float, sign: int) -> N
 def test_a_decay_that_underflows_leaves_the_responses_to_lasting_forces() -> None:
     rest = Rest(2.0, 1.0, 3.0)
 
-    blow, even, rise = free_response(rest.law, rest.region, 1e5)
+    impulse, even, rise = free_response(rest.law, rest.region, 1e5)
 
-    assert (blow, even, rise) == (0.0, 0.0, 0.5)
+    assert (impulse, even, rise) == (0.0, 0.0, 0.5)
 
 
 def test_plain_python_gives_the_machine_code_to_a_few_ulp() -> None:
@@ -107,8 +107,8 @@ def harmonic_error(rest: Rest, s: float) -> float:
     law, region = rest.law, rest.region
     harmonic = law[FIRST_HARMONIC]
     turn = cos_sin(harmonic[TURNS], harmonic[TURNS_LOW], s, 0.0)
-    blow, even, _ = free_response(law, region, s)
-    computed = complex(*harmonic_response(law, region, 0, s, blow, even, turn))
+    impulse, even, _ = free_response(law, region, s)
+    computed = complex(*harmonic_response(law, region, 0, s, impulse, even, turn))
     with mpmath.workdps(DIGITS):
         scale = max(abs(rest.harmonic(part * s)) for part in (1.0, 0.9, 0.8))
         return float(abs(mpmath.mpc(computed) - rest.harmonic(s)) / scale)

@@ -9,7 +9,7 @@ from tests.kernels.uncompiled import python_of
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.kernels.flight import Flight, constant_force, move, set_phases
-from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS, STEP
+from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS, STEP
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.shooting import ShootingProblem, shoot, turning_points
 from percuss.kernels.tangent import (

@@ -42,7 +42,7 @@ class Truth:
 
     t: float
     clearance: float
-    first_touch: float
+    first_root: float
     speed: float
 
 
@@ -244,10 +244,10 @@ def faults_of(case: Case) -> list[str]:
             wrong.append(f"{case}: {len(events)} events, but the clearance is {truth.clearance}")
     elif len(events):
         # The height's rounding over the speed, and half an ulp of the time.
-        late = abs(events.t[0] - truth.first_touch) * truth.speed
+        late = abs(events.t[0] - truth.first_root) * truth.speed
         allowed = ROUNDING * case.amplitude + math.ulp(case.t_end) * truth.speed
         if events.stop[0] != case.stop or late > allowed:
-            wrong.append(f"{case}: event at {events.t[0]}, not {truth.first_touch}")
+            wrong.append(f"{case}: event at {events.t[0]}, not {truth.first_root}")
     for clearance, bound in zip(grazes.clearance, grazes.error_bound, strict=True):
         if not abs(clearance - truth.clearance) <= bound:
             wrong.append(f"{case}: clearance {clearance} +- {bound}, not {truth.clearance}")

@@ -32,7 +32,7 @@ def test_oracle_finds_the_touches_that_the_turning_points_promise() -> None:
         events = [*run.impacts.t, *run.crossings.t[:1]]
         assert (len(events) > 0) == (truth.clearance < 0)
         if events:
-            assert abs(float(events[0]) - truth.first_touch) <= math.ulp(truth.first_touch)
+            assert abs(float(events[0]) - truth.first_root) <= math.ulp(truth.first_root)
 
 
 @pytest.mark.parametrize("sign", [-1, 1], ids=["dips", "near misses"])

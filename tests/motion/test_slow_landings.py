@@ -11,7 +11,7 @@ from mpmath import mp
 from tests.kernels.test_batch import follow
 
 import percuss as pc
-from percuss.kernels import survey
+from percuss.kernels import observables
 
 # x'' + x of x = sin(t)^n for odd n: a landing at zero speed at pi, of order n.
 ODD_POWERS = {
@@ -108,14 +108,14 @@ def test_motions_come_to_rest_where_the_run_does() -> None:
     osc, force = pc.impact_oscillator(0.5), power(3)
     starts = np.array([[math.sin(t) ** 3, 3 * math.sin(t) ** 2 * math.cos(t), t] for t in (0, 1)])
     starts = np.repeat(starts, 10, axis=0)
-    for section in (survey.STROBES, survey.IMPACT_POINTS, survey.TANGENTS):
-        motions = follow(osc, force, starts, 30.0, section=section, n_points=4, surveyed=True)
+    for section in (observables.STROBES, observables.IMPACT_POINTS, observables.TANGENTS):
+        motions = follow(osc, force, starts, 30.0, section=section, n_points=4, with_extremes=True)
 
-        for start, tally in zip(starts, motions.tallies, strict=True):
+        for start, values in zip(starts, motions.values, strict=True):
             run = pc.simulate(osc, force, *start, t_end=30.0)
-            assert tally[survey.IMPACTS] == len(run.impacts) == 0
-            assert tally[survey.CONTACTS] == len(run.contacts) == 7
-            ends = tally[[survey.END_X, survey.END_V]]
+            assert values[observables.IMPACTS] == len(run.impacts) == 0
+            assert values[observables.CONTACTS] == len(run.contacts) == 7
+            ends = values[[observables.END_X, observables.END_V]]
             np.testing.assert_allclose(ends, np.array(run(30.0)), rtol=0, atol=1e-14)
 
 

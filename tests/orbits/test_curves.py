@@ -115,9 +115,9 @@ def test_on_the_curve_of_period_doublings_the_closed_form_has_a_multiplier_of_mi
             # Both roots are near to zero, and a square root apart.
             continue
         s = 2.0 * math.pi / omega
-        blow, even, _ = free_response(law(COCO, pc.cosine(omega)), 2, s)
+        impulse, even, _ = free_response(law(COCO, pc.cosine(omega)), 2, s)
         force = amplitude * math.cos(2.0 * math.pi * cycle) - 1.0
-        flight = np.array([[even + 0.05 * blow, blow], [-blow, even - 0.05 * blow]])
+        flight = np.array([[even + 0.05 * impulse, impulse], [-impulse, even - 0.05 * impulse]])
         impact = np.array([[-0.8, 0.0], [1.8 * force / u, -0.8]])
         trace, determinant = np.trace(flight @ impact), 0.64 * math.exp(-0.1 * s)
         assert abs(u * (1.0 + trace + determinant)) < 1e-11 * amplitude

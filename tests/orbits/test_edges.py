@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.kernels.law import FIRST_HARMONIC
+from percuss.kernels.law_columns import FIRST_HARMONIC
 from percuss.model import Side
 from percuss.model.system import System
 from percuss.orbits import single_impact, single_impact_orbits
@@ -60,10 +60,10 @@ def test_next_to_a_graze_the_multipliers_are_still_exact() -> None:
         # trace = u + w / U with w from the force at the wall, 1.8 (0.1 sin - 1) S(T).
         t, speed = orbit.impacts.t[0], orbit.impacts.v_before[0]
         period, rate = orbit.period, math.sqrt(1.0 - 0.05**2)
-        blow = math.exp(-0.05 * period) * math.sin(rate * period) / rate
+        impulse = math.exp(-0.05 * period) * math.sin(rate * period) / rate
         even = math.exp(-0.05 * period) * math.cos(rate * period)
         force = float(amplitude) * math.cos(t) - 1.0
-        trace = -1.6 * even + 1.8 * force / speed * blow
+        trace = -1.6 * even + 1.8 * force / speed * impulse
         assert np.trace(orbit.monodromy) == pytest.approx(trace, rel=1e-9)
 
 

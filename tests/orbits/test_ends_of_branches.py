@@ -100,13 +100,17 @@ def test_a_branch_with_sticking_ends_where_there_is_no_such_system(
     assert "there is no such system" in branch.end_reason
 
 
+@pytest.mark.parametrize("most", [1000, pytest.param(100_000, marks=pytest.mark.nightly)])
 def test_a_branch_with_sticking_ends_where_its_orbits_last_too_long(
-    sticking: pc.PeriodicOrbit,
+    sticking: pc.PeriodicOrbit, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("percuss.orbits.finding.search_budget.MOST_SWINGS", most)
+
     branch = pc.continue_orbit(sticking, over={"forcing.omega": (-0.5, 0.9)}, max_points=200)
 
     assert "swings" in branch.end_reason
-    assert 0.0 < branch.values.min() < 1e-3
+    # A swing of the oscillator takes 2 pi, the orbit 2 pi / omega: ten times as many as searched for.
+    assert branch.values.min() == pytest.approx(0.1 / most, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.kernels.law import DAMPING
+from percuss.kernels.law_columns import DAMPING
 from percuss.model.system import System
 from percuss.orbits import single_impact_orbits
 from percuss.orbits.orbit.itinerary import Itinerary, events_of_stops

@@ -96,10 +96,10 @@ class Circle:
     def refined(self, point: Point[Any]) -> Point[Circle]:
         return point
 
-    def settle(self, point: Point[Any]) -> None:
+    def recentre(self, point: Point[Any]) -> None:
         pass
 
-    def plane(self, tangent: Floats) -> Floats:
+    def corrector_normal(self, tangent: Floats) -> Floats:
         return tangent
 
     def longest_step(self, point: Point[Any], largest: float) -> float:

@@ -44,13 +44,14 @@ def kinds(chart: pc.Response) -> set[tuple[int, int]]:
     return {(family.n_impacts, family.n_periods) for family in chart.families}
 
 
+@pytest.mark.parametrize("n", [7, pytest.param(20, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("which", ["wall", "soft"])
-def test_every_attractor_of_many_motions_is_on_a_branch(which: str) -> None:
-    """Twenty frequencies, six starts each, told apart by their states at whole periods."""
+def test_every_attractor_of_many_motions_is_on_a_branch(which: str, n: int) -> None:
+    """Some frequencies, six starts each, told apart by their states at whole periods."""
     osc, chart = (WALL, wall_chart()) if which == "wall" else (SOFT, soft_chart())
     random = np.random.default_rng(5)
     compared = 0
-    for omega in np.linspace(chart.low + 0.013, chart.high - 0.013, 20).tolist():
+    for omega in np.linspace(chart.low + 0.013, chart.high - 0.013, n).tolist():
         for _ in range(6):
             v0, cycle = random.uniform(-3.0, 0.0), random.random()
             seen = _settled(osc, omega, float(v0), float(cycle))
@@ -59,7 +60,7 @@ def test_every_attractor_of_many_motions_is_on_a_branch(which: str) -> None:
             n_impacts, n_periods, fastest = seen
             assert fastest in _Fastest(chart, omega, n_impacts, n_periods)
             compared += 1
-    assert compared > 60
+    assert compared > 3 * n
 
 
 def _settled(

@@ -170,13 +170,13 @@ def test_a_store_is_for_many_motions_only(tmp_path: Path) -> None:
 
 
 def long_sweep() -> Study:
-    """Return a study of several chunks."""
+    """Return a study of several chunks, of 128 points each."""
     return parse_study(f"""{MODEL}
 [study]
 kind = "sweep"
 [sweep]
 measure = "peak_displacement"
-transient = 12000
+transient = 8000
 periods = 8
 [over]
 "start.v0" = {{from = -1, to = 1, count = 600}}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -109,7 +110,12 @@ def test_a_failure_while_writing_leaves_nothing_behind(
 
 
 def test_a_run_that_is_stopped_is_written_as_far_as_it_came(tmp_path: Path) -> None:
-    study = study_of(limits=Limits(max_impacts=5_000_000), draw=Draw(png=False, svg=False))
+    # A hundred harmonics make each impact slow, and what is written short.
+    force = pc.fourier("0.5", cos=(0.1,) * 100)
+    study = replace(
+        study_of(limits=Limits(max_impacts=5_000_000), draw=Draw(png=False, svg=False)),
+        forcing=force,
+    )
 
     result = run_study(study, tmp_path / "out", progress=lambda *_: False)
 

@@ -40,44 +40,54 @@ def positive(values: st.SearchStrategy[Exact]) -> st.SearchStrategy[Exact]:
     return values.filter(lambda value: as_fraction(value) > 0)
 
 
-@st.composite
-def studies(draw: st.DrawFn, values: st.SearchStrategy[Exact], angles: Any) -> Study:
-    """Draw a study that the model accepts."""
+def studies(values: st.SearchStrategy[Exact], angles: Any) -> st.SearchStrategy[Study]:
+    """Return studies that the model accepts.
+
+    Each strategy is made once: Hypothesis would check each anew for each study.
+    """
+    sizes = positive(values)
     stops = st.lists(
         st.one_of(
-            st.builds(pc.SoftStop, values, st.sampled_from(["above", "below"]), values,
-                      positive(values)),
+            st.builds(pc.SoftStop, values, st.sampled_from(["above", "below"]), values, sizes),
             st.builds(pc.Wall, values, st.sampled_from(["above", "below"]), st.just("0.25")),
         ),
         max_size=3,
-    )  # fmt: skip
-    try:
-        oscillator = pc.Oscillator(draw(values), draw(positive(values)), tuple(draw(stops)))
-    except ParameterError:
-        assume(False)
-    harmonics = st.lists(st.builds(pc.Harmonic, values, positive(values), angles), max_size=3)
-    forcing = draw(
+    )
+    harmonics = st.lists(st.builds(pc.Harmonic, values, sizes, angles), max_size=3)
+    forcings = (
         st.none()
         | st.builds(pc.Forcing, harmonics, values)
-        | st.builds(pc.fourier, positive(values), st.lists(values, min_size=1, max_size=3),
+        | st.builds(pc.fourier, sizes, st.lists(values, min_size=1, max_size=3),
                     st.lists(values, max_size=2), values)
     )  # fmt: skip
-    start = pc.Start(draw(values), draw(values), 0)
-    window = draw(st.none() | st.just((0, "pi")))
-    study = Study(
-        oscillator,
-        forcing,
-        Motion(
-            start, draw(st.sampled_from([Limits(t_end=10), Limits("10*pi"), Limits(None, None, 5)]))
-        ),
-        title=draw(st.text(st.characters(exclude_categories=["Cs"]), max_size=20)),
-        save=Save(csv=draw(st.booleans()), samples=draw(st.integers(2, 99))),
-        draw=Draw(png=draw(st.booleans()), window=window, length_unit="mm"),
-    )
-    walls = [stop for stop in oscillator.stops if isinstance(stop, pc.Wall)]
-    sign = {"below": 1, "above": -1}
-    assume(all(sign[w.side] * (as_fraction(start.x0) - as_fraction(w.at)) >= 0 for w in walls))
-    return study
+    limits = st.sampled_from([Limits(t_end=10), Limits("10*pi"), Limits(None, None, 5)])
+    windows = st.none() | st.just((0, "pi"))
+    titles = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
+    samples, switches = st.integers(2, 99), st.booleans()
+
+    @st.composite
+    def accepted(draw: st.DrawFn) -> Study:
+        try:
+            oscillator = pc.Oscillator(draw(values), draw(sizes), tuple(draw(stops)))
+        except ParameterError:
+            assume(False)
+        forcing = draw(forcings)
+        start = pc.Start(draw(values), draw(values), 0)
+        window = draw(windows)
+        study = Study(
+            oscillator,
+            forcing,
+            Motion(start, draw(limits)),
+            title=draw(titles),
+            save=Save(csv=draw(switches), samples=draw(samples)),
+            draw=Draw(png=draw(switches), window=window, length_unit="mm"),
+        )
+        walls = [stop for stop in oscillator.stops if isinstance(stop, pc.Wall)]
+        sign = {"below": 1, "above": -1}
+        assume(all(sign[w.side] * (as_fraction(start.x0) - as_fraction(w.at)) >= 0 for w in walls))
+        return study
+
+    return accepted()
 
 
 @given(studies(in_files, st.sampled_from([0, "0.5", "-pi/2"])))

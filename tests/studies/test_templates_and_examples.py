@@ -66,7 +66,7 @@ def test_the_ends_that_a_template_names_are_those_of_its_periods(name: str) -> N
 def test_what_a_template_calls_a_default_is_one(name: str) -> None:
     text = template_text(name)
 
-    short = text[: text.index("# What follows may be left out")]
+    short = text[: text.index("# The rest is optional")]
 
     assert parse_study(short) == parse_study(text)
 

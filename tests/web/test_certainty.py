@@ -158,9 +158,9 @@ def with_report(tmp_path: Path) -> Iterator[str]:
     (tmp_path / "index.html").write_text(REPORT, encoding="utf-8")
     rows = [
         {"id": f"eq{k}", "reference": f"({k})", "claim": f"It is {k}.", "verdict": "holds", "grade": grade}
-        for k, grade in ((1, "certified"), (2, "numerical"))
+        for k, grade in ((1, "certified"), (2, "measured"))
     ]  # fmt: skip
-    (tmp_path / "claims.json").write_text(json.dumps(rows), encoding="utf-8")
+    (tmp_path / "claims.json").write_text(json.dumps({"records": rows}), encoding="utf-8")
     with served(create_app(report=tmp_path)) as address:
         yield f"http://{address}/"
 
@@ -172,7 +172,7 @@ def test_verdicts_of_the_paper_say_how_certain_they_are(browser: Browser, with_r
     page.locator("[data-view=paper]").click()
     summary = page.locator(".verdicts summary")
     expect(summary).to_contain_text("1 certified")
-    expect(summary).to_contain_text("1 numerical")
+    expect(summary).to_contain_text("1 measured")
     summary.click()
     expect(page.locator(".verdicts li").first).to_contain_text("It is 1.")
     frame = page.frame_locator("iframe[title='Report of the paper']")

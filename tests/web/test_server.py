@@ -127,9 +127,10 @@ def test_whoever_hears_the_address_may_come_at_once() -> None:
 def test_statements_of_a_report_are_told_or_none(tmp_path: Path) -> None:
     assert claims_of(tmp_path) == []
     row = {"id": "eq1", "reference": "(1)", "claim": "x", "verdict": "holds", "grade": "certified"}
-    (tmp_path / "claims.json").write_text(json.dumps([{**row, "evidence": {}}]), encoding="utf-8")
+    written = json.dumps({"records": [{**row, "evidence": {}}]})
+    (tmp_path / "claims.json").write_text(written, encoding="utf-8")
     assert claims_of(tmp_path) == [row]
-    for broken in ("[", "3", '[{"id": 1}]', "null"):
+    for broken in ("[", "3", "[]", '{"records": [{"id": 1}]}', "null"):
         (tmp_path / "claims.json").write_text(broken, encoding="utf-8")
         assert claims_of(tmp_path) == []
 

@@ -12,7 +12,7 @@ try:
 except ImportError:  # pragma: no cover
     raise MissingExtraError("certified results need python-flint", "certified") from None
 
-from percuss.certified.balls import Ball, Balls, ComplexBall
+from percuss.certified.ball_arithmetic import Ball, Balls, ComplexBall
 from percuss.certified.certify import certify
 from percuss.certified.march import Ending
 from percuss.certified.orbit_result import CertifiedOrbit

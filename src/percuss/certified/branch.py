@@ -9,8 +9,8 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
-from percuss.certified.balls import Undecided
-from percuss.certified.law import coarse_bits
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import coarse_bits
 from percuss.certified.numbers import ball, exact_value
 from percuss.certified.properties import admissible_of
 from percuss.certified.shooting import (

@@ -10,7 +10,7 @@ from typing import cast, overload
 
 from flint import arb
 
-from percuss.certified.law import Over, lost_bits, system_for, too_wide
+from percuss.certified.ball_law import Over, lost_bits, system_for, too_wide
 from percuss.certified.march import MOST_EVENTS, Ending, MarchLimits, MarchRecord, march, start_used
 from percuss.certified.numbers import precision
 from percuss.certified.orbit_result import CertifiedOrbit
@@ -23,7 +23,7 @@ from percuss.model.exact import Phase, as_float, plain, whole
 from percuss.model.faults import raise_first
 from percuss.model.start import Start, start_faults
 from percuss.motion.outcome import Outcome
-from percuss.motion.progress import RunProgress
+from percuss.motion.run_progress import RunProgress
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -173,11 +173,7 @@ def certify(
 
 @overload
 def certify(
-    what: SpecialPoint,
-    digits: int = 12,
-    *,
-    most_bits: int = MOST_BITS,
-    bits: int | None = None,
+    what: SpecialPoint, digits: int = 12, *, most_bits: int = MOST_BITS, bits: int | None = None
 ) -> CertifiedPoint: ...
 
 

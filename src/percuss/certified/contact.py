@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import BallLaw, coarse_bits, constant_of, law_of
+from percuss.certified.event_location import interval_newton
 from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import Push
-from percuss.certified.landing import interval_newton
-from percuss.certified.law import BallLaw, coarse_bits, constant_of, law_of
 from percuss.certified.numbers import (
     ball,
     between,

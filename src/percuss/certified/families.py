@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from flint import acb, arb
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.cloud import Cloud
 from percuss.certified.first_root import Bracket
 from percuss.certified.numbers import ball

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 from flint import arb, ctx
 
-from percuss.certified.balls import OpenGraze, Undecided
+from percuss.certified.ball_arithmetic import OpenGraze, Undecided
+from percuss.certified.ball_law import Number, constant_of
 from percuss.certified.flight import SmoothFunction
-from percuss.certified.law import Number, constant_of
 from percuss.certified.numbers import upper
 
 __all__ = ["BallStretch", "Bracket", "FloatStretch", "Level", "Search", "Stretch"]

@@ -12,8 +12,8 @@ from typing import NamedTuple, Protocol
 
 from flint import arb
 
+from percuss.certified.ball_law import BallLaw, LinearRegion, Number, constant_of
 from percuss.certified.cloud import BallPair
-from percuss.certified.law import BallLaw, LinearRegion, Number, constant_of
 from percuss.certified.numbers import power, upper
 
 __all__ = ["BallPropagator", "EnclosedFlight", "Push", "SmoothFunction", "Wave", "propagator"]

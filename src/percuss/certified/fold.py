@@ -13,10 +13,10 @@ from fractions import Fraction
 import numpy as np
 from flint import arb, arb_mat, arb_series, ctx
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import BallLaw, constant_of
 from percuss.certified.branch import is_positive, root_of, system_at, system_over
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.law import BallLaw, constant_of
 from percuss.certified.numbers import ball, exact_value
 from percuss.certified.properties import admissible_of, monodromy_of
 from percuss.certified.shooting import (

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from flint import arb
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import constant_of, law_of
 from percuss.certified.branch import (
     ParameterBranch,
     boxed,
@@ -24,9 +25,8 @@ from percuss.certified.branch import (
     system_at,
     system_over,
 )
+from percuss.certified.event_location import fourth_around, interval_newton, is_narrow
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.landing import fourth_around, interval_newton, is_narrow
-from percuss.certified.law import constant_of, law_of
 from percuss.certified.numbers import ball, span
 from percuss.certified.properties import admissible_of
 from percuss.certified.shooting import (
@@ -41,7 +41,7 @@ from percuss.certified.shooting import (
 from percuss.certified.steady import steady_admissible, steady_flight
 from percuss.certified.step import flight_of
 from percuss.certified.system import BallSystem, system_of
-from percuss.kernels.law import PERIOD
+from percuss.kernels.law_columns import PERIOD
 from percuss.model.law import law, lines
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from flint import arb, ctx
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import Cloud
 from percuss.certified.contact import (
     Hold,
@@ -21,14 +22,13 @@ from percuss.certified.contact import (
     release,
     rests_for_ever,
 )
-from percuss.certified.law import law_of
 from percuss.certified.numbers import ball, time_ball
 from percuss.certified.step import Arrival, Departure, first_arrival
 from percuss.certified.system import BallSystem
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_fraction
 from percuss.model.start import Start
-from percuss.motion.progress import RunProgress
+from percuss.motion.run_progress import RunProgress
 
 __all__ = [
     "ContactRow",

@@ -11,11 +11,11 @@ import numpy as np
 from flint import arb, ctx
 from numpy.typing import ArrayLike
 
-from percuss.certified.balls import Balls
+from percuss.certified.ball_arithmetic import Balls
+from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import BallPair, applied, hull
 from percuss.certified.contact import Hold, Hops
 from percuss.certified.flight import Push, propagator
-from percuss.certified.law import law_of
 from percuss.certified.march import Ending, MarchRecord
 from percuss.certified.numbers import between, order_of, precision, time_ball
 from percuss.certified.step import Departure, flight_of

@@ -8,9 +8,9 @@ from functools import reduce
 from flint import arb
 from numpy.typing import ArrayLike
 
-from percuss.certified.balls import Ball, Balls, ComplexBall
+from percuss.certified.ball_arithmetic import Ball, Balls, ComplexBall
+from percuss.certified.ball_law import law_of, range_of
 from percuss.certified.cloud import BallPair, hull
-from percuss.certified.law import law_of, range_of
 from percuss.certified.march import ImpactRow
 from percuss.certified.motion import states_as_balls
 from percuss.certified.numbers import ball, precision, time_ball

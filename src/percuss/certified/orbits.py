@@ -6,10 +6,10 @@ import math
 
 from flint import arb
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import Over, coarse_bits, system_for, too_wide
 from percuss.certified.branch import system_at
 from percuss.certified.families import family_orbit
-from percuss.certified.law import Over, coarse_bits, system_for, too_wide
 from percuss.certified.numbers import precision, upper
 from percuss.certified.orbit_result import CertifiedOrbit, orbit_of_proof, unproven
 from percuss.certified.properties import Proof, admissible_of, monodromy_of

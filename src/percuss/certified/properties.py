@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from flint import acb, arb
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import BallMatrix, BallPair
-from percuss.certified.law import law_of
 from percuss.certified.numbers import precision, span
 from percuss.certified.shooting import OrbitEvent, Shooting, States, derivative_over
 from percuss.certified.step import first_bracket

@@ -12,9 +12,9 @@ import numpy as np
 from flint import arb
 from numpy.typing import ArrayLike, NDArray
 
-from percuss.certified.balls import Ball, Balls
+from percuss.certified.ball_arithmetic import Ball, Balls
+from percuss.certified.ball_law import range_of
 from percuss.certified.cloud import BallPair
-from percuss.certified.law import range_of
 from percuss.certified.march import Ending, MarchRecord, moved_in_words
 from percuss.certified.motion import (
     energy_of,

@@ -8,14 +8,14 @@ from typing import NamedTuple, TypeAlias
 
 from flint import arb, arb_mat, ctx
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import law_of
 from percuss.certified.cloud import BallMatrix, BallPair, Cloud, times
 from percuss.certified.first_root import Bracket
-from percuss.certified.law import law_of
 from percuss.certified.numbers import precision, span
 from percuss.certified.step import Arrival, Departure, flight_of, landed, levels_of
 from percuss.certified.system import BallSystem
-from percuss.kernels.law import FIRST_HARMONIC, N_HARMONICS
+from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS
 from percuss.model.law import law, lines
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 

@@ -10,7 +10,7 @@ from typing import cast
 
 from flint import arb
 
-from percuss.certified.balls import Ball, Undecided
+from percuss.certified.ball_arithmetic import Ball, Undecided
 from percuss.certified.branch import ParameterBranch, system_at
 from percuss.certified.fold import fold_of
 from percuss.certified.grazing import grazing_of

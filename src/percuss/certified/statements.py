@@ -19,12 +19,12 @@ from fractions import Fraction
 
 from flint import arb
 
-from percuss.certified.balls import Ball, Undecided
+from percuss.certified.ball_arithmetic import Ball, Undecided
+from percuss.certified.ball_law import BallLaw, law_of, system_for
 from percuss.certified.cloud import Cloud
 from percuss.certified.contact import first_push_at, rational_terms
 from percuss.certified.families import ReflectedMotion, is_one_elastic_wall
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.law import BallLaw, law_of, system_for
 from percuss.certified.numbers import ball, precision, time_ball
 from percuss.certified.step import Departure, first_bracket
 from percuss.certified.system import BallSystem, Tone, system_of

@@ -8,9 +8,9 @@ from fractions import Fraction
 
 from flint import acb, arb, ctx
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import BallLaw, coarse_bits, constant_of, law_of
 from percuss.certified.flight import EnclosedFlight, propagator
-from percuss.certified.law import BallLaw, coarse_bits, constant_of, law_of
 from percuss.certified.numbers import ball, precision
 from percuss.certified.properties import Monodromy, Proof
 from percuss.certified.shooting import region_of_row

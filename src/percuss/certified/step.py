@@ -7,12 +7,12 @@ from fractions import Fraction
 
 from flint import arb, ctx
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import coarse_bits, law_of
 from percuss.certified.cloud import BallMatrix, BallPair, Cloud, applied
+from percuss.certified.event_location import solve
 from percuss.certified.first_root import Bracket, Level, Search
 from percuss.certified.flight import BallPropagator, EnclosedFlight, SmoothFunction, propagator
-from percuss.certified.landing import solve
-from percuss.certified.law import coarse_bits, law_of
 from percuss.certified.numbers import ball, precision, time_ball, upper
 from percuss.certified.system import BallSystem
 from percuss.model.exact import Phase

@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from flint import arb
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.contact import Hold
 from percuss.certified.march import Ending, MarchLimits, MarchRecord, march
 from percuss.certified.numbers import ball

@@ -12,7 +12,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 from percuss.arrays import Integers
-from percuss.certified.balls import Balls
+from percuss.certified.ball_arithmetic import Balls
 from percuss.certified.march import ContactRow, CrossingRow, GrazeRow, ImpactRow, MarchRecord
 from percuss.certified.numbers import ball
 from percuss.certified.system import BallSystem

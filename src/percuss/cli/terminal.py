@@ -7,7 +7,7 @@ import threading
 import time
 from collections import Counter
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import TYPE_CHECKING, Any, Self
 
 from rich.console import Console
@@ -19,8 +19,9 @@ from percuss.progress import PATIENCE, RENEWED_IN_A_LOG
 
 if TYPE_CHECKING:
     # A second of import, and each command prints only one of them.
-    from percuss.paper.claim import Claim, ClaimKind
-    from percuss.paper.run import PaperResult
+    from percuss.paper.claim import Claim
+    from percuss.paper.result import PaperResult
+    from percuss.paper.statement import VerdictKind
     from percuss.studies.running import StudyResult
     from percuss.studies.study import Study
 
@@ -30,12 +31,14 @@ STARTING = "starting (the first run compiles the engine)"
 RUNNING = "simulating"
 INTERRUPTED = "interrupted; writing what was done (Ctrl-C again drops it)"
 COLOURS = {"holds": "green", "corrected": "yellow", "fails": "red", "undecided": "magenta"}
-WORDS: dict[ClaimKind, str] = {
+WORDS: dict[VerdictKind, str] = {
     "holds": "holds",
     "corrected": "corrected",
     "fails": "fails",
     "undecided": "undecided",
 }
+# So many records, and no more, are printed with their claims whatever their verdicts.
+FEW = 12
 # The width of the usual names.
 WIDTH = len("special points") + 2
 
@@ -129,12 +132,7 @@ class ProgressBar:
         self._clock.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         signal.signal(signal.SIGINT, self._handler)
         self._is_over.set()
         self._clock.join()
@@ -164,24 +162,25 @@ def print_report(study: Study, result: StudyResult) -> None:
 
 
 def print_verdicts(result: PaperResult) -> None:
-    """Print the verdicts, the figures, the missing items, and the folder of the report."""
+    """Print the counts, the findings, what fails, and last the page of the report."""
     console = Console(highlight=False)
     claims = [
         result.claims[item.name]
         for item in result.items
         if item.kind == "statement" and item.name in result.claims
     ]
-    if claims:
-        console.print(_table(claims))
-        count = Counter(claim.kind for claim in claims)
-        words = ", ".join(f"{count[kind]} {word}" for kind, word in WORDS.items())
-        noun = "statement" if len(claims) == 1 else "statements"
-        console.print(f"{len(claims)} {noun}: {words}")
     if result.figures:
         names = (item.name for item in result.items if item.kind == "figure")
         drawn = ", ".join(name for name in names if name in result.figures)
         noun = "figure" if len(result.figures) == 1 else "figures"
         console.print(f"{len(result.figures)} {noun}: {drawn}", soft_wrap=True)
+    if claims:
+        count = Counter(claim.kind for claim in claims)
+        words = ", ".join(f"{count[kind]} {word}" for kind, word in WORDS.items())
+        noun = "statement" if len(claims) == 1 else "statements"
+        console.print(f"{len(claims)} {noun}: {words}")
+    _print_findings(console, result)
+    _print_claims(console, claims)
     for item, reason in result.missing.items():
         console.print(Text.assemble((f"missing {item.name}: ", "red"), reason), soft_wrap=True)
     # Text, not markup, and unbroken: a path may be copied.
@@ -189,13 +188,28 @@ def print_verdicts(result: PaperResult) -> None:
     console.print(Text(line), soft_wrap=True)
 
 
-def _table(claims: list[Claim]) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="dim")
+def _print_findings(console: Console, result: PaperResult) -> None:
+    """Print what was found, each in a line."""
+    from percuss.paper.findings import told
+
+    headlines = told(result.claims)
+    if headlines:
+        console.print(Text("What was found", style="bold"))
+    for headline in headlines:
+        console.print(Text(f"  {headline.title}"), soft_wrap=True)
+
+
+def _print_claims(console: Console, claims: list[Claim]) -> None:
+    """Print the claims that fail or are undecided; all of them where few were asked for."""
+    shown = claims
+    if len(claims) > FEW:
+        shown = [claim for claim in claims if claim.kind in ("fails", "undecided")]
+    table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column("where", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
-    table.add_column("by", no_wrap=True)
     table.add_column("claim")
-    for claim in claims:
-        verdict = Text(WORDS[claim.kind], style=COLOURS[claim.kind])
-        table.add_row(Text(claim.reference), verdict, Text(claim.grade), Text(claim.claim))
-    return table
+    for claim in shown:
+        verdict = Text(f"{WORDS[claim.kind]}, {claim.grade}", style=COLOURS[claim.kind])
+        table.add_row(Text(claim.reference), verdict, Text(claim.claim))
+    if shown:
+        console.print(table)

@@ -25,8 +25,8 @@ from percuss.ensembles.classification import (
 )
 from percuss.ensembles.measures import period_of
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.kernels import survey
-from percuss.kernels.law import PERIOD
+from percuss.kernels import observables
+from percuss.kernels.law_columns import PERIOD
 from percuss.model.forcing import Forcing
 from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
@@ -40,18 +40,6 @@ from percuss.orbits.orbit.steady import regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
 
 __all__ = ["Attractor", "Chaos", "StrobedSystem", "impacts_at", "label_starts", "same_chaos"]
-
-
-# Forcing periods in which a motion settles on its orbit, and how often as many are added: a weakly
-# damped motion spirals around its orbit for long.
-SETTLING, AGAIN = 500, 20
-# Long transients that seemed periodic or chaotic are expensive: so many of each are tried.
-MOST_FAILURES, MOST_TRANSIENTS = 1000, 100
-# Starts compared with an orbit at a time: for a million at once each intermediate array would take
-# a third of the memory of the answer.
-AT_ONCE = 65_536
-# Orbits that are distinguished where every start has its own, as without a spring or damping.
-MOST_ORBITS = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +78,17 @@ class Attractor:
             return self.kind
         return f"({self.n_impacts:g}, {self.n_periods})"
 
+
+# Forcing periods in which a motion settles on its orbit, and how often as many are added: a weakly
+# damped motion spirals around its orbit for long.
+SETTLING, AGAIN = 500, 20
+# Long transients that seemed periodic or chaotic are expensive: so many of each are tried.
+MOST_FAILURES, MOST_TRANSIENTS = 1000, 100
+# Starts compared with an orbit at a time: for a million at once each intermediate array would take
+# a third of the memory of the answer.
+AT_ONCE = 65_536
+# Orbits that are distinguished where every start has its own, as without a spring or damping.
+MOST_ORBITS = 1000
 
 GoOn: TypeAlias = Callable[[], bool]
 Members: TypeAlias = Iterator[tuple[Integers, Attractor]]
@@ -187,7 +186,7 @@ def _settled_strobes(system: StrobedSystem, strobe: Floats, longest: int) -> tup
     which, every = np.zeros(1, dtype=np.int64), np.array([system.period])
     since = np.array([system.t0 + SETTLING * system.period])
     until = since + 2 * longest * system.period
-    plan = Plan(since, every, until, section=survey.STROBES, n_points=2 * longest + 1)
+    plan = Plan(since, every, until, section=observables.STROBES, n_points=2 * longest + 1)
     for _ in range(AGAIN):
         begin = np.array([[*strobe, system.t0]])
         result = follow_batch(system.law[np.newaxis], which, begin, plan)
@@ -196,7 +195,7 @@ def _settled_strobes(system: StrobedSystem, strobe: Floats, longest: int) -> tup
         if n_periods:
             break
         strobe = points[0, -1]
-    n_impacts = round(float(result.tallies[0, survey.IMPACTS]) * n_periods / (2 * longest))
+    n_impacts = round(float(result.values[0, observables.IMPACTS]) * n_periods / (2 * longest))
     return points[0, :n_periods], float(n_impacts)
 
 
@@ -239,17 +238,7 @@ ORBIT_PERIODS = 3
 
 @dataclass(frozen=True, slots=True)
 class StrobedSystem:
-    """A periodically forced oscillator, and the times of its strobes.
-
-    Attributes
-    ----------
-    osc, force
-        The oscillator, and a forcing with a period.
-    law
-        Their law.
-    t0
-        The time of a strobe [time].
-    """
+    """A periodically forced oscillator with its law, and the time t0 of a strobe."""
 
     osc: Oscillator
     force: Forcing
@@ -351,16 +340,10 @@ MOTIONS_AT_ONCE = 4096
 
 @dataclass(frozen=True, slots=True)
 class Chaos:
-    """A chaotic motion that has covered its attractor.
+    """A chaotic motion that has covered its attractor: (n, 2) strobes, x and v at whole periods.
 
-    Attributes
-    ----------
-    strobes
-        (n, 2) array, x and v at whole periods.
-    exponent, error
-        Largest Lyapunov exponent and its standard error [1/time].
-    persists
-        Whether it is still chaotic after a long time.
+    ``exponent`` is the largest Lyapunov exponent, ``error`` its standard error [1/time];
+    ``persists`` says whether the motion is still chaotic after a long time.
     """
 
     strobes: Floats
@@ -383,23 +366,9 @@ class Chaos:
 
 
 def same_chaos(system: StrobedSystem, chaos: Chaos, arrays: Arrays, rows: Integers) -> Flags:
-    """Return which chaotic motions are on the attractor that one of them has covered.
+    """Return which chaotic motions, by their rows, are on the attractor that one has covered.
 
-    Parameters
-    ----------
-    system
-        The system.
-    chaos
-        The motion that has covered the attractor.
-    arrays
-        The classes of the starts, by the names of `CLASS_COLUMNS`.
-    rows
-        (n,) array, the starts of the motions.
-
-    Returns
-    -------
-    (n,) array
-        True where the strobes lie among those of the attractor and the exponents agree.
+    They are where their strobes lie among those of the attractor and the exponents agree.
     """
     cells = _Cells(chaos.strobes)
     same = np.zeros(len(rows), dtype=np.bool_)
@@ -452,7 +421,7 @@ def _strobes(system: StrobedSystem, starts: Floats, count: int) -> Floats:
     """Return strobes (n, count, 2) of motions, the first one included."""
     since = np.full(len(starts), system.t0)
     every = np.full(len(starts), system.period)
-    plan = Plan(since, every, since + (count - 1) * every, survey.STROBES, count)
+    plan = Plan(since, every, since + (count - 1) * every, observables.STROBES, count)
     return np.asarray(_follow(system, starts, plan).points[:, :, :2])
 
 

@@ -23,9 +23,9 @@ from percuss.ensembles.basins import (
 from percuss.ensembles.classification import STAGE, Arrays, Classification, Rules
 from percuss.ensembles.datasets import attributes_of, coordinates_of
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Dimension
+from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing

@@ -15,11 +15,11 @@ from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, l
 from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
 from percuss.ensembles.datasets import attributes_of, coordinates_of, warn_of_failures
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
+from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.errors import ParameterError
-from percuss.kernels.law import PERIOD
+from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator

@@ -9,10 +9,10 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.ensembles.threads import check_wanted, stop_flag
-from percuss.kernels import batch, lockstep, survey
+from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law import N_HARMONICS
+from percuss.kernels.law_columns import N_HARMONICS
 from percuss.motion.reach import free_until
 
 __all__ = [
@@ -28,11 +28,6 @@ __all__ = [
 ]
 
 
-# Searches of a motion in the batch before it is treated alone, and how often that is repeated.
-PATIENCE = 20_000
-MOST_SEARCHES = 50
-# Results whose points are put in order at a time.
-AT_ONCE = 256
 # Impacts after which a motion is abandoned: a few hundred periods have hundreds, but elastic hops
 # on a wall, or a fast motion between two walls, have any number.
 MOST_IMPACTS = 1_000_000
@@ -45,13 +40,13 @@ class Plan:
     Attributes
     ----------
     since, every, until
-        (n,) arrays [time]: tallies and strobes begin at ``since``, strobes come every ``every``,
-        the motion ends at ``until``.
+        (n,) arrays [time]: observables and strobes begin at ``since``, strobes come every
+        ``every``, the motion ends at ``until``.
     section
-        `survey.NO_POINTS`, `survey.STROBES` or `survey.IMPACT_POINTS`.
+        `observables.NO_POINTS`, `observables.STROBES` or `observables.IMPACT_POINTS`.
     n_points
         Number of points kept, the last ones, >= 1.
-    surveyed
+    with_extremes
         Whether extremes of x and the work of the dashpots are recorded: it takes twice as long.
     max_impacts
         Impacts from the start after which a motion ends, >= 1.
@@ -63,9 +58,9 @@ class Plan:
     since: Floats
     every: Floats
     until: Floats
-    section: int = survey.NO_POINTS
+    section: int = observables.NO_POINTS
     n_points: int = 1
-    surveyed: bool = False
+    with_extremes: bool = False
     max_impacts: int = MOST_IMPACTS
     edges: Floats | None = None
 
@@ -82,10 +77,11 @@ class BatchResult:
         (n, entries) array: t, x, v, ... of the last event.
     n_impacts
         (n,) array, impacts and entries into soft stops from the start on.
-    tallies
-        (n, `survey.TALLIES`) array.
+    values
+        (n, `observables.N_OBSERVABLES`) array.
     points
-        (n, n_points, `survey.POINT_COLUMNS`) array, in order of time; NaN where there are fewer.
+        (n, n_points, `observables.POINT_COLUMNS`) array, in order of time; NaN where there are
+        fewer.
     peaks
         (n, m) array, the greatest impact speed in each interval of the plan; 0 without any.
     """
@@ -93,9 +89,16 @@ class BatchResult:
     status: Integers
     state: Floats
     n_impacts: Integers
-    tallies: Floats
+    values: Floats
     points: Floats
     peaks: Floats = field(default_factory=lambda: np.empty((0, 0)))
+
+
+# Searches of a motion in the batch before it is treated alone, and how often that is repeated.
+PATIENCE = 20_000
+MOST_SEARCHES = 50
+# Results whose points are put in order at a time.
+AT_ONCE = 256
 
 
 def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> BatchResult:
@@ -121,12 +124,12 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
     status = np.full(n, batch.NEW, dtype=np.int64)
     edges = np.empty((n, 0)) if plan.edges is None else plan.edges
     speeds = [np.zeros((n, 1)), edges, np.zeros((n, edges.shape[1] - 1))] if edges.size else []
-    tallies = np.concatenate([np.zeros((n, survey.TALLIES)), *speeds], axis=1)
-    points = np.full((n, plan.n_points, survey.POINT_COLUMNS), np.nan)
+    values = np.concatenate([np.zeros((n, observables.N_OBSERVABLES)), *speeds], axis=1)
+    points = np.full((n, plan.n_points, observables.POINT_COLUMNS), np.nan)
     plans = np.stack([plan.since, plan.every, plan.until], axis=1)
     laws, which = np.ascontiguousarray(laws), np.ascontiguousarray(which, dtype=np.int64)
 
-    options = batch.Options(plan.max_impacts, plan.section, plan.surveyed, PATIENCE)
+    options = batch.Options(plan.max_impacts, plan.section, plan.with_extremes, PATIENCE)
 
     def march(rows: slice) -> None:
         motions = batch.Batch(
@@ -136,7 +139,7 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
             counters[rows],
             status[rows],
             plans[rows],
-            tallies[rows],
+            values[rows],
             points[rows],
         )
         blocks = batch.Blocks(
@@ -154,11 +157,9 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
             march(slice(i, i + 1))
             if status[i] != columns.SPENT:
                 break
-    _put_in_order(points, tallies)
-    peaks = tallies[:, survey.EDGES + edges.shape[1] :]
-    return BatchResult(
-        status, states, counters[:, columns.N_IMPACTS].copy(), tallies, points, peaks
-    )
+    _put_in_order(points, values)
+    peaks = values[:, observables.EDGES + edges.shape[1] :]
+    return BatchResult(status, states, counters[:, columns.N_IMPACTS].copy(), values, points, peaks)
 
 
 def _workspace(laws: Floats) -> batch.Workspace:
@@ -191,10 +192,10 @@ def _search_far(law: Floats, state: Floats, counters: Integers, until: float) ->
         state[side] = max(state[side], min(free, longest))
 
 
-def _put_in_order(points: Floats, tallies: Floats) -> None:
+def _put_in_order(points: Floats, values: Floats) -> None:
     """Rotate the ring buffers of points, so that the oldest point comes first."""
     m = points.shape[1]
-    written = tallies[:, survey.POINTS].astype(np.int64)
+    written = values[:, observables.POINTS].astype(np.int64)
     turned = np.flatnonzero((written > m) & (written % m > 0))
     # In parts: a copy of all points would be large.
     for rows in np.split(turned, range(AT_ONCE, len(turned), AT_ONCE)):
@@ -243,7 +244,7 @@ def tangent_plan(period: Floats, t0: Floats, transient: int, periods: int) -> Pl
         since,
         every,
         since + BLOCKS * every,
-        section=survey.TANGENTS,
+        section=observables.TANGENTS,
         n_points=BLOCKS + 1,
     )
 
@@ -261,8 +262,8 @@ def exponents_of(result: BatchResult, plan: Plan) -> tuple[Floats, Floats, Float
     tuple of (n,) arrays
         In 1/time; -inf where there was a contact, with an error of 0.
     """
-    logs = result.points[:, :, survey.FIRST]
-    shrunk = result.points[:, :, survey.SECOND]
+    logs = result.points[:, :, observables.FIRST]
+    shrunk = result.points[:, :, observables.SECOND]
     with np.errstate(invalid="ignore"):
         rates = np.diff(logs, axis=1) / plan.every[:, np.newaxis]
         largest = (logs[:, -1] - logs[:, 0]) / (plan.until - plan.since)
@@ -283,7 +284,7 @@ def drift_of(result: BatchResult, plan: Plan) -> Floats:
     halves of a stationary motion differ by about twice the standard error of the whole; three times
     that counts as chance.
     """
-    logs = result.points[:, :, survey.FIRST]
+    logs = result.points[:, :, observables.FIRST]
     with np.errstate(invalid="ignore"):
         rates = np.diff(logs, axis=1) / plan.every[:, np.newaxis]
         error = rates.std(axis=1, ddof=1) / math.sqrt(BLOCKS)

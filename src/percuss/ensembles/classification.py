@@ -21,9 +21,9 @@ from percuss.ensembles.batch import (
 from percuss.ensembles.grid import Group
 from percuss.ensembles.job import Block, Column, Dimension
 from percuss.ensembles.measures import period_of
+from percuss.kernels import observables
 from percuss.kernels import record as columns
-from percuss.kernels import survey
-from percuss.kernels.law import PERIOD
+from percuss.kernels.law_columns import PERIOD
 
 __all__ = [
     "CERTAIN",
@@ -129,14 +129,14 @@ class Rules:
                 until - COMPARED * period[left],
                 period[left],
                 until,
-                section=survey.STROBES,
+                section=observables.STROBES,
                 n_points=COMPARED + 1,
                 max_impacts=MOST_IMPACTS,
             )
             result = follow_batch(group.laws, group.which[left], begun[left], plan)
             n_impacts += int(result.n_impacts.sum())
             decided = self._decide(classes, left, result, period[left])
-            begun[left, :2] = result.tallies[:, [survey.END_X, survey.END_V]]
+            begun[left, :2] = result.values[:, [observables.END_X, observables.END_V]]
             begun[left, 2] = until
             lost = ~np.isfinite(begun[left]).all(axis=1)
             left = left[~(decided | lost)]
@@ -156,7 +156,7 @@ class Rules:
             return 0
         period, since = group.laws[group.which[rows], 0, PERIOD], begun[:, 2].copy()
         until = since + 2 * LONGEST_OF_ALL * period
-        plan = Plan(since, period, until, survey.STROBES, 2 * LONGEST_OF_ALL + 1)
+        plan = Plan(since, period, until, observables.STROBES, 2 * LONGEST_OF_ALL + 1)
         result = follow_batch(group.laws, group.which[rows], begun, plan)
         self._decide(classes, rows, result, period)
         return int(result.n_impacts.sum())
@@ -169,7 +169,7 @@ class Rules:
         strobes = result.points[:, :, :2]
         ended = result.status == columns.REACHED_END
         rest = result.status == columns.AT_REST
-        end, speed = result.tallies[:, survey.END_X], result.tallies[:, survey.END_V]
+        end, speed = result.values[:, observables.END_X], result.values[:, observables.END_V]
         # At a strobe x may be near 0 while the speed is large.
         far = np.maximum(np.abs(end), np.abs(speed) * period / (2.0 * np.pi)) > self.escape
         unbounded = (result.status == columns.OVERFLOW) | (ended & far)
@@ -178,7 +178,7 @@ class Rules:
         for kind, rows_of_kind in ((REST, rest), (UNBOUNDED, unbounded), (PERIODIC, periodic)):
             classes["kind"][rows[rows_of_kind]] = kind
         classes["n_periods"][rows[periodic]] = n_periods[periodic]
-        per_period = result.tallies[:, survey.IMPACTS] / compared
+        per_period = result.values[:, observables.IMPACTS] / compared
         classes["n_impacts"][rows[periodic]] = np.round((per_period * n_periods)[periodic])
         # The strobe of a mass at rest is its place.
         place = np.where(

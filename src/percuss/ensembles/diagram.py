@@ -19,10 +19,10 @@ from percuss.ensembles.datasets import (
     warn_of_some,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.execution import execution_of, keep, run_job
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
 from percuss.ensembles.measures import SAME, Window, period_of
+from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.ensembles.store import (
     Store,
     check_vacant,
@@ -34,8 +34,8 @@ from percuss.ensembles.store import (
 from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
-from percuss.kernels import survey
-from percuss.kernels.law import PERIOD
+from percuss.kernels import observables
+from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -53,7 +53,7 @@ SectionName = Literal["stroboscopic", "impacts"]
 Direction = Literal["forward", "backward"]
 # Values that a range (low, high) of the parameter stands for.
 VALUES = 401
-SECTIONS = {"stroboscopic": survey.STROBES, "impacts": survey.IMPACT_POINTS}
+SECTIONS = {"stroboscopic": observables.STROBES, "impacts": observables.IMPACT_POINTS}
 # The status of a value without a motion, besides those of the kernels.
 FAULTY = -2
 # The value of an integer column where nothing has been written.
@@ -311,7 +311,7 @@ class Branches:
         """The columns of one value: points of the section, the period, the status."""
         return {
             "points": Column(
-                (self.window.periods + 1, survey.POINT_COLUMNS), dims=("sample", "entry")
+                (self.window.periods + 1, observables.POINT_COLUMNS), dims=("sample", "entry")
             ),
             "period": Column(dtype="i8"),
             "status": Column(dtype="i8"),
@@ -348,14 +348,14 @@ class Branches:
         bad = np.array([reason_of(int(status), plan) is not None for status in result.status])
         points = result.points.copy()
         points[bad] = np.nan
-        n_periods = _period(result.tallies, points, self.section)
+        n_periods = _period(result.values, points, self.section)
         block.arrays["points"][rows] = points
         block.arrays["period"][rows] = np.where(bad, NO_PERIOD, n_periods)
         block.arrays["status"][rows] = result.status
         block.n_impacts += int(result.n_impacts.sum())
         for i in np.flatnonzero(bad):
             block.reasons[int(rows[i])] = str(reason_of(int(result.status[i]), plan))
-        return np.asarray(result.tallies[:, [survey.END_X, survey.END_V]])
+        return np.asarray(result.values[:, [observables.END_X, observables.END_V]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -500,11 +500,11 @@ def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
     return int(((arrays["period"] == NO_PERIOD) & (arrays["status"] != NOT_DONE)).sum())
 
 
-def _period(tallies: Floats, points: Floats, section: str) -> Integers:
+def _period(values: Floats, points: Floats, section: str) -> Integers:
     longest = points.shape[1] // 2
     if section == "stroboscopic":
         return period_of(points[:, :, :2], max(1, min(longest, points.shape[1] - 1)))
-    return impact_periods(points, tallies[:, survey.IMPACTS], points.shape[1] - 1)
+    return impact_periods(points, values[:, observables.IMPACTS], points.shape[1] - 1)
 
 
 def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:

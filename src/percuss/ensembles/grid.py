@@ -13,7 +13,7 @@ from percuss.arrays import Floats, Integers
 from percuss.ensembles.job import Dimension
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.model.exact import Phase, as_float, phase_problem, plain, whole
 from percuss.model.forcing import Forcing
 from percuss.model.law import law

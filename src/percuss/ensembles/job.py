@@ -32,27 +32,13 @@ GROUP_MOST, GROUP_TAKEN = Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgrou
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One array of the answer.
+    """One array of the answer."""
 
-    Attributes
-    ----------
-    tail
-        Shape of the entry of one point.
-    dtype
-        "f8" or "i8".
-    dims
-        Names of the dimensions of the tail.
-    units
-        Its dimensions in length and time; "" where they are not known.
-    meaning
-        What it is, in a line; "" where its name says so.
-    """
-
-    tail: tuple[int, ...] = ()
-    dtype: str = "f8"
-    dims: tuple[str, ...] = ()
-    units: str = "1"
-    meaning: str = ""
+    tail: tuple[int, ...] = ()  # shape of the entry of one point
+    dtype: str = "f8"  # or "i8"
+    dims: tuple[str, ...] = ()  # names of the dimensions of the tail
+    units: str = "1"  # in length and time; "" where they are not known
+    meaning: str = ""  # in a line; "" where the name says it
 
     def empty(self, n: int) -> NDArray[np.generic]:
         """Return an array for n points: NaN, or -1."""

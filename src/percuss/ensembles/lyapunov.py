@@ -23,9 +23,9 @@ from percuss.ensembles.batch import (
 from percuss.ensembles.grid import make_grid, whole
 from percuss.ensembles.measures import period_of
 from percuss.errors import ParameterError
+from percuss.kernels import observables
 from percuss.kernels import record as columns
-from percuss.kernels import survey
-from percuss.kernels.law import PERIOD
+from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -144,7 +144,7 @@ def lyapunov_exponents(
             raise ParameterError("max_impacts", most, f"{reason}; allow more, or fewer periods")
         raise ParameterError("start", grid.start, reason)
     is_periodic = force is not None and force.period is not None
-    if is_periodic and np.isfinite(result.points[0, -1, survey.FIRST]):
+    if is_periodic and np.isfinite(result.points[0, -1, observables.FIRST]):
         known = _of_orbit(group.laws, result, plan, transient + periods)
         if known is not None:
             return known
@@ -155,7 +155,7 @@ def lyapunov_exponents(
         np.array([largest, smallest]),
         np.array([error, error]),
         float(total),
-        float(result.tallies[0, survey.IMPACTS]) / duration,
+        float(result.values[0, observables.IMPACTS]) / duration,
         duration,
     )
 
@@ -184,19 +184,19 @@ def _of_orbit(
     """
     which = np.zeros(1, dtype=np.int64)
     period = laws[0, 0, PERIOD]
-    end = np.column_stack([result.tallies[:, [survey.END_X, survey.END_V]], plan.until])
+    end = np.column_stack([result.values[:, [observables.END_X, observables.END_V]], plan.until])
     t, step = end[:, 2].copy(), np.array([period])
-    strobed = Plan(t, step, t + 2 * LONGEST * period, survey.STROBES, 2 * LONGEST + 1)
+    strobed = Plan(t, step, t + 2 * LONGEST * period, observables.STROBES, 2 * LONGEST + 1)
     strobes = follow_batch(laws, which, end, strobed).points[:, :, :2]
     n_periods = int(period_of(strobes, LONGEST)[0])
     if n_periods == 0:
         return None
     step = step * n_periods
-    measured = Plan(t, step, t + ORBIT_PERIODS * step, survey.TANGENTS, ORBIT_PERIODS + 1)
+    measured = Plan(t, step, t + ORBIT_PERIODS * step, observables.TANGENTS, ORBIT_PERIODS + 1)
     followed = follow_batch(laws, which, end, measured)
     points = followed.points[0]
     rates = np.array([_rates(points[k : k + 3]) for k in (0, 1)]) / step
-    shrunk = np.diff(points[:, survey.SECOND])
+    shrunk = np.diff(points[:, observables.SECOND])
     # An impact at the very end of a period can fall into either of two: then areas do not shrink
     # alike, and the periods are none.
     if not np.isfinite(rates).all() or np.ptp(shrunk) > ALIKE * np.abs(shrunk).max():
@@ -206,8 +206,8 @@ def _of_orbit(
         rates[1],
         np.abs(rates[1] - rates[0])
         * _steps_to_go(float(rates[1, 0] * step[0]), periods / n_periods),
-        float(points[-1, survey.SECOND] - points[0, survey.SECOND]) / duration,
-        float(followed.tallies[0, survey.IMPACTS]) / duration,
+        float(points[-1, observables.SECOND] - points[0, observables.SECOND]) / duration,
+        float(followed.values[0, observables.IMPACTS]) / duration,
         duration,
     )
 
@@ -225,8 +225,8 @@ def _steps_to_go(log_multiplier: float, n_periods: float) -> float:
 
 def _rates(points: Floats) -> Floats:
     """Return the logarithms of the sizes of both multipliers, from three periods' points."""
-    logs, angles = points[:, survey.FIRST], points[:, survey.THIRD]
-    area = exp(float(points[1, survey.SECOND] - points[0, survey.SECOND]))
+    logs, angles = points[:, observables.FIRST], points[:, observables.THIRD]
+    area = exp(float(points[1, observables.SECOND] - points[0, observables.SECOND]))
     size = exp(logs - logs[0])
     u, once, twice = np.stack([size * cos(angles), size * sin(angles)], axis=1)
     trace = dot(twice + area * u, once) / dot(once, once)

@@ -17,9 +17,9 @@ from percuss.ensembles.batch import (
     tangent_plan,
 )
 from percuss.ensembles.grid import Group, whole
+from percuss.kernels import observables
 from percuss.kernels import record as columns
-from percuss.kernels import survey
-from percuss.kernels.law import PERIOD
+from percuss.kernels.law_columns import PERIOD
 from percuss.motion.growth import fit_power_law
 from percuss.numerics import geometric
 
@@ -132,27 +132,27 @@ def _difference(points: Floats, p: int) -> Floats:
 
 
 def _period(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    strobes = result.points[:, :, [survey.FIRST, survey.SECOND]]
+    strobes = result.points[:, :, [observables.FIRST, observables.SECOND]]
     return period_of(strobes, max(1, window.periods // 2)).astype(np.float64)
 
 
 def _peak_displacement(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    lowest, highest = result.tallies[:, survey.LOWEST], result.tallies[:, survey.HIGHEST]
+    lowest, highest = result.values[:, observables.LOWEST], result.values[:, observables.HIGHEST]
     # A mass in contact with a wall all the time.
     still = ~np.isfinite(lowest)
     return np.where(still, np.abs(result.state[:, columns.X]), np.maximum(-lowest, highest))
 
 
 def _peak_impact_velocity(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    return result.tallies[:, survey.PEAK_SPEED].copy()
+    return result.values[:, observables.PEAK_SPEED].copy()
 
 
 def _impacts(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    return np.asarray(result.tallies[:, survey.IMPACTS] / window.periods)
+    return np.asarray(result.values[:, observables.IMPACTS] / window.periods)
 
 
 def _dissipated(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    lost = result.tallies[:, survey.LOST] + result.tallies[:, survey.DRAGGED]
+    lost = result.values[:, observables.LOST] + result.values[:, observables.DRAGGED]
     return np.asarray(lost / window.periods)
 
 
@@ -276,15 +276,15 @@ def _plan(names: Sequence[str], group: Group, window: Window, max_impacts: int) 
     since = t0 + window.transient * period
     plan = Plan(since, period, since + window.periods * period)
     if any(measure.needs_strobes for measure in measures):
-        plan = replace(plan, section=survey.STROBES, n_points=window.periods + 1)
+        plan = replace(plan, section=observables.STROBES, n_points=window.periods + 1)
     elif any(measure.needs_tangent for measure in measures):
         plan = tangent_plan(period, t0, window.transient, window.periods)
     edges = None
     if any(measure.needs_peaks for measure in measures):
         duration = (window.transient + window.periods) * period
         edges = t0[:, np.newaxis] + duration[:, np.newaxis] * INTERVALS
-    surveyed = any(measure.needs_extremes for measure in measures)
-    return replace(plan, surveyed=surveyed, max_impacts=max_impacts, edges=edges)
+    with_extremes = any(measure.needs_extremes for measure in measures)
+    return replace(plan, with_extremes=with_extremes, max_impacts=max_impacts, edges=edges)
 
 
 def _reasons(result: BatchResult, plan: Plan) -> dict[int, str]:

@@ -102,16 +102,10 @@ def read_chunk(file: Path) -> bytes | None:
 
 @dataclass(frozen=True, slots=True)
 class Chunks:
-    """The chunks of a store, as files.
+    """The chunks of a store, as files in a folder.
 
-    Attributes
-    ----------
-    path
-        The folder of the store.
-    columns
-        The columns of the answer.
-    size, chunk
-        Number of points, and points of a chunk; the last chunk is stored at full length.
+    An answer of ``size`` points is cut into chunks of ``chunk`` points; the last one is stored at
+    full length.
     """
 
     path: Path

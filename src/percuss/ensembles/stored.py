@@ -14,8 +14,8 @@ from percuss.arrays import Floats, Integers
 from percuss.ensembles.basins import no_starts
 from percuss.ensembles.datasets import attributes_of, dataset_of
 from percuss.ensembles.diagram import failed_values
-from percuss.ensembles.execution import folder_of
 from percuss.ensembles.job import Answer, Column, Dimension
+from percuss.ensembles.run_job import folder_of
 from percuss.ensembles.store import (
     RESULT,
     Chunks,

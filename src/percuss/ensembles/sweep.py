@@ -21,14 +21,14 @@ from percuss.ensembles.datasets import (
     warn_of_some,
 )
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.execution import execution_of, run_job
 from percuss.ensembles.fingerprint import fingerprint
 from percuss.ensembles.grid import Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension, too_large
 from percuss.ensembles.measures import MEASURES, Window, measure_group
+from percuss.ensembles.run_job import execution_of, run_job
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
-from percuss.kernels import survey
+from percuss.kernels import observables
 from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -195,7 +195,7 @@ def _work(
         raise ParameterError("forcing.period", None, reason)
     if any(MEASURES[name].needs_strobes for name in names):
         # Those of one motion at least are in memory at once.
-        problem = too_large([1], survey.POINT_COLUMNS * (window.periods + 1))
+        problem = too_large([1], observables.POINT_COLUMNS * (window.periods + 1))
         if problem is not None:
             reason = f"a period is found from a strobe in each; {problem}"
             raise ParameterError("periods", window.periods, reason)

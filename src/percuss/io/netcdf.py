@@ -288,7 +288,7 @@ def _split(data: xr.Dataset, name: str, path: str) -> Iterator[Any]:
     whole = data[path].values
     if name == "multipliers":
         whole = np.ascontiguousarray(whole).view(np.complex128)[..., 0]
-    if path.endswith((".stop", "_chain", "_marks")):
+    if path.endswith((".stop", "_sequence", "_marks")):
         whole = whole.astype(np.int64)
     ends = np.cumsum(data[f"{name}_count"].values)
     if ends[-1] != len(whole):

@@ -7,8 +7,8 @@ are compiled without contraction. Methods and coefficients are those of fdlibm (
 1993); all answers are right to one unit in the last place.
 
 Sums and products that keep their rounding errors are those of Dekker 1971 and Knuth 1969. An
-instant is a pair ``(t, t_low)`` whose exact sum is meant: at t = 2e6 one ulp of t alone is
-4.7e-10, far more than the rounding of a flight. Rates in turns per time are pairs as well, so that
+instant is the exact sum of a pair ``(t, t_low)``: at t = 2e6 one ulp of t alone is 4.7e-10, far
+more than the rounding of a flight. Rates in turns per time are pairs as well, so that
 the phase of a harmonic has 16 digits at any instant.
 """
 
@@ -124,7 +124,7 @@ def cos_sin(rate: float, rate_low: float, t: float, t_low: float) -> tuple[float
     quarter = nearest(4.0 * product)
     angle = TWO_PI * ((product - 0.25 * quarter) + (error + (rate * t_low + rate_low * t)))
     z = angle * angle
-    # Summed in pairs (Estrin), so that less waits for less.
+    # Summed in pairs (Estrin): shorter chains of operations that depend on each other.
     square = z * z
     sine = (S1 + z * S2) + square * ((S3 + z * S4) + square * (S5 + z * S6))
     sine = angle + (angle * z) * sine
@@ -157,7 +157,7 @@ E10, E11, E12, E13 = 1.0 / 3628800.0, 1.0 / 39916800.0, 1.0 / 479001600.0, 1.0 /
 
 @formula
 def decay(x: float) -> tuple[float, float]:
-    """Return exp(x) and expm1(x) for x <= 0, either to a relative error of a few 1e-16."""
+    """Return exp(x) and expm1(x) for x <= 0, each to a relative error of a few 1e-16."""
     x = max(x, LEAST_DECAY)
     halvings = nearest(x * PER_LN_2)
     r = (x - halvings * LN_2_HIGH) - halvings * LN_2_LOW
@@ -268,7 +268,7 @@ def exponential_less_one(x: float) -> float:
 
 @kernel
 def logarithm(x: float) -> float:
-    """Return the natural logarithm; -inf of 0, NaN of less."""
+    """Return the natural logarithm; -inf at 0, NaN below."""
     if not x > 0.0:
         return -math.inf if x == 0.0 else math.nan
     if x == math.inf:
@@ -301,7 +301,7 @@ def cosine_sine(x: float) -> tuple[float, float]:
     total, low_2 = two_sum(total, -product_2)
     low += low_2 - (error_2 + quarter * QUARTER_LEAST)
     if abs(total) > 0.8:
-        # Of a large angle the quotient itself is rounded to the wrong side.
+        # For a large angle the quotient itself is rounded to the wrong side.
         once = math.copysign(1.0, total)
         quarter += once
         total, low_2 = two_sum(total, -once * QUARTER)
@@ -458,12 +458,12 @@ def quintic_root(ends: tuple[float, float, float], ends1: tuple[float, float, fl
     c3 = 10.0 * value - 4.0 * slope + curve
     c4 = -15.0 * value + 7.0 * slope - 2.0 * curve
     c5 = 6.0 * value - 3.0 * slope + curve
-    # From where the chord meets zero; on the first step from a wall, that of the quotient by time.
+    # Begin where the chord is zero; on the first step from a wall, the chord of value / time.
     high = c0 if c0 > 0.0 else c1
     fall = high - ends1[0]
     part = high / fall if high > 0.0 and fall > high else 0.5
     for _ in range(GUESSES):
-        # Halley's method, and half the way to where the root lies if that leaves the step.
+        # Halley's method; bisection towards the root where that leaves the step.
         square = part * part
         value = (c0 + part * c1) + square * ((c2 + part * c3) + square * (c4 + part * c5))
         slope = (c1 + part * twice) + square * ((3.0 * c3 + part * 4.0 * c4) + square * 5.0 * c5)

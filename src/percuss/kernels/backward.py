@@ -1,8 +1,9 @@
 """A motion followed back in time, event by event.
 
 A motion runs back in short stretches of the closed form, `flight.move` at negative times, for
-which its power series have all digits. The first event of a stretch is found as in `landing`: by
-Taylor's theorem with a bound of the fourth derivative, which needs no damping of the right sign.
+which its power series have all digits. The first event of a stretch is found as in
+`event_location`: by Taylor's theorem with a bound of the fourth derivative, which needs no damping
+of the right sign.
 At a wall the velocity before an impact is that after it, divided by the restitution: without
 restitution, and in a contact, the past is not determined (docs/theory/impact-surface.md).
 """
@@ -15,9 +16,9 @@ from typing import NamedTuple
 from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, Pair, exponential, later
 from percuss.kernels.compile import kernel
+from percuss.kernels.event_location import CLEAR, FLAT, ONE_MINIMUM, UNKNOWN, shape_of
 from percuss.kernels.flight import Flight, acceleration_and_jerk, constant_force, move, set_phases
-from percuss.kernels.landing import CLEAR, FLAT, ONE_MINIMUM, UNKNOWN, shape_of
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
     FORCE_BOUND,
     LOWER,
@@ -221,8 +222,8 @@ def meet_before(
 ) -> float:
     """Take a state back to the last event before it, or by ``longest``; return the event's side.
 
-    The side is -1 at the lower bound, +1 at the upper, 0 if the time is over. At a bound whose
-    normal the velocity is against, the event is at once; 2 for a mass that has always been at rest.
+    The side is -1 at the lower bound, +1 at the upper, 0 at the end of ``longest``, 2 for a mass
+    that has always been at rest. A velocity against the normal of a bound is an event at once.
     """
     law, region, state, force, phases = past.law, past.region, past.state, past.force, past.phases
     low = law[region, LOWER] - state[PLACE]
@@ -272,7 +273,7 @@ def shapes_on(
     width: float,
     doubt: float,
 ) -> tuple[int, int]:
-    """Return how the clearances below and above run on a stretch back in time of that width.
+    """Return the shapes of the clearances below and above over a width back in time.
 
     ``ends`` are whether each is at its bound already, ``bends`` are the second and third
     derivative and a bound of the fourth.

@@ -1,11 +1,13 @@
 """Many motions in one call, without Python between them.
 
-Members whose flights are plain are loaded into the slots of SIMD blocks and go from impact to
-impact in lockstep (`lockstep`). A member that comes to anything else is followed alone, from event
-to event as `march` does, until it is plain again; so are the last ones when few slots are in use.
+Members whose flights are harmonic are loaded into the slots of SIMD blocks and go from impact to
+impact in lockstep (`lockstep`). At any other event a member is followed alone, from event to event
+as `march` does, until its flights are harmonic again; so are the last members when few slots are
+in use.
+
 A member depends on its own law, start and plan alone, and both ways give it the same bits, so the
-results are the same whatever motions are batched together. Its events pass through a small buffer;
-tallies and points are taken from it (`survey`).
+results are the same whatever motions are batched together. Its events pass through a small buffer,
+from which its observables and points are computed (`observables`).
 """
 
 from __future__ import annotations
@@ -18,11 +20,11 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import Flight, constant_force, restitution_at, set_phases
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
+    HARMONIC,
     LOWER,
     LOWER_KIND,
     NUMBER,
-    PLAIN,
     UPPER,
     WALL,
 )
@@ -48,6 +50,26 @@ from percuss.kernels.lockstep import (
     store_state,
 )
 from percuss.kernels.march import begin, flight_of, fly, skip_ahead, stay
+from percuss.kernels.observables import (
+    END_V,
+    END_X,
+    N_OBSERVABLES,
+    SINCE,
+    STROBES,
+    TANGENTS,
+    UNTIL,
+    Member,
+    clear_observables,
+    end_at,
+    is_strobe_due,
+    move_neighbour,
+    note_peak,
+    observe_event,
+    observe_flight,
+    observe_impact,
+    strobe,
+    strobe_neighbour,
+)
 from percuss.kernels.record import (
     AT_REST,
     BOUND,
@@ -79,26 +101,6 @@ from percuss.kernels.record import (
     V,
     X,
 )
-from percuss.kernels.survey import (
-    END_V,
-    END_X,
-    SINCE,
-    STROBES,
-    TALLIES,
-    TANGENTS,
-    UNTIL,
-    Member,
-    clear_tally,
-    end_at,
-    is_strobe_due,
-    move_neighbour,
-    note_peak,
-    strobe,
-    strobe_neighbour,
-    survey,
-    tally_event,
-    tally_impact,
-)
 from percuss.kernels.tangent import event_saltation
 
 # Rows of the buffer of events, and of the one for grazes, which are only counted.
@@ -123,7 +125,7 @@ class Batch(NamedTuple):
     counters: Integers
     status: Integers
     plans: Floats
-    tallies: Floats
+    values: Floats
     points: Floats
 
 
@@ -139,13 +141,13 @@ class Workspace(NamedTuple):
 class Options(NamedTuple):
     """Options of all members.
 
-    ``section`` names the points that are kept (`survey`), ``surveyed`` asks for extremes, and
-    ``patience`` bounds the searches of each member before control returns.
+    ``section`` names the points that are kept (`observables`), ``with_extremes`` asks for the
+    extremes, and ``patience`` bounds the searches of each member before control returns.
     """
 
     max_impacts: int
     section: int
-    surveyed: bool
+    with_extremes: bool
     patience: int
 
 
@@ -170,38 +172,38 @@ def member_of(batch: Batch, workspace: Workspace, i: int) -> Member:
         workspace.marks,
         workspace.grazes,
     )
-    return Member(run, batch.plans[i], batch.tallies[i], batch.points[i])
+    return Member(run, batch.plans[i], batch.values[i], batch.points[i])
 
 
 @kernel
 def begin_member(member: Member, options: Options) -> None:
     """Begin at the t, x and v of the state."""
     run = member.run
-    clear_tally(member.tally)
+    clear_observables(member.values)
     run.counters[N_EVENTS] = 0
     begin(run)
-    tally_event(member, run.counters[REGION], run.counters[N_EVENTS] - 1, options.section)
+    observe_event(member, run.counters[REGION], run.counters[N_EVENTS] - 1, options.section)
 
 
 @kernel
-def follow(member: Member, options: Options, until_plain: bool) -> int:
+def follow(member: Member, options: Options, until_harmonic: bool) -> int:
     """Go on from event to event as `march` does; return why it stopped.
 
-    ``until_plain`` stops it, MOVING, where the next flight may be plain.
+    ``until_harmonic`` stops it, MOVING, where the next flight may be harmonic.
     """
     run = member.run
     set_phases(run.law, run.state[T], run.state[T_LOW], run.phases)
     status = MOVING
     patience = options.patience
     while status == MOVING:
-        if may_be_plain(run):
-            if until_plain:
+        if may_be_harmonic(run):
+            if until_harmonic:
                 return MOVING
             made = skip(member, options)
             if run.counters[N_IMPACTS] >= options.max_impacts:
                 return REACHED_LIMIT
             if made == run.events.shape[0] - 2:
-                # The buffer was full, and the next flight may be plain.
+                # The buffer was full, and the next flight may be harmonic.
                 continue
         if patience == 0:
             return SPENT
@@ -211,11 +213,11 @@ def follow(member: Member, options: Options, until_plain: bool) -> int:
 
 
 @kernel
-def may_be_plain(run: Run) -> bool:
+def may_be_harmonic(run: Run) -> bool:
     """Return whether a motion is about to leave its only wall, with a velocity off it."""
     law, state, counters = run.law, run.state, run.counters
     region = counters[REGION]
-    if law[region, PLAIN] != 1.0 or counters[TOUCHED] != 0:
+    if law[region, HARMONIC] != 1.0 or counters[TOUCHED] != 0:
         return False
     below = law[region, LOWER_KIND] == WALL
     sign = 1.0 if below else -1.0
@@ -227,21 +229,21 @@ def may_be_plain(run: Run) -> bool:
 
 @kernel
 def skip(member: Member, options: Options) -> int:
-    """Make the impacts that are plain, as many as the buffer holds; return their number."""
+    """Make the impacts of harmonic flights, as many as the buffer holds; return their number."""
     run = member.run
     run.counters[N_EVENTS] = 0
     x, past = run.state[X], flight_of(run, run.walker)
     skip_ahead(run, member.plan[UNTIL], options.max_impacts)
     made = run.counters[N_EVENTS]
     if made > 0:
-        tally_stretches(member, options, past, x, run.counters[TOUCHED] != 0, made)
+        observe_stretches(member, options, past, x, run.counters[TOUCHED] != 0, made)
     return made
 
 
 @kernel
 def next_stretch(member: Member, options: Options) -> int:
     """Go to the next event of any kind; return MOVING, or why there is none."""
-    run, plan, tally = member.run, member.plan, member.tally
+    run, plan, values = member.run, member.plan, member.values
     counters = run.counters
     counters[N_EVENTS] = 0
     counters[N_GRAZES] = 0
@@ -249,8 +251,8 @@ def next_stretch(member: Member, options: Options) -> int:
     in_contact = counters[TOUCHED] != 0
     status = stay(run, plan[UNTIL]) if in_contact else fly(run, plan[UNTIL])
     if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
-        tally_stretches(member, options, past, x, in_contact, counters[N_EVENTS])
-    if status == REACHED_END and not (abs(tally[END_X]) < HUGE and abs(tally[END_V]) < HUGE):
+        observe_stretches(member, options, past, x, in_contact, counters[N_EVENTS])
+    if status == REACHED_END and not (abs(values[END_X]) < HUGE and abs(values[END_V]) < HUGE):
         return OVERFLOW
     if counters[N_IMPACTS] >= options.max_impacts and status == MOVING:
         return REACHED_LIMIT
@@ -258,13 +260,13 @@ def next_stretch(member: Member, options: Options) -> int:
 
 
 @kernel
-def tally_stretches(
+def observe_stretches(
     member: Member, options: Options, flight: Flight, x: float, in_contact: bool, count: int
 ) -> None:
-    """Take what is kept from the stretches that end with the events of the buffer, or at the end.
+    """Observe the stretches that end with the events of the buffer, or at the end of the motion.
 
     The first is a flight from x, or a contact. Where there are several events, all but the first
-    end a plain flight, or the tail of a chatter, from the wall where the state is now.
+    end a harmonic flight, or the tail of a chatter, from the wall where the state is now.
     """
     run, plan = member.run, member.plan
     law, region, start, phases, arrival = flight
@@ -273,14 +275,14 @@ def tally_stretches(
         past = Flight(law, region, start, phases, arrival)
         until = events[row, EVENT_T] if count > 0 else plan[UNTIL]
         if until >= plan[SINCE]:
-            tally_stretch(member, options, past, x, in_contact, (until, count == 0))
+            observe_stretch(member, options, past, x, in_contact, (until, count == 0))
         if count == 0:
             set_phases(law, start[0], start[1], phases)
-            end_at(past, x, in_contact, until, member.tally)
+            end_at(past, x, in_contact, until, member.values)
         else:
             if options.section == TANGENTS and (not in_contact or marks[row, KIND] == CONTACT):
                 carry_neighbour(member, past, row)
-            tally_event(member, region, row, options.section)
+            observe_event(member, region, row, options.section)
             x = run.state[X]
             force = constant_force(law, region, x)
             start = (events[row, EVENT_T], events[row, EVENT_T_LOW], events[row, V_AFTER], force)
@@ -288,7 +290,7 @@ def tally_stretches(
 
 
 @formula
-def tally_stretch(
+def observe_stretch(
     member: Member,
     options: Options,
     flight: Flight,
@@ -296,7 +298,7 @@ def tally_stretch(
     in_contact: bool,
     end: tuple[float, bool],
 ) -> None:
-    """Take strobes and extremes from a stretch; ``end`` is when, and whether it is the last."""
+    """Record strobes and extremes of a stretch; ``end`` is its end, and whether it is the last."""
     law, region, start, phases, _ = flight
     since = member.plan[SINCE]
     # A strobe at the very instant of an event belongs to what follows.
@@ -306,15 +308,15 @@ def tally_stretch(
         strobe(member, flight, x, in_contact, before)
     if options.section == TANGENTS:
         strobe_neighbour(member, region, start, before)
-    if options.surveyed and not in_contact:
+    if options.with_extremes and not in_contact:
         set_phases(law, start[0], start[1], phases)
         span = (max(0.0, since - start[0]), (end[0] - start[0]) - start[1])
-        survey(flight, x, span, member.tally)
+        observe_flight(flight, x, span, member.values)
 
 
 @formula
 def carry_neighbour(member: Member, flight: Flight, row: int) -> None:
-    """Take the neighbour along the flight to the event of a row, and over it."""
+    """Carry the neighbour along the flight to the event of a row, and over it."""
     law, region, start, phases, _ = flight
     events, marks = member.run.events, member.run.marks
     t = events[row, EVENT_T]
@@ -328,7 +330,7 @@ def carry_neighbour(member: Member, flight: Flight, row: int) -> None:
     if kind == CONTACT:
         restitution = 0.0
     s = (t - start[0]) + (t_low - start[1])
-    move_neighbour(law, region, s, restitution, jump, member.tally)
+    move_neighbour(law, region, s, restitution, jump, member.values)
 
 
 @kernel
@@ -338,8 +340,8 @@ def run_batch(
     """Follow each member from its state to its limits, or until its patience is spent.
 
     A member whose status is NEW begins at the t, x and v of its state, one that is SPENT is
-    resumed where it was; others are left alone. Once the only entry of ``stop``, which another
-    thread may write, is not 0 all is left where it is.
+    resumed where it was; others are left alone. The call returns once another thread
+    sets the only entry of ``stop`` to a value other than 0.
     """
     n = batch.which.shape[0]
     many = n > FEWEST
@@ -366,7 +368,7 @@ def fill_blocks(
     taken: int,
     many: bool,
 ) -> tuple[int, int]:
-    """Bring members from the i-th on to where they are plain, until all slots are taken.
+    """Bring members from the i-th on to harmonic flights, until all slots are taken.
 
     Return who is next, and how many slots are taken. Where there are not ``many`` members they
     are followed to their ends.
@@ -422,8 +424,8 @@ def serve_block(
 @formula
 def load_slot(member: Member, options: Options, block: Floats, slot: int) -> None:
     """Load a member that leaves its wall into a slot."""
-    run, plan, tally = member.run, member.plan, member.tally
-    from_start = options.section == TANGENTS or tally.shape[0] > TALLIES
+    run, plan, values = member.run, member.plan, member.values
+    from_start = options.section == TANGENTS or values.shape[0] > N_OBSERVABLES
     since = -math.inf if from_start else plan[SINCE]
     load_law(block, slot, run.law, run.counters[REGION], since, plan[UNTIL])
     load_state(block, slot, run.state, options.max_impacts - run.counters[N_IMPACTS])
@@ -440,7 +442,7 @@ def serve_slot(member: Member, options: Options, block: Floats, slot: int, many:
         return follow(member, options, many)
     if block[MODE * SLOTS + slot] == LANDED:
         if block[DONE * SLOTS + slot] == 0.0:
-            tally_landing(member, options, block, slot)
+            observe_landing(member, options, block, slot)
         block[DONE * SLOTS + slot] = 1.0
         if counters[N_IMPACTS] < options.max_impacts:
             return MOVING
@@ -458,15 +460,15 @@ def serve_slot(member: Member, options: Options, block: Floats, slot: int, many:
 
 @formula
 def count_impact(member: Member, options: Options, block: Floats, slot: int) -> bool:
-    """Tally a plain flight and its impact; return False where more is kept than its tallies."""
-    plan, tally = member.plan, member.tally
+    """Count a harmonic flight and its impact; return False where more of it is kept."""
+    plan, values = member.plan, member.values
     until = block[NEXT_AT * SLOTS + slot]
     if block[DONE * SLOTS + slot] == 1.0 or until < block[COUNTED_FROM * SLOTS + slot]:
         return True
-    if options.section == TANGENTS or options.surveyed:
+    if options.section == TANGENTS or options.with_extremes:
         return False
-    if tally.shape[0] > TALLIES:
-        note_peak(until, abs(block[BEFORE * SLOTS + slot]), tally)
+    if values.shape[0] > N_OBSERVABLES:
+        note_peak(until, abs(block[BEFORE * SLOTS + slot]), values)
         if until < plan[SINCE]:
             return True
     if options.section == STROBES and is_strobe_due(member, until):
@@ -476,7 +478,7 @@ def count_impact(member: Member, options: Options, block: Floats, slot: int) -> 
     sign = block[SIGN * SLOTS + slot]
     speeds = (sign * block[BEFORE * SLOTS + slot], sign * block[NEXT_SPEED * SLOTS + slot])
     instant = (until, block[NEXT_AT_LOW * SLOTS + slot])
-    tally_impact(member, instant, speeds, 0.0 if sign > 0.0 else 1.0, options.section)
+    observe_impact(member, instant, speeds, 0.0 if sign > 0.0 else 1.0, options.section)
     return True
 
 
@@ -489,8 +491,8 @@ def landed_flight(run: Run, block: Floats, slot: int) -> Flight:
 
 
 @formula
-def tally_landing(member: Member, options: Options, block: Floats, slot: int) -> None:
-    """Take what is kept from the flight and the impact that a round has made."""
+def observe_landing(member: Member, options: Options, block: Floats, slot: int) -> None:
+    """Observe the flight and the impact of a round."""
     run = member.run
     events, marks = run.events, run.marks
     sign = block[SIGN * SLOTS + slot]
@@ -503,4 +505,4 @@ def tally_landing(member: Member, options: Options, block: Floats, slot: int) ->
     marks[0, BOUND] = int(run.law[flight.region, NUMBER]) + (0 if sign > 0.0 else 1)
     marks[0, NEXT_REGION] = flight.region
     in_contact = run.counters[TOUCHED] != 0
-    tally_stretches(member, options, flight, run.state[X], in_contact, int(ONE))
+    observe_stretches(member, options, flight, run.state[X], in_contact, int(ONE))

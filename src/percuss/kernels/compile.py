@@ -42,6 +42,8 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
     # Kernels are called by name, never through a C pointer: a tenth less to compile.
     "no_cfunc_wrapper": True,
+    # Said for each: a function that is compiled for a `formula` would take this over from it.
+    "forceinline": False,
 }
 
 
@@ -178,10 +180,11 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def formula(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a kernel that is written out wherever it is called, so that loops of it are vectors.
+    """Compile a kernel that is written out wherever it is called.
 
-    Elsewhere the compiler weighs whether to write a kernel out or to call it, and a loop with a
-    call in it stays one number at a time.
+    For any other kernel the compiler weighs whether to write it out or to call it. A loop of
+    formulas becomes vector instructions, where one with a call in it handles one number at a time;
+    and a general flight saves a call in each of its four hottest functions.
 
     Parameters
     ----------

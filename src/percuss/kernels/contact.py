@@ -1,4 +1,4 @@
-"""What a wall does: the end of a chatter, contact, and its release.
+"""The end of a chatter, contact with a wall, and release from it.
 
 A force that is a difference of larger terms, such as 3 - 4 cos t + cos 2t next to t = 0, has no
 digits left in doubles where it is below some 1e-15 of them. There it is summed in pairs of doubles
@@ -23,7 +23,7 @@ from percuss.kernels.arithmetic import (
 )
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import force_and_slopes, force_derivative, set_phases
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     COSINE,
     DAMPING,
     FIRST_HARMONIC,

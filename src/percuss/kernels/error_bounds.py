@@ -31,7 +31,7 @@ from percuss.kernels.flight import (
     set_phases,
     sizes,
 )
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     DAMPING,
     FORCE_BOUND,
     LOWER,
@@ -70,7 +70,8 @@ from percuss.kernels.tangent import delayed_start, propagator
 GENERATORS = 96
 # Generators that one event adds at most.
 ADDED = 8
-# Roundings of a landing's last step, relative to v: those of `landing.is_settled`, and of the sum.
+# Roundings of a landing's last step, relative to v: those of `event_location.is_settled`, and of
+# the sum.
 LANDING = 40 * ULP
 # An error is carried on as long as it moves a velocity by no more than this part of it ...
 PART = 0.25
@@ -148,7 +149,7 @@ def total(errors: Errors, row: int) -> float:
     size = 0.0
     for i in range(count[0]):
         size += abs(rows[row, i])
-    # A sum that is no number bounds nothing.
+    # A NaN bounds nothing.
     if not size < math.inf:
         return math.inf
     return size

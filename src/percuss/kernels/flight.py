@@ -28,8 +28,8 @@ from percuss.kernels.arithmetic import (
     exponential_less_one,
     exponentials,
 )
-from percuss.kernels.compile import kernel
-from percuss.kernels.law import (
+from percuss.kernels.compile import formula, kernel
+from percuss.kernels.law_columns import (
     AMPLITUDE,
     BOUND_OF_V,
     BOUND_OF_X,
@@ -96,7 +96,7 @@ class Flight(NamedTuple):
 
 @kernel
 def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]:
-    """Return (S, c, D) at s: the response to a unit blow, S' + a S, the response to a unit force.
+    """Return (S, c, D) at s: the responses to a unit impulse and a unit force, c = S' + a S.
 
     S'' + 2 a S' + K S = 0 with S(0) = 0, S'(0) = 1; c is exp(-a s) cos(RATE s) or its hyperbolic
     form, so that S' = c - a S; D is the integral of S.
@@ -106,7 +106,7 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
     if law[region, OVERDAMPED] == 1.0:
         slow = exponential(law[region, SLOW_ROOT] * s)
         shrink = exponential_less_one(-2.0 * rate * s)
-        blow = slow * (-shrink) / (2.0 * rate)
+        impulse = slow * (-shrink) / (2.0 * rate)
         even = slow * (1.0 + 0.5 * shrink)
         if law[region, QUICKEST] * s < SERIES_LIMIT:
             force = force_series(damping, law[region, STIFFNESS], s)
@@ -119,20 +119,20 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
                 )
             force = (slow_part - fast_part) / (2.0 * rate)
         else:
-            force = (1.0 - even - damping * blow) * law[region, PER_STIFFNESS]
-        return blow, even, force
+            force = (1.0 - even - damping * impulse) * law[region, PER_STIFFNESS]
+        return impulse, even, force
     shrink = 1.0
     lost = 0.0
     if damping > 0.0:
         shrink, lost = exponentials(-damping * s)
     if rate == 0.0:
-        blow = shrink * s
+        impulse = shrink * s
         even = shrink
         square = 0.0
     else:
         half_cos, half_sin = cos_sin(law[region, HALF_TURNS], law[region, HALF_TURNS_LOW], s, 0.0)
         square = 2.0 * half_sin * half_sin
-        blow = shrink * half_sin * half_cos * law[region, TWICE_PER_RATE]
+        impulse = shrink * half_sin * half_cos * law[region, TWICE_PER_RATE]
         # Of the two forms the one whose square is the small one.
         even = shrink * (1.0 - square if square < 1.0 else 2.0 * half_cos * half_cos - 1.0)
     if law[region, QUICKEST] * s < SERIES_LIMIT:
@@ -141,8 +141,8 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
         force = square * law[region, PER_STIFFNESS]
     else:
         # 1 - even, without the cancellation of small damping near a whole period.
-        force = (shrink * square - lost - damping * blow) * law[region, PER_STIFFNESS]
-    return blow, even, force
+        force = (shrink * square - lost - damping * impulse) * law[region, PER_STIFFNESS]
+    return impulse, even, force
 
 
 @kernel
@@ -163,22 +163,22 @@ def force_series(damping: float, stiffness: float, s: float) -> float:
     return total
 
 
-@kernel
+@formula
 def harmonic_response(
-    law: Law, region: int, j: int, s: float, blow: float, even: float, turn: tuple[float, float]
+    law: Law, region: int, j: int, s: float, impulse: float, even: float, turn: tuple[float, float]
 ) -> tuple[float, float]:
     """Return (Re Q_j, Im Q_j) at s: the responses to cos(w_j s) and to sin(w_j s).
 
-    ``blow`` and ``even`` are S(s) and c(s); ``turn`` is (cos, sin) of w_j s.
+    ``impulse`` and ``even`` are S(s) and c(s); ``turn`` is (cos, sin) of w_j s.
     """
     omega = law[FIRST_HARMONIC + j, OMEGA]
     response = region + 1 + j
     if max(law[region, QUICKEST], omega) * s < SERIES_LIMIT:
         return harmonic_series(law[region, DAMPING], law[region, STIFFNESS], omega, s)
     if law[response, NEAR] == 1.0:
-        return near_response(law, region, j, s, blow, even, turn)
-    over_re = turn[0] - even - law[region, DAMPING] * blow
-    over_im = turn[1] - omega * blow
+        return near_response(law, region, j, s, impulse, even, turn)
+    over_re = turn[0] - even - law[region, DAMPING] * impulse
+    over_im = turn[1] - omega * impulse
     gain_re = law[response, GAIN_RE]
     gain_im = law[response, GAIN_IM]
     return (
@@ -224,9 +224,9 @@ def harmonic_series(
     return total_re, total_im
 
 
-@kernel
+@formula
 def near_response(
-    law: Law, region: int, j: int, s: float, blow: float, even: float, turn: tuple[float, float]
+    law: Law, region: int, j: int, s: float, impulse: float, even: float, turn: tuple[float, float]
 ) -> tuple[float, float]:
     """Return (Re Q_j, Im Q_j) at s with i w_j at, or near, a characteristic root r1.
 
@@ -239,20 +239,20 @@ def near_response(
     # r1 - r2, and the exponentials of both roots: half their sum, and half their difference.
     apart_re = 2.0 * law[region, RATE] * law[region, OVERDAMPED]
     apart_im = 2.0 * law[region, RATE] - apart_re
-    root_re = 0.5 * apart_re * blow
-    root_im = 0.5 * apart_im * blow
+    root_re = 0.5 * apart_re * impulse
+    root_im = 0.5 * apart_im * impulse
     if (gap_re * gap_re + gap_im * gap_im) * s * s > 1.0:
         near_re, near_im = quotient(turn[0] - even - root_re, turn[1] - root_im, gap_re, gap_im)
     else:
         # exp(r1 s) times (exp(gap s) - 1) / gap, or s where the gap is closed.
-        _, half = cosine_sine(0.5 * gap_im * s)
-        cosine, sine = cosine_sine(gap_im * s)
-        grow = exponential_less_one(gap_re * s)
-        top_re = grow * cosine - 2.0 * half * half
-        top_im = (1.0 + grow) * sine
         mean_re = s
         mean_im = 0.0
         if gap_re != 0.0 or gap_im != 0.0:
+            _, half = cosine_sine(0.5 * gap_im * s)
+            cosine, sine = cosine_sine(gap_im * s)
+            grow = exponential_less_one(gap_re * s)
+            top_re = grow * cosine - 2.0 * half * half
+            top_im = (1.0 + grow) * sine
             mean_re, mean_im = quotient(top_re, top_im, gap_re, gap_im)
         near_re = (even + root_re) * mean_re - root_im * mean_im
         near_im = (even + root_re) * mean_im + root_im * mean_re
@@ -337,15 +337,15 @@ def force_and_slopes(law: Law, phases: Floats) -> tuple[float, float, float]:
     return force, slope, bend
 
 
-@kernel
+@formula
 def move(flight: Flight, s: float) -> tuple[float, float]:
     """Return (y, v) a time s after the start; ``flight.arrival`` receives the phases there."""
     law, region, start, phases, arrival = flight
     _, _, v0, force = start
-    blow, even, rise = free_response(law, region, s)
+    impulse, even, rise = free_response(law, region, s)
     # The terms of the forces are summed first: a rounding of the larger whole would stay in it.
     y = force * rise
-    v = force * blow - v0 * law[region, DAMPING] * blow
+    v = force * impulse - v0 * law[region, DAMPING] * impulse
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         cos0 = phases[j, 0]
@@ -353,14 +353,14 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
         turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
         arrival[j, 0] = cos0 * turn[0] - sin0 * turn[1]
         arrival[j, 1] = sin0 * turn[0] + cos0 * turn[1]
-        to_cos, to_sin = harmonic_response(law, region, j, s, blow, even, turn)
+        to_cos, to_sin = harmonic_response(law, region, j, s, impulse, even, turn)
         in_phase = law[harmonic, COSINE] * cos0 + law[harmonic, SINE] * sin0
         quadrature = law[harmonic, SINE] * cos0 - law[harmonic, COSINE] * sin0
         y += in_phase * to_cos + quadrature * to_sin
         # Q' = S + i w Q.
         omega = law[harmonic, OMEGA]
-        v += in_phase * (blow - omega * to_sin) + quadrature * omega * to_cos
-    return v0 * blow + y, v0 * even + v
+        v += in_phase * (impulse - omega * to_sin) + quadrature * omega * to_cos
+    return v0 * impulse + y, v0 * even + v
 
 
 @kernel
@@ -368,7 +368,7 @@ def uncertainty(flight: Flight, s: float) -> float:
     """Return a bound on the rounding error of the displacement a time s after the start.
 
     It is the error of evaluation and that of a relative rounding of the starting velocity and of
-    each force, which no later care can undo.
+    each force, which no later step can undo.
     """
     return uncertainties(flight, s)[0]
 
@@ -393,9 +393,9 @@ def sizes(flight: Flight, s: float) -> tuple[float, float]:
     """Return the sums of the magnitudes of the terms of y and of v a time s after the start."""
     law, region, start, phases, _ = flight
     _, _, v0, force = start
-    blow, even, rise = free_response(law, region, s)
-    size = abs(v0 * blow) + abs(force * rise)
-    speed = abs(v0) * (abs(even) + law[region, DAMPING] * abs(blow)) + abs(force * blow)
+    impulse, even, rise = free_response(law, region, s)
+    size = abs(v0 * impulse) + abs(force * rise)
+    speed = abs(v0) * (abs(even) + law[region, DAMPING] * abs(impulse)) + abs(force * impulse)
     n = phases.shape[0]
     for j in range(n):
         response = region + 1 + j
@@ -403,16 +403,16 @@ def sizes(flight: Flight, s: float) -> tuple[float, float]:
         # No response to a bounded force exceeds the one to its bound while S >= 0.
         limit = 0.5 * s * s
         if s * max(law[region, QUICKEST], omega) >= SERIES_LIMIT:
-            terms = 1.0 + abs(even) + (law[region, DAMPING] + omega) * abs(blow)
+            terms = 1.0 + abs(even) + (law[region, DAMPING] + omega) * abs(impulse)
             limit = terms * (abs(law[response, GAIN_RE]) + abs(law[response, GAIN_IM]))
             if law[response, NEAR] == 1.0:
                 limit = (
-                    s * (abs(even) + law[region, RATE] * abs(blow)) / law[region, RATE]
+                    s * (abs(even) + law[region, RATE] * abs(impulse)) / law[region, RATE]
                     + terms / omega**2
                 )
         size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
         # Q' = S + i w Q.
-        speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(blow) + omega * limit)
+        speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(impulse) + omega * limit)
     return size, speed
 
 

@@ -1,12 +1,12 @@
-"""Plain flights of many motions in lockstep: one instruction moves eight of them.
+"""Harmonic flights of many motions in lockstep: one instruction moves eight of them.
 
 Each motion has a *slot* of a *block*: one flat array, row after row, that holds the law, the state
 and the intermediate numbers of a flight, so that a loop over the slots reads and writes whole
 vectors. A round takes each motion of a block from one impact to the next by the formulas of
-`plain`, stage by stage; a stage is a loop over slots without branches, which the compiler turns
-into vector instructions. The numbers of a motion go through the same operations whatever the
-other slots hold, so its bits are those of `plain_flights`. What is not plain is marked, and left
-to the caller.
+`harmonic_flight`, stage by stage; a stage is a loop over slots without branches, which the
+compiler turns into vector instructions. The numbers of a motion go through the same operations
+whatever the other slots hold, so its bits are those of `harmonic_flights`. Any other flight is
+marked, and left to the caller.
 """
 
 from __future__ import annotations
@@ -14,7 +14,27 @@ from __future__ import annotations
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.law import (
+from percuss.kernels.harmonic_flight import (
+    MOST_ITERATIONS,
+    Begin,
+    Bounds,
+    FreeMotion,
+    Place,
+    bounds_of,
+    clearance,
+    harmonic_guess,
+    harmonic_impact,
+    harmonic_iteration,
+    harmonic_landing,
+    harmonic_step,
+    harmonic_walk,
+    is_end,
+    is_first,
+    margins,
+    motion_of,
+    pushes,
+)
+from percuss.kernels.law_columns import (
     COSINE,
     FIRST_HARMONIC,
     LOWER_FORCE,
@@ -27,26 +47,6 @@ from percuss.kernels.law import (
     Law,
 )
 from percuss.kernels.next_event import STEPS_A_WALK
-from percuss.kernels.plain import (
-    MOST_ITERATIONS,
-    Begin,
-    Bounds,
-    FreeMotion,
-    Place,
-    bounds_of,
-    clearance,
-    is_end,
-    is_first,
-    margins,
-    motion_of,
-    plain_guess,
-    plain_impact,
-    plain_iteration,
-    plain_landing,
-    plain_step,
-    plain_walk,
-    pushes,
-)
 from percuss.kernels.record import FASTEST, T_LOW, T, V
 from percuss.kernels.step import Walk, walk_of
 
@@ -68,8 +68,8 @@ S, BEFORE, S_LOW, NEXT_AT, NEXT_AT_LOW, NEXT_SPEED = range(58, 64)
 COUNTED_FROM, LEFT, DONE = range(64, 67)
 ROWS = 67
 # The mode of a slot: empty; between flights; on the walk; on a step that ends in the wall; at a
-# step that is not clear; landed; at something that is not plain.
-ABSENT, READY, WALKING, ENDING, DOUBTFUL, LANDED, NOT_PLAIN = (float(mode) for mode in range(7))
+# step that is not clear; landed; at something that is no harmonic flight.
+ABSENT, READY, WALKING, ENDING, DOUBTFUL, LANDED, NOT_HARMONIC = (float(mode) for mode in range(7))
 # With no more motions left in a block than this, one by one is quicker.
 FEW = 3
 
@@ -208,9 +208,9 @@ def place_at(block: Floats, i: int) -> Place:
 
 @kernel
 def fly_round(block: Floats) -> int:
-    """Take each motion of a block to its next impact; return how many are not DONE with that.
+    """Take each motion of a block to its next impact; return how many are not DONE.
 
-    Those have landed at an impact that is to be kept or is their last, or are NOT_PLAIN.
+    Those have landed at an impact that is to be kept or is their last, or are NOT_HARMONIC.
     """
     take_off(block)
     walk_on(block)
@@ -252,9 +252,9 @@ def take_off(block: Floats) -> None:
 
 @kernel
 def walk_on(block: Floats) -> None:
-    """Walk until each motion is at a step that ends in the wall, or is not plain."""
+    """Walk until each motion is at a step that ends in the wall, or needs another search."""
     for _ in range(STEPS_A_WALK // 2):
-        # There and back between two sets of rows: read and written at once a row is slow.
+        # Two sets of rows in turn: a loop that reads and writes the same row is slow.
         step_all(block, 0, OTHER)
         if step_all(block, OTHER, 0) <= FEW:
             break
@@ -282,7 +282,7 @@ def step_all(block: Floats, source: int, target: int) -> int:
             block[(source + WALK_PUSH) * SLOTS + i],
             block[(source + WALK_RATE) * SLOTS + i],
         )
-        after = plain_step(walk, pull, before)
+        after = harmonic_step(walk, pull, before)
         clear = clearance(step, count == 0.0, before, after, bow, slack) > slack
         stops = ENDING if is_end(count == 0.0, before, after, slack) else DOUBTFUL
         walks = mode == WALKING
@@ -303,10 +303,10 @@ def walk_alone(block: Floats, i: int) -> None:
     margin = (block[BOW * SLOTS + i], block[SLACK * SLOTS + i])
     step = block[BOUNDS * SLOTS + i]
     count = int(block[COUNT * SLOTS + i])
-    k, after, _ = plain_walk(
+    k, after, _ = harmonic_walk(
         walk_at(block, i), step, block[PULL * SLOTS + i], margin, count, place_at(block, i)
     )
-    block[MODE * SLOTS + i] = ENDING if k >= 0 else NOT_PLAIN
+    block[MODE * SLOTS + i] = ENDING if k >= 0 else NOT_HARMONIC
     block[COUNT * SLOTS + i] = float(k)
     block[Y * SLOTS + i] = after[0]
     block[W * SLOTS + i] = after[1]
@@ -320,8 +320,8 @@ def aim(block: Floats) -> None:
     for i in range(SLOTS):
         step = block[BOUNDS * SLOTS + i]
         before = place_at(block, i)
-        after = plain_step(walk_at(block, i), block[PULL * SLOTS + i], before)
-        part = plain_guess(motion_at(block, i), step, block[PULL * SLOTS + i], before, after)
+        after = harmonic_step(walk_at(block, i), block[PULL * SLOTS + i], before)
+        part = harmonic_guess(motion_at(block, i), step, block[PULL * SLOTS + i], before, after)
         block[S * SLOTS + i] = step * block[COUNT * SLOTS + i] + step * part
 
 
@@ -338,13 +338,13 @@ def land_all(block: Floats) -> None:
     for i in range(SLOTS):
         s = block[S * SLOTS + i]
         if block[MODE * SLOTS + i] == ENDING and s > 0.0:
-            end, v, s_low = plain_landing(
+            end, v, s_low = harmonic_landing(
                 motion_at(block, i), bounds_at(block, i), begin_at(block, i), s, iterations
             )
             block[S * SLOTS + i] = end
             block[BEFORE * SLOTS + i] = v
             block[S_LOW * SLOTS + i] = s_low
-            block[MODE * SLOTS + i] = LANDED if end > 0.0 else NOT_PLAIN
+            block[MODE * SLOTS + i] = LANDED if end > 0.0 else NOT_HARMONIC
 
 
 @kernel
@@ -360,7 +360,7 @@ def iterate_all(block: Floats) -> int:
         s_low_before = block[S_LOW * SLOTS + i]
         motion = motion_at(block, i)
         bounds = bounds_at(block, i)
-        settled, end, v, s_low = plain_iteration(
+        settled, end, v, s_low = harmonic_iteration(
             motion, bounds, begin_at(block, i), s if active else 1.0
         )
         block[S * SLOTS + i] = end if active else s
@@ -373,7 +373,7 @@ def iterate_all(block: Floats) -> int:
 
 @kernel
 def strike_all(block: Floats) -> int:
-    """Rebound where a landing is plainly the first of its flight and its impact is plain."""
+    """Rebound where a landing is clearly the first of its flight and its impact is regular."""
     not_done = 0
     for i in range(SLOTS):
         mode = block[MODE * SLOTS + i]
@@ -386,17 +386,17 @@ def strike_all(block: Floats) -> int:
         instant = (block[AT * SLOTS + i], block[AT_LOW * SLOTS + i])
         restitution = block[RESTITUTION * SLOTS + i]
         fastest = block[FASTEST_YET * SLOTS + i]
-        t, t_low, speed, plain = plain_impact(
+        t, t_low, speed, regular = harmonic_impact(
             instant, landed, restitution, fastest, block[T_END * SLOTS + i]
         )
-        fine = (mode == LANDED) & first & plain
+        fine = (mode == LANDED) & first & regular
         absent = mode == ABSENT
         left = block[LEFT * SLOTS + i] - (1.0 if fine else 0.0)
         done = absent | (fine & (t < block[COUNTED_FROM * SLOTS + i]) & (left > 0.0))
         not_done += int(not done)
         block[DONE * SLOTS + i] = 1.0 if done else 0.0
         block[LEFT * SLOTS + i] = left
-        block[MODE * SLOTS + i] = LANDED if fine else (ABSENT if absent else NOT_PLAIN)
+        block[MODE * SLOTS + i] = LANDED if fine else (ABSENT if absent else NOT_HARMONIC)
         block[NEXT_AT * SLOTS + i] = t if fine else instant[0]
         block[NEXT_AT_LOW * SLOTS + i] = t_low if fine else instant[1]
         block[NEXT_SPEED * SLOTS + i] = speed if fine else block[SPEED * SLOTS + i]

@@ -10,19 +10,20 @@ from percuss.arrays import Floats
 from percuss.kernels.arithmetic import Pair, later
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING, chatter_time, push, release_time
+from percuss.kernels.event_location import GRAZE, NONE, is_fast, rest_at_landing
 from percuss.kernels.flight import Flight, constant_force, force_and_slopes, set_phases
-from percuss.kernels.landing import GRAZE, NONE, is_fast, rest_at_landing
-from percuss.kernels.law import (
+from percuss.kernels.harmonic_flight import harmonic_flights
+from percuss.kernels.law_columns import (
     EDGE,
     FIRST_HARMONIC,
     FORCE_BOUND,
+    HARMONIC,
     LOWER,
     LOWER_ENTRY,
     LOWER_FORCE,
     LOWER_KIND,
     LOWER_RESTITUTION,
     NUMBER,
-    PLAIN,
     UPPER,
     UPPER_ENTRY,
     UPPER_FORCE,
@@ -31,7 +32,6 @@ from percuss.kernels.law import (
     WALL,
 )
 from percuss.kernels.next_event import PAUSE, NextEvent, next_event
-from percuss.kernels.plain import plain_flights
 from percuss.kernels.record import (
     AT_REST,
     BOUND,
@@ -77,7 +77,7 @@ from percuss.kernels.record import (
     X,
 )
 
-# Plain impacts between two checks of the patience.
+# Harmonic impacts between two checks of the patience.
 PLAIN_AT_ONCE = 10_000
 
 
@@ -91,14 +91,14 @@ def march(run: Run, t_end: float, max_impacts: int, patience: int) -> int:
     if counters[N_EVENTS] == 0:
         begin(run)
     status = MOVING
-    plain = law[counters[REGION], PLAIN] == 1.0
+    is_harmonic = law[counters[REGION], HARMONIC] == 1.0
     while status == MOVING:
         if counters[N_EVENTS] + 2 > len(events) or counters[N_GRAZES] + 1 > len(grazes):
             return FULL
         if patience == 0:
             return SPENT
         patience -= 1
-        if plain and counters[TOUCHED] == 0 and state[FREE_BELOW] + state[FREE_ABOVE] == 0.0:
+        if is_harmonic and counters[TOUCHED] == 0 and state[FREE_BELOW] + state[FREE_ABOVE] == 0.0:
             skip_ahead(run, t_end, max_impacts)
             if counters[N_IMPACTS] >= max_impacts:
                 return REACHED_LIMIT
@@ -112,7 +112,7 @@ def march(run: Run, t_end: float, max_impacts: int, patience: int) -> int:
 
 @kernel
 def skip_ahead(run: Run, t_end: float, max_impacts: int) -> None:
-    """Make the impacts that are plain, from a state on the wall with velocity off it."""
+    """Make the impacts of harmonic flights, from a state on the wall with velocity off it."""
     law, state, counters, phases = run.law, run.state, run.counters, run.phases
     events, marks = run.events, run.marks
     region = counters[REGION]
@@ -123,7 +123,7 @@ def skip_ahead(run: Run, t_end: float, max_impacts: int) -> None:
     first = counters[N_EVENTS]
     last = min(len(events) - 2, first + min(max_impacts - counters[N_IMPACTS], PLAIN_AT_ONCE))
     begin = (state[T], state[T_LOW], state[V], state[FASTEST])
-    made, state[FASTEST] = plain_flights(law, region, begin, t_end, phases, events, first, last)
+    made, state[FASTEST] = harmonic_flights(law, region, begin, t_end, phases, events, first, last)
     if made == 0:
         return
     bound = int(law[region, NUMBER]) + (0 if sign > 0.0 else 1)

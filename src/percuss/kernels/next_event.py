@@ -4,12 +4,12 @@ The flight is walked in steps of a fixed length. A step costs a few multiplicati
 after it is a fixed linear map of the state and of the force's phasors before it. On each step the
 displacement lies between the Bernstein coefficients of the cubic through both ends, to within
 h^4 / 384 times a bound of the fourth derivative: where these clear both bounds, no event has been
-passed; any other step goes to `landing`. Steps never enter a result: an event is computed from
-the closed form at the start of the flight.
+passed; any other step goes to `event_location`. Steps never enter a result: an event is computed
+from the closed form at the start of the flight.
 
 The steps are those of the fastest rate of a region. Where a fast part is small, as what is left of
 a decay in a stiff stop or the answer to a force of very high frequency, and cannot reach a bound,
-the amplitudes of the parts prove longer stretches free of events (`coast`).
+the amplitudes of the parts prove longer stretches free of events (`event_free_until`).
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from percuss.kernels.arithmetic import (
     quintic_root,
 )
 from percuss.kernels.compile import formula, kernel
+from percuss.kernels.event_location import HIT, NONE, departure, first_root, locate_root
 from percuss.kernels.flight import (
     Flight,
     acceleration_and_jerk,
@@ -36,8 +37,7 @@ from percuss.kernels.flight import (
     set_phases,
     uncertainty,
 )
-from percuss.kernels.landing import HIT, NONE, departure, first_touch, land
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     AMPLITUDE,
     BOUND_OF_V,
     BOUND_OF_X,
@@ -80,7 +80,7 @@ Free: TypeAlias = tuple[float, float, float]
 # After so many steps the walk starts afresh from the closed form: its own rounding stays below
 # the slack, and a long flight can be left and taken up again without changing a bit.
 STEPS_A_WALK = 64
-# Walks of one flight between two calls of `coast`, the first after one walk.
+# Walks of one flight between two calls of `event_free_until`, the first after one walk.
 WALKS_TO_A_COAST = 8
 # Allowance for the rounding of amplitudes, far more than it is.
 AMPLITUDE_SLACK = 1e-9
@@ -118,13 +118,13 @@ def slowest(law: Law, region: int, n: int) -> float:
 
 
 @kernel
-def coast(
+def event_free_until(
     flight: Flight,
     s: float,
     reach: tuple[float, float],
     longest: float,
 ) -> float:
-    """Return a time since the start, at least s, up to which a flight provably meets no bound.
+    """Return a time since the start, at least s, up to which a flight provably has no event.
 
     Infinite if it never will. ``arrival`` is scratch; the parts of the motion must be known
     (`slowest`).
@@ -246,12 +246,12 @@ def is_clear(
         error += swing
     else:
         error += swing * (rate * width) ** 4 * (1.0 / 384.0)
-        blow, even, _ = free_response(law, region, width)
-        drag = law[region, DAMPING] * blow
+        impulse, even, _ = free_response(law, region, width)
+        drag = law[region, DAMPING] * impulse
         y0 += z
         v0 += w
-        y1 += (even + drag) * z + blow * w
-        v1 += (even - drag) * w - law[region, STIFFNESS] * blow * z
+        y1 += (even + drag) * z + impulse * w
+        v1 += (even - drag) * w - law[region, STIFFNESS] * impulse * z
     low = min(y0, y1)
     high = max(y0, y1)
     if width < math.inf:
@@ -267,7 +267,7 @@ def is_clear(
     return low - slack > reach[0] and high + slack < reach[1]
 
 
-@kernel
+@formula
 def next_event(flight: Flight, x: float, walker: Floats, free: Pair, longest: float) -> NextEvent:
     """Return (verdict, s, side, v or clearance, rounding bound, free) of the next event.
 
@@ -293,7 +293,7 @@ def next_event(flight: Flight, x: float, walker: Floats, free: Pair, longest: fl
     walks = int(s / (step * STEPS_A_WALK))
     if walks % WALKS_TO_A_COAST == 1 and is_spread(law, region, phases.shape[0]):
         # On a long flight only the slow parts may count.
-        s = coast(flight, s, reach, longest)
+        s = event_free_until(flight, s, reach, longest)
         free = (max(free[0], s), max(free[1], s))
         if s >= longest:
             return NONE, longest, 0.0, 0.0, 0.0, free
@@ -452,7 +452,7 @@ def event_of_step(
     before: tuple[float, float, float, float, float, float],
     after: tuple[float, float],
 ) -> NextEvent:
-    """Return the first event of a step that is not clear, at once where it is a plain crossing.
+    """Return the first event of a step that is not clear, at once where it is a simple crossing.
 
     ``before`` is s, y, v, the second derivative at the beginning of the step, the bound of the
     fourth, and the load of ``walk_error``; ``after`` and ``walker`` are y, v and the phases at
@@ -478,7 +478,7 @@ def event_of_step(
             ends = (begins, pace * v, pace * step * second)
             ends1 = (sign * (y1 - distance), pace * v1, pace * step * second1)
             bracket = (s, s + step, s + step * quintic_root(ends, ends1))
-            end, speed, s_low = land(flight, (sign, distance), bracket)
+            end, speed, s_low = locate_root(flight, (sign, distance), bracket)
             width = end - s
             least = fourth * width**4 * (1.0 / 287.0) + (0.0 if from_bound else slack)
             if begins + THIRD * width * sign * v > least and -THIRD * width * sign * speed > least:
@@ -512,9 +512,9 @@ def first_event(
             return HIT, 0.0, 1.0, start[2], 0.0, free
     below = (NONE, end, 0.0, 0.0, end)
     if reach[0] > -math.inf:
-        below = first_touch(flight, (1.0, reach[0]), (from_lower, end))
+        below = first_root(flight, (1.0, reach[0]), (from_lower, end))
     if reach[1] < math.inf:
-        verdict, s, value, error, clear = first_touch(
+        verdict, s, value, error, clear = first_root(
             flight, (-1.0, reach[1]), (from_upper, below[1])
         )
         if verdict != NONE:

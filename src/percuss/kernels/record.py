@@ -14,7 +14,7 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import Flight, constant_force, force_and_slopes, place, set_phases
-from percuss.kernels.law import N_HARMONICS, Law
+from percuss.kernels.law_columns import N_HARMONICS, Law
 
 # What an event is: column KIND of the marks.
 # (As int64 and not int, for which numba would compile a function anew for each value.)

@@ -15,7 +15,7 @@ from percuss.kernels.flight import (
     set_phases,
     uncertainty,
 )
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     COSINE,
     DAMPING,
     FIRST_HARMONIC,
@@ -219,13 +219,13 @@ def undamped_motion(
         half_cos, half_sin = cos_sin(half_turn, half_turn_low, s, 0.0)
         cosine, sine = cos_sin(turn, turn_low, s, 0.0)
         square = 2.0 * half_sin * half_sin
-        blow = half_sin * half_cos * per_rate
+        impulse = half_sin * half_cos * per_rate
         to_push = (cosine - (1.0 - square)) * amplitude
-        to_rate = (sine - omega * blow) * amplitude
-        motion[0, i] = v0 * blow + (
+        to_rate = (sine - omega * impulse) * amplitude
+        motion[0, i] = v0 * impulse + (
             force * square * per_stiffness + push * to_push + rate * to_rate
         )
-        won = force * blow + push * (blow - omega * to_rate) + rate * omega * to_push
+        won = force * impulse + push * (impulse - omega * to_rate) + rate * omega * to_push
         motion[1, i] = v0 * (1.0 - square) + won
 
 

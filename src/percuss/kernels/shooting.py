@@ -15,6 +15,7 @@ from typing import NamedTuple
 from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import later
 from percuss.kernels.compile import kernel
+from percuss.kernels.event_location import MAX_ITERATIONS
 from percuss.kernels.flight import (
     Flight,
     acceleration_and_jerk,
@@ -25,8 +26,7 @@ from percuss.kernels.flight import (
     set_phases,
     uncertainty,
 )
-from percuss.kernels.landing import MAX_ITERATIONS
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     LOWER_KIND,
     NUMBER,
     UPPER_KIND,
@@ -74,7 +74,7 @@ def factor(law: Law, region: int, bound: int) -> float:
 
 @kernel
 def shoot(problem: ShootingProblem, unknowns: Floats, residual: Floats, jacobian: Floats) -> None:
-    """Write by how much n flights miss their events, and the derivatives of that.
+    """Write the residuals of n flights, and their derivatives by the unknowns.
 
     ``unknowns`` (2 n + 1,) are the instant of event 0, the durations of the flights that follow
     events 0, 1, ..., and the velocities after these events. Residuals 2 i and 2 i + 1 are the
@@ -128,7 +128,7 @@ def turning_points(
 ) -> int:
     """Write (s, y, doubt) of the turning points inside a flight to ``out`` (m, 3); return how many.
 
-    ``search_step`` is the step of the walk (`search`), in which the fastest part of the motion
+    ``search_step`` is the step of the walk (`next_event`), in which the fastest part of the motion
     turns by a radian; 0 at constant acceleration. ``doubt`` bounds the rounding error of y. The
     ends do not count. It stops when ``out`` is full.
     """

@@ -12,7 +12,7 @@ from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import free_response, harmonic_response
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     COSINE,
     DAMPING,
     FIRST_HARMONIC,
@@ -51,21 +51,21 @@ def fill_steps(law: Law) -> None:
     for number in range(int(law[0, N_REGIONS])):
         region = FIRST_HARMONIC + n + number * (1 + n)
         step = law[region, STEP]
-        blow, even, rise = free_response(law, region, step)
-        law[region, X_OF_X] = even + law[region, DAMPING] * blow
-        law[region, X_OF_V] = blow
-        law[region, V_OF_X] = -law[region, STIFFNESS] * blow
-        law[region, V_OF_V] = even - law[region, DAMPING] * blow
+        impulse, even, rise = free_response(law, region, step)
+        law[region, X_OF_X] = even + law[region, DAMPING] * impulse
+        law[region, X_OF_V] = impulse
+        law[region, V_OF_X] = -law[region, STIFFNESS] * impulse
+        law[region, V_OF_V] = even - law[region, DAMPING] * impulse
         law[region, X_OF_FORCE] = rise
-        law[region, V_OF_FORCE] = blow
+        law[region, V_OF_FORCE] = impulse
         for j in range(n):
             harmonic = FIRST_HARMONIC + j
             response = region + 1 + j
             turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], step, 0.0)
-            to_cos, to_sin = harmonic_response(law, region, j, step, blow, even, turn)
+            to_cos, to_sin = harmonic_response(law, region, j, step, impulse, even, turn)
             law[response, X_OF_COS] = to_cos
             law[response, X_OF_SIN] = to_sin
-            law[response, V_OF_COS] = blow - law[harmonic, OMEGA] * to_sin
+            law[response, V_OF_COS] = impulse - law[harmonic, OMEGA] * to_sin
             law[response, V_OF_SIN] = law[harmonic, OMEGA] * to_cos
             law[response, STEP_COS] = turn[0]
             law[response, STEP_SIN] = turn[1]
@@ -97,7 +97,7 @@ def step_on(
 
 @kernel
 def walk_of(law: Law, region: int) -> Walk:
-    """Return the map of a region with one harmonic, as `plain.plain_step` takes it."""
+    """Return the map of a region with one harmonic, as `harmonic_flight.harmonic_step` takes it."""
     return (
         law[region, X_OF_FORCE],
         law[region, V_OF_FORCE],

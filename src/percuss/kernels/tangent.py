@@ -25,7 +25,7 @@ from percuss.kernels.flight import (
     restitution_at,
     set_phases,
 )
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     COSINE,
     DAMPING,
     FIRST_HARMONIC,
@@ -67,9 +67,9 @@ def product(left: Matrix, right: Matrix) -> Matrix:
 @kernel
 def propagator(law: Law, region: int, s: float) -> Matrix:
     """Return the derivative of (x, v) after a flight of a time s by (x, v) at its start."""
-    blow, even, _ = free_response(law, region, s)
-    drag = law[region, DAMPING] * blow
-    return even + drag, blow, -law[region, STIFFNESS] * blow, even - drag
+    impulse, even, _ = free_response(law, region, s)
+    drag = law[region, DAMPING] * impulse
+    return even + drag, impulse, -law[region, STIFFNESS] * impulse, even - drag
 
 
 @kernel
@@ -160,17 +160,17 @@ def delayed_start(law: Law, region: int, phases: Floats, s: float) -> tuple[floa
     start. It is the response to the rate of the force: no difference of large terms in short
     flights.
     """
-    blow, even, _ = free_response(law, region, s)
+    impulse, even, _ = free_response(law, region, s)
     dy = 0.0
     dv = 0.0
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         omega = law[harmonic, OMEGA]
         turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
-        to_cos, to_sin = harmonic_response(law, region, j, s, blow, even, turn)
+        to_cos, to_sin = harmonic_response(law, region, j, s, impulse, even, turn)
         in_phase = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
         quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
         # The rate of the phasor (in_phase, quadrature) is omega (quadrature, -in_phase).
         dy += omega * (quadrature * to_cos - in_phase * to_sin)
-        dv += omega * (quadrature * (blow - omega * to_sin) - in_phase * omega * to_cos)
+        dv += omega * (quadrature * (impulse - omega * to_sin) - in_phase * omega * to_cos)
     return dy, dv

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from percuss.model.ball import ball_on_table as ball_on_table
+from percuss.model.bouncing_ball import ball_on_table as ball_on_table
 from percuss.model.exact import Exact as Exact
 from percuss.model.exact import Phase as Phase
 from percuss.model.exact import PiTimes as PiTimes

@@ -230,24 +230,8 @@ _PLAIN_TYPES = frozenset({int, float, Fraction, Decimal, str, PiTimes})
 def whole(name: str, value: object, least: int, most: float = math.inf) -> int:
     """Return a whole number, NumPy's and 4.0 too, as Python's own.
 
-    Parameters
-    ----------
-    name
-        What it is.
-    value
-        The value.
-    least, most
-        The least and the most that is allowed.
-
-    Returns
-    -------
-    int
-        The number.
-
-    Raises
-    ------
-    ParameterError
-        If the value is no whole number, or not between these.
+    A ParameterError with this name is raised where the value is no whole number from ``least`` to
+    ``most``.
 
     Examples
     --------

@@ -14,8 +14,8 @@ from functools import lru_cache
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.kernels import law as at
-from percuss.kernels.law import Law
+from percuss.kernels import law_columns as at
+from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
 from percuss.model.exact import PI, as_fraction
 from percuss.model.forcing import Forcing
@@ -299,4 +299,4 @@ def _mark_simple(row: Floats, responses: Floats) -> None:
     kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
     if len(responses) == 1 and responses[0, at.NEAR] == 0.0:
         row[at.SIMPLE] = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
-        row[at.PLAIN] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING}
+        row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING}

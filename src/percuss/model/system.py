@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import NamedTuple
 
-from percuss.kernels.law import Law
+from percuss.kernels.law_columns import Law
 from percuss.model.faults import Fault, raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import Harmonic

@@ -8,7 +8,7 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     DAMPING,
     FIRST_HARMONIC,
     LOWER_KIND,

@@ -105,10 +105,10 @@ def subset_forcing(m: int) -> Forcing:
 
 
 def contact_time(m: int) -> float:
-    """Return when the motion with the critical velocity of an odd m first touches the wall.
+    """Return when the motion with the critical velocity of an odd m first reaches the wall again.
 
     It is the root of cot(t/(m+1)) + cot((t + pi)/(m+1)) = (m+1) cot t on (pi, 2 pi), which
-    follows from both lines of Dyskin et al. 2012, eq. A6; a second touch, at m pi minus it,
+    follows from both lines of Dyskin et al. 2012, eq. A6; a second contact, at m pi minus it,
     lies in the interval that they name.
 
     Parameters
@@ -133,7 +133,7 @@ def contact_time(m: int) -> float:
     """
     whole("m", m, 2)
     if m % 2 == 0:
-        raise ParameterError("m", m, "even: there is no touch, an impact loses its velocity")
+        raise ParameterError("m", m, "even: there is no contact, an impact loses its velocity")
     gap = m + 1
 
     def tilt(t: float) -> float:
@@ -271,7 +271,7 @@ class SubsetMotion:
 
 
 def harmonic_contact_time(n: int) -> float:
-    """Return when the motion with the critical velocity of an odd n first touches the wall.
+    """Return when the motion with the critical velocity of an odd n first reaches the wall again.
 
     It is pi + eta, where eta is the root of n cot(n eta) = cot(eta) on (pi/n, 2 pi/n). With
     xi = pi/2 - eta this is tan(xi) = n tan(n xi) (Dyskin et al. 2012, eq. 25), of whose roots it
@@ -285,7 +285,7 @@ def harmonic_contact_time(n: int) -> float:
     Returns
     -------
     float
-        The time, in (pi, 2 pi); by symmetry another touch comes at 3 pi minus it.
+        The time, in (pi, 2 pi); by symmetry another contact comes at 3 pi minus it.
 
     Raises
     ------
@@ -297,7 +297,7 @@ def harmonic_contact_time(n: int) -> float:
     >>> harmonic_contact_time(3) / math.pi
     1.5
     """
-    return math.pi + _touch(n)
+    return math.pi + _deepest(n)
 
 
 def harmonic_critical_velocity(n: int) -> float:
@@ -326,7 +326,7 @@ def harmonic_critical_velocity(n: int) -> float:
     >>> harmonic_critical_velocity(3), round(harmonic_critical_velocity(5), 12)
     (0.5, 0.260416666667)
     """
-    eta = _touch(n)
+    eta = _deepest(n)
     return (n - sin(n * eta) / sin(eta)) / (n * n - 1)
 
 
@@ -411,7 +411,7 @@ def _kick(m: int) -> float:
     return 2.0 / (m + 1) * cos_sin(pi_times(1, m + 1))[1]
 
 
-def _touch(n: int) -> float:
+def _deepest(n: int) -> float:
     """Return where sin(n eta)/sin(eta) is lowest on (0, pi)."""
     whole("n", n, 2)
     if n % 2 == 0:

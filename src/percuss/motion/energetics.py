@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from percuss.arrays import Flags, Floats
-from percuss.kernels.law import N_HARMONICS
+from percuss.kernels.law_columns import N_HARMONICS
 from percuss.kernels.sample import drive
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Oscillator

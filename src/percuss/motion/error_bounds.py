@@ -9,7 +9,7 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.error_bounds import GENERATORS, contact_errors
-from percuss.kernels.law import N_HARMONICS
+from percuss.kernels.law_columns import N_HARMONICS
 from percuss.model.exact import PI, angle, as_float, as_fraction
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start

@@ -21,7 +21,7 @@ import numpy as np
 from percuss.arrays import Complexes, Flags, Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.flight import constant_force
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     COSINE,
     DAMPING,
     FIRST_HARMONIC,

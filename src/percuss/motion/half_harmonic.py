@@ -140,19 +140,8 @@ def half_harmonic_two_impacts(t_k: ArrayLike, v_k: ArrayLike) -> Floats:
     """Return the velocity two impacts on, under sin t, for a large velocity.
 
     V_{k+2} = V_k + (pi/2) sin(2 t_k) / V_k + O(V_k^-2), in place of (33) of Dyskin et al. 2012.
-    The phase t_k modulo pi is the same two impacts on, but for O(V_k^-3).
-
-    Parameters
-    ----------
-    t_k
-        Time of an impact [time].
-    v_k
-        Velocity just after it [length/time], large beside 1.
-
-    Returns
-    -------
-    array
-        Velocity just after the second impact from there [length/time].
+    The phase t_k modulo pi is the same two impacts on, but for O(V_k^-3). Time and velocity are
+    those of `half_harmonic_expansion`.
 
     Examples
     --------
@@ -279,24 +268,8 @@ def cosine_eigenset_motion(t: ArrayLike, v0: float) -> tuple[Floats, Floats]:
 
     x = (v0 + s/2) sin s on [2 pi j, 2 pi j + pi] and (v0 + (pi - s)/2) sin s on the half-period
     after it, s counted from the last multiple of pi (Dyskin et al. 2012, eq. 38). For v0 = 0 the
-    mass touches the stop at 2 pi j with no speed: impacts are at the odd multiples of pi only.
-
-    Parameters
-    ----------
-    t
-        Times [time], >= 0.
-    v0
-        Velocity at t = 0 [length/time], >= 0.
-
-    Returns
-    -------
-    tuple of arrays
-        Position [length] and velocity just after an impact [length/time].
-
-    Raises
-    ------
-    ParameterError
-        If v0 is negative.
+    mass reaches the stop at 2 pi j with no speed: impacts are at the odd multiples of pi only.
+    The velocity returned at an impact is that after it; a negative v0 is a ParameterError.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """How long a flight provably meets no stop, asked when the walk of the kernels takes long.
 
-With a spring the answer is that of `next_event.coast`, here for rates of any spread. A mass without
-spring that drifts away is recognised.
+With a spring the answer is that of `next_event.event_free_until`, here for rates of
+any spread. A mass without spring that drifts away is recognised.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import Flight, FlightStart, move, set_phases
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     AMPLITUDE,
     COSINE,
     DAMPING,
@@ -27,7 +27,7 @@ from percuss.kernels.law import (
     UPPER,
     Law,
 )
-from percuss.kernels.next_event import coast, slowest
+from percuss.kernels.next_event import event_free_until, slowest
 from percuss.numerics import exp, hypot
 
 __all__ = ["free_until"]
@@ -60,7 +60,7 @@ def free_until(
     if slowest(law, region, len(phases)) == math.inf:
         return s
     flight = Flight(law, region, start, phases, np.empty_like(phases))
-    return float(coast(flight, s, reach, longest))
+    return float(event_free_until(flight, s, reach, longest))
 
 
 def misses(reach: tuple[float, float], low: float, high: float, size: float) -> bool:

@@ -13,7 +13,7 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
     HALF_TURNS,
     N_HARMONICS,
@@ -29,8 +29,8 @@ from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, end_after_periods, periods_faults, start_faults
 from percuss.model.system import System
 from percuss.motion.outcome import Outcome
-from percuss.motion.progress import RunProgress
 from percuss.motion.reach import free_until
+from percuss.motion.run_progress import RunProgress
 from percuss.motion.trajectory import Trajectory
 
 __all__ = ["MOST_IMPACTS", "simulate"]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import record as columns
-from percuss.kernels.law import N_HARMONICS, PERIOD
+from percuss.kernels.law_columns import N_HARMONICS, PERIOD
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import cycles, evaluate
 from percuss.model.exact import Phase, as_float, reals, whole

@@ -17,11 +17,7 @@ from percuss.plotting.style import Units
 EVEN = 1e-6
 # Behind cells without a number.
 MISSING: dict[str, Any] = {"facecolor": "#FFFFFF", "edgecolor": "#C8C8C8", "hatch": "////"}
-_DIMENSIONS = {
-    "length": "displacement",
-    "time": "duration",
-    "length/time": "velocity",
-}
+_DIMENSIONS = {"length": "displacement", "time": "duration", "length/time": "velocity"}
 
 
 def edges_of(values: Floats) -> Floats:

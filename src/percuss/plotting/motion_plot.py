@@ -109,9 +109,7 @@ def plot_displacement(
         t, x, _ = reduce_to_columns(curve.t, curve.x, np.zeros_like(curve.jumps))
         ax.plot(t, x, color=BLUE, linewidth=WIDTH * _thinness(run, low, high))
         draw_stops(ax, run, curve.x, "y")
-        draw_contacts_in_time(ax, run, low, high, velocity=False)
-        draw_grazes_in_time(ax, run, low, high, velocity=False)
-        _finish(ax, low, high, units, f"displacement $x$\n({units.displacement})")
+        _finish_over_time(ax, run, (low, high), units, velocity=False)
     return ax
 
 
@@ -150,9 +148,7 @@ def plot_velocity(
             before, after = impacts.v_before[shown], impacts.v_after[shown]
             # Not thinner: matplotlib shortens the dashes with the width.
             draw_jumps(ax, impacts.t[shown], before, after, alpha=thinness**2)
-        draw_contacts_in_time(ax, run, low, high, velocity=True)
-        draw_grazes_in_time(ax, run, low, high, velocity=True)
-        _finish(ax, low, high, units, f"velocity $v$\n({units.velocity})")
+        _finish_over_time(ax, run, (low, high), units, velocity=True)
     return ax
 
 
@@ -165,11 +161,18 @@ def _thinness(run: Trajectory, low: float, high: float) -> float:
     return float(np.clip(np.sqrt(DISTINCT / max(n, 1)), 0.4, 1.0))
 
 
-def _finish(ax: Axes, low: float, high: float, units: Units, ylabel: str) -> None:
+def _finish_over_time(
+    ax: Axes, run: Trajectory, window: tuple[float, float], units: Units, *, velocity: bool
+) -> None:
+    """Draw contacts and grazes, and name the axes of a displacement or velocity over time."""
+    low, high = window
+    draw_contacts_in_time(ax, run, low, high, velocity=velocity)
+    draw_grazes_in_time(ax, run, low, high, velocity=velocity)
     if high > low:
         ax.set_xlim(low, high)
     ax.set_xlabel(f"time $t$ ({units.duration})")
-    ax.set_ylabel(ylabel)
+    x, v = f"displacement $x$\n({units.displacement})", f"velocity $v$\n({units.velocity})"
+    ax.set_ylabel(v if velocity else x)
 
 
 @shared_docs

@@ -21,6 +21,7 @@ from percuss.plotting.style import (
     GREY,
     VERMILION,
     Units,
+    check_kind,
     label_phase_plane,
     picture,
     shared_docs,
@@ -57,10 +58,8 @@ def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | N
     ParameterError
         If it is no `PeriodicOrbit`.
     """
-    if not isinstance(orbit, PeriodicOrbit):
-        raise ParameterError("orbit", orbit, "not a PeriodicOrbit")
-    units = units_of(units)
-    run = orbit.trajectory()
+    check_kind("orbit", orbit, PeriodicOrbit)
+    units, run = units_of(units), orbit.trajectory()
     low, high = window_of(run, None)
     curve = sample_curve(run, (low, high))
     with picture(ax, legend=True) as ax:

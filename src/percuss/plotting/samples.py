@@ -31,38 +31,8 @@ MOST_DOTS = 20_000
 DOT_COLUMNS = 500
 
 
-@dataclass(frozen=True, slots=True)
-class SampledMotion:
-    """Points of a motion in the order of time; both limits at an impact.
-
-    Parameters
-    ----------
-    t, x, v
-        (n,) arrays.
-    jumps
-        (n,) bool array, true where the velocity jumps between this point and the next.
-    """
-
-    t: Floats
-    x: Floats
-    v: Floats
-    jumps: Flags
-
-
 def window_of(run: Trajectory, window: tuple[float, float] | None) -> tuple[float, float]:
-    """Return the part of [t0, t_end] that is drawn.
-
-    Parameters
-    ----------
-    run
-        The run.
-    window
-        First and last time; default: the whole run.
-
-    Returns
-    -------
-    tuple of float
-        The first and the last time that are in the run.
+    """Return the first and the last time of a run in a window; by default of the whole run.
 
     Raises
     ------
@@ -85,6 +55,19 @@ def window_of(run: Trajectory, window: tuple[float, float] | None) -> tuple[floa
 def within(t: Floats, low: float, high: float) -> Flags:
     """Return which of the times lie in [low, high]."""
     return np.asarray((t >= low) & (t <= high), dtype=np.bool_)
+
+
+@dataclass(frozen=True, slots=True)
+class SampledMotion:
+    """Points of a motion in the order of time; both limits at an impact.
+
+    ``jumps`` is true where the velocity jumps between a point and the next.
+    """
+
+    t: Floats
+    x: Floats
+    v: Floats
+    jumps: Flags
 
 
 def sample_curve(run: Trajectory, window: tuple[float, float] | None = None) -> SampledMotion:

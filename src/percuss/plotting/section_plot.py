@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from percuss.arrays import Floats
-from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.stops import Wall
 from percuss.orbits.surface.manifolds import Manifolds
@@ -21,6 +20,7 @@ from percuss.plotting.style import (
     SKY_BLUE,
     VERMILION,
     Units,
+    check_kind,
     label_once,
     label_phase_plane,
     picture,
@@ -40,7 +40,7 @@ def plot_singularity_set(
 ) -> Axes:
     """Draw the curves of a singularity set in the impact surface, a colour an iterate.
 
-    Curves of touches of other stops than the set's own have lines of their own.
+    Curves of grazing contacts with other stops than the set's own have lines of their own.
 
     Parameters
     ----------
@@ -52,8 +52,7 @@ def plot_singularity_set(
     ParameterError
         If it is no `SingularitySet`.
     """
-    if not isinstance(found, SingularitySet):
-        raise ParameterError("found", found, "not a SingularitySet")
+    check_kind("found", found, SingularitySet)
     units = units_of(units)
     several = len({curve.touched for curve in found}) > 1
     is_alone = ax is None
@@ -110,10 +109,8 @@ def plot_manifolds(found: Manifolds, ax: Axes | None = None, *, units: Units | N
     ParameterError
         If it is no `Manifolds`.
     """
-    if not isinstance(found, Manifolds):
-        raise ParameterError("found", found, "not a Manifolds")
-    units = units_of(units)
-    is_alone = ax is None
+    check_kind("found", found, Manifolds)
+    units, is_alone = units_of(units), ax is None
     with picture(ax) as ax:
         for kind, colour in KINDS.items():
             pieces = [p for b in found.branches if b.kind == kind for p in b.pieces]

@@ -146,6 +146,12 @@ def units_of(units: Units | None) -> Units:
     return units
 
 
+def check_kind(name: str, value: object, kind: type) -> None:
+    """Raise a ParameterError if what is to be drawn is of another kind."""
+    if not isinstance(value, kind):
+        raise ParameterError(name, value, f"not a {kind.__name__}")
+
+
 def style() -> AbstractContextManager[None]:
     """Return a context in which new artists look like percuss's, and no other do."""
     # The names that matplotlib takes are typed from 3.11 on only.

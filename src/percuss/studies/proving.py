@@ -287,7 +287,7 @@ def _decimals(name: str, balls: Sequence[Ball | None], digits: int) -> dict[str,
 
 def _largest_radius(balls: Sequence[Ball]) -> str:
     """Return the largest radius in words, rounded up; it may lie below the smallest float."""
-    from percuss.certified.balls import upwards
+    from percuss.certified.ball_arithmetic import upwards
 
     return upwards(max(ball.arb.rad() for ball in balls), 2)
 

@@ -26,15 +26,7 @@ _STOPS = {"wall": "Wall", "soft": "SoftStop"}
 def python_text(study: Study) -> str:
     """Return a script that computes the answer of a study and draws it.
 
-    Parameters
-    ----------
-    study
-        The study.
-
-    Returns
-    -------
-    str
-        Python, with every number as it was given.
+    Every number stands as it was given.
 
     Examples
     --------

@@ -12,7 +12,6 @@ from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.model.stops import SoftStop, Wall
 from percuss.motion.outcome import Outcome
-from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits import PeriodicOrbit
 from percuss.orbits.finding.find import find_orbit
@@ -226,13 +225,8 @@ def _is_near(orbit: PeriodicOrbit, speed: float) -> bool:
 
 
 def _settled(study: Study, running: RunningRequest) -> Trajectory:
-    start = motion_of(study).start
-    return simulate(
-        study.oscillator,
-        study.forcing,
-        start.x0,
-        start.v0,
-        start.t0,
+    return motion_of(study).simulated(
+        study,
         periods=SETTLING + LOOKED_AT,
         max_impacts=MOST_IMPACTS,
         progress=running.progress(0.0, 0.0, PATIENCE),

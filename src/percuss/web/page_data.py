@@ -52,7 +52,7 @@ def page_data(report: Path | None = None) -> dict[str, object]:
 def claims_of(report: Path) -> list[dict[str, str]]:
     """Return the claims of a report with their verdicts; none where they cannot be read."""
     try:
-        rows = json.loads((report / "claims.json").read_text("utf-8"))
+        rows = json.loads((report / "claims.json").read_text("utf-8"))["records"]
         return [{name: str(row[name]) for name in CLAIM} for row in rows]
     except (OSError, ValueError, TypeError, KeyError):
         return []

@@ -14,7 +14,7 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
-from percuss.kernels.law import N_HARMONICS, PERIOD, Law
+from percuss.kernels.law_columns import N_HARMONICS, PERIOD, Law
 from percuss.kernels.shooting import AT, ShootingProblem, shoot
 from percuss.model.exact import Phase, as_float
 from percuss.model.paths import get_parameter, replace_parameters
@@ -186,14 +186,7 @@ CONSERVATIVE = 1e-12
 class BranchEquations(OrbitEquations):
     """The orbits with the events of one orbit, as points z = (scaled unknowns, scaled parameter).
 
-    Parameters
-    ----------
-    orbit
-        One of them.
-    path
-        Path of the parameter.
-    low, high
-        Its range; scaled it is from 0 to 1.
+    Scaled, the parameter goes from 0 at ``low`` to 1 at ``high``.
     """
 
     noun = "branch"
@@ -368,11 +361,11 @@ class BranchEquations(OrbitEquations):
         """
         return dataclasses.replace(point, tangent=self.tangent(point.z, point.tangent))
 
-    def settle(self, point: Point[Self]) -> None:
+    def recentre(self, point: Point[Self]) -> None:
         """Do nothing: Newton's method needs no point near the guess."""
 
-    def plane(self, tangent: Floats) -> Floats:
-        """Return the normal of the plane to correct in: the parameter's if it changes enough."""
+    def corrector_normal(self, tangent: Floats) -> Floats:
+        """Return the normal of Newton's hyperplane: the parameter's if it changes enough."""
         fixed = abs(tangent[-1]) > MOSTLY_PARAMETER
         return along_parameter(len(tangent)) if fixed else tangent
 

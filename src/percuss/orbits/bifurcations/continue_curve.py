@@ -11,7 +11,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
-from percuss.kernels.law import PERIOD
+from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase
 from percuss.model.paths import long_form
 from percuss.orbits.bifurcations.branch_equations import (

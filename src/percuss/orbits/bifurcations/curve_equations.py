@@ -17,7 +17,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
-from percuss.kernels.law import Law
+from percuss.kernels.law_columns import Law
 from percuss.numerics import directions, dot, matmul, norm
 from percuss.orbits.bifurcations.branch_equations import OrbitEquations, Ranges
 from percuss.orbits.continuation.correct import Broyden, corrected, solved, tangent_of
@@ -192,19 +192,19 @@ class CurveEquations(ABC):
         """Return the point itself: its tangent is the best there is."""
         return point
 
-    def settle(self, point: Point[Self]) -> None:
-        """Take a point as the one near which the next are computed."""
+    def recentre(self, point: Point[Self]) -> None:
+        """Make a point the centre of the neighbourhood in which the next are computed."""
         z, derivatives = self._latest
         if z is not point.z:
             derivatives = self.derivatives(point.z)
-        self._matrix = self._settled(point.z, derivatives)
+        self._matrix = self._centred(point.z, derivatives)
 
-    def _settled(self, z: Floats, derivatives: Floats) -> Floats:  # noqa: ARG002
+    def _centred(self, z: Floats, derivatives: Floats) -> Floats:  # noqa: ARG002
         """Prepare the equations for the neighbourhood of a point; return its derivatives then."""
         return derivatives
 
-    def plane(self, tangent: Floats) -> Floats:
-        """Return the normal of the plane to correct in."""
+    def corrector_normal(self, tangent: Floats) -> Floats:
+        """Return the normal of the hyperplane of Newton's correction."""
         return tangent
 
     def longest_step(self, point: Point[Self], largest: float) -> float:
@@ -246,7 +246,7 @@ class MultiplierCurve(CurveEquations):
         _, matrix = self.equations.shot(unknowns, law)
         return self._returns_of(matrix)
 
-    def _settled(self, z: Floats, derivatives: Floats) -> Floats:
+    def _centred(self, z: Floats, derivatives: Floats) -> Floats:
         """Take the null vectors at a point as the border; return its derivatives then."""
         left, right = self._null(self._returns(z[:-2], self.law_of(z)))
         sizes = norm(left), norm(right)

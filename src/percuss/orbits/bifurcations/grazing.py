@@ -14,10 +14,10 @@ import numpy as np
 
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
-from percuss.kernels.law import N_HARMONICS, Law
+from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.tangent import neighbours
 from percuss.numerics import atan2, determinant, power, sin
 from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest, own_value

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.errors import ConvergenceError
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, place, set_phases
-from percuss.kernels.law import Law
+from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import AT
 from percuss.orbits.bifurcations.branch_equations import fastest
 from percuss.orbits.bifurcations.multiple_covers import settled

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import (
     acceleration_and_jerk,
@@ -22,7 +22,7 @@ from percuss.kernels.flight import (
     place,
     set_phases,
 )
-from percuss.kernels.law import N_HARMONICS, PERIOD, Law
+from percuss.kernels.law_columns import N_HARMONICS, PERIOD, Law
 from percuss.kernels.tangent import propagator
 from percuss.motion.reach import steady
 from percuss.numerics import determinant

@@ -15,18 +15,6 @@ __all__ = ["orbit_of_itinerary", "primitive_orbit", "settled"]
 def primitive_orbit(orbit: PeriodicOrbit, times: int = 2) -> PeriodicOrbit:
     """Return the primitive orbit that one covers several times, nearly or exactly.
 
-    Parameters
-    ----------
-    orbit
-        With events.
-    times
-        How often it covers the primitive one.
-
-    Returns
-    -------
-    PeriodicOrbit
-        Of the same system.
-
     Raises
     ------
     ConvergenceError

@@ -19,8 +19,8 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import PercussError
-from percuss.kernels import law as at
-from percuss.kernels.law import EDGE, N_HARMONICS
+from percuss.kernels import law_columns as at
+from percuss.kernels.law_columns import EDGE, N_HARMONICS
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.branch_equations import BranchEquations
 from percuss.orbits.bifurcations.grazing_contact import (

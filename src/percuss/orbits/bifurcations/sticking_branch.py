@@ -50,17 +50,7 @@ StickingPattern: TypeAlias = tuple[tuple[int, tuple[int, ...]], ...]
 
 
 class StickingFamily:
-    """Orbits with sticking as a problem of continuation, whose only unknown is the parameter.
-
-    Parameters
-    ----------
-    orbit
-        One of them.
-    path
-        Path of the parameter.
-    low, high
-        Its range.
-    """
+    """Orbits with sticking as a problem of continuation, whose only unknown is the parameter."""
 
     noun = "branch"
     order = 1
@@ -111,12 +101,12 @@ class StickingFamily:
         """Return the point itself."""
         return point
 
-    def settle(self, point: Point[Self]) -> None:
-        """Take a point as the one near which the next are computed."""
+    def recentre(self, point: Point[Self]) -> None:
+        """Make a point the centre of the neighbourhood in which the next are computed."""
         self.near = point.orbit
 
-    def plane(self, tangent: Floats) -> Floats:
-        """Return the normal of the plane to correct in."""
+    def corrector_normal(self, tangent: Floats) -> Floats:
+        """Return the normal of the hyperplane of Newton's correction."""
         return tangent
 
     def longest_step(self, point: Point[Self], largest: float) -> float:
@@ -214,7 +204,7 @@ def _parted(
 ) -> tuple[StickingPoint, StickingPoint]:
     """Return the last orbit of a kind before a value, and the next one after it."""
     family = here.problem
-    family.settle(here)
+    family.recentre(here)
     after = here.orbit
 
     def at(part: float) -> Sample:

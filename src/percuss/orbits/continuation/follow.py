@@ -145,7 +145,7 @@ def follow(
         end = _edge(here)
         if end:
             return rows, end, False
-        here.problem.settle(here)
+        here.problem.recentre(here)
         new, step, why = _step(here, bend, step, steps)
         segment = detector.stopped(here, why) if new is None else detector.between(here, new)
         for row in segment.rows:
@@ -207,7 +207,7 @@ def _tried(here: Point[P], bend: Floats, step: float) -> Point[P] | None:
     """Return the point a step away, None if the step is too long."""
     problem, n = here.problem, len(here.problem.paths)
     guess = here.z + step * here.tangent + (0.5 * step * step) * bend
-    normal = problem.plane(here.tangent)
+    normal = problem.corrector_normal(here.tangent)
     for k in range(-n, 0):
         edge = 0.0 if guess[k] < 0.0 else 1.0
         if 0.0 <= guess[k] <= 1.0 or here.tangent[k] == 0.0:

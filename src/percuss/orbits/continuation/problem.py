@@ -55,11 +55,11 @@ class Problem(Protocol):
     def refined(self, point: Point[Self]) -> Point[Self]:
         """Return a point from which no step was found, with the best tangent there is."""
 
-    def settle(self, point: Point[Self]) -> None:
-        """Take a point as the one near which the next are computed."""
+    def recentre(self, point: Point[Self]) -> None:
+        """Make a point the centre of the neighbourhood in which the next are computed."""
 
-    def plane(self, tangent: Floats) -> Floats:
-        """Return the normal of the plane in which a predicted point is corrected."""
+    def corrector_normal(self, tangent: Floats) -> Floats:
+        """Return the normal of the hyperplane of Newton's correction of a predicted point."""
 
     def longest_step(self, point: Point[Self], largest: float) -> float:
         """Return the longest step from a point, from the largest that the caller wants."""

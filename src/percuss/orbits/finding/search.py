@@ -11,9 +11,9 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
-from percuss.kernels.law import Law
+from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import AFTER, AT, BEFORE
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Oscillator

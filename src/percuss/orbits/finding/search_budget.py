@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from percuss.errors import ParameterError
-from percuss.kernels import law as at
-from percuss.kernels.law import Law
+from percuss.kernels import law_columns as at
+from percuss.kernels.law_columns import Law
 from percuss.orbits.orbit.steady import regions
 from percuss.progress import Progress, Report
 

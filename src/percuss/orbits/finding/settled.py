@@ -12,7 +12,7 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
-from percuss.kernels.law import PERIOD
+from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Oscillator
 from percuss.model.stops import Wall

@@ -21,9 +21,9 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.kernels.flight import constant_force, free_response, harmonic_response, place
-from percuss.kernels.law import Law
+from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import factor
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -142,20 +142,20 @@ def equations_of(system: System, n_periods: int, stop: int) -> tuple[Floats, Flo
     bound, region = met.bound, row_of_region(law, met.before)
     kept = factor(law, region, bound)
     period = n_periods * float(law[0, at.PERIOD])
-    blow, even, rise = free_response(law, region, period)
+    impulse, even, rise = free_response(law, region, period)
     # After whole periods the force is what it was, exactly.
-    to_cos, to_sin = harmonic_response(law, region, 0, period, blow, even, (1.0, 0.0))
+    to_cos, to_sin = harmonic_response(law, region, 0, period, impulse, even, (1.0, 0.0))
     omega = law[at.FIRST_HARMONIC, at.OMEGA]
     force = constant_force(law, region, place(law, region, bound))
-    drag = law[region, at.DAMPING] * blow
-    matrix = np.array([[to_cos, to_sin], [blow - omega * to_sin, omega * to_cos]])
+    drag = law[region, at.DAMPING] * impulse
+    matrix = np.array([[to_cos, to_sin], [impulse - omega * to_sin, omega * to_cos]])
     # Where the free motion returns by itself the force leaves nothing but rounding.
     response = law[region + 1]
     gain = math.hypot(response[at.GAIN_RE], response[at.GAIN_IM])
     most = 0.5 * period * period if gain == 0.0 else min(0.5 * period * period, 2.0 * gain)
     matrix[np.abs(matrix) < ROUNDING * most * np.array([[1.0], [omega]])] = 0.0
-    of_one = np.array([-force * rise, -force * blow])
-    of_velocity = np.array([-kept * blow, 1.0 - kept * (even - drag)])
+    of_one = np.array([-force * rise, -force * impulse])
+    of_velocity = np.array([-kept * impulse, 1.0 - kept * (even - drag)])
     return matrix, of_one, of_velocity
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.flight import place
-from percuss.kernels.law import Law
+from percuss.kernels.law_columns import Law
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import flight_turns, flights_of
 

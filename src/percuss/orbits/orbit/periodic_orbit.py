@@ -95,8 +95,8 @@ class PeriodicOrbit:
     # The names of these fields are those in files.
     _events: Floats = field(repr=False)
     _marks: Integers = field(repr=False)
-    _chain: Integers = field(repr=False)
-    _unknowns: Floats = field(repr=False)
+    _sequence: Integers = field(repr=False)
+    _vector: Floats = field(repr=False)
 
     @property
     def system(self) -> System:
@@ -106,7 +106,7 @@ class PeriodicOrbit:
     @property
     def itinerary(self) -> Itinerary:
         """Its events with their instants and velocities; none without impacts or with sticking."""
-        return Itinerary.of_vector(self._chain, self._unknowns, self.n_periods)
+        return Itinerary.of_vector(self._sequence, self._vector, self.n_periods)
 
     @property
     def record(self) -> tuple[Floats, Integers]:
@@ -117,7 +117,7 @@ class PeriodicOrbit:
     def turning_points(self) -> TurningPoints:
         """Turning points between two events in a period; of a motion without events, in 1.5."""
         # The ends of a flight are no turning points of it.
-        duration = self.period if len(self._chain) else 1.5 * self.period
+        duration = self.period if len(self._sequence) else 1.5 * self.period
         return turns_of(self.system.law, *self.record, self.x0, self.t0 + duration)
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.kernels import march as engine
 from percuss.kernels import record as columns
-from percuss.kernels.law import Law
+from percuss.kernels.law_columns import Law
 from percuss.kernels.sample import evaluate
 from percuss.kernels.tangent import neighbours
 from percuss.model.system import System

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from percuss.kernels.law import PERIOD
+from percuss.kernels.law_columns import PERIOD
 from percuss.model.system import System
 from percuss.orbits.orbit.itinerary import TOLERANCE, Itinerary, entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit

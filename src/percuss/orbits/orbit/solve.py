@@ -17,7 +17,7 @@ from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import Flight, constant_force, move, place, set_phases
-from percuss.kernels.law import DAMPING, N_HARMONICS, PERIOD, Law
+from percuss.kernels.law_columns import DAMPING, N_HARMONICS, PERIOD, Law
 from percuss.kernels.sample import cycles
 from percuss.kernels.shooting import (
     AFTER,
@@ -68,18 +68,9 @@ ON_FAMILY = 1e-10
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """The last iterate of Newton's method.
+    """The last iterate of Newton's method, and its largest residual.
 
-    Attributes
-    ----------
-    itinerary
-        The events, with their instants and velocities.
-    residual
-        Largest residual [length, length/time, time].
-    converged
-        Whether it is a solution.
-    isolated
-        Whether it is no member of a family of solutions.
+    It is isolated if it is no member of a family of solutions.
     """
 
     itinerary: Itinerary
@@ -281,8 +272,8 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
         residual=solution.residual,
         _events=events,
         _marks=marks,
-        _chain=itinerary.events,
-        _unknowns=itinerary.vector,
+        _sequence=itinerary.events,
+        _vector=itinerary.vector,
     )
 
 

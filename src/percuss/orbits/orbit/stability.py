@@ -23,19 +23,7 @@ def multipliers_of(monodromy: Floats, determinant: float) -> Complexes:
     """Return the eigenvalues of a 2x2 matrix whose determinant is known exactly, larger first.
 
     The smaller one is the determinant over the larger: it keeps its digits however far the two
-    are apart.
-
-    Parameters
-    ----------
-    monodromy
-        (2, 2) array.
-    determinant
-        Its determinant.
-
-    Returns
-    -------
-    array
-        (2,), complex; of a conjugate pair first the one with positive imaginary part.
+    are apart. Of a conjugate pair the one with positive imaginary part comes first.
 
     Examples
     --------
@@ -56,22 +44,9 @@ def stability_of(monodromy: Floats, determinant: float, *, conservative: bool) -
     """Return the stability of an orbit to first order, from its monodromy matrix.
 
     With D its determinant, at most 1, both multipliers lie inside the unit circle if
-    abs(trace) < 1 + D.
-
-    Parameters
-    ----------
-    monodromy
-        (2, 2) array.
-    determinant
-        Its determinant.
-    conservative
-        Whether the motion is exactly so: neither dashpots nor restitutions below 1.
-
-    Returns
-    -------
-    str
-        "asymptotic"; "elliptic": a conjugate pair on the circle; "parabolic": on the edge, a
-        multiplier at +1 or -1; "unstable".
+    abs(trace) < 1 + D: "asymptotic". Otherwise it is "elliptic", a conjugate pair on the circle,
+    "parabolic", a multiplier at +1 or -1, or "unstable". A motion is conservative if it has neither
+    dashpots nor restitutions below 1.
 
     Examples
     --------

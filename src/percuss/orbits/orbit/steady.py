@@ -8,10 +8,10 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law import Law
+from percuss.kernels.law_columns import Law
 from percuss.kernels.tangent import propagator
 from percuss.model.system import System
 from percuss.motion.reach import steady
@@ -139,8 +139,8 @@ def _orbit(
         residual=0.0,
         _events=events,
         _marks=marks,
-        _chain=np.empty((0, 3), dtype=np.int64),
-        _unknowns=np.array([0.0]),
+        _sequence=np.empty((0, 3), dtype=np.int64),
+        _vector=np.array([0.0]),
     )
 
 

@@ -16,7 +16,7 @@ from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import place
-from percuss.kernels.law import PERIOD, Law
+from percuss.kernels.law_columns import PERIOD, Law
 from percuss.kernels.sample import cycles
 from percuss.model.exact import as_float
 from percuss.model.stops import Wall
@@ -223,8 +223,8 @@ def _orbit(system: System, record: EventRecord, n_periods: int) -> PeriodicOrbit
         residual=abs(float(missed)),
         _events=events,
         _marks=marks,
-        _chain=np.empty((0, 3), dtype=np.int64),
-        _unknowns=np.empty(0),
+        _sequence=np.empty((0, 3), dtype=np.int64),
+        _vector=np.empty(0),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels import record as columns
-from percuss.kernels.law import N_HARMONICS, Law
+from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.tangent import neighbours
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import Forcing

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.arrays import Flags, Floats, Integers
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
 from percuss.kernels.flight import Flight, constant_force, place, set_phases
-from percuss.kernels.law import N_HARMONICS, Law
+from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.shooting import turning_points
 from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator

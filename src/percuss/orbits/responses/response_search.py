@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from percuss.errors import ConvergenceError, ParameterError, PercussError
-from percuss.kernels.law import PERIOD
+from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import as_float
 from percuss.model.paths import get_parameter, replace_parameter
 from percuss.model.system import System

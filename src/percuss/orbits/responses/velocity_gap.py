@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.kernels.flight import free_response
 from percuss.model.exact import as_float, whole
 from percuss.model.forcing import Forcing
@@ -237,9 +237,9 @@ def _map(system: System, n_periods: int) -> tuple[Floats, float, float]:
     matrix, _, of_velocity = equations_of(system, n_periods, 0)
     met = entry(osc, 0)
     row = row_of_region(law, met.before)
-    blow, _, rise = free_response(law, row, n_periods * float(law[0, at.PERIOD]))
+    impulse, _, rise = free_response(law, row, n_periods * float(law[0, at.PERIOD]))
     stiffness = as_float(osc.stiffness)
-    right = np.column_stack([stiffness * np.array([rise, blow]), of_velocity])
+    right = np.column_stack([stiffness * np.array([rise, impulse]), of_velocity])
     amplitude = float(law[at.FIRST_HARMONIC, at.AMPLITUDE])
     scale = np.array([1.0, float(law[at.FIRST_HARMONIC, at.OMEGA])])
     if amplitude == 0.0 or _is_singular(matrix / scale[:, np.newaxis]):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels import backward as engine
-from percuss.kernels import law as at
-from percuss.kernels.law import Law
+from percuss.kernels import law_columns as at
+from percuss.kernels.law_columns import Law
 from percuss.model.system import System
 from percuss.orbits.orbit.itinerary import row_of_region
 
@@ -49,23 +49,16 @@ class Pasts:
     v_end: Floats
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class BackwardMotions:
-    """Follows motions of one system back in time.
-
-    Attributes
-    ----------
-    system
-        Oscillator and forcing.
-    law
-        Their law.
-    """
+    """Follows motions of one system back in time."""
 
     system: System
-    law: Law = field(init=False)
 
-    def __post_init__(self) -> None:
-        self.law = self.system.law
+    @property
+    def law(self) -> Law:
+        """The law of the system."""
+        return self.system.law
 
     def follow(
         self,

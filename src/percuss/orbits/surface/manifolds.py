@@ -14,6 +14,7 @@ from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.exact import real
 from percuss.numerics import atan2, hypot, inverse, matmul, power, solve_linear
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.surface.maps import impact_map, stroboscopic_map
 from percuss.orbits.surface.saddles import (
     ImpactSection,
     SaddlePoints,
@@ -314,17 +315,13 @@ def local_manifold(
     LocalManifold
         With a defect above `TOLERANCE` where the map is not smooth next to the saddle.
     """
-    bend = _bend(forward, differences, saddle, jacobian, direction, multiplier, STEP)
+    straight = LocalManifold(saddle, direction, np.zeros(2), multiplier, LONGEST, 0.0)
+    bent = replace(straight, bend=_bend(forward, differences, straight, jacobian))
     reach = LONGEST
     while reach >= SHORTEST:
         tried = [
-            _with_defect(
-                forward,
-                differences,
-                LocalManifold(saddle, direction, h, multiplier, reach, 0.0),
-                scale,
-            )
-            for h in (np.zeros(2), bend)
+            _with_defect(forward, differences, replace(local, reach=reach), scale)
+            for local in (straight, bent)
         ]
         best = min(tried, key=lambda local: local.defect)
         if best.defect <= TOLERANCE:
@@ -344,21 +341,15 @@ def _with_defect(
 
 
 def _bend(
-    forward: PointMap,
-    differences: Difference,
-    saddle: Floats,
-    jacobian: Floats,
-    direction: Floats,
-    multiplier: float,
-    step: float,
+    forward: PointMap, differences: Difference, line: LocalManifold, jacobian: Floats
 ) -> Floats:
     """Return h, from the terms of second order of the map: (J - lambda^2) h = -F''(e, e) / 2."""
-    points = forward(saddle + step * np.array([[-1.0], [1.0]]) * direction)
-    sides = differences(np.broadcast_to(saddle, (2, 2)), points)
-    second = sides.sum(axis=0) / (step * step)
+    points = forward(line.at(np.array([-STEP, STEP])))
+    sides = differences(np.broadcast_to(line.saddle, (2, 2)), points)
+    second = sides.sum(axis=0) / (STEP * STEP)
     if not np.isfinite(second).all():
         return np.zeros(2)
-    matrix = jacobian - multiplier * multiplier * np.eye(2)
+    matrix = jacobian - line.multiplier * line.multiplier * np.eye(2)
     return np.asarray(solve_linear(matrix, -0.5 * second))
 
 
@@ -626,12 +617,13 @@ def _section(
     if kind == "stroboscopic":
         saddles = points_at_strobes(orbit, cycle % 1.0)
         fastest = _fastest(saddles, length)
-        return StroboscopicSection(orbit.system, cycle % 1.0, fastest), saddles, None
+        strobe = stroboscopic_map(orbit.oscillator, orbit.forcing, cycle=cycle % 1.0)
+        return StroboscopicSection(strobe, fastest), saddles, None
     if stop is None:
         stop = int(orbit.impacts.stop[0]) if len(orbit.impacts) else None
     saddles = points_at_impacts(orbit, stop)
-    fastest = _fastest(saddles, length)
-    return ImpactSection(orbit.system, stop or 0, fastest), saddles, stop
+    next_impact = impact_map(orbit.oscillator, orbit.forcing, stop or 0)
+    return ImpactSection(next_impact, _fastest(saddles, length)), saddles, stop
 
 
 def _check(

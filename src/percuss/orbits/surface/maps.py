@@ -15,7 +15,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import turns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
-from percuss.kernels.law import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW
+from percuss.kernels.law_columns import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW
 from percuss.kernels.shooting import factor
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from percuss.arrays import Floats
+from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.kernels import backward as engine
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.model.exact import as_float
 from percuss.model.stops import Wall
 from percuss.model.system import System
 from percuss.numerics import directions, matmul
-from percuss.orbits.orbit.itinerary import Entry, entry
+from percuss.orbits.orbit.itinerary import entry
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.surface.backward import BackwardMotions
-from percuss.orbits.surface.maps import impact_map, stroboscopic_map
+from percuss.orbits.surface.maps import ImpactMap, StroboscopicMap, impact_map, stroboscopic_map
 
 __all__ = [
     "ImpactSection",
@@ -175,50 +176,43 @@ SectionKind: TypeAlias = Literal["stroboscopic", "impact"]
 LONGEST = 100.0
 
 
-@dataclass(slots=True)
+def _images(
+    points: Floats, step: Callable[[Floats], Iterable[Floats]], allowed: Flags | bool = True
+) -> Floats:
+    """Return the images of (n, 2) points under a map; NaN for NaN and where it is not allowed."""
+    known = np.isfinite(points).all(axis=1) & allowed
+    images = np.full_like(points, np.nan)
+    images[known] = np.stack(list(step(points[known])), axis=1)
+    return images
+
+
+@dataclass(frozen=True, slots=True)
 class StroboscopicSection:
     """The plane (x, v) at one cycle, and the maps over one forcing period.
 
-    Attributes
-    ----------
-    system
-        Oscillator and forcing; the forcing has a period.
-    cycle
-        The cycle.
-    fastest
-        Velocity beyond which motions are not followed back [length/time].
+    Motions beyond the velocity ``fastest`` [length/time] are not followed back.
     """
 
-    system: System
-    cycle: float
+    map: StroboscopicMap
     fastest: float
-    _past: BackwardMotions = field(init=False)
-
-    def __post_init__(self) -> None:
-        self._past = BackwardMotions(self.system)
 
     def forward(self, points: Floats) -> Floats:
         """Return (n, 2) points one period later; NaN for NaN."""
-        known = np.isfinite(points).all(axis=1)
-        images = np.full_like(points, np.nan)
-        osc, force = self.system
-        assert force is not None
-        step = stroboscopic_map(osc, force, cycle=self.cycle)
-        images[known] = np.stack(step(*self._inside(points[known])), axis=1)
-        return images
+        return _images(points, lambda some: self.map(*self._inside(some)))
 
     def backward(self, points: Floats) -> Floats:
         """Return (n, 2) points one period earlier; NaN where there was no such motion."""
-        known = np.isfinite(points).all(axis=1)
-        images = np.full_like(points, np.nan)
-        x, v = self._inside(points[known])
-        period = float(self._past.law[0, at.PERIOD])
-        t = np.full(len(x), (1.0 + self.cycle) * period)
-        past = self._past.follow(t, x, v, period, fastest=self.fastest)
-        ends = np.stack(self._inside(np.stack([past.x_end, past.v_end], axis=1)), axis=1)
-        ends[past.status != engine.AT_TIME] = np.nan
-        images[known] = ends
-        return images
+        motions = BackwardMotions(System(self.map.oscillator, self.map.forcing))
+        period = float(motions.law[0, at.PERIOD])
+
+        def step(some: Floats) -> Iterator[Floats]:
+            x, v = self._inside(some)
+            t = np.full(len(x), (1.0 + self.map.cycle) * period)
+            past = motions.follow(t, x, v, period, fastest=self.fastest)
+            ends = self._inside(np.stack([past.x_end, past.v_end], axis=1))
+            return (np.where(past.status == engine.AT_TIME, end, np.nan) for end in ends)
+
+        return _images(points, step)
 
     def differences(self, first: Floats, second: Floats) -> Floats:
         """Return the differences between points."""
@@ -227,67 +221,46 @@ class StroboscopicSection:
     def _inside(self, points: Floats) -> tuple[Floats, Floats]:
         """Return x and v of points, moved out of walls that rounding put them in."""
         x = points[:, 0]
-        for stop in self.system.oscillator.stops:
+        for stop in self.map.oscillator.stops:
             if isinstance(stop, Wall):
                 wall = as_float(stop.at)
                 x = np.maximum(x, wall) if stop.side == "below" else np.minimum(x, wall)
         return x, points[:, 1]
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class ImpactSection:
-    """The impact surface (cycle, v_after) of a stop, and the maps to the next impact on it.
+    """The impact surface (cycle, v_after) of a stop, and the maps to the next impact on it."""
 
-    Attributes
-    ----------
-    system
-        Oscillator and forcing; the forcing has a period.
-    stop
-        Index of the stop.
-    fastest
-        Velocity beyond which motions are not followed back [length/time].
-    """
-
-    system: System
-    stop: int
+    map: ImpactMap
     fastest: float
-    _past: BackwardMotions = field(init=False)
-    _entry: Entry = field(init=False)
-
-    def __post_init__(self) -> None:
-        self._past = BackwardMotions(self.system)
-        self._entry = entry(self.system.oscillator, self.stop)
 
     def forward(self, points: Floats) -> Floats:
         """Return (n, 2) points at the next impact; NaN where there is none, or after a contact."""
-        moving = np.isfinite(points).all(axis=1) & (points[:, 1] != 0.0)
-        images = np.full_like(points, np.nan)
-        osc, force = self.system
-        assert force is not None
-        step = impact_map(osc, force, self.stop)
-        images[moving] = np.stack(step(*points[moving].T), axis=1)
-        return images
+        return _images(points, lambda some: self.map(*some.T), points[:, 1] != 0.0)
 
     def backward(self, points: Floats) -> Floats:
         """Return (n, 2) points at the impact before; NaN where there was none."""
         known = np.isfinite(points).all(axis=1)
         images = np.full_like(points, np.nan)
-        stop = self.system.oscillator.stops[self.stop]
-        before, region = points[known, 1].copy(), self._entry.before
+        osc, number = self.map.oscillator, self.map.stop
+        stop, entered = osc.stops[number], entry(osc, number)
+        motions = BackwardMotions(System(osc, self.map.forcing))
+        before = points[known, 1].copy()
         if isinstance(stop, Wall):
             restitution = as_float(stop.restitution)
             if restitution == 0.0:
                 return images
             before /= -restitution
-        period = float(self._past.law[0, at.PERIOD])
-        past = self._past.follow(
+        period = float(motions.law[0, at.PERIOD])
+        past = motions.follow(
             points[known, 0] * period,
             as_float(stop.at),
             before,
             LONGEST * period,
-            region=self._past.row(region),
-            bound=self._entry.bound,
-            sign=self._entry.sign,
+            region=motions.row(entered.before),
+            bound=entered.bound,
+            sign=entered.sign,
             fastest=self.fastest,
         )
         images[known] = np.stack([past.t[:, 0] / period % 1.0, past.v[:, 0]], axis=1)

@@ -13,9 +13,9 @@ import numpy as np
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.kernels import backward as engine
-from percuss.kernels import law as at
+from percuss.kernels import law_columns as at
 from percuss.kernels.flight import constant_force
-from percuss.kernels.law import Law
+from percuss.kernels.law_columns import Law
 from percuss.model.exact import as_float, real, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator

@@ -137,19 +137,19 @@ class Motion(Question):
 
     def answer(self, study: Study, execution: Execution) -> Trajectory:
         """Compute the motion."""
-        from percuss.motion.simulate import simulate
-
-        start = self.start
-        return simulate(
-            study.oscillator,
-            study.forcing,
-            start.x0,
-            start.v0,
-            start.t0,
+        return self.simulated(
+            study,
             t_end=self.end(study.forcing),
             max_impacts=self.limits.max_impacts,
             progress=execution.progress,
         )
+
+    def simulated(self, study: Study, **limits: Any) -> Trajectory:
+        """Return the motion from the start up to limits, which are keywords of `simulate`."""
+        from percuss.motion.simulate import simulate
+
+        start = self.start
+        return simulate(study.oscillator, study.forcing, start.x0, start.v0, start.t0, **limits)
 
     def csv(self, study: Study) -> dict[str, str]:
         """Return impacts and, where there are soft stops, crossings."""

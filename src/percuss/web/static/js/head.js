@@ -84,7 +84,11 @@ export function makeMenu(requested, download) {
   const summary = element("summary", {}, "Files");
   const root = element("details", { class: "menu" }, summary, list);
   root.addEventListener("toggle", () => {
-    if (!root.open) return;
+    // A closed menu keeps no files: the event comes after the list is seen, which would show another study's.
+    if (!root.open) {
+      list.replaceChildren();
+      return;
+    }
     const request = requested();
     const items = filesOf(request).map(([extension, table, label]) =>
       button(label, () => download(extension, table), { "data-file": table ? `${table}.csv` : extension }),

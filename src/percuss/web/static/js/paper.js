@@ -4,7 +4,7 @@ import { button, element } from "./dom.js";
 
 const REPORT = "/report/index.html";
 // The grounds of a verdict.
-const GRADES = { derived: "a proof covers all cases", certified: "proven in ball arithmetic for the numbers of the paper", numerical: "double precision, with its error estimated" };
+const GRADES = { deduced: "a proof covers all cases", certified: "proven in ball arithmetic for the numbers of the paper", measured: "double precision, with its error" };
 
 /** Return the heading: which paper it is, and what of it is checked. */
 function about() {
@@ -19,7 +19,7 @@ function about() {
     element(
       "p",
       {},
-      "percuss computes its figures anew and judges each of its statements: derived by a proof, certified in ball arithmetic, or seen in double precision. The figures below open in Explore with the parameters of the paper.",
+      "percuss computes its figures anew and judges each of its statements: deduced by a proof, certified in ball arithmetic, or measured in double precision. The figures below open in Explore with the parameters of the paper.",
     ),
   ];
 }

@@ -1,8 +1,9 @@
-"""Plain flights in a row: one harmonic, one wall, from the wall and back to it.
+"""Harmonic flights in a row: one harmonic, one wall, from the wall and back to it.
 
-This is `search`, `landing` and `march` for the commonest case, written as one loop whose numbers
-stay in registers: 2.5 times as fast. Everything else is left to them with the state untouched: a
-flight near a graze, a short or a long one, a slow impact.
+A *harmonic flight* is an underdamped flight under one harmonic that begins and ends at the only
+wall. This is `next_event`, `event_location` and `march` for the commonest case, written as one loop
+whose numbers stay in registers: 2.5 times as fast. Everything else is left to them with the state
+untouched: a flight near a graze, a short or a long one, a slow impact.
 
 The arithmetic is in functions of numbers alone, free of branches; `lockstep` applies the same
 functions to many motions at once, as vectors: the same operations in the same order, hence the
@@ -18,9 +19,9 @@ from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin, cubic_minimum, decay, later, quintic_root
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import SLOW
+from percuss.kernels.event_location import is_settled, series_root
 from percuss.kernels.flight import SERIES_LIMIT
-from percuss.kernels.landing import is_settled, series_root
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     AMPLITUDE,
     BOUND_OF_V,
     BOUND_OF_X,
@@ -53,8 +54,8 @@ from percuss.kernels.next_event import STEPS_A_WALK, THIRD, WALK_SLACK
 from percuss.kernels.record import EVENT_T, EVENT_T_LOW, HUGE, V_AFTER, V_BEFORE
 from percuss.kernels.step import Walk, walk_of
 
-# Least speed of a plain landing times a step, as a part of the slack of the walk: 2e-6 of the size
-# of the motion, above what rounding makes of a speed (docs/theory/first-event.md, section 7).
+# Least speed of a harmonic landing times a step, as a part of the slack of the walk: 2e-6 of the
+# size of the motion, above what rounding makes of a speed (docs/theory/first-event.md, section 7).
 SLOWEST = 2e5
 # A flight's beginning: the constant force, the harmonic one
 # and its derivative by the frequency, and the velocity.
@@ -137,7 +138,7 @@ def margins(motion: FreeMotion, bounds: Bounds, begin: Begin) -> tuple[float, fl
 
 
 @formula
-def plain_step(walk: Walk, force: float, before: Place) -> Place:
+def harmonic_step(walk: Walk, force: float, before: Place) -> Place:
     """Return the place one step later."""
     y, v, push, rate = before
     x_of_force, v_of_force, x_of_cos, x_of_sin, v_of_cos, v_of_sin = walk[:6]
@@ -175,7 +176,7 @@ def is_end(is_first_step: bool, before: Place, after: Place, slack: float) -> bo
 
 
 @formula
-def plain_guess(
+def harmonic_guess(
     motion: FreeMotion, step: float, force: float, before: Place, after: Place
 ) -> float:
     """Return the part of a step after which the mass meets the wall, approximately."""
@@ -188,7 +189,7 @@ def plain_guess(
 
 
 @formula
-def plain_iteration(
+def harmonic_iteration(
     motion: FreeMotion, bounds: Bounds, begin: Begin, s: float
 ) -> tuple[bool, float, float, float]:
     """Return whether an iteration at s settles the landing, and (s, v, s_low), or the next s.
@@ -197,7 +198,7 @@ def plain_iteration(
     """
     stiffness, damping, omega, _, _, _, _, _, _, _, _ = motion
     _, quickest, pace, _, _, force_bound, bound_of_x, bound_of_v = bounds
-    y, kept, won, push, rate = plain_state(motion, begin, s)
+    y, kept, won, push, rate = harmonic_state(motion, begin, s)
     drag = 2.0 * damping
     v = kept + won
     second = begin[0] + push - drag * v - stiffness * y
@@ -217,7 +218,7 @@ def plain_iteration(
 
 
 @formula
-def plain_state(
+def harmonic_state(
     motion: FreeMotion, begin: Begin, s: float
 ) -> tuple[float, float, float, float, float]:
     """Return y, v in two parts, the harmonic force, and its derivative by the frequency, at s.
@@ -235,16 +236,16 @@ def plain_state(
     if damping > 0.0:
         shrink, lost = decay(-damping * s)
     square = 2.0 * half_sin * half_sin
-    blow = shrink * half_sin * half_cos * twice_per_rate
+    impulse = shrink * half_sin * half_cos * twice_per_rate
     even = shrink * (1.0 - square)
-    rise = (shrink * square - lost - damping * blow) * per_stiffness
-    over_re = cosine - even - damping * blow
-    over_im = sine - omega * blow
+    rise = (shrink * square - lost - damping * impulse) * per_stiffness
+    over_re = cosine - even - damping * impulse
+    over_im = sine - omega * impulse
     to_push = over_re * gain_re - over_im * gain_im
     to_rate = over_im * gain_re + over_re * gain_im
-    y = v0 * blow + force * rise + push0 * to_push + rate0 * to_rate
-    won = force * blow + push0 * (blow - omega * to_rate) + rate0 * omega * to_push
-    won -= v0 * damping * blow
+    y = v0 * impulse + force * rise + push0 * to_push + rate0 * to_rate
+    won = force * impulse + push0 * (impulse - omega * to_rate) + rate0 * omega * to_push
+    won -= v0 * damping * impulse
     kept = v0 * even
     if half_cos * half_cos < 0.25:
         # Near half a period: -v0, unrounded, and the little that is missing to it.
@@ -262,9 +263,9 @@ def is_first(
     fourth: float,
     slack: float,
 ) -> bool:
-    """Return whether a landing on the step that begins at s is plainly the first.
+    """Return whether a landing on the step that begins at s is clearly the first.
 
-    The criterion is that of `event_of_step`; a speed that may be rounding is not plain
+    The criterion is that of `event_of_step`; a speed that may be rounding leaves it open
     (`rest_at_landing`).
     """
     end, speed, _ = landed
@@ -281,23 +282,23 @@ def is_first(
 
 
 @formula
-def plain_impact(
+def harmonic_impact(
     instant: tuple[float, float],
     landed: tuple[float, float, float],
     restitution: float,
     fastest: float,
     t_end: float,
 ) -> tuple[float, float, float, bool]:
-    """Return (t, t_low, speed) after the impact that ends a flight, and whether it is plain."""
+    """Return (t, t_low, speed) after the impact that ends a flight, and whether it is regular."""
     t, t_low = later(instant[0], instant[1], landed[0])
     t, t_low = later(t, t_low, landed[2])
     speed = restitution * abs(landed[1])
-    # Each comparison is also false for the NaN of a flight that is not plain.
+    # Each comparison is also false for the NaN of a flight that is not harmonic.
     return t, t_low, speed, t < t_end and speed > SLOW * fastest and speed < HUGE
 
 
 @kernel
-def plain_flights(
+def harmonic_flights(
     law: Law,
     region: int,
     begin: tuple[float, float, float, float],
@@ -307,7 +308,7 @@ def plain_flights(
     first: int,
     last: int,
 ) -> tuple[int, float]:
-    """Fly from impact to impact while that is plain; return how many, and the fastest speed.
+    """Fly from impact to impact while flights are harmonic; return (number, fastest speed).
 
     ``begin`` is (t, t_low, v, fastest impact speed so far). Rows ``first`` to ``last`` of the
     events' table receive the impacts.
@@ -320,8 +321,8 @@ def plain_flights(
     push, rate = pushes(pull, (phases[0, 0], phases[0, 1]))
     v0 *= sign
     for row in range(first, last):
-        landed = plain_flight(law, region, (force, push, rate, v0))
-        t1, t1_low, v0, fine = plain_impact((t, t_low), landed, restitution, fastest, t_end)
+        landed = harmonic_flight(law, region, (force, push, rate, v0))
+        t1, t1_low, v0, fine = harmonic_impact((t, t_low), landed, restitution, fastest, t_end)
         if not fine:
             return row - first, fastest
         t = t1
@@ -337,35 +338,35 @@ def plain_flights(
 
 
 @kernel
-def plain_flight(law: Law, region: int, begin: Begin) -> tuple[float, float, float]:
-    """Return (s, v, s_low) of the return to the wall, NaN where the flight is not plain."""
+def harmonic_flight(law: Law, region: int, begin: Begin) -> tuple[float, float, float]:
+    """Return (s, v, s_low) of the return to the wall, NaN where this search leaves it open."""
     motion = motion_of(law, region)
     bounds = bounds_of(law, region)
     step = bounds[0]
     fourth, bow, slack = margins(motion, bounds, begin)
     at_wall = (0.0, begin[3], begin[1], begin[2])
     walk = walk_of(law, region)
-    i, before, after = plain_walk(walk, step, begin[0], (bow, slack), 0, at_wall)
+    i, before, after = harmonic_walk(walk, step, begin[0], (bow, slack), 0, at_wall)
     if i >= 0:
-        guess = step * i + step * plain_guess(motion, step, begin[0], before, after)
-        landed = plain_landing(motion, bounds, begin, guess, MOST_ITERATIONS)
+        guess = step * i + step * harmonic_guess(motion, step, begin[0], before, after)
+        landed = harmonic_landing(motion, bounds, begin, guess, MOST_ITERATIONS)
         if is_first(before, step * i, landed, step, fourth, slack):
             return landed
     return math.nan, math.nan, math.nan
 
 
 @kernel
-def plain_walk(
+def harmonic_walk(
     walk: Walk, step: float, force: float, margin: tuple[float, float], i: int, before: Place
 ) -> tuple[int, Place, Place]:
     """Walk on from step i to the one that ends in the wall; return which, and both its ends.
 
-    -1 is returned where the walk is not plain. ``margin`` is the departure of a step from its
-    cubic, and an allowance for rounding.
+    It is -1 where the walk does not decide: a step may hold several roots, or there are too many
+    steps. ``margin`` is the departure of a step from its cubic, and an allowance for rounding.
     """
     bow, slack = margin
     for k in range(i, STEPS_A_WALK):
-        after = plain_step(walk, force, before)
+        after = harmonic_step(walk, force, before)
         if not clearance(step, k == 0, before, after, bow, slack) > slack:
             if is_end(k == 0, before, after, slack):
                 return k, before, after
@@ -384,13 +385,13 @@ def is_clear_yet(step: float, before: Place, after: Place, bow: float, slack: fl
 
 
 @kernel
-def plain_landing(
+def harmonic_landing(
     motion: FreeMotion, bounds: Bounds, begin: Begin, guess: float, iterations: int
 ) -> tuple[float, float, float]:
     """Return (s, v, s_low) at the wall next to ``guess``, NaN where it is not settled."""
     s = guess
     for _ in range(iterations):
-        settled, s, v, s_low = plain_iteration(motion, bounds, begin, s)
+        settled, s, v, s_low = harmonic_iteration(motion, bounds, begin, s)
         if settled:
             return s, v, s_low
         if not s > 0.0:

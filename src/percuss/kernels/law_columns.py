@@ -52,7 +52,7 @@ X_OF_FORCE, V_OF_FORCE = 25, 26  # and from a constant force
 BOUND_OF_X, BOUND_OF_V = 27, 28  # see flight.derivative_bound
 TWICE_PER_RATE, PER_STIFFNESS = 29, 30  # 2 / RATE and 1 / K, 0 where infinite
 # 1 where there is one harmonic and nothing singular, and where moreover one wall is all there is.
-SIMPLE, PLAIN = 31, 32
+SIMPLE, HARMONIC = 31, 32
 LOWER_ENTRY, UPPER_ENTRY = 33, 34  # 1 where passing the edge from here enters a soft stop
 
 # Values of a bound's kind: at infinity, a wall, the edge of a soft stop.

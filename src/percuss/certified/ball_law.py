@@ -11,7 +11,7 @@ from typing import Any, TypeAlias, cast
 
 from flint import arb, ctx
 
-from percuss.certified.balls import Ball, Undecided
+from percuss.certified.ball_arithmetic import Ball, Undecided
 from percuss.certified.numbers import ball, cos_sin, exact_value, upper
 from percuss.certified.system import BallSystem, Region, Tone
 from percuss.errors import ParameterError

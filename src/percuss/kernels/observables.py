@@ -1,6 +1,6 @@
-"""Tallies and points of a motion that is one of many, in place of its events.
+"""Observables and points of a motion that is one of many, in place of its events.
 
-A *stretch* is a flight, or a contact, between two events. Tallies are counted from the instant
+A *stretch* is a flight, or a contact, between two events. Observables are counted from the instant
 ``since`` on, when a transient is over.
 """
 
@@ -13,7 +13,7 @@ from percuss.arrays import Floats
 from percuss.kernels.arithmetic import Pair, arctangent, hypotenuse, logarithm, turns
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.flight import Flight, FlightStart, acceleration_and_jerk, move
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     DAMPING,
     LOWER_ENTRY,
     NUMBER,
@@ -38,17 +38,17 @@ from percuss.kernels.record import (
 )
 from percuss.kernels.tangent import Matrix, product, propagator
 
-# Entries of the tallies of a motion, from ``since`` on: impacts and entries into soft stops,
+# Entries of the observables of a motion, from ``since`` on: impacts and entries into soft stops,
 # contacts, points written; the greatest impact speed; the least and the greatest x; the energy that
 # impacts and the dashpots have taken, per unit mass; and x and v at the end, NaN before it.
 IMPACTS, CONTACTS, POINTS, PEAK_SPEED, LOWEST, HIGHEST, LOST, DRAGGED, END_X, END_V = range(10)
 # From the start on: the direction to a neighbour, the logarithm of how far it has moved away,
 # and that of the factor of an area between neighbours.
 AHEAD_X, AHEAD_V, STRETCHED, SHRUNK = range(10, 14)
-TALLIES = 14
-# A row of tallies that is longer keeps the greatest impact speed of each of n stretches of time,
-# from the start on: how many of their edges are passed, the n + 1 edges, and n speeds.
-PASSED, EDGES = TALLIES, TALLIES + 1
+N_OBSERVABLES = 14
+# A longer row keeps the greatest impact speed of each of n stretches of time as well, from the
+# start on: how many of their edges are passed, the n + 1 edges, and n speeds.
+PASSED, EDGES = N_OBSERVABLES, N_OBSERVABLES + 1
 
 # What a point is: nothing is written; (x, v) once a period; (cycle, v_after) at an impact on, or
 # an entry into, a stop; (STRETCHED, SHRUNK, angle of the direction) once a period.
@@ -57,7 +57,7 @@ NO_POINTS, STROBES, IMPACT_POINTS, TANGENTS = range(4)
 FIRST, SECOND, THIRD = range(3)
 POINT_COLUMNS = 3
 
-# Entries of the plan of a motion: tallies and strobes begin at SINCE, strobes come every EVERY.
+# Entries of the plan of a motion: observables and strobes begin at SINCE, strobes come every EVERY.
 SINCE, EVERY, UNTIL = range(3)
 PLAN_ENTRIES = 3
 
@@ -89,45 +89,45 @@ class Member(NamedTuple):
 
     run: Run
     plan: Floats
-    tally: Floats
+    values: Floats
     points: Floats
 
 
 @formula
-def tally_event(member: Member, region: int, row: int, section: int) -> None:
+def observe_event(member: Member, region: int, row: int, section: int) -> None:
     """Count the event of a row; ``region`` is the row of the region before it."""
-    plan, tally = member.plan, member.tally
+    plan, values = member.plan, member.values
     law, events, marks = member.run.law, member.run.events, member.run.marks
     is_early = events[row, EVENT_T] < plan[SINCE]
-    if is_early and tally.shape[0] == TALLIES:
+    if is_early and values.shape[0] == N_OBSERVABLES:
         return
     kind = marks[row, KIND]
     if kind == CONTACT and not is_early:
-        tally[CONTACTS] += 1.0
+        values[CONTACTS] += 1.0
     if kind == CROSSING:
         upper = marks[row, BOUND] > law[region, NUMBER]
         if law[region, UPPER_ENTRY if upper else LOWER_ENTRY] == 0.0:
             return
     elif kind != IMPACT:
         return
-    if tally.shape[0] > TALLIES:
-        note_peak(events[row, EVENT_T], abs(events[row, V_BEFORE]), tally)
+    if values.shape[0] > N_OBSERVABLES:
+        note_peak(events[row, EVENT_T], abs(events[row, V_BEFORE]), values)
         if is_early:
             return
     instant = (events[row, EVENT_T], events[row, EVENT_T_LOW])
     speeds = (events[row, V_BEFORE], events[row, V_AFTER])
-    tally_impact(member, instant, speeds, float(marks[row, BOUND]), section)
+    observe_impact(member, instant, speeds, float(marks[row, BOUND]), section)
 
 
 @formula
-def tally_impact(member: Member, instant: Pair, speeds: Pair, bound: float, section: int) -> None:
+def observe_impact(member: Member, instant: Pair, speeds: Pair, bound: float, section: int) -> None:
     """Count an impact, or an entry into a soft stop; ``speeds`` are v before and after it."""
-    tally = member.tally
+    values = member.values
     law = member.run.law
     before, after = speeds
-    tally[IMPACTS] += 1.0
-    tally[PEAK_SPEED] = max(tally[PEAK_SPEED], abs(before))
-    tally[LOST] += 0.5 * (before - after) * (before + after)
+    values[IMPACTS] += 1.0
+    values[PEAK_SPEED] = max(values[PEAK_SPEED], abs(before))
+    values[LOST] += 0.5 * (before - after) * (before + after)
     if section == IMPACT_POINTS:
         part = turns(law[0, PERIOD_TURNS], law[0, PERIOD_TURNS_LOW], instant[0], instant[1])
         if part < 0.0:
@@ -136,44 +136,44 @@ def tally_impact(member: Member, instant: Pair, speeds: Pair, bound: float, sect
 
 
 @formula
-def note_peak(t: float, speed: float, tally: Floats) -> None:
+def note_peak(t: float, speed: float, values: Floats) -> None:
     """Note the speed of an impact in the stretch of time that it falls into."""
-    n = (tally.shape[0] - EDGES - 1) // 2
-    passed = int(tally[PASSED])
-    while passed <= n and t >= tally[EDGES + passed]:
+    n = (values.shape[0] - EDGES - 1) // 2
+    passed = int(values[PASSED])
+    while passed <= n and t >= values[EDGES + passed]:
         passed += 1
-    tally[PASSED] = passed
+    values[PASSED] = passed
     if 0 < passed <= n:
         peak = EDGES + n + passed
-        tally[peak] = max(tally[peak], speed)
+        values[peak] = max(values[peak], speed)
 
 
 @formula
 def write_point(member: Member, first: float, second: float, third: float) -> None:
     """Write a point over the oldest one."""
-    tally, points = member.tally, member.points
-    i = int(tally[POINTS]) % points.shape[0]
+    values, points = member.values, member.points
+    i = int(values[POINTS]) % points.shape[0]
     points[i, FIRST] = first
     points[i, SECOND] = second
     points[i, THIRD] = third
-    tally[POINTS] += 1.0
+    values[POINTS] += 1.0
 
 
 @formula
 def is_strobe_due(member: Member, until: float) -> bool:
     """Return whether a strobe falls before ``until``."""
-    plan, tally = member.plan, member.tally
-    instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
+    plan, values = member.plan, member.values
+    instant = plan[SINCE] + values[POINTS] * plan[EVERY]
     return instant < until and instant <= plan[UNTIL]
 
 
 @kernel
 def strobe(member: Member, flight: Flight, x: float, in_contact: bool, until: float) -> None:
     """Write the points of the strobes that fall on a stretch, up to ``until`` and not at it."""
-    plan, tally = member.plan, member.tally
+    plan, values = member.plan, member.values
     start = flight.start
     while is_strobe_due(member, until):
-        instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
+        instant = plan[SINCE] + values[POINTS] * plan[EVERY]
         y = 0.0
         v = 0.0
         s = (instant - start[0]) - start[1]
@@ -184,27 +184,27 @@ def strobe(member: Member, flight: Flight, x: float, in_contact: bool, until: fl
 
 @kernel
 def move_neighbour(
-    law: Law, region: int, s: float, restitution: float, jump: Matrix, tally: Floats
+    law: Law, region: int, s: float, restitution: float, jump: Matrix, values: Floats
 ) -> None:
     """Take a neighbour along a flight and over the event at its end.
 
     ``jump`` is the event's saltation matrix, ``restitution`` the wall's, or 1.
     """
-    stretch, x, v = stretched(law, region, s, jump, tally)
-    tally[STRETCHED] += stretch
+    stretch, x, v = stretched(law, region, s, jump, values)
+    values[STRETCHED] += stretch
     lost = logarithm(restitution) if restitution > 0.0 else -math.inf
-    tally[SHRUNK] += 2.0 * (lost - law[region, DAMPING] * s)
-    tally[AHEAD_X] = x
-    tally[AHEAD_V] = v
+    values[SHRUNK] += 2.0 * (lost - law[region, DAMPING] * s)
+    values[AHEAD_X] = x
+    values[AHEAD_V] = v
 
 
 @kernel
 def stretched(
-    law: Law, region: int, s: float, jump: Matrix, tally: Floats
+    law: Law, region: int, s: float, jump: Matrix, values: Floats
 ) -> tuple[float, float, float]:
     """Return the logarithm of a neighbour's growth of distance, and the direction to it then."""
-    x = tally[AHEAD_X]
-    v = tally[AHEAD_V]
+    x = values[AHEAD_X]
+    v = values[AHEAD_V]
     total = 0.0
     # In a long flight the propagator itself would underflow.
     count = max(1, math.ceil(s * law[region, QUICKEST] / LONGEST_PHASE))
@@ -226,20 +226,20 @@ def stretched(
 @formula
 def strobe_neighbour(member: Member, region: int, start: FlightStart, until: float) -> None:
     """Write the logarithms at the strobes that fall on a stretch, up to ``until``."""
-    plan, tally = member.plan, member.tally
+    plan, values = member.plan, member.values
     law = member.run.law
     while is_strobe_due(member, until):
-        instant = plan[SINCE] + tally[POINTS] * plan[EVERY]
+        instant = plan[SINCE] + values[POINTS] * plan[EVERY]
         s = max((instant - start[0]) - start[1], 0.0)
-        stretch, x, v = stretched(law, region, s, (1.0, 0.0, 0.0, 1.0), tally)
-        shrunk = tally[SHRUNK] - 2.0 * law[region, DAMPING] * s
+        stretch, x, v = stretched(law, region, s, (1.0, 0.0, 0.0, 1.0), values)
+        shrunk = values[SHRUNK] - 2.0 * law[region, DAMPING] * s
         # After a contact no neighbour is left.
-        write_point(member, tally[STRETCHED] + stretch, shrunk, arctangent(v, x))
+        write_point(member, values[STRETCHED] + stretch, shrunk, arctangent(v, x))
 
 
 @kernel
-def survey(flight: Flight, x: float, span: Pair, tally: Floats) -> None:
-    """Tally the extremes of x and the work of the dashpots on a part of a flight.
+def observe_flight(flight: Flight, x: float, span: Pair, values: Floats) -> None:
+    """Record the extremes of x and the work of the dashpots on a part of a flight.
 
     ``span`` is the part, counted from the flight's start. Turning points are those between
     neighbouring nodes at which v has different signs.
@@ -247,8 +247,8 @@ def survey(flight: Flight, x: float, span: Pair, tally: Floats) -> None:
     law, region = flight.law, flight.region
     s, end = span
     y, v = move(flight, s)
-    tally[LOWEST] = min(tally[LOWEST], x + y)
-    tally[HIGHEST] = max(tally[HIGHEST], x + y)
+    values[LOWEST] = min(values[LOWEST], x + y)
+    values[HIGHEST] = max(values[HIGHEST], x + y)
     drag = 0.0
     longest = law[region, STEP] / PARTS_OF_A_STEP if law[region, STEP] > 0.0 else end - s
     count = max(1, math.ceil((end - s) / longest))
@@ -264,12 +264,12 @@ def survey(flight: Flight, x: float, span: Pair, tally: Floats) -> None:
             turned = y1
             if v * v1 < 0.0:
                 turned = turning_point(flight, (s, v), (s1, v1))
-            tally[LOWEST] = min(tally[LOWEST], x + min(y1, turned))
-            tally[HIGHEST] = max(tally[HIGHEST], x + max(y1, turned))
+            values[LOWEST] = min(values[LOWEST], x + min(y1, turned))
+            values[HIGHEST] = max(values[HIGHEST], x + max(y1, turned))
             s = s1
             v = v1
         drag += step * total
-    tally[DRAGGED] += 2.0 * law[region, DAMPING] * drag
+    values[DRAGGED] += 2.0 * law[region, DAMPING] * drag
 
 
 @kernel
@@ -292,26 +292,26 @@ def turning_point(
 
 
 @kernel
-def end_at(flight: Flight, x: float, in_contact: bool, until: float, tally: Floats) -> None:
-    """Tally where a motion ends."""
+def end_at(flight: Flight, x: float, in_contact: bool, until: float, values: Floats) -> None:
+    """Record where a motion ends."""
     start = flight.start
-    tally[END_X] = x
-    tally[END_V] = 0.0
+    values[END_X] = x
+    values[END_V] = 0.0
     if not in_contact:
         y, v = move(flight, max((until - start[0]) - start[1], 0.0))
-        tally[END_X] = x + y
-        tally[END_V] = v
+        values[END_X] = x + y
+        values[END_V] = v
 
 
 @kernel
-def clear_tally(tally: Floats) -> None:
-    """Set the tallies of a motion that begins."""
-    for i in range(TALLIES):
-        tally[i] = 0.0
-    tally[LOWEST] = math.inf
-    tally[HIGHEST] = -math.inf
-    tally[END_X] = math.nan
-    tally[END_V] = math.nan
+def clear_observables(values: Floats) -> None:
+    """Set the observables of a motion that begins."""
+    for i in range(N_OBSERVABLES):
+        values[i] = 0.0
+    values[LOWEST] = math.inf
+    values[HIGHEST] = -math.inf
+    values[END_X] = math.nan
+    values[END_V] = math.nan
     # Any direction turns into that of the fastest growth.
-    tally[AHEAD_X] = 0.8
-    tally[AHEAD_V] = 0.6
+    values[AHEAD_X] = 0.8
+    values[AHEAD_V] = 0.6

@@ -1,4 +1,4 @@
-"""Plain flights are those of the general search, made faster."""
+"""Harmonic flights are those of the general search, made faster."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.kernels import law as columns
+from percuss.kernels import law_columns as columns
 from percuss.model.law import law as law_of
 from percuss.motion import Trajectory
 
@@ -31,23 +31,23 @@ def flown(case: tuple[pc.Oscillator, pc.Forcing, float]) -> Trajectory:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_same_impacts_come_with_and_without_the_plain_loop(name: str) -> None:
+def test_the_same_impacts_come_with_and_without_the_loop_of_harmonic_flights(name: str) -> None:
     law = law_of(*CASES[name][:2])
     region = columns.FIRST_HARMONIC + 1
-    plain = flown(CASES[name]).impacts
+    looped = flown(CASES[name]).impacts
 
-    law[region, columns.PLAIN] = 0.0
+    law[region, columns.HARMONIC] = 0.0
     try:
         general = flown(CASES[name]).impacts
     finally:
-        law[region, columns.PLAIN] = 1.0
+        law[region, columns.HARMONIC] = 1.0
 
     # Room for what the motion makes of a rounding in 12 impacts.
-    np.testing.assert_allclose(plain.t, general.t, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(plain.v_before, general.v_before, rtol=0, atol=1e-11)
-    assert len(plain) == 12
+    np.testing.assert_allclose(looped.t, general.t, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(looped.v_before, general.v_before, rtol=0, atol=1e-11)
+    assert len(looped) == 12
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_cases_are_plain(name: str) -> None:
-    assert law_of(*CASES[name][:2])[columns.FIRST_HARMONIC + 1, columns.PLAIN] == 1.0
+def test_the_cases_are_harmonic(name: str) -> None:
+    assert law_of(*CASES[name][:2])[columns.FIRST_HARMONIC + 1, columns.HARMONIC] == 1.0

@@ -1,4 +1,4 @@
-"""The first touch of a bound by a flight, decided with proof, and the landing there.
+"""Where a flight first meets a bound: the first root of its clearance, with proof.
 
 A stretch is cut until on each piece the clearance is provably positive, or provably has at most
 one zero or one turning point, which is then computed. The bounds are Taylor's theorem with the
@@ -30,7 +30,7 @@ from percuss.kernels.flight import (
     uncertainties,
     uncertainty,
 )
-from percuss.kernels.law import (
+from percuss.kernels.law_columns import (
     DAMPING,
     FIRST_HARMONIC,
     FORCE_BOUND,
@@ -62,7 +62,7 @@ HALVINGS = 40
 
 
 @kernel
-def land(
+def locate_root(
     flight: Flight,
     bound: Pair,
     bracket: tuple[float, float, float],
@@ -141,7 +141,7 @@ def is_settled(
 def series_root(value: float, first: float, second: float, third: float, fourth: float) -> float:
     """Return the root next to 0 of the quartic with these derivatives at 0, to fourth order.
 
-    Far from the root the series may give any step, by chance even none: where it is not between
+    Far from the root the series may give any step, even zero: where it is not between
     half and twice Newton's step, that is returned.
     """
     if first == 0.0:
@@ -205,8 +205,8 @@ def lowest(
 
 
 @kernel
-def first_touch(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, float, float, float]:
-    """Return (verdict, s, v or clearance, rounding bound, free up to) of the first touch.
+def first_root(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, float, float, float]:
+    """Return (verdict, s, v or clearance, rounding bound, free up to) of the first root.
 
     ``bound`` is (sign, distance) and ``span`` (left, right): the clearance sign * (y - distance)
     is positive at the left. For a HIT the third entry is the velocity and the fourth what is to
@@ -246,7 +246,7 @@ def first_touch(flight: Flight, bound: Pair, span: Pair) -> tuple[int, float, fl
             return GRAZE, end, clearance, error, after
         if clearance < -error:
             bracket = (sure, end, 0.5 * (sure + end))
-            s, v, s_low = land(flight, bound, bracket)
+            s, v, s_low = locate_root(flight, bound, bracket)
             return HIT, s, v, s_low, s
         clearance = sign * (y - distance)
         if shape == CLEAR or clearance > doubt:
@@ -435,9 +435,9 @@ def rest_at_landing(
     doubt += ULP * abs(distance)
     if start[2] == 0.0 and distance == 0.0:
         # From a release the constant force is what the harmonics leave, with their rounding.
-        blow, _, rise = free_response(law, region, s)
+        impulse, _, rise = free_response(law, region, s)
         doubt += FORCE_ROUNDING * law[0, FORCE_BOUND] * abs(rise)
-        doubt_of_speed += FORCE_ROUNDING * law[0, FORCE_BOUND] * abs(blow)
+        doubt_of_speed += FORCE_ROUNDING * law[0, FORCE_BOUND] * abs(impulse)
     y, v = move(flight, s)
     second, third = acceleration_and_jerk(law, region, start[3], arrival, y, v)
     if is_certain(law, region, abs(v), (abs(second), abs(third)), doubt, doubt_of_speed):
