@@ -7,6 +7,7 @@ import json
 import math
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,12 @@ import xarray as xr
 from percuss.errors import OutputError, ParameterError
 from percuss.io import load_record
 from percuss.paper import run as run_module
+from percuss.paper.claim import examine
 from percuss.paper.collection import Item, choose, items
 from percuss.paper.figure_files import draw_figure
 from percuss.paper.lanes import in_lanes
-from percuss.paper.run import INTERRUPTED, run_paper
+from percuss.paper.result import INTERRUPTED
+from percuss.paper.run import run_paper
 from percuss.paper.sections import SECTIONS
 
 
@@ -27,8 +30,9 @@ def test_names_select_figures_and_what_is_said_about_them() -> None:
     chosen = choose("fig9,table2")
 
     assert [item.name for item in chosen if item.kind == "figure"] == ["fig9"]
-    assert all("table2" in item.name for item in chosen if item.kind == "statement")
-    assert any(item.kind == "statement" for item in chosen)
+    statements = {item.name for item in chosen if item.kind == "statement"}
+    assert {"table2", "table2-simulated", "fig9"} <= statements
+    assert all("table2" in name or name == "fig9" for name in statements)
 
 
 def test_an_equation_selects_all_statements_that_refer_to_it() -> None:
@@ -70,9 +74,20 @@ def test_a_figure_is_written_four_times_and_can_be_read_again(tmp_path: Path) ->
 def test_claims_are_in_the_order_of_the_report(tmp_path: Path) -> None:
     result = run_paper(tmp_path, only="table1,eq2")
 
-    records = json.loads((tmp_path / "claims.json").read_text())
+    records = json.loads((tmp_path / "claims.json").read_text())["records"]
     assert [record["id"] for record in records] == [item.name for item in result.items]
     assert {record["verdict"].split(" ")[0] for record in records} <= {"holds", "fails"}
+
+
+def test_a_study_of_a_record_is_written_beside_the_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_module, "examine", lambda s: replace(examine(s), study="v0 = 1.0\n"))
+    result = run_paper(tmp_path, only="eq2")
+
+    for name in result.claims:
+        assert (tmp_path / f"{name}.toml").read_text() == "v0 = 1.0\n"
+        assert f'href="{name}.toml"' in (tmp_path / "index.html").read_text()
 
 
 def test_an_interrupted_run_keeps_its_figures_and_says_what_is_missing(tmp_path: Path) -> None:
@@ -113,6 +128,24 @@ def test_a_folder_that_is_not_empty_is_refused_before_any_work(tmp_path: Path) -
     run_paper(tmp_path, only="fig9", force=True)
     assert (tmp_path / "mine").exists()
     assert (tmp_path / "index.html").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_said_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def progress(done: float, total: float) -> bool:
+        asked.append((done, total))
+        return True
+
+    def refuse(self: Path, *_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    with pytest.raises(OutputError, match="out: the folder cannot be written: permission denied"):
+        run_paper(tmp_path / "out", only="fig9", progress=progress)
+    assert asked == []
 
 
 def _square(item: Item) -> float:

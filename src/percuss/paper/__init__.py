@@ -1,11 +1,17 @@
 """Dyskin, Pasternak & Pelinovsky (2012), recomputed and held against evidence.
 
-Needs python-flint, the extra ``percuss[paper]``: what can be proven is proven in ball arithmetic.
+Needs the extra ``percuss[paper]``: python-flint for ball arithmetic, SymPy for the formulas and
+what is deduced from them, and Typst for the PDF.
 """
+
+from importlib.util import find_spec
 
 from percuss.errors import MissingExtraError
 
-try:
-    import flint as _flint  # noqa: F401
-except ImportError:
-    raise MissingExtraError("the report on the paper needs python-flint", "paper") from None
+for _module, _library in (("flint", "python-flint"), ("sympy", "SymPy"), ("typst", "Typst")):
+    try:
+        _missing = find_spec(_module) is None
+    except ValueError:
+        _missing = True
+    if _missing:
+        raise MissingExtraError(f"the report on the paper needs {_library}", "paper")

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
-from percuss.paper.statement import Check, Finding, Grade, Statement, grade, judge
+from percuss.paper.article import passages_of
+from percuss.paper.code import Code, code_of
+from percuss.paper.evidence import Deduction, Enclosure, Evidence
+from percuss.paper.formula import Formula
+from percuss.paper.statement import (
+    Finding,
+    Grade,
+    Scope,
+    Statement,
+    VerdictKind,
+    grade,
+    judge,
+    verdict_kind,
+)
 
-__all__ = ["Claim", "ClaimKind", "examine"]
-
-ClaimKind = Literal["holds", "corrected", "fails", "undecided"]
-
-# In place of what the statement says of floats.
-IN_BALLS = "ball arithmetic, each number with an error that is proven"
+__all__ = ["Claim", "examine"]
 
 
 @dataclass(frozen=True)
@@ -22,66 +29,91 @@ class Claim:
 
     Parameters
     ----------
-    id, reference, claim, formula, method, certainty, theory
+    id, reference, claim, method, theory, scope, study
         Of the statement.
+    formula, right_formula
+        Its formula and, where that is corrected, the right one, in mathtext; empty without one.
     finding
         The evidence.
-    verdict
-        What `percuss.paper.statement.judge` says of it.
+    kind, verdict
+        What `percuss.paper.statement.judge` says of it, in a word and in a sentence.
     grade
-        What the verdict rests on: "certified" in ball arithmetic, "derived", or "numerical".
+        What the verdict rests on: "deduced", "certified" in ball arithmetic, or "measured".
+    code
+        The function that computed the evidence.
     """
 
     id: str
     reference: str
     claim: str
-    formula: str
     method: str
-    certainty: str
     theory: str
+    scope: Scope
+    formula: str
+    right_formula: str
     finding: Finding
+    kind: VerdictKind
     verdict: str
     grade: Grade
-
-    @property
-    def kind(self) -> ClaimKind:
-        """The verdict in a word."""
-        if self.verdict.startswith("holds with"):
-            return "corrected"
-        return "undecided" if self.verdict.startswith("undecided") else self._plain
-
-    @property
-    def _plain(self) -> ClaimKind:
-        return "holds" if self.verdict == "holds" else "fails"
+    study: str
+    code: Code
 
     def record(self) -> dict[str, object]:
         """Return what claims.json holds; a number that is not finite becomes null."""
         return {
             "id": self.id,
-            "reference": self.reference,
-            "claim": self.claim,
-            "formula": self.formula,
-            "method": self.method,
-            "evidence": {
-                "printed": [_numbers(check) for check in self.finding.printed],
-                "corrected": [_numbers(check) for check in self.finding.corrected],
-            },
+            "scope": self.scope,
+            "kind": self.kind,
             "verdict": self.verdict,
             "grade": self.grade,
-            "certainty": self.certainty,
+            "reference": self.reference,
+            "claim": self.claim,
+            "quotations": _quotations(self.id),
+            "formula": self.formula,
+            "right_formula": self.right_formula,
+            "method": self.method,
+            "evidence": {
+                "printed": [_item(item) for item in self.finding.printed],
+                "corrected": [_item(item) for item in self.finding.corrected],
+            },
             "remark": self.finding.remark,
             "theory": self.theory,
+            "code": self.code.name,
         }
 
 
-def _numbers(check: Check) -> dict[str, object]:
-    numbers = {
-        name: float(getattr(check, name))
-        for name in ("measured", "expected", "difference", "tolerance")
+def _quotations(id: str) -> list[dict[str, object]]:
+    return [
+        {
+            "passage": passage.id,
+            "section": passage.section,
+            "page": passage.page,
+            "at": passage.at,
+            "text": passage.quote,
+        }
+        for passage in passages_of(id)
+    ]
+
+
+def _item(item: Evidence) -> dict[str, object]:
+    said: dict[str, object] = {"what": item.what, "outcome": item.outcome}
+    if isinstance(item, Deduction):
+        steps = [
+            {"text": step.text, "formula": step.formula, "holds": step.holds, "by": step.by}
+            for step in item.steps
+        ]
+        return {"kind": "deduced", **said, "concludes": item.concludes, "steps": steps}
+    numbers = {name: getattr(item, name) for name in ("value", "low", "high", "expected")}
+    if isinstance(item, Enclosure):
+        return {"kind": "certified", **said, **_finite({**numbers, "radius": item.radius})}
+    return {"kind": "measured", **said, **_finite({**numbers, "error": item.error})}
+
+
+def _finite(numbers: dict[str, float | None]) -> dict[str, object]:
+    return {
+        name: float(value) if value is not None and math.isfinite(value) else None
+        for name, value in numbers.items()
     }
-    finite = {name: value if math.isfinite(value) else None for name, value in numbers.items()}
-    radius = {} if check.radius is None else {"radius": float(check.radius)}
-    return {"what": check.what, **finite, **radius, "passed": bool(check.passed)}
 
 
 def examine(statement: Statement) -> Claim:
@@ -99,21 +131,29 @@ def examine(statement: Statement) -> Claim:
 
     Examples
     --------
-    >>> sum_of_two = lambda: Finding(printed=(Check("1 + 1", 1.0 + 1.0, 2.0),))
-    >>> examine(Statement("sum", "(0)", "1 + 1 is 2", "addition", "exact", sum_of_two)).kind
+    >>> from percuss.paper.evidence import compare
+    >>> sum_of_two = lambda: Finding(printed=(compare("1 + 1", 1.0 + 1.0, 2.0),))
+    >>> examine(Statement("sum", "(0)", "1 + 1 is 2", "addition", sum_of_two)).kind
     'holds'
     """
     finding = statement.find()
-    rests_on = grade(finding, proven=statement.proven, general=statement.general)
+    formula, right = statement.formula, ""
+    if isinstance(formula, Formula):
+        right = formula.tex(right=True) if formula.right is not None else ""
+        formula = formula.tex()
     return Claim(
         id=statement.id,
         reference=statement.reference,
         claim=statement.claim,
-        formula=statement.formula,
         method=statement.method,
-        certainty=IN_BALLS if rests_on == "certified" else statement.certainty,
         theory=statement.theory,
+        scope=statement.scope,
+        formula=formula,
+        right_formula=right,
         finding=finding,
+        kind=verdict_kind(finding),
         verdict=judge(finding),
-        grade=rests_on,
+        grade=grade(finding, general=statement.general),
+        study=statement.study,
+        code=code_of(statement.find),
     )

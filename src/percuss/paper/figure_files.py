@@ -80,7 +80,7 @@ def draw_figure(figure: Figure, folder: Path, command: str) -> Drawn:
     import matplotlib as mpl
 
     data = figure.compute()
-    caption = figure.caption(data)
+    caption = figure.full_caption(data)
     record = _record(figure, data, command)
     paths = [folder / f"{figure.name}{suffix}" for suffix in SUFFIXES]
     # The same figure gives the same names inside its SVG.

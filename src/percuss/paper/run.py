@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -16,49 +15,16 @@ from percuss.paper.claim import Claim, examine
 from percuss.paper.collection import Item, choose, figure_named, statement_with_id
 from percuss.paper.figure_files import Drawn, draw_figure
 from percuss.paper.lanes import in_lanes
+from percuss.paper.records import SCHEMA_FILE, records_text, schema_text
+from percuss.paper.result import INTERRUPTED, PaperResult
 from percuss.progress import Progress, Report
 
-__all__ = ["INTERRUPTED", "PaperResult", "run_paper"]
+__all__ = ["run_paper"]
 
 
 LANES = 2
 # Fewer items are done before a second process has started.
 FEWEST_FOR_LANES = 8
-INTERRUPTED = "not begun when the run was interrupted"
-
-
-@dataclass(frozen=True)
-class PaperResult:
-    """What came out of a run.
-
-    Parameters
-    ----------
-    folder
-        Where the files are.
-    items
-        What was asked for, in the order of the report.
-    claims, figures
-        What was done, by name.
-    missing
-        Why the others are not there.
-    command
-        The command.
-    seconds
-        How long it took [s].
-    """
-
-    folder: Path
-    items: tuple[Item, ...]
-    claims: dict[str, Claim]
-    figures: dict[str, Drawn]
-    missing: dict[Item, str]
-    command: str
-    seconds: float
-
-    @property
-    def is_interrupted(self) -> bool:
-        """Whether the run was stopped before its end."""
-        return INTERRUPTED in self.missing.values()
 
 
 @dataclass(frozen=True)
@@ -105,7 +71,8 @@ def run_paper(
     Parameters
     ----------
     folder
-        Where to write: index.html, claims.json and four files a figure.
+        Where to write: index.html, beyond.html, coverage.html, comment.pdf, claims.json with its schema, and
+        four files a figure.
     only
         Names of figures and statements, separated by commas; default: all.
     command
@@ -155,7 +122,12 @@ def run_paper(
 
 def _check_folder(folder: Path, *, force: bool) -> None:
     check_output([folder / "index.html", folder / "claims.json"], force=True)
-    if folder.is_dir() and not force and any(folder.iterdir()):
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise OutputError(folder, f"the folder cannot be written: {reason}") from error
+    if not force and any(folder.iterdir()):
         raise OutputError(folder, "the folder is not empty; --force (force=True) writes into it")
 
 
@@ -198,12 +170,20 @@ def _work(folder: Path, command: str, item: Item) -> _Answer:
 
 
 def _write_report(result: PaperResult) -> None:
-    from percuss.paper.report.page import page
+    from percuss.paper.comment import comment_pdf
+    from percuss.paper.report.claims import study_file
+    from percuss.paper.report.page import pages
 
-    index, claims = result.folder / "index.html", result.folder / "claims.json"
     in_order = [item.name for item in result.items if item.kind == "statement"]
-    records = [result.claims[name].record() for name in in_order if name in result.claims]
-    with OutputFiles(index, claims, force=True) as files:
-        text = json.dumps(records, indent=1, ensure_ascii=False, allow_nan=False)
-        files[claims].write_text(text + "\n", encoding="utf-8")
-        files[index].write_text(page(result), encoding="utf-8")
+    claims = [result.claims[name] for name in in_order if name in result.claims]
+    texts: dict[str, str | bytes] = {
+        **pages(result),
+        "comment.pdf": comment_pdf(result),
+        "claims.json": records_text(claims),
+        SCHEMA_FILE: schema_text(),
+        **{study_file(claim): claim.study for claim in claims if claim.study},
+    }
+    paths = [result.folder / name for name in texts]
+    with OutputFiles(*paths, force=True) as files:
+        for path, text in zip(paths, texts.values(), strict=True):
+            files[path].write_bytes(text if isinstance(text, bytes) else text.encode())

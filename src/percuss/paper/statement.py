@@ -2,63 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["Check", "Finding", "Grade", "Statement", "grade", "judge"]
+from percuss.paper.evidence import Deduction, Enclosure, Evidence
+from percuss.paper.formula import Formula
 
-Grade = Literal["certified", "derived", "numerical"]
+__all__ = [
+    "Finding",
+    "Grade",
+    "Scope",
+    "Statement",
+    "VerdictKind",
+    "grade",
+    "judge",
+    "verdict_kind",
+]
 
-
-@dataclass(frozen=True)
-class Check:
-    """One comparison: what was measured, what was expected, and how far they may be apart.
-
-    Parameters
-    ----------
-    what
-        What is compared, in a few words.
-    measured, expected
-        The two numbers; a condition is measured 1 where it holds, else 0, and expected 1.
-    tolerance
-        Largest absolute difference that counts as agreement, from the digits printed or from the
-        rounding of the computation.
-    radius
-        How far the measured number can be from the true one, proven in ball arithmetic; 0 for a
-        condition that is proven to hold, or not to. None: a float, its error is not bounded.
-
-    Examples
-    --------
-    >>> Check("V*(5)", measured=1.50002, expected=1.5, tolerance=0.0005).passed
-    True
-    >>> Check("pi", measured=3.14, expected=3.0, tolerance=0.1, radius=0.01).is_certain
-    True
-    """
-
-    what: str
-    measured: float
-    expected: float
-    tolerance: float = 0.0
-    radius: float | None = None
-
-    @property
-    def difference(self) -> float:
-        """Measured minus expected."""
-        return self.measured - self.expected
-
-    @property
-    def passed(self) -> bool:
-        """Whether both agree, for all that the radius leaves open; a NaN never does."""
-        return abs(self.difference) + (self.radius or 0.0) <= self.tolerance
-
-    @property
-    def is_certain(self) -> bool:
-        """Whether it is proven that they agree, or that they do not."""
-        if self.radius is None:
-            return False
-        return self.passed or abs(self.difference) - self.radius > self.tolerance
+Grade = Literal["deduced", "certified", "measured"]
+Scope = Literal["article", "beyond"]
+VerdictKind = Literal["holds", "corrected", "fails", "undecided"]
 
 
 @dataclass(frozen=True)
@@ -68,9 +32,9 @@ class Finding:
     Parameters
     ----------
     printed
-        Checks of the statement as the paper prints it.
+        Evidence on the statement as the article prints it.
     corrected
-        Checks of a corrected form, where the printed one fails.
+        Evidence on a corrected form, where the printed one fails.
     correction
         The corrected form in words and symbols, completing "holds with the correction ...".
     undecided
@@ -79,8 +43,8 @@ class Finding:
         What else the reader should know.
     """
 
-    printed: tuple[Check, ...]
-    corrected: tuple[Check, ...] = ()
+    printed: tuple[Evidence, ...]
+    corrected: tuple[Evidence, ...] = ()
     correction: str = ""
     undecided: str = ""
     remark: str = ""
@@ -88,47 +52,73 @@ class Finding:
 
 @dataclass(frozen=True)
 class Statement:
-    """A formula, number or sentence of the paper, and how to find out whether it is right.
+    """A formula, number or sentence of the article, and how to find out whether it is right.
 
     Parameters
     ----------
     id
         Short name, unique: "eq12", "table1-m5", "chaos-fig6b".
     reference
-        Where the paper has it: "(12)", "table 1", "fig 14", "section 5".
+        Where the article has it: "(12)", "table 1", "fig 14", "section 5".
     claim
         What it says, in words.
-    formula
-        The same in matplotlib's mathtext, without dollar signs; empty where words are enough.
     method
         How it is examined.
-    certainty
-        Of the verdict: "symbolic", "closed form, 12 digits", "simulation, 1e-9", "statistical".
     find
         Computes the evidence.
+    formula
+        The numbered formula, or mathtext without dollar signs; empty where words are enough.
     theory
         File of docs/theory with the derivation; empty where there is none.
-    proven
-        Whether the derivation proves the verdict for all cases, not only for those computed.
     general
-        Whether it speaks of more than the cases that are computed, and no derivation proves it:
-        then these may be certain and the statement is not, unless one of them refutes it.
+        Whether it speaks of more than the cases that are computed: then certified cases do not
+        certify it, unless one of them refutes it.
+    scope
+        Whether the article says it, or percuss does.
+    study
+        A study in TOML, with the parameters of a motion that shows it; empty where there is none.
     """
 
     id: str
     reference: str
     claim: str
     method: str
-    certainty: str
     find: Callable[[], Finding]
-    formula: str = ""
+    formula: Formula | str = ""
     theory: str = ""
-    proven: bool = False
     general: bool = False
+    scope: Scope = "article"
+    study: str = ""
+
+
+def verdict_kind(finding: Finding) -> VerdictKind:
+    """Return the verdict in a word, which follows from the evidence and from nothing else.
+
+    Parameters
+    ----------
+    finding
+        The evidence.
+
+    Returns
+    -------
+    str
+        "holds" if all evidence on the printed form agrees; "corrected" if some of it differs and
+        all on the corrected form agrees; "fails" if some differs; else "undecided".
+
+    Examples
+    --------
+    >>> from percuss.paper.evidence import compare
+    >>> verdict_kind(Finding(printed=(compare("sum", 2.5, 2.0),)))
+    'fails'
+    """
+    outcomes = {item.outcome for item in finding.printed}
+    if finding.undecided or "differs" not in outcomes:
+        return "holds" if outcomes == {"agrees"} and not finding.undecided else "undecided"
+    return "corrected" if finding.corrected and _all_agree(finding.corrected) else "fails"
 
 
 def judge(finding: Finding) -> str:
-    """Return the verdict that follows from the checks, and from nothing else.
+    """Return the verdict in a sentence.
 
     Parameters
     ----------
@@ -142,68 +132,72 @@ def judge(finding: Finding) -> str:
 
     Examples
     --------
-    >>> judge(Finding(printed=(Check("sum", 2.0, 2.0),)))
-    'holds'
-    >>> judge(Finding((Check("sum", 2.5, 2.0),), (Check("sum", 2.5, 2.5),), "5/2 for 2"))
+    >>> from percuss.paper.evidence import compare
+    >>> judge(Finding((compare("sum", 2.5, 2.0),), (compare("sum", 2.5, 2.5),), "5/2 for 2"))
     'holds with the correction 5/2 for 2'
-    >>> judge(Finding(printed=(Check("sum", 2.5, 2.0),)))
-    'fails'
     """
-    if finding.undecided:
-        return f"undecided because {finding.undecided}"
-    every = (*finding.printed, *finding.corrected)
-    if not every or any(math.isnan(check.measured) for check in every):
-        return "undecided because no number came out of the computation"
-    if _all_pass(finding.printed):
-        return "holds"
-    if finding.corrected and _all_pass(finding.corrected):
+    kind = verdict_kind(finding)
+    if kind == "corrected":
         return f"holds with the correction {finding.correction}"
-    return "fails"
+    if kind != "undecided":
+        return kind
+    left_open = "; ".join(item.what for item in finding.printed if item.outcome == "open")
+    reason = finding.undecided or f"the evidence leaves open: {left_open or 'nothing was computed'}"
+    return f"undecided because {reason}"
 
 
-def grade(finding: Finding, *, proven: bool = False, general: bool = False) -> Grade:
+def grade(finding: Finding, *, general: bool = False) -> Grade:
     """Return what the verdict rests on.
 
     Parameters
     ----------
     finding
         The evidence.
-    proven, general
+    general
         Of the statement.
 
     Returns
     -------
     str
-        "derived" if it is proven; "certified" where every comparison that the verdict needs is
-        certain in ball arithmetic; "numerical" otherwise. Of a form that fails one certain
-        disagreement is enough; a general form that holds is not certain by its cases.
+        "deduced" where a deduction reaches the verdict; "certified" where every number that the
+        verdict needs is certified; "measured" otherwise. Of a form that fails one certain
+        disagreement is enough; a general form that holds is not certified by its cases.
 
     Examples
     --------
-    >>> certain = Check("pi", 3.1415926, 3.0, tolerance=0.1, radius=1e-6)
-    >>> grade(Finding((certain, Check("sum", 2.0, 2.0))))
+    >>> from percuss.paper.evidence import compare
+    >>> certain = compare("pi", 3.1415926, 3.0, 0.2, radius=1e-6)
+    >>> grade(Finding((certain,)))
     'certified'
-    >>> grade(Finding((Check("sum", 2.0, 2.0),)))
-    'numerical'
+    >>> grade(Finding((certain, compare("sum", 2.0, 2.0))))
+    'measured'
     """
-    if judge(finding).startswith("undecided"):
-        return "numerical"
-    if proven:
-        return "derived"
-    if general and judge(finding) != "fails":
-        return "numerical"
-    if _all_pass(finding.printed):
-        needed = _all_certain(finding.printed)
-    else:
-        needed = any(check.is_certain and not check.passed for check in finding.printed)
-        if finding.corrected and _all_pass(finding.corrected):
-            needed = needed and _all_certain(finding.corrected)
-    return "certified" if needed else "numerical"
+    kind = verdict_kind(finding)
+    if kind == "undecided":
+        return "measured"
+    if kind == "holds":
+        return _grade_of(finding.printed, general=general)
+    refuted = _grade_of_refutation(finding.printed)
+    if kind == "fails":
+        return refuted
+    weakest: Sequence[Grade] = ("measured", "certified", "deduced")
+    return min(refuted, _grade_of(finding.corrected, general=general), key=weakest.index)
 
 
-def _all_certain(checks: Sequence[Check]) -> bool:
-    return all(check.is_certain for check in checks)
+def _grade_of(items: Sequence[Evidence], *, general: bool) -> Grade:
+    """Return what a form that holds rests on; numbers beside a deduction illustrate it."""
+    if any(isinstance(item, Deduction) for item in items):
+        return "deduced"
+    certified = all(isinstance(item, Enclosure) for item in items)
+    return "certified" if certified and not general else "measured"
 
 
-def _all_pass(checks: Sequence[Check]) -> bool:
-    return all(check.passed for check in checks)
+def _grade_of_refutation(items: Sequence[Evidence]) -> Grade:
+    against = [item for item in items if item.outcome == "differs"]
+    if any(isinstance(item, Deduction) for item in against):
+        return "deduced"
+    return "certified" if any(isinstance(item, Enclosure) for item in against) else "measured"
+
+
+def _all_agree(items: Sequence[Evidence]) -> bool:
+    return all(item.outcome == "agrees" for item in items)

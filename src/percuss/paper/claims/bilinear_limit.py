@@ -221,10 +221,10 @@ def graze_error(case: Graze, stiffness: float) -> float:
     return float(run(later)[0] - exact(later)[0]) / numerics.sin(later)
 
 
-def saturation_speed(n: int, stiffness: float) -> float:
+def saturation_speed(n: int, stiffness: float, factor: float = 4.0) -> float:
     """Return the largest speed under sin(n t), n even, from rest, to leading order.
 
-    4 sqrt(k-) / (pi (n^2 - 1)): the bilinear oscillator's resonance lies 1/sqrt(k-) below, and
+    4 sqrt(k-) / (pi (n^2 - 1)), or another factor than 4: the bilinear oscillator's resonance lies 1/sqrt(k-) below, and
     it beats.
 
     Examples
@@ -232,7 +232,7 @@ def saturation_speed(n: int, stiffness: float) -> float:
     >>> round(saturation_speed(2, 1e4), 3)
     42.441
     """
-    return 4.0 * math.sqrt(stiffness) / (math.pi * (n * n - 1))
+    return factor * math.sqrt(stiffness) / (math.pi * (n * n - 1))
 
 
 @cache

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -15,26 +15,21 @@ from percuss.certified import (
     CertifiedRun,
     certify,
     critical_velocity,
-    keeps_eigenset,
-    keeps_subset,
 )
 from percuss.certified.numbers import precision
-from percuss.model.exact import Exact, Phase
+from percuss.model.exact import Exact
 from percuss.model.forcing import Forcing
 from percuss.model.start import Start
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.evidence import ROUNDING, WALL, condition, furthest, near
-from percuss.paper.statement import Check
+from percuss.paper.claims.comparisons import ROUNDING, WALL, furthest, near
+from percuss.paper.evidence import Comparison, compare
 
 __all__ = [
-    "certain_condition",
     "certain_run",
-    "eigenset_kept",
     "impacts_at",
     "in_ball",
     "limit_velocity",
     "subset_constant",
-    "subset_kept",
 ]
 
 
@@ -42,56 +37,19 @@ __all__ = [
 CONSTANT_BITS = 512
 
 
-def in_ball(what: str, ball: Ball, expected: float = 0.0, tolerance: float = ROUNDING) -> Check:
-    """Return the check of a number that is enclosed by a ball.
+def in_ball(
+    what: str, ball: Ball, expected: float = 0.0, tolerance: float = ROUNDING
+) -> Comparison:
+    """Return the comparison of a number that is enclosed by a ball.
 
     Examples
     --------
     >>> from percuss.certified import Ball
     >>> from flint import arb
-    >>> in_ball("a third", Ball(arb(1) / 3), 0.33, 0.01).is_certain
-    True
+    >>> in_ball("a third", Ball(arb(1) / 3), 0.33, 0.01).outcome
+    'agrees'
     """
-    return Check(what, ball.mid(), float(expected), tolerance, ball.radius())
-
-
-def eigenset_kept(
-    what: str,
-    force: Forcing | None,
-    v0: Exact,
-    numerical: Callable[[], bool],
-    *,
-    kept: bool = True,
-    t0: Phase = 0,
-) -> Check:
-    """Return the check that all impacts of a start are those of the eigenset, or that they leave it.
-
-    Parameters
-    ----------
-    what
-        What is compared.
-    force, v0, t0
-        The force on the elastic impact oscillator, and the start on its wall.
-    numerical
-        Says whether the first impacts do as expected, where no proof is to be had.
-    kept
-        Whether they are expected to keep to it.
-
-    Returns
-    -------
-    Check
-        Certain, for all impacts, if the ball arithmetic decides; else a condition.
-
-    Examples
-    --------
-    >>> import percuss as pc
-    >>> eigenset_kept("n = 3", pc.sine(3), "0.51", lambda: True).is_certain
-    True
-    """
-    holds = keeps_eigenset(WALL, force, v0, t0).holds
-    if holds is None:
-        return condition(what, numerical())
-    return Check(what, float(holds is kept), 1.0, 0.0, 0.0)
+    return compare(what, ball.mid(), float(expected), tolerance, ball.radius())
 
 
 @cache
@@ -118,23 +76,6 @@ def certain_run(
     return proven if proven.complete and len(proven.impacts) == len(run.impacts) else None
 
 
-def subset_kept(what: str, m: int, v0: float, numerical: Callable[[], Check]) -> Check:
-    """Return the check that all impacts of a start are those of Y_m, under its force exactly.
-
-    Parameters
-    ----------
-    what
-        What is compared: the distance of the impact times from those of Y_m.
-    m, v0
-        Which Y_m, and the start on the wall at t = 0.
-    numerical
-        Gives the check where no proof is to be had, or they are not those of Y_m.
-    """
-    if keeps_subset(m, v0).holds is True:
-        return Check(what, 0.0, 0.0, ROUNDING, 0.0)
-    return numerical()
-
-
 @cache
 def subset_constant(m: int) -> Mapping[str, Ball]:
     """Return the constant cos(pi/(m+1)) of the force of Y_m as a ball.
@@ -145,17 +86,6 @@ def subset_constant(m: int) -> Mapping[str, Ball]:
         return {"forcing.constant": Ball((arb.pi() / (m + 1)).cos())}
 
 
-def certain_condition(what: str, holds: bool, is_certain: bool) -> Check:
-    """Return the check of a condition that is proven to hold or not to, or only found to.
-
-    Examples
-    --------
-    >>> certain_condition("two is even", True, True).is_certain
-    True
-    """
-    return Check(what, float(holds), 1.0, radius=0.0 if is_certain else None)
-
-
 def impacts_at(
     what: str,
     run: Trajectory,
@@ -163,7 +93,7 @@ def impacts_at(
     tolerance: float = ROUNDING,
     start: Start | None = None,
     over: Mapping[str, Ball] | None = None,
-) -> Check:
+) -> Comparison:
     """Return the check that the impacts of a run are at the first of the expected times.
 
     Parameters
@@ -181,15 +111,15 @@ def impacts_at(
 
     Returns
     -------
-    Check
+    Comparison
         Certain where the run can be proven.
 
     Examples
     --------
     >>> import percuss as pc
     >>> run = pc.simulate(WALL, pc.sine(2), v0=1, max_impacts=3)
-    >>> impacts_at("times", run, np.pi * np.arange(1, 4)).passed
-    True
+    >>> impacts_at("times", run, np.pi * np.arange(1, 4)).outcome
+    'agrees'
     """
     proven = certain_run(run, start, over)
     if proven is None or not 0 < len(run.impacts) <= len(expected):
@@ -199,4 +129,4 @@ def impacts_at(
     # What the radii, and the rounding of what is expected, leave open.
     open_part = float(times.radius().max() + 2.0 * np.spacing(np.abs(first)).max())
     apart = float(np.abs(times.mid() - first).max())
-    return Check(what, apart, 0.0, tolerance, math.nextafter(open_part, math.inf))
+    return compare(what, apart, 0.0, tolerance, math.nextafter(open_part, math.inf))

@@ -7,13 +7,13 @@ from functools import cache
 
 from flint import arb
 
-from percuss.certified.balls import Undecided
+from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.families import ReflectedMotion, returns_reversed
 from percuss.certified.numbers import ball, precision
 from percuss.certified.system import system_of
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import sine
-from percuss.paper.claims.evidence import WALL
+from percuss.paper.claims.comparisons import WALL
 
 __all__ = ["all_flights_last_pi"]
 

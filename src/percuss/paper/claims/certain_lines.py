@@ -16,9 +16,9 @@ from percuss.certified.numbers import ball, precision
 from percuss.certified.system import system_of
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import sine
-from percuss.paper.claims.evidence import WALL
+from percuss.paper.claims.comparisons import WALL
 
-__all__ = ["are_sorted", "jump_bound", "power_law", "proven_lines"]
+__all__ = ["BITS", "jump_bound", "power_law", "proven_lines"]
 
 # The motions have the period 4 pi: four half periods pi, each with an impact or more.
 HALF_PERIODS = 4
@@ -109,15 +109,6 @@ def jump_bound(v0: str) -> arb | None:
     with precision(BITS):
         total = sum((2 * v for _, v in states), arb(0))
         return 2 * total / (HALF_PERIODS * arb.pi())
-
-
-def are_sorted(values: Sequence[arb]) -> bool | None:
-    """Return whether values fall strictly, None where the balls leave that open."""
-    falls = [bool(b < a) for a, b in itertools.pairwise(values)]
-    rises = [bool(b >= a) for a, b in itertools.pairwise(values)]
-    if all(falls):
-        return True
-    return False if any(rises) else None
 
 
 def power_law(lines: Sequence[arb], edges: Floats) -> arb | None:

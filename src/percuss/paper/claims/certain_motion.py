@@ -2,24 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 
 from flint import arb
 
 from percuss.arrays import Floats
-from percuss.certified import Ball
+from percuss.certified import Ball, CertifiedRun
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
-from percuss.paper.claims.evidence import near
-from percuss.paper.statement import Check
+from percuss.paper.evidence import Enclosure
 
-__all__ = ["MotionPart", "furthest_apart", "sum_is_zero"]
+__all__ = ["MotionPart", "enclosed", "furthest_apart", "sum_within"]
 
 # A factor, a run, and a number of its force that is a ball.
 MotionPart = tuple[float, Trajectory, "Mapping[str, Ball] | None"]
 
 
-def furthest_apart(parts: Sequence[MotionPart], t: Floats) -> arb | None:
+def enclosed(what: str, value: arb | None, low: float, high: float) -> Enclosure:
+    """Return the evidence that a ball gives; None, of what is not proven, leaves it open.
+
+    Examples
+    --------
+    >>> enclosed("a half", arb(0.5), 0.0, 1.0).outcome, enclosed("?", None, 0.0, 1.0).outcome
+    ('agrees', 'open')
+    """
+    if value is None:
+        return Enclosure(what, math.nan, math.inf, low, high)
+    ball = Ball(value)
+    return Enclosure(what, ball.mid(), ball.radius(), low, high)
+
+
+def furthest_apart(parts: Sequence[MotionPart], t: Floats, *, velocity: bool = False) -> arb | None:
     """Return a ball of the largest absolute value of a sum of motions at some times.
 
     Parameters
@@ -28,17 +42,22 @@ def furthest_apart(parts: Sequence[MotionPart], t: Floats) -> arb | None:
         The motions with their factors, which are taken exactly.
     t
         The times, exactly these doubles.
+    velocity
+        Whether the velocities are added, in place of the displacements.
 
     Returns
     -------
     arb or None
         None where a run is not proven up to its end.
     """
-    proven = [certain_run(run, over=over) for _, run, over in parts]
-    if any(run is None for run in proven):
-        return None
+    proven: list[CertifiedRun] = []
+    for _, run, over in parts:
+        certain = certain_run(run, over=over)
+        if certain is None:
+            return None
+        proven.append(certain)
 
-    columns = [run(t)[0].arbs for run in proven if run is not None]
+    columns = [run(t)[int(velocity)].arbs for run in proven]
     factors = [arb(factor) for factor, _, _ in parts]
     found = arb(0)
     for row in zip(*columns, strict=True):
@@ -47,27 +66,23 @@ def furthest_apart(parts: Sequence[MotionPart], t: Floats) -> arb | None:
     return found
 
 
-def sum_is_zero(
+def sum_within(
     what: str,
     parts: Sequence[MotionPart],
     t: Floats,
-    numerical: Callable[[], float],
-    tolerance: float,
-) -> Check:
-    """Return the check that a sum of motions is zero at some times, certain where it is proven.
+    most: float,
+    *,
+    velocity: bool = False,
+) -> Enclosure:
+    """Return the check that a sum of motions is at most so large at some times.
 
     Parameters
     ----------
     what
         What is compared.
-    parts, t
+    parts, t, velocity
         As for `furthest_apart`.
-    numerical
-        Says how far it is from that by floats, where no proof is to be had.
-    tolerance
-        Largest value that counts as zero.
+    most
+        The largest absolute value that agrees.
     """
-    largest = furthest_apart(parts, t)
-    if largest is None:
-        return near(what, numerical(), tolerance=tolerance)
-    return Check(what, float(largest.mid()), 0.0, tolerance, float(largest.rad()) + 1e-20)
+    return enclosed(what, furthest_apart(parts, t, velocity=velocity), -most, most)

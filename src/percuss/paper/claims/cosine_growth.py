@@ -8,73 +8,88 @@ from functools import cache, partial
 
 import numpy as np
 
+from percuss import numerics
 from percuss.arrays import Floats
 from percuss.certified import Ball
-from percuss.model.forcing import cosine
+from percuss.model.forcing import Forcing, cosine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.growth import fit_power_law
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import certain_run
+from percuss.paper.claims.certain import certain_run, in_ball
 from percuss.paper.claims.certain_envelopes import (
-    BallColumn,
     factor_of_root,
     proven_peaks,
     proven_speeds,
 )
-from percuss.paper.claims.half_harmonic_growth import PRINTED_ERROR, envelope_factor, upper_peaks
+from percuss.paper.claims.half_harmonic_figures import (
+    PRINTED_ERROR,
+    envelope_factor,
+    estimates,
+    upper_peaks,
+)
+from percuss.paper.evidence import compare
 from percuss.paper.models.motions import STIFFNESS_BELOW, impact_speeds, oscillators, simulate_all
 from percuss.paper.models.runge_kutta import runge_kutta
-from percuss.paper.statement import Check, Finding, Statement
+from percuss.paper.statement import Finding, Statement
 
 __all__ = ["GROWTH_STATEMENTS", "T_FIGURE"]
 
 T_FIGURE = 900.0
+COSINE = cosine(1)
 # A difference in time that no figure shows.
 VISIBLE = 1e-2
 
 
+WHAT = {"limit": "impact oscillator", "stiff": "w-/w+ = 2e4", "soft": "w-^2/w+^2 = 2e4"}
+
+
 @dataclass(frozen=True)
-class _Factor:
-    """The factor of sqrt(t) with its standard error, and the largest value at the end.
+class _Envelope:
+    """The factor of sqrt(t) by each estimator, with the standard error of the first."""
 
-    The radii bound their errors, None where that is not proven.
-    """
-
-    factor: float
+    factors: dict[str, float]
     error: float
-    last: float
-    radius: float | None = None
-    last_radius: float | None = None
+
+    @property
+    def factor(self) -> float:
+        """Least squares through the higher of each two peaks."""
+        return next(iter(self.factors.values()))
+
+    @property
+    def spread(self) -> float:
+        """How far the estimators are apart."""
+        return max(self.factors.values()) - min(self.factors.values())
 
 
 @cache
-def _factors(displacement: bool) -> dict[str, _Factor]:
-    """Return the factor of sqrt(t) and the last value of each model."""
+def _envelopes(displacement: bool) -> dict[str, _Envelope]:
+    """Return the envelope of each model."""
     found = {}
     for name, run in simulate_all(cosine(1), 0, T_FIGURE).items():
         t, height = _peaks(run, displacement)
-        factor, error = envelope_factor(t, height)
-        last = float(height[t > T_FIGURE - 100.0].max())
-        found[name] = _Factor(factor, error, last)
-        # Rounding grows by 1e4 and more up to t = 150 already: doubles lose the soft motion.
-        proven = proven_peaks(run) if displacement else proven_speeds(run)
-        if proven is not None:
-            found[name] = _in_balls(proven, error)
+        factors = estimates(t, height, T_FIGURE)
+        found[name] = _Envelope(factors, envelope_factor(t, height)[1])
     return found
 
 
-def _in_balls(proven: BallColumn, error: float) -> _Factor:
-    """Return the same from the balls of a run."""
+@cache
+def _enclosed(name: str, displacement: bool) -> tuple[Ball, Ball] | None:
+    """Return balls of the factor of sqrt(t), and of the largest value of the last 100.
+
+    Rounding grows by 1e4 and more up to t = 150 already: doubles lose the soft motion.
+    """
+    run = simulate_all(cosine(1), 0, T_FIGURE)[name]
+    proven = proven_peaks(run) if displacement else proven_speeds(run)
+    if proven is None:
+        return None
     times, heights = proven
-    factor = factor_of_root(times, heights)
     # An instant at the edge itself would count on neither side.
     late = [x for t, x in zip(times, heights, strict=True) if t > T_FIGURE - 100.0]
     last = late[0]
     for x in late[1:]:
         last = last.max(x)
-    largest = Ball(last)
-    return _Factor(factor.mid(), error, largest.mid(), factor.radius(), largest.radius())
+    return factor_of_root(times, heights), Ball(last)
 
 
 def _peaks(run: Trajectory, displacement: bool) -> tuple[Floats, Floats]:
@@ -97,37 +112,42 @@ def _powers(displacement: bool) -> dict[str, tuple[float, float]]:
 
 
 def _growth(displacement: bool, printed: float) -> Finding:
-    found = _factors(displacement)
-    end = printed * math.sqrt(T_FIGURE)
-    what = {"limit": "impact oscillator", "stiff": "w-/w+ = 2e4", "soft": "w-^2/w+^2 = 2e4"}
-    checks = [
-        Check(
-            f"factor of sqrt t through the larger peaks, {what[name]}",
-            one.factor,
+    """Compare the model whose factor is nearest to the printed one."""
+    found = _envelopes(displacement)
+    nearest = min(found, key=lambda name: abs(found[name].factor - printed))
+    allowed = PRINTED_ERROR + found[nearest].spread
+    balls = _enclosed(nearest, displacement)
+    if balls is None:
+        return Finding((), undecided=f"the run of {WHAT[nearest]} is not proven up to t = 900")
+    root = math.sqrt(T_FIGURE)
+    checks = (
+        in_ball(
+            f"factor of sqrt t through the larger peaks, {WHAT[nearest]}, the nearest of three",
+            balls[0],
             printed,
-            PRINTED_ERROR,
-            one.radius,
-        )
-        for name, one in found.items()
-    ]
-    checks += [
-        Check(
-            f"largest for 800 < t < 900, {what[name]}", one.last, end, 0.05 * end, one.last_radius
-        )
-        for name, one in found.items()
-    ]
-    errors = ", ".join(f"{one.error:.1e} ({what[name]})" for name, one in found.items())
+            allowed,
+        ),
+        in_ball(
+            f"largest for 800 < t < 900, {WHAT[nearest]}", balls[1], printed * root, allowed * root
+        ),
+    )
+    factors = ", ".join(
+        f"{one.factor:.3f} +- {one.error:.3f} ({WHAT[name]})" for name, one in found.items()
+    )
     powers = ", ".join(
-        f"{p:.2f} +- {e:.2f} ({what[k]})" for k, (p, e) in _powers(displacement).items()
+        f"{p:.2f} +- {e:.2f} ({WHAT[k]})" for k, (p, e) in _powers(displacement).items()
     )
     late = simulate(impact_oscillator(), cosine(1), t0=0.1, v0=0, t_end=T_FIGURE)
     moved, moved_error = envelope_factor(*_peaks(late, displacement))
     return Finding(
-        tuple(checks),
+        checks,
         remark=(
-            f"Standard errors of the factors: {errors}; of fitted exponents t^p {powers}. The impact "
-            "oscillator does not grow at all, and neither reading of the stiffness gives the printed "
-            "growth. The phase of the start decides: started 0.1 later, the impact oscillator has "
+            f"Factors: {factors}; fitted exponents of t: {powers}. A factor agrees within half "
+            f"the last printed digit and the spread of four estimators, {found[nearest].spread:.3f}. "
+            "The impact oscillator does not grow at all, and neither reading of the stiffness "
+            "gives the printed growth. That the factors are lower owing to a time shift, as the "
+            "article says, is wrong as well: the origin of time decides nothing. What decides is "
+            "the phase of the force at the impacts: started 0.1 later, the impact oscillator has "
             f"the factor {moved:.3f} +- {moved_error:.3f}. That is near the printed one, and chosen "
             "for it among eight starts: it shows what an error in the phase can do, not what did it."
         ),
@@ -145,26 +165,33 @@ def _first_apart(below: float, limit: float) -> float:
     return float(t[:n][apart][0]) if apart.any() else math.inf
 
 
-def _numerics() -> Finding:
-    printed = []
-    values = []
-    exact = simulate_all(cosine(1), 0, T_FIGURE)["stiff"]
-    late = exact.crossings.t > T_FIGURE - 100.0
-    reference, radius = float(np.abs(exact.crossings.v[late]).max()), None
-    proven = certain_run(exact)
-    if proven is not None:
-        crossings = proven.crossings
-        reference = float(np.abs(crossings.v.mid()[crossings.t.mid() > T_FIGURE - 100.0]).max())
-        # What Runge and Kutta's method gives is what it gives; the exact number has a radius.
-        radius = 2.0 * float(crossings.v.radius().max()) + 1e-14
-    for tolerance in (1e-2, 1e-3, 1e-5, 1e-8):
+def _numerics(
+    force: Forcing = COSINE,
+    t_end: float = T_FIGURE,
+    tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-5, 1e-8),
+) -> Finding:
+    """Compare the largest late velocity by Runge and Kutta's method with the exact one."""
+    proven = certain_run(simulate_all(force, 0, t_end)["stiff"])
+    if proven is None:
+        return Finding((), undecided="the exact run is not proven up to its end")
+    crossings, since = proven.crossings, t_end - 100.0
+    reference = float(np.abs(crossings.v.mid()[crossings.t.mid() > since]).max())
+    error = 2.0 * float(crossings.v.radius().max()) + 1e-14
+    (part,) = force.components()
+    printed, values = [], []
+    for tolerance in tolerances:
         motion = runge_kutta(
-            STIFFNESS_BELOW["stiff"], 1.0, 0.0, v0=0.0, t_end=T_FIGURE, tolerance=tolerance
+            STIFFNESS_BELOW["stiff"],
+            float(part.omega),
+            numerics.atan2(-part.sin, part.cos),
+            v0=0.0,
+            t_end=t_end,
+            tolerance=tolerance,
         )
-        speed = float(np.abs(motion.v[motion.t > T_FIGURE - 100.0]).max())
+        speed = float(np.abs(motion.v[motion.t > since]).max())
         values.append(f"{speed:.2f} ({tolerance:g})")
-        what = f"largest velocity, 800 < t < 900, Runge-Kutta to {tolerance:g} a step"
-        printed.append(Check(what, speed, reference, 0.05 * reference, radius))
+        what = f"largest velocity of the last 100, Runge-Kutta to {tolerance:g} a step"
+        printed.append(compare(what, speed, reference, 0.05 * reference, error=error))
     trusted = {below: _first_apart(below, VISIBLE) for below in STIFFNESS_BELOW.values()}
     said = ", ".join(
         f"{below:g}: " + ("not up to 900" if t == math.inf else f"at t = {t:.0f}")
@@ -176,8 +203,8 @@ def _numerics() -> Finding:
             f"Exactly {reference:.2f}; by Runge-Kutta {', '.join(values)}. At the touch at 2 pi "
             "an error e of the position becomes a velocity sqrt(2 e). None of the four tolerances "
             "gives the printed growth, nor do they come to agree: how figs 14 and 15 came about is "
-            "not settled by this. An error of 1e-15 shows as 0.01 in the impact times of the exact bilinear run "
-            f"of stiffness {said}."
+            "not settled by this. An error of 1e-15 shows as 0.01 in the impact times of the "
+            f"exact bilinear run of stiffness {said}."
         ),
     )
 
@@ -186,7 +213,6 @@ _of = partial(Statement, theory="half-harmonic.md")
 _fit = partial(
     _of,
     method="exact runs of the impact oscillator and of the bilinear one at both readings of 2e4",
-    certainty="simulation and a fit; the limit in closed form",
 )
 
 GROWTH_STATEMENTS = (
@@ -209,7 +235,6 @@ GROWTH_STATEMENTS = (
         reference="figs 14-15",
         claim="Fourth-order Runge-Kutta with adaptive step and 2^20 points follows this motion.",
         method="such a method at four tolerances, against the exact bilinear run",
-        certainty="simulation",
         find=_numerics,
     ),
 )

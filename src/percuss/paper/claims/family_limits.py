@@ -3,33 +3,60 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
 from functools import cache, partial
 
 import numpy as np
-from flint import arb
+import sympy
 
 from percuss import numerics
-from percuss.certified import Ball, keeps_subset
+from percuss.certified import keeps_subset
 from percuss.motion.eigenset_forms import (
     SubsetMotion,
     contact_time,
     subset_critical_velocity,
     subset_forcing,
 )
-from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
-from percuss.paper.claims.certain import certain_condition
-from percuss.paper.claims.evidence import (
+from percuss.paper.claims.certain import impacts_at, subset_constant
+from percuss.paper.claims.comparisons import (
     ROUNDING,
     WALL,
-    condition,
     furthest,
     last_unchanged,
     latest,
-    near,
-    printed_table,
 )
-from percuss.paper.statement import Check, Finding, Statement
+from percuss.paper.claims.family_formulas import (
+    CONTACT,
+    EQ11,
+    EQ14,
+    EQA3,
+    EQA4,
+    EQA5,
+    EQA6_A7,
+    EQA8,
+    KICK,
+    A,
+    D,
+    V,
+    t,
+)
+from percuss.paper.claims.family_formulas import m as m_
+from percuss.paper.claims.family_proofs import (
+    Equation,
+    amplitudes,
+    contact_is_unique,
+    deduced,
+    of_parity,
+    positive_long,
+    positive_short,
+)
+from percuss.paper.evidence import Comparison, Deduction, Evidence, Measurement, Step, compare
+from percuss.paper.formula import Formula
+from percuss.paper.proof import sign
+from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS"]
 
@@ -41,6 +68,10 @@ EVEN = (2, 4, 6, 8, 10)
 SLOWEST_IMPACT = 2e-6
 # How far from V* two starts are between which it provably lies.
 NEARBY = 1e-11
+# V0 of figs 3 and 4.
+MAXIMAL = 2 / sympy.sqrt(3)
+# Of curves, in units of pi.
+GRID = 1e-4
 
 
 def _kick(m: int) -> float:
@@ -61,171 +92,301 @@ def _simulated_limit(m: int) -> float:
     return last_unchanged(partial(_stays, m), _kick(m), 4.0)
 
 
-def _valid() -> Finding:
-    parts = (0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)
-    failed = [
-        (m, part)
-        for m in range(2, 16)
-        for part in parts
-        if not _stays(m, part * subset_critical_velocity(m))
+def _even_bound(bound: Formula) -> list[Step | Equation]:
+    """Return why a formula is the bound of V0 for even m: V1 is 0 there."""
+    following = of_parity(EQ14.printed.rhs, "even")
+    return [
+        Equation(
+            "even m: the velocity after the long flight is 0 at the bound, negative above",
+            "V_1(V^*)",
+            following.subs(V, of_parity(bound.printed.rhs, "even")),
+            sympy.S.Zero,
+        ),
+        *positive_short(),
+        *positive_long(),
     ]
+
+
+def _valid(bound: Formula = EQA4) -> Finding:
+    parts = (0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)
+    stay = sum(
+        _stays(m, part * subset_critical_velocity(m)) for m in range(2, 16) for part in parts
+    )
+    long, _ = amplitudes()
     return Finding(
-        (near("motions of 98 (m = 2 to 15, seven V0 below V*) that leave Y_m", len(failed)),),
+        (
+            deduced(
+                "even m: x > 0 for 0 < V0 < 2q; odd m: x > 0 up to a contact on the long flight",
+                Equation("(A1) begins with V0", "u'(0) - w'(0)", _slope(0, long), V),
+                *_even_bound(bound),
+                *contact_is_unique(),
+            ),
+            compare("motions of 98 (m = 2 to 15, seven V0 below V*) that stay on Y_m", stay, 98),
+        ),
         remark="At V0 = 0 and V0 = V* some impacts have no velocity.",
     )
 
 
-def _slopes() -> Finding:
-    """Compare |u'| with |w'| where flights of even m begin, for motions that stay on Y_m."""
-    printed, corrected = [], []
-    for m in EVEN:
-        q, v0 = _kick(m), 0.6 * subset_critical_velocity(m)
-        stays = _stays(m, v0)
-        long, short = abs(v0 - q) >= q, abs(3 * q - v0) >= q
-        printed += [
-            condition(f"m = {m}, long flight: |u'| >= |w'| as x >= 0 is", long == stays),
-            condition(f"m = {m}, short flight: |u'| >= |w'| as x >= 0 is", short == stays),
-        ]
-        for part in (0.6, 1.1):
-            v0 = part * subset_critical_velocity(m)
-            holds = v0 - q >= -q and 3 * q - v0 >= q
-            what = f"m = {m}, V0 = {part:g} V*: u' >= w' at both starts as x >= 0 is"
-            corrected.append(condition(what, holds == _stays(m, v0)))
+def _slope(time: sympy.Expr | int, amplitude: sympy.Expr) -> sympy.Expr:
+    """Return u' - w' of (A1) at an impact."""
+    return sympy.diff(EQ11.printed.rhs, t).subs(A, amplitude).subs(t, time)
+
+
+# V0 of even m over 2q: below the bound, and above it.
+BELOW = (Fraction(1, 100), Fraction(99, 100))
+ABOVE = (Fraction(101, 100), Fraction(19, 10))
+
+
+def _slopes(condition: Formula = EQA3) -> Finding:
+    """Hold (A3) against x > 0 where the flights of even m begin, for V0 below 2q and above."""
     return Finding(
-        tuple(printed),
-        tuple(corrected),
+        (_condition_on_slopes(condition.printed),),
+        (_condition_on_slopes(EQA3.printed if condition.right is None else condition.right),),
         "u' >= w' at the start of each flight, without the absolute values: on the long flight "
         "of even m |u'| <= |w'|",
-        remark="The argument of u' and the bars are uncertain in the text's extraction.",
+        remark="The bars are blanks in the text, and the primes stand apart. On the short flight "
+        "(A3) is right at the start.",
     )
 
 
-def _even() -> Finding:
-    checks = []
-    for m in EVEN:
-        printed = 4 / (m + 1) * numerics.sin(math.pi / (m + 1))
-        what = f"V*({m}) found by simulation"
-        checks.append(near(what, _simulated_limit(m), printed, SLOWEST_IMPACT))
+def _condition_on_slopes(condition: sympy.Rel) -> Deduction:
+    """Return whether a condition on the slopes says the same as x > 0."""
+    ratio = sympy.Symbol("r", positive=True)
+    u, w = sympy.symbols("u' w'")
+    long, short = amplitudes()
+    starts = {"long": ({u: 2 * ratio - 1, w: -1}), "short": ({u: 3 - 2 * ratio, w: 1})}
+    gaps = {flight: (condition.lhs - condition.rhs).subs(at) for flight, at in starts.items()}
+    slopes = [
+        Equation(
+            "u' and w' at the start of the long flight: V0 - q and -q, even m",
+            "x'(0)",
+            of_parity(_slope(0, long), "even"),
+            of_parity(V - KICK + KICK, "even"),
+        ),
+        Equation(
+            "u' and w' at the start of the short flight: 3q - V0 and q, even m",
+            r"x'(m\pi + 0)",
+            of_parity(_slope(m_ * sympy.pi, short), "even"),
+            of_parity(3 * KICK - V - KICK, "even"),
+        ),
+    ]
+    what = "the condition on the slopes is x > 0, even m"
+    holds = [
+        sign("it holds on the long flight for V0 = 2 q r, r < 1", gaps["long"], {ratio: BELOW}),
+        sign("it holds on the short flight for r < 1", gaps["short"], {ratio: BELOW}),
+        sign("it does not hold on the short flight for r > 1", -gaps["short"], {ratio: ABOVE}),
+    ]
+    against = sign(
+        "it does not hold on the long flight for V0 = 2 q r, r < 1, where x > 0",
+        -gaps["long"],
+        {ratio: BELOW},
+    )
+    if against.holds:
+        found = deduced(what, *slopes, *positive_long(), against)
+        return replace(found, concludes="differs")
+    return deduced(what, *slopes, *_even_bound(EQA4), *holds)
+
+
+def _even(bound: Formula = EQA4) -> Finding:
+    printed = bound.side(m_)
+    checks = [
+        compare(
+            f"V*({m}) found by simulation", _simulated_limit(m), printed(m), 2 * SLOWEST_IMPACT,
+            error=SLOWEST_IMPACT,
+        )
+        for m in EVEN
+    ]  # fmt: skip
     return Finding(
-        tuple(checks),
+        (deduced("the bound of V0 for even m", *_even_bound(bound)), *checks),
         remark="No impact is added at V*: the velocity 2q - V0 of the impact at m pi vanishes, "
         "and above V* it comes earlier. Simulation decides this down to impacts of 1e-6.",
     )
 
 
-def _third() -> Finding:
-    printed = 1 + 3 * math.sqrt(2) / 4
+def _third(bound: Formula = EQA5) -> Finding:
+    middle = sympy.Rational(3, 2) * sympy.pi
+    x = EQ11.printed.rhs.subs(A, bound.printed.rhs - KICK)
+    printed = float(bound.printed.rhs)
     return Finding(
         (
-            near("V*(3) from the contact", subset_critical_velocity(3), printed, 1e-12),
-            near("V*(3) found by simulation", _simulated_limit(3), printed),
-            near("the contact over 3 pi/2", contact_time(3) / (1.5 * math.pi), 1.0, 1e-12),
+            deduced(
+                "V*(3), from the contact in the middle",
+                *contact_is_unique(),
+                Equation("x at the middle", r"x(3\pi/2)", x.subs({t: middle, m_: 3}), sympy.S.Zero),
+                Equation(
+                    "its slope",
+                    r"x'(3\pi/2)",
+                    sympy.diff(x, t).subs({t: middle, m_: 3}),
+                    sympy.S.Zero,
+                ),
+            ),
+            _limit("V*(3), between two certified starts", 3, printed, ROUNDING),
+            compare(
+                "V*(3) found by simulation",
+                _simulated_limit(3),
+                printed,
+                ROUNDING,
+                error=NEARBY,
+            ),
         )
     )
 
 
-def _system() -> Finding:
-    """Put the contact into (A6) and (A7), and look where simulation adds an impact."""
-    checks = []
+def _system(system: Formula = EQA6_A7) -> Finding:
+    """Hold (A6) against the contact of (11), and look where simulation adds an impact."""
+    value, slope, bound = system.printed
+    x = EQ11.printed.rhs.subs({A: D, t: CONTACT})
+    long, _ = amplitudes()
+    proof = deduced(
+        "(A6) says that the long flight touches the wall, (A7) that its amplitude is at most D",
+        Equation("the first line is x at the contact", "x(t_*)", x, value.lhs - value.rhs),
+        Equation(
+            "the second is its slope",
+            "x'(t_*)",
+            sympy.diff(x, CONTACT),
+            slope.lhs - slope.rhs,
+        ),
+        Equation("(A7) has the amplitude of the long flight", "A", long, bound.lhs),
+        *contact_is_unique(),
+        Equation(
+            "with the contact in (pi, 2 pi) there is its mirror image, in [(m-2) pi, (m-1) pi]",
+            r"x(m\pi - t_*)",
+            of_parity(x.subs(CONTACT, m_ * sympy.pi - CONTACT), "odd"),
+            of_parity(x, "odd"),
+        ),
+    )
+    checks: list[Evidence] = []
     for m in TABLE_1:
-        t, gap = m * math.pi - contact_time(m), m + 1
-        d = subset_critical_velocity(m) - _kick(m)
-        value = (
-            d * numerics.sin(t)
-            - numerics.cos((2 * t + math.pi) / gap)
-            + numerics.cos(math.pi / gap)
-        )
-        slope = d * numerics.cos(t) + 2 / gap * numerics.sin((2 * t + math.pi) / gap)
-        size = max(abs(value), abs(slope))
-        checks.append(near(f"m = {m}: both lines of (A6) at t* and D", size, tolerance=1e-13))
-        inside = (m - 2) * math.pi <= t <= (m - 1) * math.pi
-        checks.append(condition(f"m = {m}: t* in [(m-2) pi, (m-1) pi]", inside))
         above = subset_critical_velocity(m) * (1 + 1e-10)
         run = simulate(WALL, subset_forcing(m), v0=above, t_end=m * math.pi)
         # The dip has the width of the root of its depth, 1e-5.
         added = latest(run, 0, math.inf)
-        checks.append(near(f"m = {m}: added impact at m pi - t*", added, contact_time(m), 1e-4))
+        what = f"m = {m}: impact that is added just above V*, and m pi - t*"
+        checks.append(compare(what, added, contact_time(m), 1e-4, error=3e-5))
     return Finding(
-        tuple(checks),
+        (proof, *checks),
         remark="The long flight touches at t* and, by its symmetry about m pi/2, at m pi - t*; "
         "the earlier touch decides. For m = 3 both are 3 pi/2.",
     )
 
 
-def _through_contact() -> Finding:
-    checks = []
-    for m in TABLE_1:
-        t, gap = m * math.pi - contact_time(m), m + 1
-        ratio = numerics.sin((2 * t + math.pi) / gap) / numerics.cos(t)
-        value = 2 / gap * (numerics.sin(math.pi / gap) - ratio)
-        checks.append(near(f"V*({m}) by (A8), found by simulation", _simulated_limit(m), value))
-    return Finding(tuple(checks), remark="For m = 3 (A8) is 0/0, and (A5) holds instead.")
-
-
-def _table() -> Finding:
-    return printed_table("V*", TABLE_1, subset_critical_velocity, proven=_proven_limit)
-
-
-def _proven_limit(m: int) -> Ball | None:
-    """Return a ball around V*(m): below it all impacts are on Y_m, above it they are not."""
-    value = subset_critical_velocity(m)
-    if [_kept(m, value + side * NEARBY) for side in (-1.0, 1.0)] != [True, False]:
-        return None
-    return Ball(arb(value, NEARBY))
-
-
-def _kept(m: int, v0: float) -> bool | None:
-    """Return whether all impacts are provably those of Y_m, or not; None without an answer."""
-    return keeps_subset(m, v0).holds
-
-
-def _side(m: int, v0: float, what: str, *, stays: bool) -> Check:
-    """See whether a motion stays on Y_m, for ever where the balls say so, else for two periods."""
-    kept = _kept(m, v0)
-    if kept is not None:
-        return certain_condition(what, kept is stays, is_certain=True)
-    return condition(what, _stays(m, v0) is stays)
-
-
-def _both_sides() -> Finding:
-    """Follow motions just below and just above each critical velocity."""
-    checks = []
-    for m in (*EVEN, *ODD):
-        v = subset_critical_velocity(m)
-        # Even m: see SLOWEST_IMPACT.
-        close = 1e-5 if m % 2 == 0 else 1e-10
-        below, above = v * (1 - close), v * (1 + close)
-        checks.append(_side(m, below, f"m = {m}: Y_m at V* (1 - {close:g})", stays=True))
-        checks.append(_side(m, above, f"m = {m}: not Y_m at V* (1 + {close:g})", stays=False))
-    for m in ODD:
-        ball, value = _proven_limit(m), subset_critical_velocity(m)
-        found = _simulated_limit(m) if ball is None else ball.mid()
-        what = f"m = {m}: limit of the velocities with Y_m, minus V*"
-        radius = None if ball is None else ball.radius()
-        checks.append(Check(what, found - value, 0.0, ROUNDING, radius))
-    return Finding(tuple(checks))
-
-
-def _above() -> Finding:
-    """Follow motions above V* for 4000 time units."""
-    kinds, moved, reached = [], [], []
-    for m in range(2, 8):
-        motion = SubsetMotion(m, 0)
-        for part in (1.01, 1.05, 1.3, 2.0, 4.0):
-            v0 = part * subset_critical_velocity(m)
-            run = simulate(WALL, motion.forcing, v0=v0, t_end=4000.0)
-            kinds.append(classify_impact_times(run).kind)
-            times = run.impacts.t[: len(motion.impact_times(8))]
-            moved.append(float(np.abs(times - motion.impact_times(8)).max()))
-            reached.append(run.outcome.name == "reached_t_end")
+def _through_contact(bound: Formula = EQA8) -> Finding:
+    _, slope, _ = EQA6_A7.printed
+    (amplitude,) = sympy.solve(slope, D)
+    printed = bound.side(CONTACT, m_)
+    checks = [
+        _limit(
+            f"V*({m}), between two certified starts, and (A8)",
+            m,
+            printed(m * math.pi - contact_time(m), m),
+            ROUNDING,
+        )
+        for m in TABLE_1
+    ]
     return Finding(
         (
-            condition("30 motions (m = 2 to 7, V0 = 1.01 to 4 V*) go on to t = 4000", all(reached)),
-            condition("none of them keeps to Y_m", min(moved) > 1e-3),
-            near("with impact times without a period", kinds.count("no_period_found"), 30),
+            deduced(
+                "(A8) is D + q, D from the second line of (A6)",
+                Equation("V* by (A8), less q", "V^* - q", bound.printed.rhs - KICK, amplitude),
+                *contact_is_unique(),
+            ),
+            *checks,
         ),
-        remark="Irregular here: no period found within 4000 time units.",
+        remark="For m = 3 (A8) is 0/0, and (A5) holds instead.",
     )
+
+
+def _limit(what: str, m: int, expected: float, tolerance: float) -> Comparison:
+    """Compare the limit of the velocities with Y_m, between two starts that balls decide.
+
+    All impacts of the lower start are on Y_m, not all of the upper one; what must not be negative,
+    x and the velocities, is linear in V0.
+    """
+    value = subset_critical_velocity(m)
+    kept = [keeps_subset(m, value + side * NEARBY).holds for side in (-1.0, 1.0)]
+    return compare(what, value, expected, tolerance, NEARBY if kept == [True, False] else math.inf)
+
+
+def _table(table: Mapping[int, str] = TABLE_1) -> Finding:
+    return Finding(
+        tuple(
+            _limit(f"V*({m})", m, float(entry), 0.5 * 10.0 ** -len(entry.split(".")[1]))
+            for m, entry in table.items()
+        ),
+        remark="Tolerance: half a unit of the last printed digit.",
+    )
+
+
+def _both_sides(
+    even: Formula = EQA4, third: Formula = EQA5, table: Mapping[int, str] = TABLE_1
+) -> Finding:
+    """Find the limit of the velocities with Y_m, by certified starts and by simulation."""
+    printed = {m: (float(even.side(m_)(m)), ROUNDING) for m in EVEN}
+    printed[3] = float(third.printed.rhs), ROUNDING
+    for m, entry in table.items():
+        printed[m] = float(entry), 0.5 * 10.0 ** -len(entry.split(".")[1])
+    checks: list[Evidence] = []
+    for m, (value, tolerance) in printed.items():
+        what = f"m = {m}: limit of the velocities with Y_m"
+        checks.append(_limit(what, m, value, tolerance))
+    return Finding(tuple(checks), remark="Each lies between two certified starts 2e-11 apart.")
+
+
+def _velocities_of_figures(
+    largest: sympy.Expr = MAXIMAL, others: tuple[float, ...] = (0.5,)
+) -> Finding:
+    """Hold the velocities of figs 3 and 4 against the bounds for m = 2 and 3."""
+    second = EQ14.printed.rhs.subs(m_, 2)
+    proof = deduced(
+        "2/sqrt(3) is V*(2)",
+        Equation("m = 2: V1 is 0 at this V0", "V_1", second.subs(V, largest), sympy.S.Zero),
+        *_even_bound(EQA4),
+        sign("m = 3: the same V0 is below the bound", EQA5.printed.rhs - largest, {}),
+        *contact_is_unique(),
+    )
+    runs = [(2, v0) for v0 in others] + [(3, v0) for v0 in (*others, float(largest))]
+    checks = [
+        impacts_at(
+            f"m = {m}, V0 = {v0:.4g}: impact times minus those of Y_{m}",
+            simulate(WALL, subset_forcing(m), v0=v0, t_end=6.5 * (m + 1) * math.pi),
+            SubsetMotion(m, 0).impact_times(13),
+            over=subset_constant(m),
+        )
+        for m, v0 in runs
+    ]
+    return Finding(
+        (proof, *checks),
+        remark="At V0 = 2/sqrt(3) every second impact of m = 2 has no velocity: the mass touches "
+        "the wall. The third V0 of the figures is 0.",
+    )
+
+
+def _curves(velocities: tuple[float, float] = (1.2, 2.0)) -> Finding:
+    """Look where u - w of the two panels of fig. A1 is least."""
+    first, second = velocities
+    at, least = _least(2, first, 0, 3)
+    middle, height = _least(3, second, 1, 2)
+    what = f"(b), m = 3, V0 = {second:g}: "
+    return Finding(
+        (
+            Measurement(
+                what + "t/pi of the least u - w where sin t < 0", middle, 1.499, 1.501, GRID
+            ),
+            Measurement(what + "u - w there", height, 0.0, math.inf, GRID),
+        ),
+        remark=f"(a), m = 2, V0 = {first:g}: u - w is least, {least:.4f}, at t = {at:.3f} pi. This "
+        f"V0 is above V*(2) = {subset_critical_velocity(2):.4f}: where u < w (A2) is violated, and "
+        "the impact before t = 2 pi is not one of Y_2.",
+    )
+
+
+def _least(m: int, v0: float, low: int, high: int) -> tuple[float, float]:
+    """Return where u - w of (A1) is least between two multiples of pi, over pi, and its value."""
+    long, short = (float(amplitude.subs({V: v0, m_: m}).evalf()) for amplitude in amplitudes())
+    turns = np.linspace(low, high, 1 + round((high - low) / GRID))
+    amplitude = np.where(turns <= m, long, short)
+    x = EQ11.side(A, t, m_)(amplitude, math.pi * turns, m)
+    return float(turns[x.argmin()]), float(x.min())
 
 
 _of = partial(Statement, theory=THEORY)
@@ -236,83 +397,77 @@ STATEMENTS: tuple[Statement, ...] = (
         reference="section 3, (A1), (A2)",
         claim="For 0 < V0 < V*(m) the motion (11) with (13), (14) stays positive between the "
         "times of Y_m.",
-        method="simulation for m = 2 to 15",
-        certainty="proof",
-        proven=True,
+        method="algebra and inequalities; simulation for m = 2 to 15",
         find=_valid,
     ),
     _of(
         id="eqA3",
         reference="(A3)",
         claim="For even m, x = u - w >= 0 reduces to a condition on the slopes.",
-        formula=r"|u'(t)| \geq |w'(t)|",
-        method="slopes where the flights begin, for motions that stay on Y_m and that do not",
-        certainty="proof",
-        proven=True,
+        formula=EQA3,
+        method="slopes where the flights begin, below the bound and above",
         find=_slopes,
     ),
     _of(
         id="eqA4",
         reference="(A4)",
         claim="V*(m) for even m.",
-        formula=r"V^*(m) = \frac{4}{m+1}\sin\frac{\pi}{m+1}",
-        method="the limit found by simulation alone, without the formula",
-        certainty="proof",
-        proven=True,
+        formula=EQA4,
+        method="algebra and inequalities; the limit found by simulation alone, without the formula",
         find=_even,
     ),
     _of(
         id="eqA5",
         reference="(A5)",
         claim="V*(3), from a contact in the middle of the long flight.",
-        formula=r"V^*(3) = 1 + 3\sqrt{2}/4",
-        method="root of the contact condition, and the limit found by simulation",
-        certainty="closed form, 12 digits",
-        proven=True,
+        formula=EQA5,
+        method="the contact put into (11); certified starts; the limit found by simulation",
         find=_third,
     ),
     _of(
         id="eqA6-A7",
         reference="(A6), (A7)",
         claim="For other odd m the limit comes from a contact of u and w at t*, with V* = D + q.",
-        formula=r"D\sin t_* = \cos\frac{2t_*+\pi}{m+1} - \cos\frac{\pi}{m+1}",
-        method="root of the contact condition, and where simulation adds an impact",
-        certainty="closed form, 12 digits",
-        proven=True,
+        formula=EQA6_A7,
+        method="the contact of (11); where simulation adds an impact",
         find=_system,
     ),
     _of(
         id="eqA8",
         reference="(A8)",
         claim="V*(m) for odd m through the instant of contact.",
-        formula=r"V^* = \frac{2}{m+1}[\sin\frac{\pi}{m+1} - \sin\frac{2t_*+\pi}{m+1}/\cos t_*]",
-        method="the formula, and the limit found by simulation",
-        certainty="closed form, 12 digits",
-        proven=True,
+        formula=EQA8,
+        method="algebra; certified starts just below and just above",
         find=_through_contact,
     ),
     _of(
         id="table1",
         reference="table 1",
         claim="V* = 1.5, 0.984, 0.675, 0.486, 0.365, 0.283 for m = 5, 7, 9, 11, 13, 15.",
-        method="root of the contact condition",
-        certainty="closed form, 12 digits",
+        method="certified starts just below and just above",
         find=_table,
     ),
     _of(
         id="table1-simulated",
         reference="table 1",
         claim="At V*(m) the impact times change.",
-        method="simulation just below and just above, and the limit found by halving",
-        certainty="simulation, 1e-10",
+        method="certified starts just below and just above, 2e-11 apart",
         find=_both_sides,
     ),
     _of(
-        id="above-critical",
-        reference="section 3",
-        claim="Above V* solutions exist, but involve different, irregular impact times.",
-        method="simulation of 30 motions",
-        certainty="simulation",
-        find=_above,
+        id="fig3-4",
+        reference="figs 3, 4",
+        claim="For m = 2, V0 = 2/sqrt(3) is the maximal velocity at which the impact times remain "
+        "Y_m; the trajectories for m = 3 have the same V0.",
+        method="algebra and inequalities; certified runs",
+        find=_velocities_of_figures,
+    ),
+    _of(
+        id="figA1",
+        reference="fig A1",
+        claim="The curves u and w for m = 3, V0 = 2 are nearest in the middle of the long flight, "
+        "where u > w.",
+        method="(A1) evaluated on a grid",
+        find=_curves,
     ),
 )

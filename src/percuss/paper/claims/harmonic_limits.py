@@ -3,30 +3,36 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cache, partial
 
 import numpy as np
+import sympy
+from sympy import Eq, Integer, Rational, Symbol, cos, pi, sin, tan
 
 from percuss import numerics
 from percuss.certified import Ball
 from percuss.model.forcing import sine
-from percuss.motion.eigenset_forms import harmonic_contact_time, harmonic_critical_velocity
+from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate
-from percuss.paper.claims.certain import eigenset_kept, in_ball, limit_velocity
-from percuss.paper.claims.evidence import (
+from percuss.paper.claims.certain import in_ball, limit_velocity
+from percuss.paper.claims.comparisons import (
+    ROUNDING,
     WALL,
     apart,
     furthest,
     last_unchanged,
     latest,
-    near,
-    printed_table,
 )
-from percuss.paper.statement import Check, Finding, Statement
+from percuss.paper.claims.harmonic_formulas import EQ23, bound_steps, j, n, s, t
+from percuss.paper.claims.harmonic_formulas import V as VELOCITY
+from percuss.paper.evidence import Deduction, Step, compare
+from percuss.paper.formula import Formula
+from percuss.paper.proof import argument, identity, sign
+from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS"]
+__all__ = ["EQ26", "STATEMENTS", "critical_ball", "keeps_steps"]
 
 THEORY = "paper-harmonics.md"
 TABLE_2 = {
@@ -38,167 +44,359 @@ TABLE_2 = {
     15: "0.082",
 }
 ODD = (3, *TABLE_2)
-# Parts of V_max at which it is seen whether the eigenset is left.
-BELOW = (1e-3, 0.1, 0.3, 0.5, 0.7, 0.9, 1 - 1e-11)
-ABOVE = (1 + 1e-11, 1.1, 2.0, 10.0)
+# V_max(3) of the article.
+HALF = Rational(1, 2)
+
+m = Symbol("m", integer=True, positive=True)
+xi = Symbol("xi", real=True)
+V = Symbol("V_{2p}", real=True)
+WAVE = (-1) ** m / (n**2 - 1)
+LOST = "the blanks before fractions and in exponents are restored minus signs: "
+EQ24 = Formula(
+    "24",
+    "xðxÞ ¼ V 2p  n2n1 cos x þ ð1Þm n2 1 cos nx ¼ 0, n ¼ 2m þ 1",
+    Eq(Symbol("x"), (V - n / (n**2 - 1)) * cos(xi) + WAVE * cos(n * xi)),
+    lost=LOST + "V_2p - n/(n^2-1), (-1)^m, n^2-1",
+)
+EQ24_VELOCITY = Formula(
+    "24",
+    "x0 ðxÞ ¼ V 2p  n2n1 sin x þ ð1Þm n n2 1 sin nx ¼ 0",
+    Eq(Symbol("x'"), (V - n / (n**2 - 1)) * sin(xi) + n * WAVE * sin(n * xi)),
+    lost=LOST + "V_2p - n/(n^2-1), (-1)^m, n^2-1",
+)
+EQ25 = Formula("25", "tan x ¼ n tannx", Eq(tan(xi), n * tan(n * xi)))
+EQ26 = Formula(
+    "26",
+    "V k ¼ V 2p rV max  1 m cos nx nð1Þ , cos x n2 1",
+    Eq(Symbol("V_{max}"), (n - (-1) ** m * cos(n * xi) / cos(xi)) / (n**2 - 1)),
+    lost=LOST + "n - (-1)^m, n^2-1",
+)
 
 
-def _leaves(n: int, v0: float) -> bool:
+def _odd(expression: sympy.Expr) -> sympy.Expr:
+    """Return an expression for n = 2 m + 1."""
+    return expression.subs(n, 2 * m + 1)
+
+
+def _leaves(number: int, v0: float) -> bool:
     """Return whether the impacts of two turns are not the eigenset."""
-    run = simulate(WALL, sine(n), v0=v0, t_end=4.5 * math.pi)
+    run = simulate(WALL, sine(number), v0=v0, t_end=4.5 * math.pi)
     eigenset = np.asarray(math.pi * np.arange(1, 5), dtype=np.float64)
     return len(run.impacts) != 4 or furthest(run, eigenset) > 1e-8
 
 
 @cache
-def _simulated_limit(n: int) -> float:
+def _simulated_limit(number: int) -> float:
     """Return by halving up to which V0 the eigenset is left; V_max is not used."""
-    return last_unchanged(partial(_leaves, n), 0.5 / n, 1.0)
+    return last_unchanged(partial(_leaves, number), 0.5 / number, 1.0)
 
 
-def _sign(n: int) -> int:
-    """Return (-1)^m, n = 2m + 1."""
-    return -1 if (n // 2) % 2 else 1
+def critical_ball(number: int) -> Ball:
+    """Return V_max as a ball, from what is proven about starts on either side of it.
+
+    Examples
+    --------
+    >>> round(critical_ball(3).mid(), 9)
+    0.5
+    """
+    return limit_velocity(sine(number), Fraction(1, 100 * number), 1)
 
 
-def _shifted_flight() -> Finding:
-    """Compare both lines of (24) with simulated second flights."""
-    xi = np.linspace(-0.499, 0.499, 999) * math.pi
-    in_x, in_v = [], []
-    for n in ODD:
-        v0, share = 1.01 * harmonic_critical_velocity(n), n / (n * n - 1)
-        x, v = simulate(WALL, sine(n), v0=v0, t_end=7.0)(xi + 1.5 * math.pi)
-        wave = _sign(n) / (n * n - 1)
-        in_x.append(apart(x, (v0 - share) * numerics.cos(xi) + wave * numerics.cos(n * xi)))
-        in_v.append(apart(v, -(v0 - share) * numerics.sin(xi) - n * wave * numerics.sin(n * xi)))
-    return Finding(
-        (
-            near("x of simulated flights minus the first line, n = 3 to 15", max(in_x)),
-            near("x' minus the second line, with the sign of its left side", max(in_v)),
+def _shifted_steps(first: Formula, second: Formula) -> tuple[Step, ...]:
+    """Return the steps that (24) is the flight of (23) and the condition that it is at rest."""
+    flight = EQ23.printed.lhs.subs(VELOCITY, V)
+    shifted = _odd(flight).subs(t, xi + 3 * pi / 2)
+    line, rest = _odd(first.printed.rhs), _odd(second.printed.rhs)
+    return (
+        *(
+            identity(
+                f"x of (23) at xi + 3 pi/2, {parity} m, is the first line",
+                shifted.subs(m, 2 * j + odd),
+                line.subs(m, 2 * j + odd),
+            )
+            for odd, parity in ((0, "even"), (1, "odd"))
         ),
-        remark="The second line, set to zero, has the same roots with either sign.",
+        identity("its velocity is minus the second line", line.diff(xi), -rest),
     )
 
 
-def _roots(n: int) -> list[float]:
+def _touch_steps(limit: Formula) -> tuple[Step, ...]:
+    """Return the steps that the first extra root is a double one, and that xi >= 0 is enough."""
+    line, size = _odd(EQ24.printed.rhs), _odd(limit.printed.rhs)
+    return (
+        identity("x(-xi) = x(xi): xi >= 0 is enough", line.subs(xi, -xi), line),
+        identity("x is cos xi (V - W), W the right side of (26)", line, cos(xi) * (V - size)),
+        argument(
+            "W tends to 0 at both ends and is positive inside, so its largest value V_max is taken "
+            "inside, where W' = 0: with V falling the first root is there"
+        ),
+        identity(
+            "and there x = 0 and x' = 0 at V = W",
+            line.diff(xi).subs(V, size),
+            -cos(xi) * size.diff(xi),
+        ),
+    )
+
+
+def _shifted_flight(first: Formula = EQ24, second: Formula = EQ24_VELOCITY) -> Finding:
+    """Deduce both lines of (24), the double root, and compare with simulated second flights."""
+    steps = (*_shifted_steps(first, second), *bound_steps(), *_touch_steps(EQ26))
+    at = np.linspace(-0.499, 0.499, 999) * math.pi
+    in_x, in_v = [], []
+    for one in ODD:
+        v0 = 1.01 * harmonic_critical_velocity(one)
+        x, v = simulate(WALL, sine(one), v0=v0, t_end=7.0)(at + 1.5 * math.pi)
+        in_x.append(apart(x, first.side(V, n, m, xi)(v0, one, one // 2, at)))
+        in_v.append(apart(v, -second.side(V, n, m, xi)(v0, one, one // 2, at)))
+    return Finding(
+        (
+            Deduction("(24), and that the first extra root is a double one", steps),
+            compare(
+                "x of simulated flights minus the first line", max(in_x), 0.0, ROUNDING, error=1e-13
+            ),
+            compare("x' plus the second line, n = 3 to 15", max(in_v), 0.0, ROUNDING, error=1e-13),
+        ),
+        remark="The second line is minus the velocity; as it is set to zero, its roots are right.",
+    )
+
+
+def _roots(number: int) -> list[float]:
     """Return the roots of tan xi = n tan(n xi) in [0, pi/2), 0 among them.
 
     Between pi/2 - pi/n and pi/2, where both sides have a pole, there is none.
     """
-    xi = np.linspace(1e-9, (0.5 - 0.5 / n) * math.pi, 400 * n)
-    values = numerics.sin(xi) * numerics.cos(n * xi) - n * numerics.sin(n * xi) * numerics.cos(xi)
+    at = np.linspace(1e-9, (0.5 - 0.5 / number) * math.pi, 400 * number)
+    values = _tilt(number, at)
     found = [0.0]
     for i in np.flatnonzero(values[:-1] * values[1:] < 0.0):
-        before = partial(_same_sign, n, float(values[i]))
-        found.append(last_unchanged(before, float(xi[i]), float(xi[i + 1])))
+        before = partial(_same_sign, number, float(values[i]))
+        found.append(last_unchanged(before, float(at[i]), float(at[i + 1])))
     return found
 
 
-def _same_sign(n: int, value: float, xi: float) -> bool:
-    tilt = numerics.sin(xi) * numerics.cos(n * xi) - n * numerics.sin(n * xi) * numerics.cos(xi)
-    return tilt * value > 0.0
+def _tilt(number: int, at: np.ndarray | float) -> np.ndarray:
+    """Return (tan xi - n tan(n xi)) cos xi cos(n xi)."""
+    across = numerics.sin(at) * numerics.cos(number * at)
+    return np.asarray(across - number * numerics.sin(number * at) * numerics.cos(at))
 
 
-def _velocity(n: int, xi: float) -> float:
-    """Return V of (26)."""
-    return (n - _sign(n) * numerics.cos(n * xi) / numerics.cos(xi)) / (n * n - 1)
+def _same_sign(number: int, value: float, at: float) -> bool:
+    return bool(_tilt(number, at) * value > 0.0)
 
 
-def _third() -> Finding:
-    limit = _proven_limit(3)
-    what = "V_max(3), starts on either side"
-    found = near(what, _simulated_limit(3), 0.5) if limit is None else in_ball(what, limit, 0.5)
+def _third(limit: Formula = EQ26, printed: Rational = HALF) -> Finding:
+    """Deduce the contact for n = 3."""
+    size = limit.printed.rhs.subs({n: 3, m: 1})
+    steps = (
+        identity("For n = 3 the right side of (26) is", size, cos(xi) ** 2 / 2),
+        argument("whose largest value on |xi| <= pi/2 is at xi = 0, and nowhere else"),
+        identity("That value is V_max", size.subs(xi, 0), printed),
+        identity(
+            "x = cos xi (V - cos^2(xi)/2) has a root if and only if 0 < V <= 1/2",
+            EQ24.printed.rhs.subs({n: 3, m: 1}),
+            cos(xi) * (V - cos(xi) ** 2 / 2),
+        ),
+    )
     return Finding(
         (
-            found,
-            near("V_max(3) from the contact", harmonic_critical_velocity(3), 0.5, 1e-15),
-            near("contact over 3 pi/2 (xi = 0)", harmonic_contact_time(3) / (1.5 * math.pi), 1.0),
-            near("roots of (25) in [0, pi/2) beside 0", len(_roots(3)) - 1),
+            Deduction("contact at xi = 0, V_max = 1/2", steps),
+            in_ball("V_max(3) from starts on either side", critical_ball(3), float(printed)),
         )
     )
 
 
-def _contact() -> Finding:
-    """See whether the simulated first extra impact lies at a root of (25)."""
-    checks = []
-    for n in TABLE_2:
-        run = simulate(WALL, sine(n), v0=_simulated_limit(n) * (1 - 1e-10), t_end=1.999 * math.pi)
+def _other_root(first: Formula = EQ24, second: Formula = EQ24_VELOCITY) -> Finding:
+    """Deduce what the root pi/2 of (24) asks for."""
+    line, rest = _odd(first.printed.rhs), _odd(second.printed.rhs)
+    steps = (
+        *(
+            step
+            for odd, parity in ((0, "even"), (1, "odd"))
+            for step in (
+                identity(
+                    f"The first line is zero at pi/2 for every V, {parity} m",
+                    line.subs(m, 2 * j + odd).subs(xi, pi / 2),
+                    Integer(0),
+                ),
+                identity(
+                    f"the second line is V there, {parity} m",
+                    rest.subs(m, 2 * j + odd).subs(xi, pi / 2),
+                    V,
+                ),
+            )
+        ),
+        *(
+            Step(
+                f"n = {one}: (26) tends to 0 at pi/2",
+                "W \\to 0",
+                sympy.limit(EQ26.printed.rhs.subs({n: one, m: one // 2}), xi, pi / 2) == 0,
+                "algebra",
+            )
+            for one in (3, 5)
+        ),
+        argument("so this root is the impact itself, and bounds V by 0 only"),
+    )
+    return Finding((Deduction("at xi = pi/2 (24) asks for V = 0", steps),))
+
+
+def _contact(law: Formula = EQ25) -> Finding:
+    """Deduce (25) from (24), and see whether simulated extra impacts lie at its roots."""
+    line, rest = (_odd(one.printed.rhs) for one in (EQ24, EQ24_VELOCITY))
+    difference = _odd(law.printed.lhs - law.printed.rhs).replace(tan, lambda of: sin(of) / cos(of))
+    left = sin(xi) * cos((2 * m + 1) * xi) - (2 * m + 1) * sin((2 * m + 1) * xi) * cos(xi)
+    scale = (-1) ** m / ((2 * m + 1) ** 2 - 1)
+    steps = (
+        *bound_steps(),
+        *_touch_steps(EQ26),
+        identity(
+            "sin xi times the first line, less cos xi times the second, has no V",
+            sin(xi) * line - cos(xi) * rest,
+            scale * left,
+        ),
+        identity(
+            "which is (25), times cos xi cos n xi",
+            sympy.expand(cos(xi) * cos((2 * m + 1) * xi) * difference),
+            left,
+        ),
+        argument(
+            "where cos xi cos n xi = 0 inside, that is cos n xi = 0, the left side is not zero: "
+            "sin n xi = 1 or -1"
+        ),
+    )
+    numbers = []
+    for one in TABLE_2:
+        depth = 1e-10
+        run = simulate(
+            WALL, sine(one), v0=_simulated_limit(one) * (1 - depth), t_end=1.999 * math.pi
+        )
         # xi < 0 before the middle of the flight; the dip is as wide as the root of its depth.
-        xi = 1.5 * math.pi - latest(run, 1, math.inf)
-        roots = np.array(_roots(n))
-        nearest = float(roots[np.abs(roots - xi).argmin()])
-        checks.append(near(f"n = {n}: |xi| of the extra impact, nearest root", xi, nearest, 1e-4))
-    return Finding(tuple(checks))
+        found = 1.5 * math.pi - latest(run, 1, math.inf)
+        roots = np.array(_roots(one))
+        nearest = float(roots[np.abs(roots - found).argmin()])
+        what = f"n = {one}: |xi| of the extra impact, nearest root"
+        numbers.append(compare(what, found, nearest, 1e-4, error=2.0 * math.sqrt(depth)))
+    return Finding((Deduction("(25) is what (24) leaves without V", steps), *numbers))
 
 
-def _which_root() -> Finding:
-    """Put every root of (25) into (26)."""
-    printed: list[Check] = []
-    corrected: list[Check] = []
-    for n in TABLE_2:
-        roots = _roots(n)
-        what = f"n = {n}: V of (26) at xi ="
-        printed += [
-            near(f"{what} {xi:.6f}, found by simulation", _simulated_limit(n), _velocity(n, xi))
-            for xi in roots
-        ]
-        largest = roots[-1]
-        corrected += [
-            near(
-                f"{what} {largest:.6f}, found by simulation",
-                _simulated_limit(n),
-                _velocity(n, largest),
-            ),
-            near(f"n = {n}: xi of `harmonic_contact_time`", _xi(n), largest),
-            near(f"n = {n}: number of roots in [0, pi/2)", len(roots), (n - 1) // 2),
-        ]
+def _largest_steps() -> tuple[Step, ...]:
+    """Return the steps that the largest root of (25) gives the largest value of (26)."""
+    size = _odd(EQ26.printed.rhs)
+    ratio = ((n - sin(n * s) / sin(s)) / (n**2 - 1)).subs(n, 2 * m + 1)
+    fall = n * sympy.cot(n * s) - sympy.cot(s)
+    return (
+        *(
+            identity(
+                f"With xi = pi/2 - s, {parity} m, (26) is (n - sin ns/sin s)/(n^2-1)",
+                size.subs(m, 2 * j + odd).subs(xi, pi / 2 - s),
+                ratio.subs(m, 2 * j + odd),
+            )
+            for odd, parity in ((0, "even"), (1, "odd"))
+        ),
+        identity("sin ns returns after 2 pi/n", sin(n * s + 2 * pi), sin(n * s)),
+        argument(
+            "and is negative first for pi/n < s < 2 pi/n; sin s rises to pi/2, so in a later "
+            "interval the same sin ns is divided by more: the largest value lies in the first"
+        ),
+        identity(
+            "It lies where n cot ns = cot s, which is (25); the difference falls, as |sin ns| < "
+            "n sin s,",
+            fall.diff(s),
+            1 / sin(s) ** 2 - n**2 / sin(n * s) ** 2,
+        ),
+        *bound_steps(),
+        argument(
+            "so there is one root in that interval and none for 0 < s <= pi/n, where the "
+            "difference "
+            "begins below 0: it is the smallest s, the largest xi"
+        ),
+    )
+
+
+def _which_root(limit: Formula = EQ26, *, every: bool = True) -> Finding:
+    """Put every root of (25) into (26), or the largest."""
+    size = limit.side(n, m, xi)
+    at_zero = limit.printed.rhs.subs({n: 5, m: 2, xi: 0})
+    deeper = EQ24.printed.rhs.subs({n: 5, m: 2, V: Rational(1, 4), xi: Rational(66, 100)})
+    wrong = (
+        identity(
+            "xi = 0 is a root of (25)", EQ25.printed.lhs.subs(xi, 0), EQ25.printed.rhs.subs(xi, 0)
+        ),
+        identity("where (26) gives, for n = 5,", at_zero, Rational(1, 6)),
+        sign(
+            "But at V = 1/4, xi = 0.66 the first line of (24) is negative: V_max > 1/4", -deeper, {}
+        ),
+    )
+    right, numbers = [], []
+    for one in TABLE_2:
+        roots = _roots(one)
+        value = float(size(one, one // 2, roots[-1]))
+        what = f"n = {one}: V_max of starts on either side, that of (26) at xi = {roots[-1]:.6f}"
+        right.append(in_ball(what, critical_ball(one), value))
+        what = f"n = {one}: number of roots of (25) in [0, pi/2)"
+        numbers.append(compare(what, len(roots), (one - 1) // 2))
+    refuted = (Deduction("a root of (25) that does not give V_max", wrong, "differs"),)
     return Finding(
-        tuple(printed),
-        tuple(corrected),
+        (*(refuted if every else ()), *(() if every else right)),
+        (Deduction("the largest root gives V_max", _largest_steps()), *right, *numbers),
         "with the largest of the (n-1)/2 roots of (25) in [0, pi/2), the touch next to the impact",
         remark="The paper does not say which root; its table 2 has the right one.",
     )
 
 
-def _xi(n: int) -> float:
-    return 1.5 * math.pi - harmonic_contact_time(n)
+def _table(printed: Mapping[int, str] = TABLE_2) -> Finding:
+    """Compare the table with balls that starts on either side give."""
+    numbers = []
+    for one, text in printed.items():
+        half = 0.5 * 10.0 ** -len(text.split(".")[1])
+        ball = critical_ball(one)
+        numbers.append(in_ball(f"V_max({one}) = {ball.mid():.12f}", ball, float(text), half))
+    return Finding(tuple(numbers), remark="Tolerance: half a unit of the last printed digit.")
 
 
-def _table() -> Finding:
-    return printed_table("V_max", TABLE_2, harmonic_critical_velocity, proven=_proven_limit)
-
-
-def _proven_limit(n: int) -> Ball | None:
-    """Return V_max as a ball, from what is proven about starts on either side of it."""
-    return limit_velocity(sine(n), Fraction(1, 100 * n), 1)
-
-
-def _both_sides() -> Finding:
-    """Simulate below and above each critical velocity."""
-    checks = []
-    for n in ODD:
-        v = harmonic_critical_velocity(n)
-        for words, parts, kept in (("not on", BELOW, False), ("on", ABOVE, True)):
-            each = [_side(n, part * v, kept=kept) for part in parts]
-            # The weakest of them speaks for all.
-            each.sort(key=lambda check: (check.passed, check.is_certain))
-            ends = f"{parts[0]:g} to {parts[-1]:g}"
-            checks.append(replace(each[0], what=f"n = {n}: {words} the eigenset, V/V_max = {ends}"))
-        limit = _proven_limit(n)
-        what = f"n = {n}: limit minus the root of the contact condition"
-        if limit is None:
-            checks.append(near(what, _simulated_limit(n) - v))
-        else:
-            checks.append(in_ball(what, limit, v))
-    return Finding(
-        tuple(checks),
-        remark="Seven V0 in (0, V_max), four above. At V_max itself the extra root is a touch "
-        "that changes nothing.",
+def keeps_steps() -> tuple[Step, ...]:
+    """Return the steps that V_max parts the starts that keep to the eigenset from the others."""
+    return (
+        *_shifted_steps(EQ24, EQ24_VELOCITY),
+        *_touch_steps(EQ26),
+        argument(
+            "Flights with even k have no extra root by (22), those with odd k none for V > V_max "
+            "and one for 0 < V < V_max, as W is continuous and takes all values from 0 to V_max; "
+            "by (21) V is the same on all flights of the eigenset"
+        ),
     )
 
 
-def _side(n: int, v0: float, *, kept: bool) -> Check:
-    return eigenset_kept("", sine(n), v0, lambda: _leaves(n, v0) is not kept, kept=kept)
+def _both_sides(limit: Formula = EQ26) -> Finding:
+    """Deduce what happens on either side, and compare the limit of motions with (26)."""
+    size = limit.side(n, m, xi)
+    numbers = [
+        in_ball(
+            f"n = {one}: limit of starts that keep to the eigenset minus the largest of (26)",
+            critical_ball(one),
+            float(size(one, one // 2, _roots(one)[-1])),
+        )
+        for one in ODD
+    ]
+    simulated = [
+        compare(
+            f"n = {one}: the same limit by halving of simulated starts",
+            _simulated_limit(one),
+            critical_ball(one).mid(),
+            ROUNDING,
+            error=2e-12,
+        )
+        for one in ODD
+    ]
+    return Finding(
+        (
+            Deduction(
+                "the eigenset for V0 > V_max, other times below", (*bound_steps(), *keeps_steps())
+            ),
+            *numbers,
+            *simulated,
+        ),
+        remark="At V_max itself the extra root is a touch that changes nothing.",
+    )
 
 
 _of = partial(Statement, theory=THEORY)
@@ -207,12 +405,11 @@ STATEMENTS: tuple[Statement, ...] = (
     _of(
         id="eq24",
         reference="(24)",
-        claim="With t = xi + 2 pi p + 3 pi/2 the second flight is the first line of (24), and "
-        "its velocity vanishes with the second.",
-        formula=r"x(\xi) = [V - \frac{n}{n^2-1}]\cos\xi + \frac{(-1)^m}{n^2-1}\cos n\xi",
-        method="simulated flights; symbolic in the tests",
-        certainty="symbolic",
-        proven=True,
+        claim="With t = xi + 2 pi p + 3 pi/2 the second flight is the first line of (24); with V "
+        "falling the first extra root is a double one, where the second line vanishes too, and "
+        "xi >= 0 is enough.",
+        formula=EQ24,
+        method="substitution; symmetry and largest value of (26); simulated flights",
         find=_shifted_flight,
     ),
     _of(
@@ -220,38 +417,37 @@ STATEMENTS: tuple[Statement, ...] = (
         reference="(24)",
         claim="For n = 3 the contact is at xi = 0 and V_max = 1/2.",
         formula=r"V_{max}(3) = 1/2",
-        method="contact condition, and the limit found by simulation",
-        certainty="closed form, 12 digits",
-        proven=True,
+        method="largest value of (26) for n = 3; starts on either side",
         find=_third,
+    ),
+    _of(
+        id="eq24-other-root",
+        reference="(24)",
+        claim="The other root of (24), xi = pi/2, gives the trivial condition V >= 0.",
+        method="both lines of (24) and the limit of (26) at pi/2",
+        find=_other_root,
     ),
     _of(
         id="eq25",
         reference="(25)",
         claim="For n = 5, 7, ... the contact is at a root of tan xi = n tan(n xi).",
-        formula=r"\tan\xi = n\tan n\xi",
-        method="instant of the extra impact of simulated motions just below the limit",
-        certainty="simulation, 1e-4",
-        proven=True,
+        formula=EQ25,
+        method="elimination of V from (24); extra impacts of motions just below the limit",
         find=_contact,
     ),
     _of(
         id="eq26",
         reference="(25), (26)",
         claim="(26) with a root of (25) gives V_max.",
-        formula=r"V_{max} = \frac{1}{n^2-1}[n - (-1)^m\frac{\cos n\xi}{\cos\xi}]",
-        method="all roots of (25), and the limit found by simulation alone",
-        certainty="closed form, 12 digits",
-        proven=True,
+        formula=EQ26,
+        method="a root that does not, and the largest value of (26); starts on either side",
         find=_which_root,
     ),
     _of(
         id="table2",
         reference="table 2",
         claim="V_max = 0.26, 0.18, 0.138, 0.112, 0.095, 0.082 for n = 5, 7, 9, 11, 13, 15.",
-        method="starts on either side, proven to keep to the eigenset or to leave it; without "
-        "ball arithmetic, the root of the contact condition",
-        certainty="closed form, 12 digits",
+        method="starts on either side, proven to keep to the eigenset or to leave it",
         find=_table,
     ),
     _of(
@@ -259,8 +455,7 @@ STATEMENTS: tuple[Statement, ...] = (
         reference="table 2",
         claim="Velocities below V_max give other impact times than the eigenset, those above it "
         "the eigenset.",
-        method="all impacts of starts on both sides, proven or simulated, and the limit by halving",
-        certainty="simulation, 1e-10",
+        method="values of (26) between impacts; limit of starts on either side, and by halving",
         find=_both_sides,
     ),
 )

@@ -7,17 +7,47 @@ from collections.abc import Callable, Iterable
 from functools import cache, partial
 
 import numpy as np
+import sympy
+from sympy import Integer, Rational, pi, sin
 
-from percuss import numerics
 from percuss.arrays import Floats
 from percuss.model.forcing import sine
-from percuss.motion.eigenset_forms import HarmonicMotion, harmonic_critical_velocity
+from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims import commensurate, harmonic_limits
-from percuss.paper.claims.certain import certain_run, eigenset_kept
-from percuss.paper.claims.evidence import ROUNDING, WALL, apart, condition, furthest, near
-from percuss.paper.statement import Check, Finding, Statement
+from percuss.paper.claims import commensurate, harmonic_figures, harmonic_limits
+from percuss.paper.claims.certain import certain_run
+from percuss.paper.claims.comparisons import ROUNDING, WALL, apart, furthest, near
+from percuss.paper.claims.harmonic_formulas import (
+    BEFORE,
+    EQ17,
+    EQ18,
+    EQ18_VELOCITY,
+    EQ19,
+    EQ19_GAIN,
+    EQ20,
+    EQ21,
+    EQ22,
+    EQ23,
+    A,
+    G,
+    V,
+    amplitude_steps,
+    bound_steps,
+    form_steps,
+    gain_steps,
+    j,
+    joined,
+    k,
+    n,
+    s,
+    shifted,
+    t,
+)
+from percuss.paper.evidence import Comparison, Deduction, Step, compare
+from percuss.paper.formula import Formula, mathtext
+from percuss.paper.proof import argument, identity, leading_terms
+from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS"]
 
@@ -26,236 +56,369 @@ THEORY = "paper-harmonics.md"
 EVEN = (2, 4, 6, 8, 20)
 ODD = (3, 5, 7, 9, 15)
 FLIGHTS = 40
+# A velocity above V_max of every odd n.
+STEADY = Rational(1)
+# What forty flights round, each a few times, at speeds below 60.
+ROUNDED = 1e-12
 # Of V_max, at which a second flight is looked at.
 PARTS = (0.05, 0.5, 0.95)
 
 
 @cache
-def _run(n: int) -> Trajectory:
+def _run(number: int) -> Trajectory:
     """Return forty flights under sin(n t), for odd n from just above V_max(n)."""
-    v0 = 1.01 * harmonic_critical_velocity(n) if n % 2 else 0.1
-    return simulate(WALL, sine(n), v0=v0, t_end=(FLIGHTS + 0.5) * math.pi)
+    v0 = 1.01 * harmonic_critical_velocity(number) if number % 2 else 0.1
+    return simulate(WALL, sine(number), v0=v0, t_end=(FLIGHTS + 0.5) * math.pi)
 
 
 def _eigenset(count: int) -> Floats:
     return np.asarray(math.pi * np.arange(1, count + 1), dtype=np.float64)
 
 
-def _amplitude(n: int, run: Trajectory, k: int) -> float:
-    """Return A_k of a simulated motion, from x in the middle of its flight."""
-    t = (k + 0.5) * math.pi
-    return (float(run(t)[0]) + numerics.sin(n * t) / (n * n - 1)) / numerics.sin(t)
+def _velocity(run: Trajectory, flight: int) -> float:
+    return float(run.impacts.v_after[flight - 1]) if flight else run.v0
 
 
-def _velocity(run: Trajectory, k: int) -> float:
-    return float(run.impacts.v_after[k - 1]) if k else run.v0
+def _small(what: str, value: float) -> Comparison:
+    """Return the comparison of a simulated difference with zero."""
+    return compare(what, value, 0.0, ROUNDING, error=ROUNDED)
 
 
 def _worst(numbers: Iterable[int], error: Callable[[int, Trajectory, int], float]) -> float:
     """Return the largest error of a formula over numbers n and flights k."""
-    return max(abs(error(n, _run(n), k)) for n in numbers for k in range(1, FLIGHTS))
+    return max(abs(error(one, _run(one), flight)) for one in numbers for flight in range(1, 40))
 
 
-def _share(n: int) -> float:
-    return n / (n * n - 1)
-
-
-def _sign(k: int) -> float:
-    """Return (-1)^k."""
-    return -1.0 if k % 2 else 1.0
-
-
-def _periods() -> Finding:
-    """Count half turns pi in units of the force's period 2 pi/n."""
-    whole = [(n, turns) for n in range(2, 20) for turns in (1, 2) if (n * turns) % 2 == 0]
-    single = sorted(n for n, turns in whole if turns == 1)
-    double = sorted(n for n, turns in whole if turns == 2)
-    kept = [
-        eigenset_kept(
-            f"n = {n}, V0 = {_run(n).v0:.6g}: impacts on the eigenset, all",
-            sine(n),
-            _run(n).v0,
-            partial(_on_eigenset, n),
-        )
-        for n in (*EVEN, *ODD)
-    ]
-    even, every = single == [*range(2, 20, 2)], double == [*range(2, 20)]
-    return Finding(
-        (
-            # Whole numbers are counted: there is no rounding.
-            Check("pi is a whole number of periods for even n", float(even), 1.0, radius=0.0),
-            Check("2 pi is for every n", float(every), 1.0, radius=0.0),
-            *kept,
-        )
-    )
-
-
-def _on_eigenset(n: int) -> bool:
-    return furthest(_run(n), _eigenset(FLIGHTS)) <= ROUNDING
-
-
-def _form(numbers: tuple[int, ...]) -> Finding:
-    """Compare simulated motions with A_k sin t - sin(n t)/(n^2 - 1)."""
-    t = np.linspace(0.0, (FLIGHTS + 0.4) * math.pi, 4001)
-    inner = np.abs(t / math.pi - np.round(t / math.pi)) > 1e-6
-    flights = np.floor(t / math.pi).astype(int)
+def _off_form(
+    numbers: tuple[int, ...], x: Formula, velocity: Formula, amplitude: Formula
+) -> Finding:
+    """Compare simulated motions with the form and an amplitude, flight by flight."""
+    times = np.linspace(0.0, (FLIGHTS + 0.4) * math.pi, 4001)
+    inner = np.abs(times / math.pi - np.round(times / math.pi)) > 1e-6
+    flights = np.floor(times / math.pi).astype(int)
+    size, place, slope = amplitude.side(V, n, k), x.side(A, n, t), velocity.side(A, n, t)
     in_x, in_v = [], []
-    for n in numbers:
-        x, v = _run(n)(t)
-        a = np.array([_amplitude(n, _run(n), k) for k in range(FLIGHTS + 1)])[flights]
-        in_x.append(apart(x, a * numerics.sin(t) - numerics.sin(n * t) / (n * n - 1)))
-        slope = a * numerics.cos(t) - _share(n) * numerics.cos(n * t)
-        in_v.append(apart(v[inner], slope[inner]))
+    for one in numbers:
+        at, v = _run(one)(times)
+        each = [size(_velocity(_run(one), f), one, f) for f in range(FLIGHTS + 1)]
+        a = np.array(each)[flights]
+        in_x.append(apart(at, place(a, one, times)))
+        in_v.append(apart(v[inner], slope(a[inner], one, times[inner])))
     which = ", ".join(map(str, numbers))
+    # The slope of x next to an impact times the rounding of the instant.
     return Finding(
         (
-            near(f"x of simulated motions minus the form, n = {which}", max(in_x)),
-            near(f"x' of simulated motions minus the form, n = {which}", max(in_v), tolerance=1e-9),
+            _small(f"x of simulated motions minus the form, n = {which}", max(in_x)),
+            compare(f"the same for x', n = {which}", max(in_v), 0.0, 1e-9, error=1e-11),
         )
     )
 
 
-def _even_amplitudes() -> Finding:
-    def error(n: int, run: Trajectory, k: int) -> float:
-        return _amplitude(n, run, k) - _sign(k) * (_velocity(run, k) + _share(n))
+def _periods(even: sympy.Expr = pi, odd: sympy.Expr = 2 * pi) -> Finding:
+    """Deduce the common periods of force and eigenset, and that motions on it exist."""
+    force = sin(n * t)
 
-    def gain(n: int, run: Trajectory, k: int) -> float:
-        return _velocity(run, k) - _velocity(run, k - 1) - 2 * _share(n)
+    def returns(parity: int, period: sympy.Expr, sign: int) -> Step:
+        words = f"n {'odd' if parity else 'even'}: after {period} the force is "
+        words += "the same" if sign > 0 else "reversed, so that pi is no period"
+        number = 2 * j + parity
+        return identity(
+            words, force.subs(t, t + period).subs(n, number), sign * force.subs(n, number)
+        )
 
+    steps = (
+        returns(0, even, 1),
+        returns(1, odd, 1),
+        returns(1, odd / 2, -1),
+        *form_steps(),
+        *amplitude_steps(EQ19, odd=0),
+        *amplitude_steps(EQ20, odd=1),
+        *bound_steps(),
+        *_positive_even(),
+        *_positive_odd(),
+        argument(
+            "both are positive between the impacts: for even n always, for odd n if V > 2n/(n^2-1)"
+        ),
+    )
+    off = {one: furthest(_run(one), _eigenset(FLIGHTS)) for one in (*EVEN, *ODD)}
     return Finding(
         (
-            near("A_k - (-1)^k [V_k + n/(n^2-1)], n = 2 to 8, 20", _worst(EVEN, error)),
-            near("V_k - V_(k-1) - 2n/(n^2-1)", _worst(EVEN, gain)),
+            Deduction(
+                "motions on the eigenset, and the period that it shares with the force", steps
+            ),
+            *(_small(f"n = {one}: impacts minus the eigenset, furthest", off[one]) for one in off),
         )
     )
 
 
-def _every_velocity() -> Finding:
-    """Start on even n from rest and from many velocities."""
+def _positive_even(amplitude: Formula = EQ19) -> tuple[Step, ...]:
+    """Return the steps that x > V_k sin s on each flight for even n."""
+    least = V * sin(s) + (n * sin(s) - sin(n * s)) / (n**2 - 1)
+    return tuple(
+        identity(
+            f"n even, k {'odd' if late else 'even'}, t = k pi + s: x is V_k sin s and a positive "
+            "rest",
+            shifted(amplitude, odd=0, late=late),
+            least.subs(n, 2 * j),
+        )
+        for late in (0, 1)
+    )
+
+
+def _positive_odd(amplitude: Formula = EQ20) -> tuple[Step, ...]:
+    """Return the steps that x > (V_k - 2 n/(n^2-1)) sin s on each flight for odd n."""
+    rest = (n * sin(s) - sin(n * s)) / (n**2 - 1)
+    first, second = V * sin(s) + rest, (V - 2 * G) * sin(s) + (n * sin(s) + sin(n * s)) / (n**2 - 1)
+    return tuple(
+        identity(
+            f"n odd, k {'odd' if late else 'even'}, t = k pi + s: x is {words} and a positive rest",
+            shifted(amplitude, odd=1, late=late),
+            least.subs(n, 2 * j + 1),
+        )
+        for late, words, least in (
+            (0, "V_k sin s", first),
+            (1, "(V_k - 2n/(n^2-1)) sin s", second),
+        )
+    )
+
+
+def _even_form(x: Formula = EQ18, velocity: Formula = EQ18_VELOCITY) -> Finding:
+    steps = (*form_steps(x, velocity), *amplitude_steps(EQ19, odd=0), *bound_steps())
+    return Finding(
+        (
+            Deduction("(18) on every flight", (*steps, *_positive_even())),
+            *_off_form(EVEN, x, velocity, EQ19).printed,
+        ),
+    )
+
+
+def _even_amplitudes(amplitude: Formula = EQ19, gain: Formula = EQ19_GAIN) -> Finding:
+    size, next_one = amplitude.side(V, n, k), gain.side(BEFORE, n)
+
+    def in_amplitude(one: int, run: Trajectory, flight: int) -> float:
+        middle = (flight + 0.5) * math.pi
+        expected = EQ18.side(A, n, t)(size(_velocity(run, flight), one, flight), one, middle)
+        return float(run(middle)[0]) - float(expected)
+
+    def in_gain(one: int, run: Trajectory, flight: int) -> float:
+        return _velocity(run, flight) - float(next_one(_velocity(run, flight - 1), one))
+
+    steps = (
+        *form_steps(),
+        *amplitude_steps(amplitude, odd=0),
+        *gain_steps(amplitude, gain, odd=0),
+        argument("by induction over k, as no flight has a root of its own (see the bound of (18))"),
+    )
+    return Finding(
+        (
+            Deduction("(19) on every flight", steps),
+            _small("x in the middle of flights minus (18) with A_k", _worst(EVEN, in_amplitude)),
+            _small("V_k minus that of (19)", _worst(EVEN, in_gain)),
+        )
+    )
+
+
+def _every_velocity(amplitude: Formula = EQ19) -> Finding:
+    """Deduce that no V0 >= 0 gives an extra root; start from rest and from many velocities."""
     kept = [
-        furthest(simulate(WALL, sine(n), v0=v0, t_end=12.5 * math.pi), _eigenset(12))
-        for n in (2, 4, 6, 8, 20, 100)
+        furthest(simulate(WALL, sine(one), v0=v0, t_end=12.5 * math.pi), _eigenset(12))
+        for one in (2, 4, 6, 8, 20, 100)
         for v0 in (0.0, 1e-6, 0.01, 0.5, 10.0)
     ]
-    # The ratio is the same on either side of pi/2.
-    eta = np.linspace(1e-6, 0.5 * math.pi, 100_001)
-    ratio = max(
-        float((np.abs(numerics.sin(n * eta)) / numerics.sin(eta)).max()) / n for n in (2, 4, 6, 20)
+    steps = (
+        *_positive_even(amplitude),
+        *bound_steps(),
+        argument("so x > V_k sin s >= 0 between the impacts, for V_k = 0 too: no extra root"),
+        *gain_steps(EQ19, EQ19_GAIN, odd=0),
     )
     return Finding(
         (
-            near("t_k minus pi k, n = 2 to 100, V0 = 0 to 10", max(kept)),
-            condition("|sin nt| <= n |sin t|, so that x >= V_k |sin t|", ratio <= 1.0 + ROUNDING),
+            Deduction("no extra root for any V0 >= 0", steps),
+            _small("t_k minus pi k, n = 2 to 100, V0 = 0 to 10", max(kept)),
         ),
-        remark="No velocity gives an extra root; from V0 = 0 the force lifts the mass off.",
+        remark="From V0 = 0 the force lifts the mass off.",
     )
 
 
-def _decrease() -> Finding:
-    ratios = {n: 2 * _share(n) / (2 / n) for n in (4, 20, 1000)}
-    gains = {n: _velocity(_run(n), 2) - _velocity(_run(n), 1) for n in (4, 20)}
+def _decrease(law: sympy.Expr = 2 / n) -> Finding:
+    e = sympy.Symbol("epsilon", positive=True)
+    gain = 2 * G
+    simulated = {one: _velocity(_run(one), 2) - _velocity(_run(one), 1) for one in (4, 20)}
+    steps = (
+        leading_terms(
+            "With e = 1/n the increment begins", gain.subs(n, 1 / e), e, 3, law.subs(n, 1 / e)
+        ),
+        identity(
+            "and its derivative in n is negative",
+            sympy.diff(gain.subs(n, t), t).subs(t, n),
+            -2 * (n**2 + 1) / (n**2 - 1) ** 2,
+        ),
+    )
     return Finding(
         (
+            Deduction("the increment of (19) falls, and tends to 2/n", steps),
             *(
-                near(f"n = {n}: simulated increment over 2/n", gains[n] * n / 2, ratios[n])
-                for n in gains
+                _small(
+                    f"n = {one}: simulated increment minus that of (19)",
+                    value - 2 * one / (one**2 - 1),
+                )
+                for one, value in simulated.items()
             ),
-            near("n = 1000: increment over 2/n", ratios[1000], 1.0, 2e-6),
         ),
-        remark="Exactly 2/n for large n; for n = 2 the increment is 4/3 where 2/n is 1.",
+        remark="For small n it is larger than 2/n: 4/3 for n = 2, where 2/n is 1.",
     )
 
 
-def _odd_amplitudes() -> Finding:
-    def error(n: int, run: Trajectory, k: int) -> float:
-        return _amplitude(n, run, k) - (_sign(k) * _velocity(run, k) + _share(n))
+def _odd_form(amplitude: Formula = EQ20) -> Finding:
+    steps = (
+        *form_steps(),
+        *amplitude_steps(amplitude, odd=1),
+        *bound_steps(),
+        *_positive_odd(amplitude),
+        argument(
+            "for V > 2n/(n^2-1) nothing but the eigenset is met; V_max of (26) is the exact limit"
+        ),
+    )
+    return Finding(
+        (
+            Deduction("(20) on every flight", steps),
+            *_off_form(ODD, EQ18, EQ18_VELOCITY, amplitude).printed,
+        )
+    )
 
-    return Finding((near("A_k - (-1)^k V_k - n/(n^2-1), n = 3 to 9, 15", _worst(ODD, error)),))
 
-
-def _steady() -> Finding:
-    def gain(_: int, run: Trajectory, k: int) -> float:
-        return _velocity(run, k) - _velocity(run, k - 1)
-
+def _steady(same: Formula = EQ21) -> Finding:
+    """Deduce that the velocity is kept, and start at other phases of the force as well."""
     late = []
-    for n in ODD:
-        v0 = 3.0 * harmonic_critical_velocity(n)
-        run = simulate(WALL, sine(n), v0=v0, t0=0.3, t_end=60.0)
+    for one in ODD:
+        v0 = 3.0 * harmonic_critical_velocity(one)
+        run = simulate(WALL, sine(one), v0=v0, t0=0.3, t_end=60.0)
         late.append(apart(run.impacts.v_after, np.full(len(run.impacts), v0)))
         late.append(apart(np.diff(run.impacts.t), np.full(len(run.impacts) - 1, math.pi)))
+
+    def in_gain(_: int, run: Trajectory, flight: int) -> float:
+        return _velocity(run, flight) - _velocity(run, flight - 1)
+
+    steps = (*form_steps(), *amplitude_steps(EQ20, odd=1), *gain_steps(EQ20, same, odd=1))
     return Finding(
         (
-            near("V_k - V_(k-1), n = 3 to 9, 15", _worst(ODD, gain)),
-            near("the same for starts at t = 0.3: V_k and the gaps", max(late)),
+            Deduction("the velocity is kept", steps),
+            _small("V_k - V_(k-1), n = 3 to 9, 15", _worst(ODD, in_gain)),
+            _small("the same for starts at t = 0.3: V_k and the gaps", max(late)),
         ),
-        remark="For odd n the particular solution changes its sign in pi, so a steady motion "
+        remark="For odd n the response to the force changes its sign in pi, so a steady motion "
         "with gaps pi starts at every phase of the force, not at t = 0 alone.",
     )
 
 
-def _first_flight() -> Finding:
-    """Look for impacts on the first flight, whatever the velocity."""
+def _first_flight(formula: Formula = EQ22) -> Finding:
+    """Deduce that (22) has no root, and look for impacts on the first flight."""
     firsts = [
-        float(simulate(WALL, sine(n), v0=part, max_impacts=1, t_end=7.0).impacts.t[0])
-        for n in ODD
+        float(simulate(WALL, sine(one), v0=part, max_impacts=1, t_end=7.0).impacts.t[0])
+        for one in ODD
         for part in (1e-4, 1e-2, 0.1, 0.3, 1.0)
     ]
-    values = [apart(*_flight_values(n, 0)) for n in ODD]
+    left = formula.printed.lhs
+    steps = (
+        identity(
+            "(22) is x of (20) for even k",
+            EQ18.printed.rhs.subs(A, EQ20.printed.rhs.subs(k, 2 * k)),
+            left,
+        ),
+        identity(
+            "it is V sin t and a rest", left, V * sin(t) + (n * sin(t) - sin(n * t)) / (n**2 - 1)
+        ),
+        *bound_steps(),
+        argument("so it is positive for V > 0 where sin t > 0"),
+    )
+    gaps = apart(np.array(firsts), np.full(len(firsts), math.pi))
     return Finding(
         (
-            near("x minus the left side on (0, pi)", max(values)),
-            near("first impact minus pi, n = 3 to 9, 15, V0 = 1e-4 to 1", _gap_to_pi(firsts)),
+            Deduction("(22) has no root", steps),
+            _small("first impact minus pi, n = 3 to 9, 15, V0 = 1e-4 to 1", gaps),
         )
     )
 
 
-def _gap_to_pi(times: list[float]) -> float:
-    return apart(np.array(times), np.full(len(times), math.pi))
-
-
-def _flight_values(n: int, k: int) -> tuple[Floats, Floats]:
-    """Return x on flight k of a simulated motion, and by (22) or (23)."""
-    run = _run(n)
-    t = (k + np.linspace(0.001, 0.999, 999)) * math.pi
-    amplitude = run.v0 * _sign(k) + _share(n)
-    return run(t)[0], amplitude * numerics.sin(t) - numerics.sin(n * t) / (n * n - 1)
-
-
-def _second_flight() -> Finding:
-    """Look for impacts on the second flight below V_max."""
-    values = [apart(*_flight_values(n, 1)) for n in ODD]
-    early = [_early(n, part * harmonic_critical_velocity(n)) for n in ODD for part in PARTS]
-    return Finding(
-        tuple(early),
-        remark=f"Simulated flights differ from the left side by {max(values):.0e} at most, "
-        "with A_1 = n/(n^2-1) - V; the minus before V is lost in the text's extraction.",
+def _second_flight(formula: Formula = EQ23) -> Finding:
+    """Deduce (23) and that it has roots, and look for impacts on the second flight below V_max."""
+    left = formula.printed.lhs
+    limit = (n - sin(n * s) / sin(s)) / (n**2 - 1)
+    steps = (
+        identity(
+            "(23) is x of (20) for odd k",
+            EQ18.printed.rhs.subs(A, EQ20.printed.rhs.subs(k, 2 * k + 1)),
+            left,
+        ),
+        identity(
+            "At t = (2p+1) pi + s, with odd n, it is sin s (V - W(s))",
+            left.subs(n, 2 * j + 1).subs(t, s + pi * (2 * k + 1)),
+            ((V - limit) * sin(s)).subs(n, 2 * j + 1),
+        ),
+        *bound_steps(),
+        *(
+            leading_terms(f"n = {one}: W begins at 0", limit.subs(n, one), s, 1, Integer(0))
+            for one in (3, 5, 7)
+        ),
+        argument(
+            "W is positive inside, tends to 0 at s = 0 since sin ns/sin s tends to n, and is "
+            "continuous: it takes each value up to its largest, V_max (intermediate value theorem)"
+        ),
     )
+    early = [_early(one, part * harmonic_critical_velocity(one)) for one in ODD for part in PARTS]
+    return Finding((Deduction("(23) has a root for 0 < V <= V_max", steps), *early))
 
 
-def _early(n: int, v0: float) -> Check:
+def _early(number: int, v0: float) -> Comparison:
     """See whether the first impact is at pi and the second before 2 pi."""
-    run = simulate(WALL, sine(n), v0=v0, max_impacts=2)
-    what = f"n = {n}, V0 = {v0:.4f}: second impact over pi, between 1 and 2"
+    run = simulate(WALL, sine(number), v0=v0, max_impacts=2)
+    what = f"n = {number}, V0 = {v0:.4f}: second impact over pi, between 1 and 2"
     proven = certain_run(run)
     if proven is None:
         return near(what, run.impacts.t[1] / math.pi, 1.5, 0.5 - 1e-3)
     ball = proven.impacts.t[1]
     # In units of pi, with what the division may round.
-    return Check(what, ball.mid() / math.pi, 1.5, 0.5 - 1e-3, ball.radius() + 1e-12)
+    return compare(what, ball.mid() / math.pi, 1.5, 0.5 - 1e-3, ball.radius() + 1e-12)
 
 
-def _not_sufficient() -> Finding:
-    """Stay on the eigenset for ever with odd n, and follow the velocity for a thousand flights."""
-    kept, growth = [], []
-    for n in ODD:
-        motion = HarmonicMotion(n, 0.6)
-        run = simulate(WALL, motion.forcing, v0=0.6, max_impacts=1000)
-        on = furthest(run, _eigenset(1000)) <= 1e-9
-        what = f"n = {n}, V0 = 0.6: all impacts on the eigenset, where V_k = V_(k-1) by (21)"
-        kept.append(eigenset_kept(what, motion.forcing, 0.6, partial(bool, on)))
-        growth.append(apart(run.impacts.v_after, np.full(1000, 0.6)))
+def _not_sufficient(v0: Rational = STEADY, same: Formula = EQ21) -> Finding:
+    """Deduce that for odd n a motion stays on the eigenset with a bounded velocity for ever."""
+    growth = [
+        apart(
+            simulate(WALL, sine(one), v0=float(v0), max_impacts=1000).impacts.v_after,
+            np.full(1000, float(v0)),
+        )
+        for one in ODD
+    ]
+    least = v0 - 2 * G.subs(n, 3)
+    steps = (
+        identity(
+            "n odd: the force returns after 2 pi, two steps of the eigenset",
+            sin((2 * j + 1) * (t + 2 * pi)),
+            sin((2 * j + 1) * t),
+        ),
+        *amplitude_steps(EQ20, odd=1),
+        *bound_steps(),
+        *_positive_odd(),
+        Step(
+            "V0 is above 2n/(n^2-1), which is largest for n = 3: no extra root",
+            f"{mathtext(v0)} - \\frac{{3}}{{4}} > 0",
+            bool(least > 0),
+            "algebra",
+        ),
+        *gain_steps(EQ20, same, odd=1),
+    )
     return Finding(
-        tuple(kept), remark=f"Simulated, V_k - V_0 is at most {max(growth):.0e} in 1000 flights."
+        (
+            Deduction("bounded motions on the eigenset, for every odd n", steps),
+            compare(
+                f"V_k - V_0 in 1000 flights from V0 = {v0}, n = 3 to 9, 15",
+                max(growth),
+                0.0,
+                ROUNDING,
+                error=25 * ROUNDED,
+            ),
+        ),
     )
 
 
@@ -267,29 +430,24 @@ OWN: tuple[Statement, ...] = (
         reference="(17)",
         claim="Under sin(n t) motions with the eigenset as impact times exist; it shares the "
         "period pi with the force for even n, 2 pi for odd n.",
-        formula=r"x'' + x = \sin nt,\ x > 0",
-        method="counting of periods; simulation of forty flights",
-        certainty="simulation, 1e-10",
+        formula=EQ17,
+        method="periods of sine, and the forms (18) and (20); simulation of forty flights",
         find=_periods,
     ),
     _of(
         id="eq18",
         reference="(18)",
         claim="For even n the motion on each flight is A_k sin t - sin(nt)/(n^2-1).",
-        formula=r"x_k = A_k\sin t - \frac{\sin nt}{n^2-1}",
-        method="simulation of forty flights",
-        certainty="closed form, 12 digits",
-        proven=True,
-        find=partial(_form, EVEN),
+        formula=joined(EQ18, EQ18_VELOCITY),
+        method="substitution into the equation; simulation of forty flights",
+        find=_even_form,
     ),
     _of(
         id="eq19",
         reference="(19)",
         claim="For even n the velocity gains 2n/(n^2-1) at each impact: linear growth.",
-        formula=r"A_k = (-1)^k[V_k + \frac{n}{n^2-1}],\ V_k = V_{k-1} + \frac{2n}{n^2-1}",
-        method="amplitudes and velocities of simulated motions; symbolic in the tests",
-        certainty="symbolic",
-        proven=True,
+        formula=joined(EQ19, EQ19_GAIN),
+        method="velocities at both ends of a flight; simulation of forty flights",
         find=_even_amplitudes,
     ),
     _of(
@@ -297,75 +455,60 @@ OWN: tuple[Statement, ...] = (
         reference="(18), (19)",
         claim="For even n every V0 >= 0 gives this resonance.",
         method="bound of sin(nt)/sin(t); simulation from V0 = 0 to 10",
-        certainty="proof",
-        proven=True,
         find=_every_velocity,
     ),
     _of(
         id="eq19-increment",
         reference="section 4",
-        claim="The velocity increment decreases as 2/n.",
-        method="simulated increments, and the formula",
-        certainty="closed form, 12 digits",
-        proven=True,
+        claim="The velocity increment decreases with n, as 2/n.",
+        method="series in 1/n, and simulated increments",
         find=_decrease,
     ),
     _of(
         id="eq20",
         reference="(20)",
         claim="For odd n the form is the same, with other amplitudes.",
-        formula=r"A_k = (-1)^k V_k + \frac{n}{n^2-1}",
-        method="amplitudes of simulated motions; symbolic in the tests",
-        certainty="symbolic",
-        proven=True,
-        find=lambda: _both(_form(ODD), _odd_amplitudes()),
+        formula=EQ20,
+        method="substitution into the equation; simulation of forty flights",
+        find=_odd_form,
     ),
     _of(
         id="eq21",
         reference="(21)",
         claim="For odd n the impact velocity stays the same: steady oscillation.",
-        formula=r"V_k = V_{k-1}",
-        method="velocities of simulated motions; symbolic in the tests",
-        certainty="symbolic",
-        proven=True,
+        formula=EQ21,
+        method="velocities at both ends of a flight; simulation of forty flights",
         find=_steady,
     ),
     _of(
         id="eq22",
         reference="(22)",
         claim="For odd n and V > 0 there is no extra root on the flights (2p pi, (2p+1) pi).",
-        formula=r"[V + \frac{n}{n^2-1}]\sin t - \frac{\sin nt}{n^2-1} = 0",
-        method="simulation from V0 = 1e-4 to 1",
-        certainty="proof",
-        proven=True,
+        formula=EQ22,
+        method="bound of sin(nt)/sin(t); simulation from V0 = 1e-4 to 1",
         find=_first_flight,
     ),
     _of(
         id="eq23",
         reference="(23)",
-        claim="Extra roots lie on the flights ((2p+1) pi, 2(p+1) pi).",
-        formula=r"[-V + \frac{n}{n^2-1}]\sin t - \frac{\sin nt}{n^2-1} = 0",
-        method="simulation below V_max",
-        certainty="simulation, 1e-10",
+        claim="Extra roots lie on the flights ((2p+1) pi, 2(p+1) pi), where (23) gives them.",
+        formula=EQ23,
+        method="values that the left side takes; second impacts of motions below V_max",
         find=_second_flight,
     ),
     _of(
         id="not-sufficient",
         reference="section 4",
         claim="That the eigenset and the force share a period does not suffice for a resonance.",
-        method="simulation of 1000 flights for odd n",
-        certainty="simulation, 1e-10",
+        method="steady motions for every odd n; simulation of 1000 flights",
         find=_not_sufficient,
     ),
 )
 
 
-def _both(one: Finding, other: Finding) -> Finding:
-    return Finding((*one.printed, *other.printed))
-
-
 STATEMENTS: tuple[Statement, ...] = (
     *OWN,
     *harmonic_limits.STATEMENTS,
+    *harmonic_figures.STATEMENTS,
     *commensurate.STATEMENTS,
 )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from functools import cache
 
 import numpy as np
+from flint import arb
 
 from percuss import numerics
-from percuss.certified import keeps_eigenset
+from percuss.certified import Ball, CertifiedRun
 from percuss.model.forcing import Forcing, cosine, sine
 from percuss.motion.eigenset import eigenset
 from percuss.motion.eigenset_forms import SubsetMotion, subset_forcing
@@ -18,13 +19,15 @@ from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import (
-    certain_condition,
     certain_run,
     impacts_at,
     subset_constant,
 )
-from percuss.paper.claims.evidence import ROUNDING, WALL, apart, condition, near
-from percuss.paper.statement import Check, Finding, Statement
+from percuss.paper.claims.certain_motion import enclosed
+from percuss.paper.claims.comparisons import ROUNDING, WALL, apart, near
+from percuss.paper.claims.model_statements import shared_times
+from percuss.paper.evidence import Enclosure, Measurement, compare
+from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS"]
 
@@ -36,8 +39,11 @@ SCAN_END = 2000.0 * math.pi
 PERIODIC = ("eigenset", "eigenset_subset", "periodic")
 # An eigenset of a resonance shows its linear growth as an exponent near 1; steady motions have 0.
 RESONANT = 0.5
+# At half the resonant frequency.
+HALF_SINE, HALF_COSINE = sine(1), cosine(1)
 LATE = 1e6
-PHASES = 24
+SHARED_END = 40.5 * math.pi
+PHASES = tuple((k + 0.5) * 2.0 * math.pi / 24 for k in range(24))
 
 
 def _is_resonance(run: Trajectory) -> bool:
@@ -45,7 +51,7 @@ def _is_resonance(run: Trajectory) -> bool:
     return law.kind == "grows" and law.exponent > RESONANT
 
 
-def _only_on_the_eigenset() -> Finding:
+def _only_on_the_eigenset(resonant: Sequence[str] = ("2", "4", "6", "8")) -> Finding:
     """Classify the motions of a scan, and compute velocities from the times alone."""
     on: list[str] = []
     off: list[str] = []
@@ -64,8 +70,10 @@ def _only_on_the_eigenset() -> Finding:
     return Finding(
         (
             near("resonances on commensurate periodic times off the eigenset", len(off)),
-            condition(
-                "resonances on the eigenset at w = 2, 4, 6, 8 only", set(on) == {"2", "4", "6", "8"}
+            near(
+                "frequencies that resonate on the eigenset and are not among 2, 4, 6, 8, or the "
+                "reverse",
+                len(set(on) ^ set(resonant)),
             ),
             near("V from the times of its flight, minus V", worst),
         ),
@@ -93,169 +101,137 @@ def _velocity_error(v0: str) -> float:
     return apart(v[short], run.impacts.v_after[:-1][short])
 
 
-@cache
-def _half_harmonic() -> Trajectory:
-    return simulate(WALL, sine(1), t_end=LATE)
+def _moves(
+    force: Forcing, one: str, other: str, over: Mapping[str, Ball] | None = None
+) -> arb | None:
+    """Return the largest move of the impact times from one start to another, up to t = 40.5 pi."""
+    runs = [simulate(WALL, force, v0=v0, t_end=SHARED_END) for v0 in (one, other)]
+    slow, fast = (certain_run(run, over=over) for run in runs)
+    if slow is None or fast is None:
+        return None
+    if len(slow.impacts) != len(fast.impacts):
+        return arb("inf")
+    return _furthest(slow, fast)
 
 
-def _subharmonic() -> Finding:
-    """Classify the impact times of the half-harmonic, and fit their approach."""
-    run = _half_harmonic()
-    found = classify_impact_times(run)
-    ahead = run.impacts.t - math.pi * np.arange(1, len(run.impacts) + 1)
-    # Two neighbours lie on either side of what they approach.
-    shift = 0.5 * (ahead[1:] + ahead[:-1])
-    return Finding(
-        (
-            condition(
-                "the impact times approach and are not periodic",
-                found.kind == "approaching_eigenset",
-            ),
-            near("p of abs(t_{k+1} - t_k - pi) ~ t^-p", found.rate, 0.5, 0.005),
-        ),
-        remark=(
-            f"Up to t = {LATE:g} the intervals come within {found.deviation:.1e} of pi. The times "
-            f"themselves approach a shifted eigenset: t_k - k pi tends to {shift[-1]:.5f}, within "
-            f"{abs(shift[-1] - shift[len(shift) // 10]):.0e} since a tenth of the run."
-        ),
-    )
+def _furthest(one: CertifiedRun, other: CertifiedRun) -> arb:
+    largest = arb(0)
+    for first, second in zip(one.impacts.t.arbs, other.impacts.t.arbs, strict=True):
+        largest = largest.max(abs(first - second))
+    return largest
 
 
-def _changes(force: Forcing, one: str, other: str, t_end: float) -> float:
-    """Return how far apart the impact times of two initial velocities are, infinite if not as many."""
-    times = [simulate(WALL, force, v0=v0, t_end=t_end).impacts.t for v0 in (one, other)]
-    return apart(*times) if len(times[0]) == len(times[1]) else math.inf
+def _shared(m: int = 3) -> tuple[Enclosure, ...]:
+    """Return how impact times move where different velocities should share them."""
+    on_eigenset = [(2, "0.2", "0.7"), (3, "0.6", "0.7")]
+    found = [
+        (f"eigenset: sin {n}t, V0 = {one} and {other}", _moves(sine(n), one, other))
+        for n, one, other in on_eigenset
+    ]
+    found += [
+        (f"Y_{k}, V0 = 0.2 and 0.7", _moves(subset_forcing(k), "0.2", "0.7", subset_constant(k)))
+        for k in (2, m)
+    ]
+    return tuple(enclosed(what, gap, -ROUNDING, ROUNDING) for what, gap in found)
 
 
-def _on_eigenset(n: int, one: str, other: str, t_end: float) -> Check:
-    """Compare the impact times of two velocities under sin(n t): where both keep to the eigenset."""
-    what = f"eigenset: sin {n}t, V0 = {one} and {other}"
-    if all(keeps_eigenset(WALL, sine(n), v0).holds is True for v0 in (one, other)):
-        return Check(what, 0.0, 0.0, ROUNDING, 0.0)
-    return near(what, _changes(sine(n), one, other, t_end))
-
-
-def _on_subset(m: int, one: str, other: str, t_end: float) -> Check:
-    """Compare the impact times of two velocities under the force of Y_m."""
-    what, force = f"subset Y_{m}, V0 = {one} and {other}", subset_forcing(m)
-    runs = [simulate(WALL, force, v0=v0, t_end=t_end) for v0 in (one, other)]
-    slow, fast = (certain_run(run, over=subset_constant(m)) for run in runs)
-    if slow is None or fast is None or len(runs[0].impacts) != len(runs[1].impacts):
-        return near(what, _changes(force, one, other, t_end))
-    first, second = slow.impacts.t, fast.impacts.t
-    gaps = apart(first.mid(), second.mid())
-    radius = float((first.radius() + second.radius()).max()) + 2.0 * np.spacing(t_end)
-    return Check(what, gaps, 0.0, ROUNDING, radius)
-
-
-def _shared() -> tuple[Check, ...]:
-    t_end = 40.5 * math.pi
-    return (
-        _on_eigenset(2, "0.2", "0.7", t_end),
-        _on_eigenset(3, "0.6", "0.7", t_end),
-        _on_subset(2, "0.2", "0.7", t_end),
-        _on_subset(3, "0.2", "0.7", t_end),
-    )
-
-
-def _moved(force: Forcing, v0: float) -> tuple[float, bool]:
-    """Return by how much impacts move with the initial velocity, and whether that is certain."""
-    small = 1e-6
-    runs = [simulate(WALL, force, v0=v, max_impacts=3) for v in (v0, v0 + small)]
+def _moved(force: Forcing, v0: float) -> arb | None:
+    """Return by how much 3 impacts move with the initial velocity, over its change."""
+    runs = [simulate(WALL, force, v0=v, max_impacts=3) for v in (v0, v0 + 1e-6)]
     one, other = (certain_run(run) for run in runs)
     if one is None or other is None:
-        return apart(runs[0].impacts.t, runs[1].impacts.t) / small, False
-    first, second = one.impacts.t, other.impacts.t
-    gaps = np.abs(first.mid() - second.mid()) - first.radius() - second.radius() - 1e-14
-    # At least; the velocities are these doubles.
-    return float(gaps.max()) / (1.001 * small), True
+        return None
+    # The velocities are these doubles.
+    return _furthest(one, other) / (arb(runs[1].v0) - arb(runs[0].v0))
 
 
-def _subsets_too() -> Finding:
+ELSEWHERE = ((sine(3), 0.45), (sine(3), 0.2), (sine(1), 1.0), (sine("2.5"), 1.0))
+
+
+def _subsets_too(starts: Sequence[tuple[Forcing, float]] = ELSEWHERE) -> Finding:
     """Compare impact times from two velocities, on the eigenset, on subsets, and elsewhere."""
-    starts = ((sine(3), 0.45), (sine(3), 0.2), (sine(1), 1.0), (sine("2.5"), 1.0))
     moved = [_moved(force, v0) for force, v0 in starts]
-    least = min(by for by, _ in moved)
     return Finding(
         (
+            shared_times(),
             *_shared(),
-            certain_condition(
-                "elsewhere times move by more than 0.01 dV, in four motions",
-                least > 0.01,
-                least > 0.01 and all(is_certain for _, is_certain in moved),
+            *(
+                enclosed(f"elsewhere, motion {k}: move over dV", by, 0.01, math.inf)
+                for k, by in enumerate(moved, 1)
             ),
         ),
-        remark=(
-            "The difference of two motions of the same force with the same times is (W - V) sin(t - "
-            "t_k) in each flight, so each flight lasts a multiple of pi: shared times are a subset of "
-            "the eigenset, counted from the first impact."
-        ),
+        remark="The eigenset is counted from the first impact.",
     )
 
 
-def _eigenset_alone() -> Finding:
+def _eigenset_alone(fast: str = "0.7") -> Finding:
     """Find a set that is not the eigenset, has the force's period, and bears many velocities."""
-    eigenset, steady, second, third = _shared()
     m = 3
     motion = SubsetMotion(m, 0.5)
     expected = motion.impact_times(30)
-    gap = float(np.diff(expected).max()) / math.pi
     run = simulate(WALL, motion.forcing, v0="0.5", t_end=float(expected[-1]) + 0.5)
     times = impacts_at(
-        "impact times of Y_3, simulated minus (10)", run, expected, over=subset_constant(m)
+        "impact times of Y_3, gaps of 3 pi and pi, computed minus (10)",
+        run,
+        expected,
+        over=subset_constant(m),
     )
     # A ratio of fractions.
     frequency = motion.forcing.frequency or Fraction(1)
     ratio = 2 / (frequency * (m + 1))
-    shared = third.is_certain and third.passed and times.is_certain and times.passed
+    moves = _moves(motion.forcing, "0.2", fast, subset_constant(m))
+    what = f"Y_3, periodic with its force, V0 = 0.2 and {fast}: move of the impact times"
     return Finding(
-        (
-            certain_condition(
-                "the times of a motion with gaps of 3 pi, periodic with the force, change with V0",
-                gap > 2.5 and third.measured > 1e-6,
-                shared,
-            ),
-        ),
+        (enclosed(what, moves, 1e-6, math.inf),),
         corrected=(
-            eigenset,
-            steady,
-            second,
-            third,
+            *_shared(),
             times,
-            Check("period of its force over 4 pi", float(ratio), 1.0, 0.0, 0.0),
+            compare("period of its force over 4 pi", float(ratio), 1.0, 0.0, 0.0),
         ),
         correction="the eigenset and its subsets",
     )
 
 
-def _both_phases() -> Finding:
+def _both_phases(growing: Forcing = HALF_SINE, steady: Forcing = HALF_COSINE) -> Finding:
     """See sin t grow from V0 = 0, and cos t not, from five positive velocities."""
-    grown = growth(simulate(WALL, sine(1), t_end=1e5))
+    grown = growth(simulate(WALL, growing, t_end=1e5))
     changes = []
     for v0 in ("0.1", "0.5", "1", "2", "5"):
-        run = simulate(WALL, cosine(1), v0=v0, t_end=1e5)
+        run = simulate(WALL, steady, v0=v0, t_end=1e5)
         changes.append(apart(run.impacts.v_after[2:], run.impacts.v_after[:-2]))
         changes.append(apart(run.impacts.t, eigenset(WALL, len(run.impacts))))
     return Finding(
         (
-            near("sin t, V0 = 0: exponent of the velocity's growth", grown.exponent, 0.5, 0.02),
+            compare(
+                "sin t, V0 = 0: exponent of the velocity's growth",
+                grown.exponent,
+                0.5,
+                0.02,
+                error=grown.exponent_error,
+            ),
             near("cos t, V0 = 0.1 ... 5: V_{k+2} - V_k, and t_k - k pi", max(changes), 0.0, 1e-9),
         ),
-        remark=f"The exponent is {grown.exponent:.4f} with the error {grown.exponent_error:.4f}.",
     )
 
 
-def _depends_on_phase() -> Finding:
+def _depends_on_phase(phases: Sequence[float] = PHASES) -> Finding:
     """Start at 24 phases with V0 = 1 and count those from which the velocity grows."""
     exponents = []
-    for k in range(PHASES):
-        run = simulate(WALL, cosine(1, phase=(k + 0.5) * 2.0 * math.pi / PHASES), v0=1, t_end=1e5)
+    for phase in phases:
+        run = simulate(WALL, cosine(1, phase=phase), v0=1, t_end=1e5)
         law = growth(run, since=1e4)
         exponents.append(law.exponent if law.kind == "grows" else 0.0)
     values = np.array(exponents)
     beside = growth(simulate(WALL, cosine(1, phase=0.01), v0=1, t_end=1e5), since=1e4)
     return Finding(
-        (condition("some of 24 phases of the force show no growth", bool((values == 0.0).any())),),
+        (
+            Measurement(
+                f"phases of the force without growth, of {len(values)}",
+                float((values == 0.0).sum()),
+                low=1.0,
+                high=math.inf,
+            ),
+        ),
         corrected=(
             near("share of 24 phases that grow", float((values > 0.0).mean()), 1.0),
             near("their exponents: least", float(values.min()), 0.5, 0.03),
@@ -277,29 +253,16 @@ STATEMENTS = (
         claim="Among periodic sets of impact times commensurate with the force only the eigenset "
         "can support a resonance.",
         method="scan of sin(w t); velocities of flights from their times",
-        certainty="simulation, 1e-9",
         find=_only_on_the_eigenset,
-    ),
-    Statement(
-        id="periodicity-subharmonic",
-        reference="section 5, conclusion",
-        claim="In the first sub-harmonic resonance the impact times are not periodic, but approach "
-        "the eigenset.",
-        method="318,000 impacts; exponent of the approach by least squares",
-        certainty="simulation, 1e-9; exponent statistical",
-        find=_subharmonic,
-        theory="half-harmonic.md",
     ),
     Statement(
         id="periodicity-subsets-too",
         reference="discussion",
         claim="The eigenset and its subsets are the only sets of impact times that different initial "
         "velocities can share.",
-        method="impact times from two velocities on each kind of set",
-        certainty="proof in a line; simulation, 1e-10",
+        method="Property 1; impact times from two velocities on each kind of set",
         find=_subsets_too,
         theory="paper-family.md",
-        proven=True,
     ),
     Statement(
         id="periodicity-eigenset-alone",
@@ -307,10 +270,8 @@ STATEMENTS = (
         claim="In all cases but the eigenset, periodic impact times commensurate with the force "
         "depend on the initial velocity.",
         method="a counterexample: the subset Y_3 under its force",
-        certainty="simulation, 1e-10",
         find=_eigenset_alone,
         theory="paper-family.md",
-        proven=True,
     ),
     Statement(
         id="periodicity-cos-and-sin",
@@ -318,7 +279,6 @@ STATEMENTS = (
         claim="At half the resonant frequency the force sin t makes the oscillator grow, and cos t, "
         "for V0 > 0, does not.",
         method="32,000 impacts each",
-        certainty="simulation, 1e-9; exponent statistical",
         find=_both_phases,
         theory="half-harmonic.md",
     ),
@@ -327,7 +287,6 @@ STATEMENTS = (
         reference="section 5",
         claim="Whether the half-harmonic resonance exists depends on the phase of the force.",
         method="24 phases at V0 = 1",
-        certainty="statistical",
         find=_depends_on_phase,
         theory="half-harmonic.md",
     ),

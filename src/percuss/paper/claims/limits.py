@@ -19,9 +19,17 @@ from percuss.paper.claims.bilinear_limit import (
     saturation_speed,
     time_errors,
 )
-from percuss.paper.claims.evidence import condition, near
-from percuss.paper.claims.off_resonance import damped_deviation, kinds_from_rest, periodic_start
+from percuss.paper.claims.certain_motion import enclosed
+from percuss.paper.claims.comparisons import ROUNDING, near
+from percuss.paper.claims.off_resonance import (
+    DETUNING,
+    damped_deviation,
+    interval_ends,
+    kinds_from_rest,
+    periodic_start,
+)
 from percuss.paper.claims.smoothed import STATEMENTS as SMOOTHED
+from percuss.paper.evidence import Measurement
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["GRAZES", "STATEMENTS"]
@@ -34,11 +42,11 @@ GRAZES = {"low": (0.7, 0.8), "high": (0.7, -0.8)}
 OFF = Fraction("2.02")
 
 
-def _impact_limit() -> Finding:
+def _impact_limit(contact: float = math.pi) -> Finding:
     large = np.array(STIFFNESSES[-2:])
     errors = np.array([time_errors(float(k))[1:6] for k in large])
     orders = [float(local_orders(large, column)[0]) for column in errors.T]
-    predicted = first_delays(impact_run())[1:6]
+    predicted = first_delays(impact_run(), contact)[1:6]
     ratios = errors[-1] * math.sqrt(large[-1]) / predicted
     worst = max(orders, key=lambda order: abs(order + 0.5))
     return Finding(
@@ -57,7 +65,7 @@ def _impact_limit() -> Finding:
     )
 
 
-def _impact_limit_at_grazing() -> Finding:
+def _impact_limit_at_grazing(power: float = -0.25) -> Finding:
     large = np.array(STIFFNESSES[-2:])
     low, high = (graze(*GRAZES[name]) for name in ("low", "high"))
     below = np.array([graze_error(low, float(k)) for k in large])
@@ -67,7 +75,7 @@ def _impact_limit_at_grazing() -> Finding:
         # The next term is smaller by k-^(-1/4) times a factor of about 5, 2e-3 at 1e14.
         (
             near(
-                "arriving too low: power of k-", float(local_orders(large, below)[0]), -0.25, 0.01
+                "arriving too low: power of k-", float(local_orders(large, below)[0]), power, 0.01
             ),
             near("arriving too low: error by 2 sqrt(2 f c) k-^(-1/4)", ratio, 1.0, 0.01),
             near("passing above: power of k-", float(local_orders(large, above)[0]), -0.5, 0.01),
@@ -75,10 +83,12 @@ def _impact_limit_at_grazing() -> Finding:
     )
 
 
-def _saturation() -> Finding:
+def _saturation(factor: float = 4.0) -> Finding:
     found = []
     for n in (2, 4):
-        ratios = {k: bilinear_saturation(n, k)[0] / saturation_speed(n, k) for k in (1e6, 1e8)}
+        ratios = {
+            k: bilinear_saturation(n, k)[0] / saturation_speed(n, k, factor) for k in (1e6, 1e8)
+        }
         late = bilinear_saturation(n, 1e8)[1] / 1e4 * n / math.pi
         # The next term is smaller by 1/sqrt(k-).
         found += [
@@ -88,12 +98,15 @@ def _saturation() -> Finding:
     return Finding(tuple(found))
 
 
-def _half_harmonic_saturation() -> Finding:
+def _half_harmonic_saturation(most: float = 0.5) -> Finding:
     shares = {k: half_harmonic_saturation(k) ** 2 / math.sqrt(k) for k in (1e4, 1e6)}
     found = tuple(
-        condition(
-            f"k- = {k:.0e}: largest V^2 at most sqrt(k-)/2, and 4 of slow motion",
-            share <= 0.5 + 4.0 / math.sqrt(k),
+        Measurement(
+            f"k- = {k:.0e}: largest V^2 over sqrt(k-); to 1/2, and 4/sqrt(k-) of slow motion",
+            share,
+            low=0.0,
+            high=most + 4.0 / math.sqrt(k),
+            error=ROUNDING,
         )
         for k, share in shares.items()
     )
@@ -101,20 +114,26 @@ def _half_harmonic_saturation() -> Finding:
     return Finding(found, remark=f"The largest V^2 / sqrt(k-) over 12 phases is {numbers}.")
 
 
-def _off_resonance() -> Finding:
+def _off_resonance(faster: float = 0.0) -> Finding:
     kinds, last = kinds_from_rest()
     share = kinds.count("no_period_found") / len(kinds)
     from_rest = near("from rest: share of phases without a period", share, 1.0, 0.0)
-    special, nearby = periodic_start(OFF, 0.0), periodic_start(OFF, 0.1)
+    special, nearby = periodic_start(OFF, faster), periodic_start(OFF, 0.1)
     return Finding(
         (
             from_rest,
-            condition("omega = 2.02: none has the period of the force", special > 1e-9),
+            Measurement(
+                "omega = 2.02, one V0: flight times less the period, if none had it",
+                special,
+                low=1e-9,
+                high=math.inf,
+                error=ROUNDING,
+            ),
         ),
         (
             from_rest,
             near("omega = 2.02, one V0: flight times less the period", special),
-            condition("omega = 2.02, V0 + 0.1: they differ", nearby > 1e-9),
+            Measurement("omega = 2.02, V0 + 0.1: the same", nearby, 1e-9, math.inf, ROUNDING),
             near("fig 2 with damping 0.01: intervals less the period", damped_deviation(0.01)),
         ),
         "without damping, and except for the periodic motion, V0 = |tan(pi/omega)/(1 - omega^2)| "
@@ -127,61 +146,104 @@ def _off_resonance() -> Finding:
     )
 
 
+def _intervals(detuning: float = DETUNING) -> Finding:
+    """Compare the first and the last interval of fig 2 with the period, from rest in 8 phases."""
+    ends = [interval_ends(step, detuning) for step in range(8)]
+    ratios = [abs(last - 1) / abs(first - 1) for first, last, _ in ends]
+    lags = [lag for _, _, lag in ends]
+    return Finding(
+        (
+            enclosed(
+                "last interval off the period over the first so, largest of 8 phases",
+                max(ratios, key=lambda ratio: float(ratio.mid())),
+                1.0,
+                math.inf,
+            ),
+        ),
+        remark=(
+            f"In the phase of the figure the first interval is {float(ends[0][0].mid()):.4f} and "
+            f"the last {float(ends[0][1].mid()):.4f} periods. What grows is the lag of the "
+            f"impacts, to {min(lags):.2f} ... {max(lags):.2f} of a period in the 8 phases."
+        ),
+    )
+
+
 STATEMENTS = (
     Statement(
-        "commensurate-off-resonance",
-        "introduction, fig 2",
-        "Any minor deviation from a resonant frequency produces impact times that are not "
-        "periodic, against the assumption of Shaw and Holmes.",
-        "Fig 2 from rest in 8 phases of the force; a periodic motion in closed form; damping.",
-        "simulation, 1e-10",
-        _off_resonance,
-        r"\omega = 1.01\,\Omega_r,\ \omega_-^2/\omega_+^2 = 20",
-        "resonances.md",
+        id="fig2-intervals",
+        reference="introduction, fig 2",
+        claim=(
+            "Next to the resonance the intervals between impacts seem equal to the period of the "
+            "force in the beginning, and differ from it visibly in the end."
+        ),
+        method="Fig 2 from rest in 8 phases of the force, in ball arithmetic.",
+        find=_intervals,
+        formula=r"\omega = 1.01\,\Omega_r,\ \omega_-^2/\omega_+^2 = 20",
+        theory="resonances.md",
+    ),
+    Statement(
+        id="commensurate-off-resonance",
+        reference="introduction, fig 2",
+        claim=(
+            "Any minor deviation from a resonant frequency produces impact times that are not "
+            "periodic, against the assumption of Shaw and Holmes."
+        ),
+        method="Fig 2 from rest in 8 phases of the force; a periodic motion in closed form; damping.",
+        find=_off_resonance,
+        formula=r"\omega = 1.01\,\Omega_r,\ \omega_-^2/\omega_+^2 = 20",
+        theory="resonances.md",
     ),
     *SMOOTHED,
     Statement(
-        "bilinear-limit",
-        BEYOND,
-        "Away from grazing the impact times of the bilinear oscillator tend to those of the impact "
-        "oscillator as 1/sqrt(k-), each contact being a delay of pi/sqrt(k-).",
-        "First-order delays by the derivative of the impact map; k- up to 1e14.",
-        "derived; closed forms, 1e-3 of the error",
-        _impact_limit,
-        r"t_j(k_-) - t_j = c_j/\sqrt{k_-} + O(1/k_-)",
-        "bilinear-limit.md",
+        id="bilinear-limit",
+        reference=BEYOND,
+        scope="beyond",
+        claim=(
+            "Away from grazing the impact times of the bilinear oscillator tend to those of the impact "
+            "oscillator as 1/sqrt(k-), each contact being a delay of pi/sqrt(k-)."
+        ),
+        method="First-order delays by the derivative of the impact map; k- up to 1e14.",
+        find=_impact_limit,
+        formula=r"t_j(k_-) - t_j = c_j/\sqrt{k_-} + O(1/k_-)",
+        theory="bilinear-limit.md",
     ),
     Statement(
-        "bilinear-limit-grazing",
-        BEYOND,
-        "After a graze at which the bilinear oscillator arrives too low, the error is of the order "
-        "of k-^(-1/4); where it passes above, of k-^(-1/2).",
-        "A motion with one impact and a graze, found backwards; k- up to 1e14.",
-        "derived; closed forms, 1e-2 of the error",
-        _impact_limit_at_grazing,
-        r"\delta v = 2\sqrt{2fc}\;k_-^{-1/4}",
-        "bilinear-limit.md",
+        id="bilinear-limit-grazing",
+        reference=BEYOND,
+        scope="beyond",
+        claim=(
+            "After a graze at which the bilinear oscillator arrives too low, the error is of the order "
+            "of k-^(-1/4); where it passes above, of k-^(-1/2)."
+        ),
+        method="A motion with one impact and a graze, found backwards; k- up to 1e14.",
+        find=_impact_limit_at_grazing,
+        formula=r"\delta v = 2\sqrt{2fc}\;k_-^{-1/4}",
+        theory="bilinear-limit.md",
     ),
     Statement(
-        "bilinear-saturation",
-        BEYOND,
-        "For finite k- the resonance at n = 2, 4 is a beat: the speed grows up to "
-        "4 sqrt(k-)/(pi (n^2 - 1)), at the time (pi/n) sqrt(k-).",
-        "From rest under sin nt, k- = 1e6 and 1e8.",
-        "derived; closed forms, 1e-3",
-        _saturation,
-        r"V_{max} = 4\sqrt{k_-}\,/\,\pi(n^2-1)",
-        "bilinear-limit.md",
+        id="bilinear-saturation",
+        reference=BEYOND,
+        scope="beyond",
+        claim=(
+            "For finite k- the resonance at n = 2, 4 is a beat: the speed grows up to "
+            "4 sqrt(k-)/(pi (n^2 - 1)), at the time (pi/n) sqrt(k-)."
+        ),
+        method="From rest under sin nt, k- = 1e6 and 1e8.",
+        find=_saturation,
+        formula=r"V_{max} = 4\sqrt{k_-}\,/\,\pi(n^2-1)",
+        theory="bilinear-limit.md",
     ),
     Statement(
-        "bilinear-saturation-half",
-        BEYOND,
-        "For finite k- the half-harmonic resonance ends too: V^2 stays below sqrt(k-)/2 but for "
-        "a few units.",
-        "From rest under cos(t + phase), 12 phases, over 40 sqrt(k-); k- = 1e4 and 1e6.",
-        "derived; simulation of an ensemble",
-        _half_harmonic_saturation,
-        r"V^2 < \sqrt{k_-}/2 + O(1)",
-        "bilinear-limit.md",
+        id="bilinear-saturation-half",
+        reference=BEYOND,
+        scope="beyond",
+        claim=(
+            "For finite k- the half-harmonic resonance ends too: V^2 stays below sqrt(k-)/2 but for "
+            "a few units."
+        ),
+        method="From rest under cos(t + phase), 12 phases, over 40 sqrt(k-); k- = 1e4 and 1e6.",
+        find=_half_harmonic_saturation,
+        formula=r"V^2 < \sqrt{k_-}/2 + O(1)",
+        theory="bilinear-limit.md",
     ),
 )

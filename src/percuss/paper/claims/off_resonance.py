@@ -7,9 +7,11 @@ from fractions import Fraction
 from functools import cache
 
 import numpy as np
+from flint import arb
 
 from percuss import numerics
 from percuss.arrays import Floats
+from percuss.certified import certify
 from percuss.model.exact import pi_times
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
@@ -18,10 +20,17 @@ from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.paper.models.motions import impact_speeds
 
-__all__ = ["damped_deviation", "kinds_from_rest", "periodic_speed", "periodic_start"]
+__all__ = [
+    "DETUNING",
+    "damped_deviation",
+    "interval_ends",
+    "kinds_from_rest",
+    "periodic_speed",
+    "periodic_start",
+]
 
 
-BELOW, DETUNING = 20, 1.01
+BELOW, DETUNING, FIG_2_PERIODS = 20, 1.01, 60
 
 
 @cache
@@ -58,6 +67,37 @@ def kinds_from_rest(phases: int = 8, periods: int = 60) -> tuple[tuple[str, ...]
         kinds.append(classify_impact_times(times, osc, force).kind)
         last.append(float(times[-1] - times[-2]) / period)
     return tuple(kinds), np.array(last)
+
+
+def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, float]:
+    """Return the first and the last interval between impacts of fig 2, and the lag that adds up.
+
+    Parameters
+    ----------
+    step
+        Phase of the force, in eighths of its period.
+    detuning
+        Its frequency over the resonant one.
+
+    Returns
+    -------
+    tuple
+        All in periods of the force; the intervals are balls.
+
+    Examples
+    --------
+    >>> round(float(interval_ends(0)[1].mid()), 4)
+    1.005
+    """
+    osc = bilinear_oscillator(stiffness_below=BELOW)
+    omega = detuning * resonant_frequency(osc)
+    force = cosine(omega, phase=pi_times(2 * step, 8))
+    proven = certify(simulate(osc, force, t_end=FIG_2_PERIODS * 2.0 * math.pi / omega))
+    crossings = proven.crossings
+    times = [t for t, way in zip(crossings.t.arbs, crossings.direction, strict=True) if way == "in"]
+    turns = [t * arb(omega) / (2 * arb.pi()) for t in times]
+    lag = turns[-1] - turns[0] - (len(turns) - 1)
+    return turns[1] - turns[0], turns[-1] - turns[-2], float(lag.mid())
 
 
 @cache

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 
 import numpy as np
+import sympy
+from sympy import Integer, Rational, cos, pi, sin
 
 from percuss import numerics
 from percuss.arrays import Floats
@@ -21,18 +23,20 @@ from percuss.model.start import Start
 from percuss.motion.impact_times import ImpactTimes, classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import impacts_at
-from percuss.paper.claims.divergence import separation
-from percuss.paper.claims.evidence import (
+from percuss.paper.claims.certain import certain_run, impacts_at
+from percuss.paper.claims.comparisons import (
     ROUNDING,
     WALL,
     apart,
-    condition,
     last_unchanged,
     near,
 )
+from percuss.paper.claims.divergence import separation
+from percuss.paper.claims.harmonic_formulas import EQ18, EQ20, A, V, k, n, s, t
+from percuss.paper.evidence import Comparison, Deduction, Measurement, Step, compare
 from percuss.paper.models.runge_kutta import POINTS, SteppedMotion, runge_kutta
-from percuss.paper.statement import Check, Finding, Statement
+from percuss.paper.proof import argument, identity, sign
+from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS", "STIFFNESSES", "T_END", "V0", "bilinear_run", "long_run", "stepped"]
 
@@ -46,6 +50,16 @@ LONG = 3000.0 * math.pi
 NEARBY = 1e-10
 # Starts between 0 and the critical velocity 1/2 whose impact times are classified.
 N_STARTS = 100
+START = Fraction(V0)
+HALF = Rational(1, 2)
+s1 = sympy.Symbol("s_1", real=True)
+# The second flight, and V0 by its early zero s1.
+FLIGHT = sin(s) * (V - sin(s) ** 2 / 2)
+VALUE = sin(s1) ** 2 / 2
+
+
+def _exact(v0: Fraction) -> Rational:
+    return Rational(v0.numerator, v0.denominator)
 
 
 @cache
@@ -85,24 +99,46 @@ def impact_times(v0: float, periods: int) -> Floats:
     )
 
 
-def _other_times() -> Finding:
-    """Measure how far the impacts are from multiples of pi, and where they are instead."""
-    run = simulate(WALL, sine(3), v0=V0, max_impacts=42)
-    times = run.impacts.t
-    off = np.abs(times / math.pi - np.round(times / math.pi)).max() * math.pi
-    checks = [
-        condition("some impact is farther than 0.1 from each multiple of pi", off > 0.1),
-        impacts_at("t_k minus the closed form", run, impact_times(0.45, 7), start=Start(0, V0)),
-    ]
-    if checks[1].is_certain:
-        # The times are known to far more digits than these.
-        checks[0] = replace(checks[0], radius=0.0)
-    return Finding(
-        tuple(checks),
-        remark=(
-            "The second impact is at pi + arcsin sqrt(2 V0); the farthest one is "
-            f"{off:.4f} from the eigenset."
+def _flight_steps() -> tuple[Step, ...]:
+    """Return the steps to the second impact from V0 < 1/2, which is not at 2 pi."""
+    second = EQ18.printed.rhs.subs(A, EQ20.printed.rhs).subs({n: 3, k: 1}).subs(t, s + pi)
+    return (
+        identity("With s = t - pi the second flight of (20) is", second, FLIGHT),
+        identity(
+            "It is zero at s1 with sin^2 s1 = 2 V0,", FLIGHT.subs(s, s1).subs(V, VALUE), Integer(0)
         ),
+        identity(
+            "which is hit with the speed V1 = 2 V0 cos s1",
+            -FLIGHT.diff(s).subs(s, s1).subs(V, VALUE),
+            2 * VALUE * cos(s1),
+        ),
+    )
+
+
+def _other_times(v0: Fraction = START) -> Finding:
+    """Deduce the second impact, and measure how far the impacts are from multiples of pi."""
+    start = str(float(v0))
+    run = simulate(WALL, sine(3), v0=start, max_impacts=42)
+    proven = certain_run(run)
+    times = run.impacts.t if proven is None else proven.impacts.t.mid()
+    off = float(np.abs(times - math.pi * np.round(times / math.pi)).max())
+    steps = (
+        *_flight_steps(),
+        sign("V0 is below 1/2, so that s1 lies between 0 and pi/2", HALF - _exact(v0), {}),
+    )
+    return Finding(
+        (
+            Deduction("an impact at pi + arcsin sqrt(2 V0)", steps),
+            Measurement(
+                "distance of the impacts from multiples of pi, farthest", off, 0.1, 1.6, 1e-12
+            ),
+            impacts_at(
+                "t_k minus the closed form", run, impact_times(0.45, 7), start=Start(0, start)
+            ),
+        ),
+        remark="The text of the article says Fig. 6b of both velocities, 0.51 and 0.45; they are "
+        "the "
+        "two parts of its figure 6.",
     )
 
 
@@ -133,12 +169,12 @@ def monodromy() -> Floats:
     columns = []
     for dx, dv in ((step, 0.0), (0.0, step)):
         ends = []
-        for sign in (1.0, -1.0):
+        for side in (1.0, -1.0):
             run = simulate(
                 WALL,
                 sine(3),
-                x0=x0 + sign * dx,
-                v0=v0 + sign * dv,
+                x0=x0 + side * dx,
+                v0=v0 + side * dv,
                 t0=start,
                 t_end=start + 4.0 * math.pi,
             )
@@ -147,22 +183,65 @@ def monodromy() -> Floats:
     return np.stack(columns, axis=1)
 
 
-def _period_lost() -> Finding:
-    """Classify the impact times, and see what becomes of motions nearby."""
+def _period_steps(v0: Fraction) -> tuple[Step, ...]:
+    """Return the steps that the motion from V0 has six impacts in 4 pi, and repeats."""
+    speed = 2 * VALUE * cos(s1)
+    reflected = FLIGHT.subs(V, VALUE) + 2 * speed * sin(s - s1)
+    a, b = sympy.symbols("a b", real=True)
+    h = a * sin(t) + b * cos(t) - sin(3 * t) / 8
+    c = sympy.sqrt(1 - 2 * _exact(v0))
+    return (
+        *_flight_steps(),
+        identity(
+            "The flight that is reflected there is a product,",
+            reflected,
+            sin(s - s1) * (2 * speed - sin(s) * sin(s + s1) / 2),
+        ),
+        identity(
+            "with",
+            sin(s) * sin(s + s1),
+            (cos(s1) - cos(2 * s + s1)) / 2,
+        ),
+        sign(
+            "positive for pi if 2 V1 > (1 + cos s1)/4: so it is here",
+            4 * _exact(v0) * c - (1 + c) / 4,
+            {},
+        ),
+        identity("Every solution changes its sign in pi,", h.subs(t, t + pi), -h),
+        identity(
+            "and the second flight is symmetric about its middle", FLIGHT.subs(s, pi - s), FLIGHT
+        ),
+        argument(
+            "So the flight from pi + s1 lasts pi and ends with its speed V1, along the continued "
+            "second "
+            "flight, which is positive up to 3 pi - s1; there, by symmetry, a flight of pi "
+            "again, to "
+            "4 pi - s1, and along the second flight to 4 pi with the speed V0"
+        ),
+        Step(
+            "The same in ball arithmetic: after six impacts the motion is back",
+            "",
+            repeats_after(WALL, sine(3), str(float(v0)), 6).holds is True,
+            "balls",
+        ),
+    )
+
+
+def _period_lost(v0: Fraction = START) -> Finding:
+    """Deduce the period of the motion, and see what becomes of motions nearby."""
     found = classify_impact_times(long_run())
-    matrix = monodromy()
-    apart_by = separation(WALL, sine(3), float(V0), 1e-9, LONG)
+    off = np.abs(monodromy() - np.eye(2)).max()
+    apart_by = separation(WALL, sine(3), float(v0), 1e-9, LONG)
     remark = (
-        f"The motion has {found.n_impacts} impacts in {found.n_periods} forcing periods, 4 pi, and "
-        f"repeats itself to {found.deviation:.0e} over {LONG / math.pi:g} pi. Motions nearby have "
-        f"the same period: the monodromy matrix is the identity to {np.abs(matrix - np.eye(2)).max():.0e}, "
-        "both multipliers are 1. A difference of 1e-9 at the start grows at most "
-        f"{apart_by.max():.1f} times, so what figure 6b shows of irregularity is none of the limit "
-        "w- -> infinity."
+        f"Simulated over {LONG / math.pi:g} pi it has {found.n_impacts} impacts in "
+        f"{found.n_periods} forcing periods and repeats itself to {found.deviation:.0e}. Motions "
+        "nearby "
+        f"have the same period: the derivative over 4 pi is the identity to {off:.0e}. A "
+        f"difference of 1e-9 at the start grows at most {apart_by.max():.1f} times, so what figure "
+        "6b shows of irregularity is none of the limit w- -> infinity."
     )
-    return Finding(
-        (condition("the impact times have no period", found.kind != "periodic"),), remark=remark
-    )
+    period = Deduction("impact times with the period 4 pi", _period_steps(v0), "differs")
+    return Finding((period,), remark=remark)
 
 
 @cache
@@ -176,7 +255,7 @@ def kinds_of_starts() -> tuple[ImpactTimes, ...]:
     )
 
 
-def _share_without_period() -> Check:
+def _share_without_period() -> Comparison:
     """Return the share of the starts without a period, as far as the periodic ones are proven."""
     found = kinds_of_starts()
     what = "share of starts 0 < V0 < 1/2 without a period in 1000 pi"
@@ -188,34 +267,40 @@ def _share_without_period() -> Check:
     )
     # Those that are proven have a period; of the others nothing is known.
     largest = 1.0 - proven / N_STARTS
-    return Check(what, 0.5 * largest, 1.0, ROUNDING, 0.5 * largest + 1e-15)
+    return compare(what, 0.5 * largest, 1.0, ROUNDING, 0.5 * largest + 1e-15)
 
 
-def _end(what: str, value: float, simulated: Callable[[], float], way: float) -> Check:
+def _end(what: str, value: float, simulated: Callable[[], float], way: float) -> Comparison:
     """Return the check that the six impacts begin, or end, at a velocity: within 1e-10."""
     inside, outside = (
         repeats_after(WALL, sine(3), value + side * way * NEARBY, 6).holds for side in (1, -1)
     )
     if inside is True and outside is False:
-        return Check(what, value, value, 1e-9, 1.01 * NEARBY)
+        return compare(what, value, value, 1e-9, 1.01 * NEARBY)
     return near(what, simulated(), value, 1e-9)
 
 
-def _identity() -> Check:
-    """Return the check that the derivative over the period is the identity."""
-    what = "largest entry of the monodromy matrix minus 1"
-    if repeats_after(WALL, sine(3), V0, 6).holds is True:
-        # All motions nearby return exactly.
-        return Check(what, 0.0, 0.0, 1e-7, 0.0)
-    return near(what, np.abs(monodromy() - np.eye(2)).max(), 0.0, 1e-7)
+def _identity() -> Deduction:
+    """Return the deduction that motions next to that from V0 have its period."""
+    return Deduction(
+        "all motions near that from V0 = 0.45 have the period 4 pi",
+        (
+            *_period_steps(START),
+            argument(
+                "nothing in this fixes the start: zeros that are simple and flights that do not "
+                "graze "
+                "stay so nearby, so the derivative over 4 pi is the identity"
+            ),
+        ),
+    )
 
 
-def _outside_the_range() -> Finding:
+def _outside_the_range(ends: tuple[float, float] | None = None) -> Finding:
     """Count the starts below 1/2 without a period, and find where the six impacts end."""
     found = kinds_of_starts()
     periodic = sum(one.kind == "periodic" for one in found)
     six = sum((one.n_impacts, one.n_periods) == (6, 6) for one in found)
-    low, high = critical_velocities()
+    low, high = critical_velocities() if ends is None else ends
     patterns = sorted({(one.n_impacts, one.n_periods) for one in found if one.kind == "periodic"})
     return Finding(
         (_share_without_period(),),
@@ -235,12 +320,15 @@ def _outside_the_range() -> Finding:
             _identity(),
         ),
         correction=(
-            "the impact times change, but stay periodic over most of the range: with six impacts in "
-            "4 pi for (5 - 2 sqrt 2)/16 < V0 < (5 + 2 sqrt 2)/16, with longer periods or none elsewhere"
+            "the impact times change, but stay periodic over most of the range: with six impacts "
+            "in "
+            "4 pi for (5 - 2 sqrt 2)/16 < V0 < (5 + 2 sqrt 2)/16, with longer periods or none "
+            "elsewhere"
         ),
         remark=(
             f"Of {N_STARTS} starts {periodic} are periodic, {six} with six impacts in six forcing "
-            f"periods; others with (impacts, periods) = {', '.join(map(str, patterns[1:]))}. That all "
+            f"periods; others with (impacts, periods) = {', '.join(map(str, patterns[1:]))}. "
+            "That all "
             "velocities between the two ends have six impacts is derived."
         ),
     )
@@ -256,16 +344,29 @@ def speed_errors(motion: SteppedMotion) -> float:
     return float(np.abs(after / before - 1.0).max())
 
 
-def _finite_stiffness() -> Finding:
+def least_change(times: Floats) -> float:
+    """Return how periodic instants are: the least range of the time that j of them take, over j.
+
+    Examples
+    --------
+    >>> least_change(np.array([0.0, 1.0, 3.0, 4.0, 6.0, 7.0]))
+    0.0
+    """
+    most = len(times) // 2
+    return min(float(np.ptp(times[j:] - times[:-j])) for j in range(1, most + 1))
+
+
+def _finite_stiffness(allowed: float = 1e-6) -> Finding:
     """Classify the impact times of the bilinear oscillator, and follow a motion beside it."""
     checks, remarks = [], []
     t = np.linspace(0.0, T_END, 20_001)
     for name, below in STIFFNESSES.items():
         run = bilinear_run(below)
         for t_end in (T_END, LONG):
-            kind = classify_impact_times(bilinear_run(below, t_end)).kind
-            what = f"{name}: the entries up to {t_end / math.pi:g} pi have no period"
-            checks.append(condition(what, kind == "no_period_found"))
+            crossings = bilinear_run(below, t_end).crossings
+            least = least_change(crossings.t[crossings.direction == "in"])
+            what = f"{name}, {t_end / math.pi:g} pi: least change of the time that j entries take"
+            checks.append(Measurement(what, least, allowed, math.inf, 1e-9))
         osc: Oscillator = run.oscillator
         growth = separation(osc, sine(3), float(V0), 1e-9, LONG).max()
         off = apart(run(t)[0], long_run()(t)[0])
@@ -283,7 +384,8 @@ def _finite_stiffness() -> Finding:
         "; ".join(remarks)
         + ". So this is a slow drift through the family of periodic motions, since "
         "each contact takes the time pi/w-, and no chaos. Runge-Kutta steps of the paper's length "
-        f"(2^20 to 30 pi) at w-/w+ = 2e4, {steps:.2f} to a contact, change the speed at a contact by "
+        f"(2^20 to 30 pi) at w-/w+ = 2e4, {steps:.2f} to a contact, change the speed at a "
+        "contact by "
         f"up to {plain:.0%}, with an error test that shortens them by {fine:.0e}: without one they "
         "make an irregular motion that belongs to neither equation."
     )
@@ -294,9 +396,9 @@ STATEMENTS = (
     Statement(
         id="periodicity-fig6b-times",
         reference="fig 6b",
-        claim="Under sin 3t a start with V0 = 0.45 leads to impact times that are not the eigenset's.",
-        method="exact motion, held against the closed form of its impact times",
-        certainty="closed form, 12 digits",
+        claim="Under sin 3t a start with V0 = 0.45 leads to impact times that are not the "
+        "eigenset's.",
+        method="closed form of the second impact; exact motion",
         find=_other_times,
         theory="third-harmonic.md",
     ),
@@ -304,29 +406,27 @@ STATEMENTS = (
         id="periodicity-fig6b-lost",
         reference="section 6, fig 6b",
         claim="At V0 = 0.45 the impact times have lost their periodicity.",
-        method="classification of 4,500 impacts of the exact motion; motions beside it",
-        certainty="closed form of the periodic motion; simulation, 1e-9",
-        proven=True,
+        method="the motion flight by flight in closed form; motions beside it",
         find=_period_lost,
         theory="third-harmonic.md",
     ),
     Statement(
         id="periodicity-outside-range",
         reference="section 6",
-        claim="Outside the range of initial velocities with impact times on the eigenset, for n = 3 "
+        claim="Outside the range of initial velocities with impact times on the eigenset, for n "
+        "= 3 "
         "below V0 = 1/2, the impact times lose periodicity.",
         method="100 starts; the ends of the family by bisection against their closed form",
-        certainty="simulation, 1e-9",
         find=_outside_the_range,
         theory="third-harmonic.md",
     ),
     Statement(
         id="periodicity-fig6b-bilinear",
         reference="fig 6b, section 4",
-        claim="The bilinear oscillator that the paper computes in place of the impact oscillator has "
+        claim="The bilinear oscillator that the paper computes in place of the impact oscillator "
+        "has "
         "impact times without a period at V0 = 0.45.",
         method="exact bilinear motion at both readings of the stiffness ratio; Runge-Kutta",
-        certainty="simulation, 1e-9",
         find=_finite_stiffness,
         theory="third-harmonic.md",
     ),

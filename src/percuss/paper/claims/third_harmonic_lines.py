@@ -7,18 +7,21 @@ import math
 from functools import cache
 
 import numpy as np
+from flint import arb
 
 from percuss import numerics
 from percuss.arrays import Floats
+from percuss.certified.numbers import precision
+from percuss.errors import ParameterError
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import line_spectrum, spectrum
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import certain_condition
-from percuss.paper.claims.certain_lines import are_sorted, jump_bound, power_law, proven_lines
-from percuss.paper.claims.evidence import WALL, near
+from percuss.paper.claims.certain_lines import BITS, jump_bound, power_law, proven_lines
+from percuss.paper.claims.comparisons import WALL
 from percuss.paper.claims.third_harmonic_family import STIFFNESSES, T_END, bilinear_run, stepped
-from percuss.paper.statement import Check, Finding, Statement
+from percuss.paper.evidence import Enclosure
+from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS", "lines", "share_between_lines"]
 
@@ -54,13 +57,6 @@ def lines(v0: str) -> tuple[Floats, Floats]:
     return found.omega.values, found.amplitude.values
 
 
-def _present(v0: str) -> Floats:
-    """Return the frequencies of the lines that are there, up to the figure's highest."""
-    omega, amplitude = lines(v0)
-    present = (amplitude > NOTHING * amplitude.max()) & (omega <= HIGHEST)
-    return np.asarray(omega[present], dtype=np.float64)
-
-
 def peak_law(v0: str) -> float:
     """Return the exponent of the highest line of each octave from 4.5 to 1152.
 
@@ -78,13 +74,6 @@ def peak_law(v0: str) -> float:
     return numerics.fit_line(numerics.log(omega[highest]), numerics.log(amplitude[highest]))[0]
 
 
-def _bound(v0: str) -> float:
-    """Return w^2 times what no line at high frequencies w exceeds, from the velocity's jumps."""
-    run = _run(v0)
-    jumps = run.impacts.impulse[run.impacts.t > run.t_end - PERIOD - 1e-9]
-    return float(2.0 * jumps.sum() / PERIOD)
-
-
 def power_above(v0: str, omega0: float) -> float:
     """Return the share of the variance of x in the lines above a frequency."""
     omega, amplitude = lines(v0)
@@ -92,79 +81,110 @@ def power_above(v0: str, omega0: float) -> float:
     return float(square[omega[1:] > omega0].sum() / square.sum())
 
 
-def _present_in_balls(v0: str) -> Floats | None:
-    """Return the same frequencies where the balls tell which lines are there, else None."""
-    proven = proven_lines(v0, N_LINES)
-    if proven is None:
-        return None
+def _lines_of(v0: str) -> tuple[arb, ...]:
+    """Return balls of the lines of the motion from V0.
+
+    Raises
+    ------
+    ParameterError
+        If the motion is not proven to have the period 4 pi.
+    """
+    found = proven_lines(v0, N_LINES)
+    if found is None:
+        raise ParameterError("v0", v0, "no motion with the proven period 4 pi")
+    return found
+
+
+def _ratio(what: str, one: arb, other: arb, low: float, high: float) -> Enclosure:
+    with precision(BITS):
+        ratio = one / other
+        return Enclosure(what, float(ratio.mid()), float(ratio.rad()) + 1e-300, low, high)
+
+
+def _present_in_balls(v0: str) -> Floats:
+    """Return the frequencies of the lines up to the figure's highest, as balls tell them."""
+    proven = _lines_of(v0)
     strongest = max(proven, key=float)
     few = proven[: int(2.0 * HIGHEST) + 1]
-    there = [bool(line > NOTHING * strongest) for line in few]
-    missing = [bool(line < NOTHING * strongest) for line in few]
-    if not all(a != b for a, b in zip(there, missing, strict=True)):
-        return None
-    return 0.5 * np.flatnonzero(there).astype(np.float64)
+    return 0.5 * np.flatnonzero([bool(line > NOTHING * strongest) for line in few]).astype(float)
 
 
-def _regular() -> Finding:
-    """List the lines at V0 = 0.51."""
-    omega, amplitude = lines(ABOVE)
-    expected = np.concatenate([[0.0, 1.0, 2.0, 3.0], np.arange(4.0, HIGHEST + 1.0, 2.0)])
-    certain = _present_in_balls(ABOVE)
-    found = _present(ABOVE) if certain is None else certain
-    same = len(found) == len(expected) and bool((found == expected).all())
-    proven = proven_lines(ABOVE, N_LINES)
-    falls = None if proven is None else are_sorted(proven[4::4])
-    falling = amplitude[(omega % 2.0 == 0.0) & (omega >= 2.0)]
-    by_floats = bool((np.diff(falling) < 0).all())
+def _regular(v0: str = ABOVE) -> Finding:
+    """Compare the lines at V0 = 0.51 with the pattern 0, 1, 2, 3 and all even frequencies."""
+    proven = _lines_of(v0)
+    strongest = max(proven, key=float)
+    expected = {0, 1, 2, 3, *range(4, int(HIGHEST) + 1, 2)}
+    there = [proven[2 * w] for w in sorted(expected)]
+    missing = [proven[i] for i in range(int(2 * HIGHEST) + 1) if i % 2 or i // 2 not in expected]
+    even = proven[4::4]
+    steps = [(b, a) for a, b in itertools.pairwise(even)]
+    largest = max(steps, key=lambda pair: float(pair[0]) / float(pair[1]))
     return Finding(
         (
-            certain_condition(
-                "lines at 0, 1, 3 and the even frequencies, and at no other",
-                same,
-                certain is not None,
+            _ratio(
+                "weakest line at 0, 1, 3 and the even frequencies, over the strongest",
+                min(there, key=float),
+                strongest,
+                NOTHING,
+                1.0,
             ),
-            certain_condition(
-                "each even line is lower than the one before",
-                by_floats if falls is None else falls,
-                falls is not None,
+            _ratio(
+                "strongest at any other multiple of 1/2 up to 36, over the strongest",
+                max(missing, key=float),
+                strongest,
+                -NOTHING,
+                NOTHING,
+            ),
+            _ratio(
+                "largest ratio of an even line to the one before, up to 1152", *largest, 0.0, 1.0
             ),
         ),
         remark=(
-            f"The even lines fall as w^{peak_law(ABOVE):.3f}, as those of any motion whose velocity "
+            f"The even lines fall as w^{peak_law(v0):.3f}, as those of any motion whose velocity "
             "jumps: a power, however rapid it looks."
         ),
     )
 
 
-def _irregular() -> Finding:
+def _share_above(v0: str, omega: int) -> arb:
+    """Return the share of the variance in the lines above a frequency."""
+    with precision(BITS):
+        square = [line * line for line in _lines_of(v0)]
+        return sum(square[2 * omega + 1 :], arb(0)) / sum(square[1:], arb(0))
+
+
+def _irregular(v0: str = BELOW) -> Finding:
     """Count the lines at V0 = 0.45 and how often their heights go up."""
-    omega, amplitude = lines(BELOW)
-    found, before = _present(BELOW), _present(ABOVE)
-    heights = amplitude[np.isin(omega, found)]
-    rises = int((np.diff(heights) > 0.0).sum())
-    certain = _present_in_balls(BELOW), _present_in_balls(ABOVE)
-    is_certain = certain[0] is not None and certain[1] is not None
-    proven = proven_lines(BELOW, N_LINES)
-    is_counted = False
-    if certain[0] is not None and certain[1] is not None and proven is not None:
-        found, before = certain[0], certain[1]
-        there = [proven[int(2.0 * w)] for w in found]
-        # At least so many, for certain.
-        rises = sum(bool(b > a) for a, b in itertools.pairwise(there))
-        is_counted = 3 * rises > len(found)
-    shares = [power_above(v0, 4.0) for v0 in (BELOW, ABOVE)]
+    found, before = _present_in_balls(v0), _present_in_balls(ABOVE)
+    proven = _lines_of(v0)
+    there = [proven[int(2.0 * w)] for w in found]
+    # At least so many, for certain.
+    rises = sum(bool(b > a) for a, b in itertools.pairwise(there))
+    shares = [power_above(one, 4.0) for one in (BELOW, ABOVE)]
     between = {name: share_between_lines(bilinear_run(k)) for name, k in STIFFNESSES.items()}
     steps = share_between_lines(stepped(4e8, 0.0).x)
     return Finding(
         (
-            certain_condition(
-                "more lines up to 36 than at V0 = 0.51", len(found) > len(before), is_certain
+            Enclosure(
+                f"number of lines up to 36; {len(before)} at V0 = 0.51",
+                len(found),
+                0.0,
+                len(before) + 1.0,
+                math.inf,
             ),
-            certain_condition(
-                "a third of the lines or more are higher than the one before",
-                3 * rises > len(found),
-                is_counted,
+            Enclosure(
+                "share of them that are higher than the one before",
+                rises / len(found),
+                0.0,
+                1 / 3,
+                1.0,
+            ),
+            _ratio(
+                "share of the variance above w = 4, over that at V0 = 0.51",
+                _share_above(v0, 4),
+                _share_above(ABOVE, 4),
+                1.0 + 1e-9,
+                math.inf,
             ),
         ),
         remark=(
@@ -178,38 +198,28 @@ def _irregular() -> Finding:
     )
 
 
-def _law(v0: str) -> tuple[float, float | None]:
-    """Return the exponent of the peaks, and its radius where it is proven."""
-    proven = proven_lines(v0, N_LINES)
-    slope = None if proven is None else power_law(proven, EDGES)
-    if slope is None:
-        return peak_law(v0), None
-    return float(slope.mid()), float(slope.rad()) + 1e-15
+def _law(v0: str) -> arb:
+    """Return the exponent of the peaks."""
+    slope = power_law(_lines_of(v0), EDGES)
+    return arb("nan") if slope is None else slope
 
 
-def _slower() -> Finding:
+def _slower(v0: str = BELOW, law: float = -2.0) -> Finding:
     """Compare the laws by which the peaks fall."""
-    above, below = _law(ABOVE), _law(BELOW)
-    is_certain = above[1] is not None and below[1] is not None
-    sizes = jump_bound(BELOW), jump_bound(ABOVE)
-    what = "ratio of the bounds of w^2 times a line"
-    if sizes[0] is None or sizes[1] is None:
-        ratio = near(what, _bound(BELOW) / _bound(ABOVE), 1.0, 0.01)
-    else:
-        by = sizes[0] / sizes[1]
-        ratio = Check(what, float(by.mid()), 1.0, 0.01, float(by.rad()) + 1e-15)
+    above, below = _law(ABOVE), _law(v0)
+    one, other = jump_bound(v0), jump_bound(ABOVE)
+    apart = below - above
+    ratio = arb("nan") if one is None or other is None else one / other
+
+    def of(what: str, value: arb, low: float, high: float) -> Enclosure:
+        return Enclosure(what, float(value.mid()), float(value.rad()) + 1e-15, low, high)
+
     return Finding(
-        (
-            certain_condition(
-                "the exponent of the peaks at V0 = 0.45 is greater by 0.2",
-                below[0] > above[0] + 0.2,
-                is_certain,
-            ),
-        ),
+        (of("exponent of the peaks at V0 = 0.45 less that at V0 = 0.51", apart, 0.2, math.inf),),
         corrected=(
-            Check("exponent of the highest peaks at V0 = 0.51", above[0], -2.0, 0.03, above[1]),
-            Check("exponent of the highest peaks at V0 = 0.45", below[0], -2.0, 0.1, below[1]),
-            ratio,
+            of("exponent of the highest peaks at V0 = 0.51", above, law - 0.03, law + 0.03),
+            of("exponent of the highest peaks at V0 = 0.45", below, law - 0.1, law + 0.1),
+            of("ratio of the bounds of w^2 times a line", ratio, 0.99, 1.01),
         ),
         correction=(
             "the peaks fall by the same power, w^-2, and below nearly the same bound; at V0 = 0.45 "
@@ -254,7 +264,6 @@ STATEMENTS = (
         reference="fig 8a",
         claim="At V0 = 0.51 the spectrum has regular peaks whose height falls with the frequency.",
         method="exact Fourier coefficients of the periodic motion",
-        certainty="closed form, 12 digits",
         find=_regular,
         theory="third-harmonic.md",
     ),
@@ -263,7 +272,6 @@ STATEMENTS = (
         reference="fig 8b",
         claim="At V0 = 0.45 the spectrum is wider, with irregular peaks.",
         method="exact Fourier coefficients; exact Fourier integrals of the bilinear motions",
-        certainty="closed form, 12 digits",
         find=_irregular,
         theory="third-harmonic.md",
     ),
@@ -272,7 +280,6 @@ STATEMENTS = (
         reference="fig 8b",
         claim="At V0 = 0.45 the peaks fall much more slowly with the frequency than at V0 = 0.51.",
         method="highest line of each of eight octaves; bound by the jumps of the velocity",
-        certainty="closed form, 12 digits",
         find=_slower,
         theory="third-harmonic.md",
     ),

@@ -15,7 +15,16 @@ from percuss.motion.energetics import forces_at
 from percuss.motion.simulate import simulate
 from percuss.motion.tables import NO_CONTACTS
 from percuss.paper.figure import Figure
-from percuss.paper.figures.drawing import COLOURS, draw_curve, label, panels, styled
+from percuss.paper.figures.drawing import (
+    COLOURS,
+    draw_curve,
+    draw_frame,
+    label,
+    panels,
+    reach,
+    styled,
+)
+from percuss.paper.figures.printed_frames import FRAMES
 from percuss.paper.models.motions import impact_speeds, motion_dataset
 
 if TYPE_CHECKING:
@@ -28,6 +37,8 @@ __all__ = ["FIGURES"]
 RATIO = 20  # w-^2 / w+^2 of figure 2
 DETUNING = 1.01
 PERIODS = 60
+# Puts both greatest displacements at the tops of the printed axes.
+AMPLITUDE = "0.72"
 
 
 def force_laws() -> Dataset:
@@ -113,8 +124,10 @@ def off_resonance() -> Dataset:
     resonance = resonant_frequency(osc)
     omega = DETUNING * resonance
     t_end = PERIODS * 2 * math.pi / resonance
-    run = simulate(osc, cosine(omega), x0=0, v0=0, t_end=t_end)
-    data = motion_dataset({"run": run}, omega=omega, resonant_frequency=resonance)
+    run = simulate(osc, cosine(omega, AMPLITUDE), x0=0, v0=0, t_end=t_end)
+    data = motion_dataset(
+        {"run": run}, omega=omega, resonant_frequency=resonance, amplitude=float(AMPLITUDE)
+    )
     times, _ = impact_speeds(run)
     flights = np.diff(times) * omega / (2 * math.pi)
     return data.assign(flight_in_forcing_periods=("flight", flights))
@@ -124,16 +137,20 @@ def _caption_motion(data: Dataset) -> str:
     turns = data.t_run.values * data.resonant_frequency / (2 * math.pi)
     x, flights = data.x_run.values, data.flight_in_forcing_periods.values
     early, late = x[turns <= 7].max(), x[turns >= 56].max()
-    printed = (8.0, 40.0)  # read from the plots
+    tops = [frame.upwards[1] for frame in FRAMES["fig2"]]
+    wanted = [
+        data.amplitude * top / height for top, height in zip(tops, (early, late), strict=True)
+    ]
     drift = float(np.sum(flights - 1.0))
     return (
         "Bilinear oscillator with w-^2/w+^2 = 20, no damping, driven at 1.01 W_r = "
-        f"{data.omega:.6f}, at the start (a) and the end (b) of 60 resonant periods. Chosen, since "
-        "the paper does not state them: force cos ωt of amplitude 1 (w+ = 1), start at rest at "
-        f"x = 0. The greatest displacements are {early:.4g} in (a) and {late:.4g} in (b), in the "
-        f"ratio 1 to {late / early:.3g}; the printed plots reach about {printed[0]:g} and "
-        f"{printed[1]:g}, which amplitudes of {printed[0] / early:.2f} and "
-        f"{printed[1] / late:.2f} would give, displacements being proportional to it. The "
+        f"{data.omega:.6f}, at the start (a) and the end (b) of 60 resonant periods. The paper "
+        "states neither the amplitude nor the phase of the force, nor the start; chosen: force "
+        f"{data.amplitude:g} cos ωt (w+ = 1), start at rest at x = 0. The greatest displacements "
+        f"are then {early:.4g} in (a) and {late:.4g} in (b); displacements are proportional to the "
+        f"amplitude, and {wanted[0]:.3f} and {wanted[1]:.3f} would put them at {tops[0]:g} and "
+        f"{tops[1]:g}, the last numbers on the printed axes. The motion goes down to "
+        f"{x[turns <= 7].min():.3g} and {x.min():.3g}, less than one printed step below 0. The "
         f"time from one impact to the next goes from {flights[0]:.4f} to {flights[-1]:.4f} forcing "
         f"periods and is {flights.min():.4f} at least: over {flights.size} flights the "
         f"impacts drift by {drift:.3f} of a period against the force."
@@ -145,15 +162,19 @@ def _draw_off_resonance(data: Dataset) -> Picture:
     figure, axes = panels(2, 2.2, share_x=False)
     turns = data.t_run.values * data.resonant_frequency / (2 * math.pi)
     impacts = data.impact_t_run.values * data.resonant_frequency / (2 * math.pi)
-    for ax, (low, high), letter in zip(axes, ((0, 7), (56, 60)), "ab", strict=True):
+    for ax, frame in zip(axes, FRAMES["fig2"], strict=True):
+        low, high = (round(end) for end in frame.across)
         shown = (turns >= low - 0.1) & (turns <= high + 0.1)
-        draw_curve(ax, turns[shown], data.x_run.values[shown], color=COLOURS["limit"])
+        x = data.x_run.values[shown]
+        draw_curve(ax, turns[shown], x, color=COLOURS["limit"])
         marked = impacts[(impacts >= low) & (impacts <= high)]
         ax.plot(marked, np.zeros_like(marked), "o", color=COLOURS["stiff"], ms=4, clip_on=False)
         whole = np.arange(low, high + 1)
         ax.vlines(whole / DETUNING, 0, 1, transform=ax.get_xaxis_transform(), lw=0.5, color="0.8")
-        ax.set(xlim=(low, high), xlabel=r"$\Omega_r t / 2\pi$", ylabel="displacement $x$")
-        label(ax, "beginning" if low == 0 else "end; dots: entries, lines: forcing periods", letter)
+        draw_frame(ax, frame, y=reach(x, frame.upwards))
+        ax.set(xlabel=r"$\Omega_r t / 2\pi$", ylabel="displacement $x$")
+        words = "end; dots: entries, lines: forcing periods" if frame.panel == "b" else "beginning"
+        label(ax, words, frame.panel)
     return figure
 
 
@@ -165,5 +186,6 @@ FIGURES = (
         _caption_motion,
         off_resonance,
         _draw_off_resonance,
+        FRAMES["fig2"],
     ),
 )

@@ -11,8 +11,9 @@ from percuss.model.forcing import cosine
 from percuss.motion.half_harmonic import cosine_eigenset_motion
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.figure import Figure
-from percuss.paper.figures.drawing import COLOURS, draw_envelope, label, styled
-from percuss.paper.figures.model_panels import heading, time_panels
+from percuss.paper.figures.drawing import draw_envelope, styled
+from percuss.paper.figures.model_panels import time_panels
+from percuss.paper.figures.printed_frames import FRAMES
 from percuss.paper.figures.words import within
 from percuss.paper.models.motions import (
     STEP_TOLERANCE,
@@ -82,20 +83,12 @@ def _caption_displacement(data: Dataset) -> str:
 
 
 def _draw(data: Dataset, what: str) -> Picture:
-    figure, axes = time_panels(data, NAMES, what)
     factor = PRINTED_FACTOR[what]
-    for ax, name, letter in zip(axes, NAMES, "abcd", strict=True):
-        draw_envelope(
-            ax,
-            T_END,
-            factor,
-            rf"${factor:g}\,\sqrt{{t}}$",
-            signs=(1,) if what == "x" else (1, -1),
-            color=COLOURS["paper"],
-            ls="--",
-            lw=1.2,
-        )
-        label(ax, heading(name), letter)
+    (frame,) = FRAMES["fig15" if what == "x" else "fig14"]
+    figure, axes = time_panels(data, NAMES, what, frame, envelope=factor * T_END**0.5)
+    signs = (1,) if what == "x" else (1, -1)
+    for ax in axes:
+        draw_envelope(ax, T_END, factor, rf"${factor:g}\,\sqrt{{t}}$", signs=signs)
     axes[-1].legend(loc="upper left", handlelength=2.6)
     return figure
 
@@ -111,8 +104,20 @@ def _draw_displacement(data: Dataset) -> Picture:
 
 
 FIGURES = (
-    Figure("fig14", "Cosine forcing, velocity", _caption_velocity, motions, _draw_velocity),
     Figure(
-        "fig15", "Cosine forcing, displacement", _caption_displacement, motions, _draw_displacement
+        "fig14",
+        "Cosine forcing, velocity",
+        _caption_velocity,
+        motions,
+        _draw_velocity,
+        FRAMES["fig14"],
+    ),
+    Figure(
+        "fig15",
+        "Cosine forcing, displacement",
+        _caption_displacement,
+        motions,
+        _draw_displacement,
+        FRAMES["fig15"],
     ),
 )

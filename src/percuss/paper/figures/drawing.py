@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from percuss.arrays import Flags
+from percuss.paper.figure import PrintedFrame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,9 +22,11 @@ __all__ = [
     "WIDTH",
     "draw_curve",
     "draw_envelope",
+    "draw_frame",
     "draw_motion",
     "label",
     "panels",
+    "reach",
     "styled",
 ]
 
@@ -124,13 +127,58 @@ def draw_motion(
 
 
 def draw_envelope(
-    ax: Axes, t_end: float, factor: float, text: str, *, signs: Sequence[int] = (1,), **look: Any
+    ax: Axes, t_end: float, factor: float, text: str, *, signs: Sequence[int] = (1,)
 ) -> None:
-    """Draw factor sqrt(t), on either side of zero where `signs` says so, and make room for it."""
-    low, high = ax.get_ylim()
-    top = 1.03 * factor * math.sqrt(t_end)
-    ax.set_ylim(min(low, -top) if -1 in signs else low, max(high, top))
+    """Draw factor sqrt(t), on either side of zero where `signs` says so, above what is drawn."""
+    from matplotlib.patheffects import withStroke
+
     t = np.linspace(0.0, t_end, 400)
+    # A white edge keeps the dashes visible on the ink of the motion.
+    look: dict[str, Any] = {"color": "black", "ls": (0, (4, 2)), "lw": 1.3, "zorder": 5}
+    edge = [withStroke(linewidth=3.2, foreground="white")]
     for sign in signs:
         name = text if sign == signs[0] else None
-        ax.plot(t, sign * factor * np.sqrt(t), label=name, **look)
+        ax.plot(t, sign * factor * np.sqrt(t), label=name, path_effects=edge, **look)
+
+
+def draw_frame(
+    ax: Axes,
+    frame: PrintedFrame,
+    *,
+    x: tuple[float, float] | None = None,
+    y: tuple[float, float] | None = None,
+    note: bool = True,
+) -> None:
+    """Show the printed frame, or more with the frame as a thin rectangle; ticks as printed.
+
+    Parameters
+    ----------
+    ax
+        The axes, linear or logarithmic.
+    frame
+        The printed frame.
+    x, y
+        What is shown where the motion goes beyond the printed numbers; default: their range.
+    note
+        Whether to say beside the title what is dotted.
+    """
+    from matplotlib.patches import Rectangle
+
+    ax.set(xlim=x or frame.across, ylim=y or frame.upwards, xticks=frame.x, yticks=frame.y)
+    if {x, y} <= {None, frame.across, frame.upwards}:
+        return
+    (left, right), (low, high) = frame.across, frame.upwards
+    rectangle = Rectangle((left, low), right - left, high - low, fill=False, gid="printed frame")
+    rectangle.set(edgecolor=COLOURS["paper"], lw=0.8, ls=":", clip_on=False, zorder=4)
+    ax.add_patch(rectangle)
+    if note:
+        ax.set_title("dotted: printed numbers", loc="right", fontsize=7.5, color=COLOURS["paper"])
+
+
+def reach(column: ArrayLike, printed: tuple[float, float]) -> tuple[float, float]:
+    """Return the printed range, with 5 % of room where the values go beyond it."""
+    values = np.asarray(column, dtype=np.float64)
+    least, greatest = float(np.nanmin(values)), float(np.nanmax(values))
+    low, high = printed
+    room = 0.05 * (max(greatest, high) - min(least, low))
+    return low if least >= low else least - room, high if greatest <= high else greatest + room

@@ -17,7 +17,16 @@ from percuss.motion.eigenset_forms import (
 )
 from percuss.motion.simulate import simulate
 from percuss.paper.figure import Figure
-from percuss.paper.figures.drawing import COLOURS, draw_curve, label, panels, styled
+from percuss.paper.figures.drawing import (
+    COLOURS,
+    draw_curve,
+    draw_frame,
+    label,
+    panels,
+    reach,
+    styled,
+)
+from percuss.paper.figures.printed_frames import FRAMES
 from percuss.paper.figures.words import within
 from percuss.paper.models.motions import motion_dataset
 
@@ -84,11 +93,14 @@ def _draw_family(data: Dataset) -> Picture:
     for name, text in VELOCITY_LABELS.items():
         t, x = data[f"t_{name}"].values, data[f"x_{name}"].values
         draw_curve(ax, t / math.pi, x, color=LOOKS[name], label=text)
-    last = round(float(data.t_rest.values[-1]) / math.pi)
-    times = SubsetMotion(m, 0).impact_times(2 * last // (m + 1)) / math.pi
+    (frame,) = FRAMES[f"fig{m + 1}"]
+    last = round(frame.across[1])
+    times = SubsetMotion(m, 0).impact_times(last) / math.pi
+    times = times[times <= last]
     ax.plot(times, np.zeros_like(times), "o", color="black", ms=4, clip_on=False, zorder=3)
-    ax.set(xlim=(0, last), ylim=(0, None), xlabel=r"$t/\pi$", ylabel="displacement $x_*(t)$")
-    ax.set_xticks(range(last + 1))
+    x = np.concatenate([data[f"x_{name}"].values for name in VELOCITY_LABELS])
+    draw_frame(ax, frame, y=reach(np.maximum(x, 0.0), frame.upwards))
+    ax.set(xlabel=r"$t/\pi$", ylabel="displacement $x_*(t)$")
     ax.legend(ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.12), columnspacing=1.2)
     return figure
 
@@ -134,21 +146,43 @@ def _caption_curves(data: Dataset) -> str:
 @styled
 def _draw_curves(data: Dataset) -> Picture:
     figure, axes = panels(2, 2.3, share_x=False)
-    for ax, m, letter in zip(axes, (2, 3), "ab", strict=True):
+    for ax, m, frame in zip(axes, (2, 3), FRAMES["figA1"], strict=True):
         t = data[f"t_m{m}"].values / math.pi
         u, w = data[f"u_m{m}"].values, data[f"w_m{m}"].values
         ax.plot(t, u, color=COLOURS["limit"], label="$u(t)$")
         ax.plot(t, w, color=COLOURS["stiff"], label="$w(t)$")
         ax.fill_between(t, u, w, where=u < w, color=COLOURS["stiff"], alpha=0.3, lw=0)
         ax.axhline(0, color="0.6", linewidth=0.6)
-        ax.set(xlim=(0, m + 1), xlabel=r"$t/\pi$", ylabel="$u$, $w$")
-        label(ax, f"$m={m}$, $V_0={data.attrs[f'v0_m{m}']:g}$", letter)
+        draw_frame(ax, frame, x=(0.0, m + 1.0), y=reach([u, w], frame.upwards))
+        ax.set(xlabel=r"$t/\pi$", ylabel="$u$, $w$")
+        label(ax, f"$m={m}$, $V_0={data.attrs[f'v0_m{m}']:g}$", frame.panel)
         ax.legend(loc="lower left" if m == 2 else "lower right")
     return figure
 
 
 FIGURES = (
-    Figure("fig3", "The example, m = 2", _caption_family, partial(_motions, 2, 2), _draw_family),
-    Figure("fig4", "The example, m = 3", _caption_family, partial(_motions, 3, 2), _draw_family),
-    Figure("figA1", "The curves that give V*", _caption_curves, touching_curves, _draw_curves),
+    Figure(
+        "fig3",
+        "The example, m = 2",
+        _caption_family,
+        partial(_motions, 2, 2),
+        _draw_family,
+        FRAMES["fig3"],
+    ),
+    Figure(
+        "fig4",
+        "The example, m = 3",
+        _caption_family,
+        partial(_motions, 3, 2),
+        _draw_family,
+        FRAMES["fig4"],
+    ),
+    Figure(
+        "figA1",
+        "The curves that give V*",
+        _caption_curves,
+        touching_curves,
+        _draw_curves,
+        FRAMES["figA1"],
+    ),
 )

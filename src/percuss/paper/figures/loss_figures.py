@@ -20,7 +20,7 @@ from percuss.paper.models.resonance_losses import (
     lost_share,
     peak_and_width,
     peak_orbit,
-    response,
+    responses,
     saddle_speed,
     single_impact_speed,
     stiff,
@@ -28,8 +28,9 @@ from percuss.paper.models.resonance_losses import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Picture
-    from xarray import Dataset
+    from xarray import DataArray, Dataset
 
 __all__ = ["FIGURES"]
 
@@ -49,7 +50,7 @@ def _scanned(lost: float) -> Floats:
     """Return frequencies, closer together where peaks are."""
     peaks = [n + 2.0 * lost / math.pi * np.linspace(-2.0, 2.0, 17) for n in EVEN]
     half = 1.0 + lost**2 * np.linspace(-1.5, 0.3, 13)
-    found = np.concatenate([np.linspace(0.3, 6.8, 261), half, *peaks])
+    found = np.concatenate([np.linspace(0.3, 6.8, 196), half, *peaks])
     return np.unique(found[(found >= 0.3) & (found <= 6.8)])
 
 
@@ -57,20 +58,21 @@ def curves() -> Dataset:
     """Return speeds and displacements of the impact oscillator over the frequency."""
     import xarray as xr
 
-    data = {}
+    data: dict[str, object] = {}
     for k, (restitution, damping) in enumerate(LOSSES):
         lost = lost_share(restitution, damping)
         omegas = _scanned(lost)
         starts = (0.0, 1.0, 3.0, 0.5 * gain(2) / lost)
-        speeds, widest = response(lossy(restitution, damping), omegas, starts, int(20 / lost))
+        found = responses(lossy(restitution, damping), omegas, starts, int(20 / lost))
         form = np.full(omegas.size, np.nan)
         for n in EVEN:
             near = np.abs(omegas - n) < 0.9
             form[near] = single_impact_speed(omegas[near], n // 2, restitution, damping)
         name = f"frequency_{k}"
         data[name] = (name, omegas)
-        for what, values in (("speed", speeds), ("displacement", widest), ("form", form)):
-            data[f"{what}_{k}"] = (name, values)
+        data[f"form_{k}"] = (name, form)
+        for what, values in zip(("speed", "displacement"), found, strict=True):
+            data[f"{what}_{k}"] = ((name, "start"), values)
     both = np.array(LOSSES)
     coords = {"restitution": ("loss", both[:, 0]), "damping": ("loss", both[:, 1])}
     return xr.Dataset(data, coords=coords)
@@ -79,7 +81,7 @@ def curves() -> Dataset:
 def _curves_caption(data: Dataset) -> str:
     said, off = [], 0.0
     for k, (r, a) in enumerate(zip(data.restitution.values, data.damping.values, strict=True)):
-        omegas, speeds = data[f"frequency_{k}"].values, data[f"speed_{k}"].values
+        omegas, speeds = data[f"frequency_{k}"].values, _largest(data[f"speed_{k}"])
         tops = [_top(omegas, speeds, n, 0.2) for n in EVEN]
         ratios = speeds[tops] / data[f"form_{k}"].values[tops]
         off = max(off, float(np.abs(ratios - 1.0).max()))
@@ -87,9 +89,10 @@ def _curves_caption(data: Dataset) -> str:
         near_one = float(speeds[_top(omegas, speeds, 1.0, 0.02)])
         said.append(f"{heights} at 2, 4, 6 and {near_one:.3g} at 1 (r = {r:g}, a = {a:g})")
     return (
-        "The impact oscillator under cos ωt with losses: the largest impact speed and the largest "
-        "displacement of the attractors that four starts find. Dotted, the closed form of the motion "
-        "with one impact in ω/2 periods; the tops of the peaks differ from it by "
+        "The impact oscillator under cos ωt with losses: the largest impact speed (left) and the "
+        "largest displacement (right) of the attractor that each of four starts finds, a dot each; "
+        "dots above one another are several attractors, or an irregular one. Grey, the closed form "
+        "of the motion with one impact in ω/2 periods; the tops of the peaks differ from it by "
         f"{off:.0e} of their height at most. Speeds: {'; '.join(said)}."
     )
 
@@ -99,22 +102,35 @@ def _top(omegas: Floats, speeds: Floats, at: float, within: float) -> int:
     return int(np.argmax(np.where(np.abs(omegas - at) < within, speeds, -math.inf)))
 
 
+def _largest(values: DataArray) -> Floats:
+    """Return the largest over the starts."""
+    return np.asarray(np.nanmax(values.values, axis=1), dtype=np.float64)
+
+
+def _dots(ax: Axes, x: DataArray, values: DataArray, colour: str, text: str = "") -> None:
+    """Draw a dot for each start, on a logarithmic scale."""
+    across = np.repeat(x.values, values.sizes["start"])
+    # As pixels: as paths the dots would take megabytes.
+    ax.semilogy(across, values.values.ravel(), ".", ms=2.6, mew=0, color=colour, rasterized=True)
+    ax.plot([], [], "o", ms=4, color=colour, label=text or None)
+    # Ticks between the decades cannot be told apart in so small panels.
+    ax.minorticks_off()
+
+
 @styled
 def _draw_curves(data: Dataset) -> Picture:
-    figure, (top, bottom) = panels(2, 2.7)
-    for k, colour in zip(range(len(LOSSES)), COLOURS, strict=False):
+    figure, axes = panels(2 * len(LOSSES), 1.6, columns=2)
+    for k, (left, right) in enumerate(zip(axes[::2], axes[1::2], strict=True)):
         r, a = float(data.restitution[k]), float(data.damping[k])
-        name = f"$r={r:g}$" + (f", $a={a:g}$" if a else "")
         omegas = data[f"frequency_{k}"]
-        top.plot(omegas, data[f"form_{k}"], ":", color=colour, lw=1.0)
-        top.plot(omegas, data[f"speed_{k}"], color=colour, lw=1.0, label=name)
-        bottom.plot(omegas, data[f"displacement_{k}"], color=colour, lw=1.0)
-    top.set(yscale="log", ylabel="impact speed", ylim=(0.15, 150))
-    top.legend(loc="upper right", ncols=2)
-    bottom.set(yscale="log", ylabel="displacement", xlabel=r"frequency $\omega$")
-    bottom.set_xticks([1, 2, 3, 4, 5, 6])
-    label(top, "largest impact speed", "a")
-    label(bottom, "largest displacement", "b")
+        _dots(left, omegas, data[f"speed_{k}"], COLOURS[0])
+        left.plot(omegas, data[f"form_{k}"], color="0.5", lw=1.0, zorder=1)
+        _dots(right, omegas, data[f"displacement_{k}"], COLOURS[2])
+        left.set(ylim=(0.1, 150), xlim=(0.2, 6.9), ylabel="impact speed")
+        right.set(ylim=(0.1, 150), xlim=(0.2, 6.9), ylabel="displacement")
+        label(left, f"$r={r:g}$, $a={a:g}$", "abcd"[k])
+    for ax in axes[-2:]:
+        ax.set(xlabel=r"frequency $\omega$", xticks=range(1, 7))
     return figure
 
 
@@ -122,19 +138,20 @@ def bilinear() -> Dataset:
     """Return entry speeds and displacements of bilinear oscillators over the frequency."""
     import xarray as xr
 
-    data, heights = {}, np.empty((len(STIFFNESSES), len(DAMPINGS), len(MULTIPLES)))
+    data: dict[str, object] = {}
+    heights = np.empty((len(STIFFNESSES), len(DAMPINGS), len(MULTIPLES)))
     for k, below in enumerate(STIFFNESSES):
         resonance = stiff_resonance(below)
         cycle = 2.0 * math.pi / resonance
         for j, damping in enumerate(DAMPINGS):
             peaks = [m + 2.0 * damping * np.linspace(-2.0, 2.0, 17) for m in MULTIPLES]
-            ratios = np.unique(np.concatenate([np.linspace(0.2, 3.5, 166), *peaks]))
+            ratios = np.unique(np.concatenate([np.linspace(0.2, 3.5, 133), *peaks]))
             starts = (0.0, 1.0, 5.0)
-            found = response(stiff(below, damping), ratios * resonance, starts, int(6 / damping))
+            found = responses(stiff(below, damping), ratios * resonance, starts, int(6 / damping))
             name = f"{k}_{j}"
             data[f"ratio_{name}"] = (f"ratio_{name}", ratios)
-            data[f"speed_{name}"] = (f"ratio_{name}", found[0])
-            data[f"displacement_{name}"] = (f"ratio_{name}", found[1])
+            for what, values in zip(("speed", "displacement"), found, strict=True):
+                data[f"{what}_{name}"] = ((f"ratio_{name}", "start"), values)
             heights[k, j] = [cycle_work(below, m) / (damping * cycle) for m in MULTIPLES]
     coords = {"stiffness": list(STIFFNESSES), "damping": list(DAMPINGS), "m": list(MULTIPLES)}
     return xr.Dataset({**data, "height": (("stiffness", "damping", "m"), heights)}, coords=coords)
@@ -143,19 +160,20 @@ def bilinear() -> Dataset:
 def _bilinear_caption(data: Dataset) -> str:
     said, halves = [], []
     for k, below in enumerate(data.stiffness.values.tolist()):
-        ratios, speeds = data[f"ratio_{k}_0"].values, data[f"speed_{k}_0"].values
+        ratios, speeds = data[f"ratio_{k}_0"].values, _largest(data[f"speed_{k}_0"])
         found = [float(speeds[_top(ratios, speeds, m, 0.1)]) for m in MULTIPLES]
         derived = data.height.values[k, 0]
         pairs = ", ".join(f"{v:.3g} ({h:.3g})" for v, h in zip(found, derived, strict=True))
         said.append(f"{pairs} for k₋ = {below:g}")
         for j, damping in enumerate(data.damping.values.tolist()):
-            ratios, speeds = data[f"ratio_{k}_{j}"].values, data[f"speed_{k}_{j}"].values
+            ratios, speeds = data[f"ratio_{k}_{j}"].values, _largest(data[f"speed_{k}_{j}"])
             top = float(speeds[_top(ratios, speeds, 0.5, 0.04)])
             halves.append(f"{top:.3g} (k₋ = {below:g}, a = {damping:g})")
     return (
         "Bilinear oscillators, stiffness 1 above 0 and k₋ below, damping on both sides, over the "
-        "frequency in units of the resonant one: soft (4), harder, and nearly a wall (10⁴). Circles: "
-        "the height J/(aT) of first order. Peaks at 1, 2, 3 for "
+        "frequency in units of the resonant one: soft (4), harder, and nearly a wall (10⁴). Left, the "
+        "largest entry speed, right, the largest displacement of the attractor that each of three "
+        "starts finds, a dot each. Circles: the height J/(aT) of first order. Peaks at 1, 2, 3 for "
         f"a = {float(data.damping[0]):g}, with that height in brackets: {'; '.join(said)}. Near half "
         f"the resonant frequency the largest speeds are {', '.join(halves)}."
     )
@@ -163,20 +181,20 @@ def _bilinear_caption(data: Dataset) -> str:
 
 @styled
 def _draw_bilinear(data: Dataset) -> Picture:
-    figure, axes = panels(3, 2.3)
-    shown = (("speed", 0), ("speed", 1), ("displacement", 0))
-    for ax, (what, j), letter in zip(axes, shown, "abc", strict=True):
-        damping = float(data.damping[j])
-        for k, colour in zip(range(len(STIFFNESSES)), COLOURS, strict=False):
-            name = f"$k_{{-}}={float(data.stiffness[k]):g}$"
-            ax.plot(data[f"ratio_{k}_{j}"], data[f"{what}_{k}_{j}"], color=colour, lw=1, label=name)
-            if what == "speed":
-                ax.plot(data.m, data.height[k, j], "o", mfc="none", color=colour, ms=5)
-        ax.set(yscale="log", ylabel="entry speed" if what == "speed" else "displacement")
-        label(ax, f"largest {'entry speed' if what == 'speed' else what}, $a={damping:g}$", letter)
-    axes[0].legend(loc="upper right", ncols=3)
-    axes[0].set_ylim(top=100)
-    axes[-1].set(xlabel=r"frequency over the resonant one, $\omega/\Omega_r$")
+    figure, axes = panels(2 * len(STIFFNESSES), 1.9, columns=2)
+    for k, (left, right) in enumerate(zip(axes[::2], axes[1::2], strict=True)):
+        for j, colour in ((1, COLOURS[4]), (0, COLOURS[0])):
+            name = f"{k}_{j}"
+            text = f"$a={float(data.damping[j]):g}$"
+            for ax, what in ((left, "speed"), (right, "displacement")):
+                _dots(ax, data[f"ratio_{name}"], data[f"{what}_{name}"], colour, text)
+            left.plot(data.m, data.height[k, j], "o", mfc="none", mec="black", mew=0.9, ms=6)
+        left.set(ylim=(0.06, 60), xlim=(0.1, 3.6), ylabel="entry speed")
+        right.set(ylim=(0.06, 60), xlim=(0.1, 3.6), ylabel="displacement")
+        label(left, f"$k_{{-}}={float(data.stiffness[k]):g}$", "abc"[k])
+    axes[1].legend(loc="upper right", handletextpad=0.1)
+    for ax in axes[-2:]:
+        ax.set(xlabel=r"$\omega/\Omega_r$", xticks=(1, 2, 3))
     return figure
 
 

@@ -11,7 +11,8 @@ from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.paper.figure import Figure
-from percuss.paper.figures.drawing import COLOURS, draw_curve, panels, styled
+from percuss.paper.figures.drawing import COLOURS, draw_curve, draw_frame, panels, reach, styled
+from percuss.paper.figures.printed_frames import FRAMES
 from percuss.paper.figures.words import within
 from percuss.paper.models.motions import motion_dataset
 
@@ -67,9 +68,14 @@ def _draw(data: Dataset) -> Picture:
         draw_curve(ax, t, x, color=LOOKS[n], label=f"$n={n}$")
         times, speeds = data[f"impact_t_n{n}"].values / math.pi, data[f"impact_v_n{n}"].values
         ax.plot(times, speeds, ":", color=LOOKS[n], marker=".", lw=1.0, clip_on=False)
-    ax.set(xlim=(0, 8), ylim=(0, None), xlabel=r"$t/\pi$", ylabel="displacement $x(t)$")
+    (frame,) = FRAMES["fig5"]
+    top = max(float(data[f"{what}_n{n}"].max()) for n in HARMONICS for what in ("x", "impact_v"))
+    draw_frame(ax, frame, y=reach([0.0, top], frame.upwards))
+    ax.set(xlabel=r"$t/\pi$", ylabel="displacement $x(t)$")
     ax.legend(loc="upper left")
     return figure
 
 
-FIGURES = (Figure("fig5", "Multi-harmonic resonances", _caption, resonances, _draw),)
+FIGURES = (
+    Figure("fig5", "Multi-harmonic resonances", _caption, resonances, _draw, FRAMES["fig5"]),
+)

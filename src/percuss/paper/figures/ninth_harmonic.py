@@ -12,7 +12,8 @@ from percuss.model.oscillator import impact_oscillator
 from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate
 from percuss.paper.figure import Figure
-from percuss.paper.figures.drawing import COLOURS, draw_curve, panels, styled
+from percuss.paper.figures.drawing import COLOURS, draw_curve, draw_frame, panels, reach, styled
+from percuss.paper.figures.printed_frames import FRAMES
 from percuss.paper.figures.words import within
 from percuss.paper.models.motions import motion_dataset
 
@@ -57,8 +58,14 @@ def _draw(data: Dataset) -> Picture:
     figure, (ax,) = panels(1, 3.0)
     draw_curve(ax, data.t_limit.values / math.pi, data.x_limit.values, color=COLOURS["limit"])
     ax.plot([0, 1, 2], [0, 0, 0], "o", color="black", ms=4, clip_on=False, zorder=3)
-    ax.set(xlim=(0, 2), ylim=(0, None), xlabel=r"$t/\pi$", ylabel="displacement $x(t)$")
+    (frame,) = FRAMES["fig9"]
+    draw_frame(ax, frame, y=reach(np.maximum(data.x_limit, 0.0), frame.upwards))
+    ax.set(xlabel=r"$t/\pi$", ylabel="displacement $x(t)$")
     return figure
 
 
-FIGURES = (Figure("fig9", "Ninth harmonic above its critical velocity", _caption, ninth, _draw),)
+FIGURES = (
+    Figure(
+        "fig9", "Ninth harmonic above its critical velocity", _caption, ninth, _draw, FRAMES["fig9"]
+    ),
+)

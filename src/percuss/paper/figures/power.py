@@ -1,4 +1,4 @@
-"""Power spectra of the figures, from the exact Fourier integral."""
+"""Power spectra of the figures on the printed scale, from the exact Fourier integral."""
 
 from __future__ import annotations
 
@@ -7,39 +7,85 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss.motion.spectrum import spectrum
+from percuss.arrays import Floats
+from percuss.motion.spectrum import WindowName, spectrum
 from percuss.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["with_power"]
+__all__ = ["PRINTED_POINTS", "SCALE_IN_WORDS", "power_of", "with_power"]
+
+# Of the paper's computation: equidistant, both ends of the interval among them.
+PRINTED_POINTS = 2**20
+SCALE_IN_WORDS = (
+    "S = |sum of x(t_j) exp(-iωt_j)|²/N over N = 2^20 points, both ends among them, no window: a "
+    "line A cos ωt has the height 2^20 A²/4"
+)
+
+
+def power_of(
+    run: Trajectory, highest: float, window: WindowName = "none", t_end: float | None = None
+) -> tuple[Floats, Floats]:
+    """Return the frequencies of the printed transform and the power at them, as printed.
+
+    The sum over the points is that of the trapezoidal rule, whose integral is exact here: what lies
+    above 10^4 times the highest frequency is not folded back.
+
+    Parameters
+    ----------
+    run
+        The run, from t = 0.
+    highest
+        Highest angular frequency [1/time].
+    window
+        "none", as printed, or "hann", whose mean is scaled to 1.
+    t_end
+        End of the interval; default: of the run.
+
+    Returns
+    -------
+    tuple of array
+        Frequencies, and |sum|²/N over N = `PRINTED_POINTS` points: the multiples of 2 pi over N
+        steps, which are one step longer than the interval.
+    """
+    duration = run.t_end if t_end is None else t_end
+    steps = PRINTED_POINTS - 1
+    lowest = 2.0 * math.pi * steps / (PRINTED_POINTS * duration)
+    omega: Floats = lowest * np.arange(math.floor(highest / lowest) + 1, dtype=np.float64)
+    found = spectrum(run, "exact", omega=omega, window=window, between=(0.0, duration))
+    total = 0.5 * steps * (found.cosine.values - 1j * found.sine.values)
+    if window == "none":
+        # The sum counts both ends in full, the rule by half.
+        first, last = run(np.array([0.0, duration]))[0]
+        total += 0.5 * (first + last * np.exp(-1j * omega * duration))
+    return omega, np.abs(total) ** 2 / PRINTED_POINTS
 
 
 def with_power(data: Dataset, runs: dict[str, Trajectory], highest: float) -> Dataset:
-    """Return a dataset with the power spectrum S_<name> over omega_<name> of each run.
+    """Return a dataset with the power of each run over omega_<name>.
 
     Parameters
     ----------
     data
         Where to add the columns.
     runs
-        The runs; all of each is used, under a Hann window.
+        The runs; all of each is used.
     highest
         Highest angular frequency [1/time].
 
     Returns
     -------
     xarray.Dataset
-        S = |X|^2 with X the mean of x exp(-i omega t) under the window: a line A cos(omega t) has
-        the height A^2/4. The Fourier integral is exact (no aliasing), at the multiples of 2 pi over
-        the duration.
+        With S_<name> as printed, and smooth_<name> under a Hann window, which keeps the lines
+        apart.
     """
     columns = {}
     for name, run in runs.items():
-        step = 2.0 * math.pi / (run.t_end - run.t0)
-        omega = step * np.arange(math.floor(highest / step) + 1)
-        amplitude = spectrum(run, "exact", omega=omega, window="hann").amplitude.values
-        columns[f"omega_{name}"] = (f"{name}_line", omega, {"long_name": "angular frequency"})
-        columns[f"S_{name}"] = (f"{name}_line", amplitude**2 / 4, {"long_name": "power spectrum"})
+        line = f"{name}_line"
+        omega, power = power_of(run, highest)
+        _, smooth = power_of(run, highest, "hann")
+        columns[f"omega_{name}"] = (line, omega, {"long_name": "angular frequency"})
+        columns[f"S_{name}"] = (line, power, {"long_name": "power spectrum"})
+        columns[f"smooth_{name}"] = (line, smooth, {"long_name": "power, Hann window"})
     return data.assign(columns)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss.arrays import Floats
+from percuss.arrays import Flags, Floats
 from percuss.paper.claims.resonances import GOLDEN, OF_ORDER
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import COLOURS, label, panels, styled
@@ -79,9 +79,9 @@ def _scan_caption(data: Dataset) -> str:
     return (
         f"Where x'' + x = cos(ωt + phase), x > 0, restitution 1 grows: {data.sizes['omega']} "
         f"frequencies, {data.motions} motions each with random phases and speeds below 2, followed "
-        f"for {data.impacts} impacts. Above: median of the largest speed, and (open) of the "
-        "typical one. Below: share of motions whose largest speed grew by 1.3 in the last decade. "
-        f"The colour is q of ω = 2p/q. Up to 6 the share is {low:.2f} in the mean, at 7 it is "
+        f"for {data.impacts} impacts. (a) Median of the largest speed, and (open) of the "
+        "typical one. (b) Share of motions whose largest speed grew by 1.3 in the last decade. "
+        f"The colour is q of ω = 2p/q; (c) names the frequencies. Up to 6 the share is {low:.2f} in the mean, at 7 it is "
         f"{seven:.2f} (growth that ends at a higher speed), elsewhere {none:.3f}, and {odd:.0f} "
         "at ω = 3."
     )
@@ -89,22 +89,37 @@ def _scan_caption(data: Dataset) -> str:
 
 @styled
 def _draw_scan(data: Dataset) -> Picture:
-    figure, (speeds, shares) = panels(2, 2.9)
-    for q, colour in ORDER_COLOURS.items():
+    figure, (speeds, shares, names) = panels(3, 2.6)
+    for row, (q, colour) in enumerate(ORDER_COLOURS.items()):
         one = data.sel(omega=data.order == q)
-        name = f"$q={q}$" if q else "others"
         speeds.vlines(one.omega, one.typical, one.largest, color=colour, lw=0.8)
-        speeds.semilogy(one.omega, one.largest, "o", color=colour, ms=4.5, label=name)
+        speeds.semilogy(one.omega, one.largest, "o", color=colour, ms=4.5)
         speeds.semilogy(one.omega, one.typical, "o", color=colour, ms=4.5, mfc="white")
         shares.vlines(one.omega, 0.0, one.share, color=colour, lw=0.8)
         shares.plot(one.omega, one.share, "o", color=colour, ms=4.5, clip_on=False)
-    speeds.set(ylabel=f"speed after {data.impacts} impacts", ylim=(0.5, 2e5))
-    speeds.legend(loc="upper center", ncols=4, fontsize=8, handletextpad=0.2)
-    shares.set(xlabel=r"frequency $\omega$", ylabel="share that grows", ylim=(0, 1.05))
-    ticks = [Fraction(text) for text in ("1/3", "2/3", "1", "4/3", "2", "8/3", "3", "4")]
-    shares.set_xticks([float(tick) for tick in ticks], [str(tick) for tick in ticks])
+        for omega, ratio in zip(one.omega.values, one.ratio.values, strict=True):
+            text = str(Fraction(ratio)) if q else f"{omega:g}"
+            # The decimals are wide: every other one a line lower.
+            lower = 0.0 if q else 0.7 * (list(one.omega.values).index(omega) % 2)
+            names.text(
+                omega,
+                row + lower,
+                text,
+                color=colour,
+                ha="center",
+                va="center",
+                fontsize=8 if q else 7,
+            )
+    speeds.set(ylabel=f"speed after {data.impacts} impacts", ylim=(0.5, 1e5))
+    shares.set(ylabel="share that grows", ylim=(0, 1.05), xlim=(0.1, 4.2))
+    names.set(xlabel=r"frequency $\omega$", ylabel="order", ylim=(len(ORDER_COLOURS), -0.6))
+    rows = [f"$q={q}$" if q else "others" for q in ORDER_COLOURS]
+    names.set_yticks(range(len(rows)), rows)
+    for tick, colour in zip(names.get_yticklabels(), ORDER_COLOURS.values(), strict=True):
+        tick.set_color(colour)
     label(speeds, "largest speed (filled) and typical speed (open), medians", "a")
     label(shares, "share of motions that still grow", "b")
+    label(names, r"the frequencies $\omega=2p/q$ above, by order $q$", "c")
     return figure
 
 
@@ -164,7 +179,7 @@ def portraits() -> Dataset:
     """Return motions in the plane of speed and phase, and the levels of the averaged H."""
     import xarray as xr
 
-    data = {}
+    data: dict[str, object] = {}
     for text in PORTRAITS:
         omega = Fraction(text)
         largest = 60.0 if omega == 2 else 20.0
@@ -172,8 +187,8 @@ def portraits() -> Dataset:
             x, y = _plane(omega, phase, speed)
             inside = np.hypot(x, y) < 1.05 * largest
             name = f"{text.replace('/', '_')}_{number}"
-            data[f"x_{name}"] = (f"impact_{name}", x[inside])
-            data[f"y_{name}"] = (f"impact_{name}", y[inside])
+            columns = {"x": x, "y": y, "grows": _grows(np.hypot(x, y))}
+            data |= {f"{what}_{name}": (f"impact_{name}", v[inside]) for what, v in columns.items()}
     orders = [order(Fraction(text))[1] for text in PORTRAITS]
     strengths = [strength(Fraction(text)) for text in PORTRAITS]
     return xr.Dataset(
@@ -201,6 +216,12 @@ def _plane(omega: Fraction, phase: float, speed: float) -> tuple[Floats, Floats]
     return hits.v_after * np.cos(psi), hits.v_after * np.sin(psi)
 
 
+def _grows(speed: Floats) -> Flags:
+    """Return where the speed grows, over 12 impacts: a whole number of turns of each order."""
+    before, after = (np.clip(np.arange(speed.size) + shift, 0, speed.size - 1) for shift in (-6, 6))
+    return np.asarray(speed[after] > speed[before], dtype=np.bool_)
+
+
 def _portrait_caption(data: Dataset) -> str:
     numbers = ", ".join(
         f"{float(one.strength):.4g} at ω = {ratio}"
@@ -211,7 +232,7 @@ def _portrait_caption(data: Dataset) -> str:
     return (
         "Motions in the plane V(cos ψ, sin ψ), with V the speed after an impact and ψ the phase of "
         "the force in the middle of the flight; grey, the levels of the averaged H = V²⁻ᵠ h cos "
-        f"qψ, h = {numbers}. First order: straight lines, all motions leave in one direction, which "
+        f"qψ, h = {numbers}. Vermilion: the speed grows over the next impacts; blue: it falls. First order: straight lines, all motions leave in one direction, which "
         "attracts. Second order: rays; the phase stays. Third order: petals; the outgoing "
         "directions repel, motions come back to low speeds, and leave again. Far from a ratio 2p/q "
         "of small numbers, the levels are circles, and nothing grows."
@@ -221,15 +242,15 @@ def _portrait_caption(data: Dataset) -> str:
 @styled
 def _draw_portraits(data: Dataset) -> Picture:
     figure, axes = panels(4, 2.8, columns=2, share_x=False)
-    colours = [COLOURS["limit"], COLOURS["stiff"], COLOURS["soft"], "#CC79A7", "#E69F00"]
     for ax, text, letter in zip(axes, PORTRAITS, "abcd", strict=True):
         _draw_levels(ax, data.sel(ratio=text), 60.0 if text == "2" else 20.0)
         number, stem = 0, text.replace("/", "_")
-        while f"x_{stem}_{number}" in data:
-            colour = colours[number % len(colours)]
-            x, y = data[f"x_{stem}_{number}"], data[f"y_{stem}_{number}"]
-            # As pixels: as paths the points would take megabytes.
-            ax.plot(x, y, ".", color=colour, ms=1.6, rasterized=True)
+        while (name := f"{stem}_{number}") and f"x_{name}" in data:
+            grows = data[f"grows_{name}"].values
+            for chosen, colour in ((~grows, COLOURS["limit"]), (grows, COLOURS["stiff"])):
+                x, y = (data[f"{what}_{name}"].values[chosen] for what in "xy")
+                # As pixels: as paths the points would take megabytes.
+                ax.plot(x, y, ".", color=colour, ms=1.6, rasterized=True)
             number += 1
         q = int(data.order.sel(ratio=text))
         label(ax, rf"$\omega={text}$, " + (f"order {q}" if q <= 6 else "none"), letter)

@@ -37,6 +37,7 @@ __all__ = [
     "peak_and_width",
     "peak_orbit",
     "response",
+    "responses",
     "saddle_speed",
     "single_impact_speed",
     "stiff",
@@ -214,13 +215,13 @@ def cycle_work(stiffness_below: float, m: int) -> float:
     return float(abs(above * kick(above) - (-1.0) ** m * below * kick(below) / root))
 
 
-def response(
+def responses(
     osc: Oscillator,
     omegas: Floats,
     speeds: Sequence[float] = (0.0, 1.0, 3.0, 10.0),
     transient: int = 400,
 ) -> tuple[Floats, Floats]:
-    """Return the largest impact speed and displacement of the attractors found at each frequency.
+    """Return the largest impact speed and displacement of the attractor that each start finds.
 
     Parameters
     ----------
@@ -235,8 +236,8 @@ def response(
 
     Returns
     -------
-    tuple of (n,) arrays
-        The largest over the starts.
+    tuple of (n, starts) arrays
+        Speeds and displacements.
     """
     found = sweep(
         ("peak_impact_velocity", "peak_displacement"),
@@ -246,8 +247,25 @@ def response(
         transient=transient,
         n_workers=1,
     )
-    both = (found.peak_impact_velocity.values, found.peak_displacement.values)
-    fastest, widest = (np.nanmax(values, axis=1) for values in both)
+    return found.peak_impact_velocity.values, found.peak_displacement.values
+
+
+def response(
+    osc: Oscillator,
+    omegas: Floats,
+    speeds: Sequence[float] = (0.0, 1.0, 3.0, 10.0),
+    transient: int = 400,
+) -> tuple[Floats, Floats]:
+    """Return the largest speed and displacement of `responses` at each frequency.
+
+    Returns
+    -------
+    tuple of (n,) arrays
+        The largest over the starts.
+    """
+    fastest, widest = (
+        np.nanmax(values, axis=1) for values in responses(osc, omegas, speeds, transient)
+    )
     return fastest, widest
 
 

@@ -1,141 +1,153 @@
-"""A statement in the report: formula, verdict, evidence."""
+"""A record in the report: verdict and formulas in sight, all else opens."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from html import escape
 
+from percuss.paper.article import passages_of
 from percuss.paper.claim import Claim
+from percuss.paper.evidence import Deduction
+from percuss.paper.report.evidence_table import agreeing_range, evidence_table, number
 from percuss.paper.report.formulas import formula_svg
-from percuss.paper.report.prose import prose
-from percuss.paper.statement import Check, Finding
+from percuss.paper.report.prose import prose, sentence
 
-__all__ = ["badge", "checks_table", "claim_article", "grade_mark", "mark", "number"]
+__all__ = ["anchored", "badge", "formula_pair", "grade_mark", "record_details", "study_file"]
 
-BADGES = {
-    "holds": "holds",
-    "corrected": "corrected",
-    "fails": "fails",
-    "undecided": "undecided",
-}
-# Of what should be zero, few digits tell anything.
-SMALL = 1e-6
-# Longer tables are folded.
-ROWS = 10
+DOCUMENTATION = "docs/theory"
 
 
 def badge(claim: Claim) -> str:
-    """Return the verdict in a word or two, coloured."""
-    return f'<span class="badge {claim.kind}">{BADGES[claim.kind]}</span>'
+    """Return the verdict in a word, coloured."""
+    return f'<span class="badge {claim.kind}">{claim.kind}</span>'
 
 
 def grade_mark(claim: Claim) -> str:
     """Return what the verdict rests on, in a word."""
-    return f'<span class="grade {claim.grade}">{claim.grade}</span>'
+    return f'<span class="ground {claim.grade}">{claim.grade}</span>'
 
 
-def number(value: float, digits: int = 12) -> str:
-    """Return a number as the report shows it.
+def study_file(claim: Claim) -> str:
+    """Return the name of the file with the parameters of a record."""
+    return f"{claim.id}.toml"
 
-    Examples
-    --------
-    >>> number(1 / 3), number(1.2345678901234e-7), number(2.0), number(float("nan"))
-    ('0.333333333333', '1.23e-07', '2', 'none')
+
+def anchored(claim: Claim, page: str = "") -> str:
+    """Return a link to a record, which stands on this page or on another."""
+    return f'<a href="{page}#{escape(claim.id)}">{escape(claim.reference)}</a>'
+
+
+def formula_pair(printed: str, right: str, name: str = "") -> str:
+    """Return a printed formula, and the right one beside it where there is one."""
+    if not printed:
+        return ""
+    of = f"{escape(name)} " if name else ""
+    cells = [(f"{of}as printed", printed, "printed"), ("right", right, "right")]
+    boxes = "".join(
+        f'<div class="{kind}"><span class="small">{words}</span>'
+        f'<div class="formula-box">{formula_svg(formula)}</div></div>'
+        for words, formula, kind in cells
+        if formula
+    )
+    return f'<div class="pair">{boxes}</div>' if right else f'<div class="single">{boxes}</div>'
+
+
+def record_details(claim: Claim, section: str) -> str:
+    """Return a record: a line with its claim and its verdict, which opens to all the rest.
+
+    Parameters
+    ----------
+    claim
+        The record.
+    section
+        Name of its section of the report.
+
+    Returns
+    -------
+    str
+        A ``details`` element whose attributes are what the table of records filters by.
     """
-    if not math.isfinite(value):
-        return "none" if math.isnan(value) else "infinite"
-    if abs(value) < SMALL:
-        digits = min(digits, 3)
-    words = f"{abs(value):.{digits}g}"
-    return f"\u2212{words}" if value < 0 else words
-
-
-def claim_article(claim: Claim) -> str:
-    """Return a statement with its verdict, its evidence and how it was examined."""
-    finding = claim.finding
-    formula = ""
-    if claim.formula:
-        formula = f'<div class="formula-box">{formula_svg(claim.formula)}</div>'
-    remark = f"<p>{prose(finding.remark)}</p>" if finding.remark else ""
-    word = "Proof" if claim.grade == "derived" else "Derivation"
-    marks = f'<span class="marks">{badge(claim)}{grade_mark(claim)}</span>'
-    theory = f" {word}: <code>{escape(claim.theory)}</code>." if claim.theory else ""
+    words = f"{claim.id} {claim.reference} {claim.claim} {claim.finding.correction}".lower()
     return (
-        f'<article id="{escape(claim.id)}"><header><h3><span class="reference">'
-        f"{escape(claim.reference)}</span> {prose(claim.claim)}</h3>{marks}</header>"
-        f"{formula}{_verdict(claim)}{remark}"
-        f"{checks_table(finding)}"
-        f'<p class="small facts">{escape(_sentence(claim.method))} Certainty: '
-        f"{escape(_sentence(claim.certainty))}{theory}</p></article>"
+        f'<details class="record {claim.kind}" id="{escape(claim.id)}" '
+        f'data-verdict="{claim.kind}" data-section="{escape(section)}" '
+        f'data-evidence="{claim.grade}" data-text="{escape(words, quote=True)}">'
+        f'<summary><span class="reference">{escape(claim.reference)}</span>'
+        f'<span class="claim">{prose(claim.claim)}</span>'
+        f'<span class="marks">{badge(claim)} {grade_mark(claim)}</span>'
+        f"{formula_pair(claim.formula, claim.right_formula)}{_verdict(claim)}</summary>"
+        f'<div class="inside">{_quotations(claim)}{_remark(claim)}'
+        f"<h4>Evidence</h4>{evidence_table(claim.finding)}{_method(claim)}{_code(claim)}"
+        f"{_study(claim)}</div></details>"
     )
 
 
 def _verdict(claim: Claim) -> str:
-    """Return what the verdict says beyond its badge."""
+    """Return what the verdict says beyond its badge: the correction, or why there is none."""
+    if claim.kind == "holds":
+        return ""
     if claim.kind == "corrected":
-        words = f"<b>Correction.</b> {prose(_sentence(claim.finding.correction))}"
+        words, text = "Correction", sentence(claim.finding.correction)
     elif claim.kind == "undecided":
-        words = prose(_sentence(claim.verdict))
+        words, text = "Open", sentence(claim.verdict)
     else:
-        return ""
-    return f'<p class="verdict {claim.kind}"><span>{words}</span></p>'
+        words, text = "Against it", _against(claim)
+    return f'<p class="verdict {claim.kind}"><b>{words}:</b> {prose(text)}</p>'
 
 
-def _sentence(text: str) -> str:
-    """Return a text with a capital and a full stop."""
-    stripped = text.strip().rstrip(".")
-    # A symbol stays as it is.
-    first = stripped.split(" ", 1)[0]
-    begun = stripped[:1].upper() + stripped[1:] if first.isalpha() and len(first) > 2 else stripped
-    return f"{begun}." if stripped else ""
+def _against(claim: Claim) -> str:
+    """Return the first evidence that contradicts a statement."""
+    item = next(item for item in claim.finding.printed if item.outcome == "differs")
+    if isinstance(item, Deduction):
+        return sentence(item.what)
+    return f"{item.what}: {number(item.value, 6)} instead of {agreeing_range(item)}."
 
 
-def checks_table(finding: Finding) -> str:
-    """Return the comparisons as a table, folded where it is long."""
-    groups = {"As printed": finding.printed, "Corrected": finding.corrected}
-    body = "".join(_group(title, checks) for title, checks in groups.items() if checks)
-    if not body:
-        return ""
-    table = f'<div class="scroll"><table class="evidence">{body}</table></div>'
-    every = (*finding.printed, *finding.corrected)
-    if len(every) <= ROWS:
-        return table
-    agree = ", ".join(
-        f"{title.lower()} {sum(check.passed for check in checks)} of {len(checks)}"
-        for title, checks in groups.items()
-        if checks
+def _quotations(claim: Claim) -> str:
+    quoted = "".join(
+        f"<blockquote><p>{escape(passage.quote)}</p><footer>{_place(passage.section)}, "
+        f"p. {passage.page}</footer></blockquote>"
+        for passage in passages_of(claim.id)
     )
-    return f"<details><summary>Comparisons that agree: {agree}</summary>{table}</details>"
+    return f"<h4>The article</h4>{quoted}" if quoted else ""
 
 
-def _group(title: str, checks: Sequence[Check]) -> str:
-    """Return the rows of one form of a statement; both forms share their columns."""
-    heads = "".join(
-        f'<th class="number">{word}</th>' for word in ("measured", "expected", "difference")
+def _place(section: str) -> str:
+    if section == "abstract":
+        return "Abstract"
+    return "Appendix A" if section == "A" else f"Section {section}"
+
+
+def _remark(claim: Claim) -> str:
+    remark = claim.finding.remark
+    return f'<p class="remark">{prose(remark)}</p>' if remark else ""
+
+
+def _method(claim: Claim) -> str:
+    word = "Proof" if claim.grade == "deduced" else "Derivation"
+    theory = (
+        f" {word}: page <em>{escape(claim.theory.removesuffix('.md'))}</em> of the documentation "
+        f"(<code>{DOCUMENTATION}/{escape(claim.theory)}</code>)."
+        if claim.theory
+        else ""
     )
+    return f"<h4>Method</h4><p>{prose(sentence(claim.method))}{theory}</p>"
+
+
+def _code(claim: Claim) -> str:
+    name = f"<code>{escape(claim.code.name)}</code>"
+    if not claim.code.text:
+        return f'<p class="small">Computed by {name}.</p>'
     return (
-        f'<tbody><tr><th>{title}</th>{heads}<th class="number">allowed</th><th></th></tr>'
-        f"{''.join(map(_row, checks))}</tbody>"
+        f'<details class="code"><summary>Computed by {name}</summary>'
+        f'<pre tabindex="0">{escape(claim.code.text)}</pre></details>'
     )
 
 
-def mark(check: Check) -> str:
-    """Return a tick where measured and expected agree, else a cross."""
-    word, sign = ("holds", "\u2713") if check.passed else ("fails", "\u2717")
-    return f'<span class="{word}">{sign}</span>'
-
-
-def _row(check: Check) -> str:
-    cells = (
-        number(check.measured),
-        number(check.expected),
-        number(check.difference, 2),
-        number(check.tolerance, 2),
-    )
-    certain = '<span class="certain" title="proven in ball arithmetic">certified</span>'
-    note = f" {certain}" if check.is_certain else ""
-    numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
+def _study(claim: Claim) -> str:
+    if not claim.study:
+        return ""
+    file = escape(study_file(claim))
     return (
-        f'<tr><td>{prose(check.what)}{note}</td>{numbers}<td class="mark">{mark(check)}</td></tr>'
+        f'<p class="small">A motion with these parameters: <a href="{file}">{file}</a>, computed by '
+        f"<code>percuss run {file}</code>.</p>"
     )

@@ -1,45 +1,35 @@
-"""The report as one page that needs nothing else: formulas, figures and style are inside."""
+"""The pages of the report: the article, what goes beyond it, and the coverage of the article."""
 
 from __future__ import annotations
 
-import base64
-from collections import Counter
-from datetime import UTC, datetime
+from collections.abc import Sequence
 from html import escape
-from importlib import resources
-from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING
 
-from percuss.paper.claim import Claim, ClaimKind
-from percuss.paper.figure_files import Drawn, versions
-from percuss.paper.report.claims import badge, claim_article, grade_mark
+from percuss.paper.article import article_source
+from percuss.paper.claim import Claim
+from percuss.paper.figure_files import versions
+from percuss.paper.report.chain import chain
+from percuss.paper.report.coverage import coverage_page
+from percuss.paper.report.filters import RecordEntry, counts, records
+from percuss.paper.report.frame import framed, part
+from percuss.paper.report.front import findings
+from percuss.paper.report.pictures import figure_element, is_of_article
 from percuss.paper.report.prose import prose
 from percuss.paper.report.tables import printed_tables, table_anchors
-from percuss.paper.sections import SECTIONS, ReportSection
-from percuss.paper.statement import Grade
+from percuss.paper.result import PaperResult
+from percuss.paper.sections import SECTIONS
+from percuss.paper.statement import Scope
 
-if TYPE_CHECKING:
-    from percuss.paper.run import PaperResult
+__all__ = ["beyond_page", "page", "pages"]
 
-__all__ = ["page"]
-
-# A larger SVG would make the page slow on a telephone: its PNG stands there instead [bytes].
-LARGEST_SVG = 400_000
-KINDS = ("figure", "statement")
-NETCDF = ".nc"
-COUNTS: dict[ClaimKind, str] = {
-    "holds": "hold as printed",
-    "corrected": "hold with a correction",
-    "fails": "fail",
-    "undecided": "are undecided",
-}
-
-GRADES: tuple[Grade, ...] = ("derived", "certified", "numerical")
+TITLE = "Periodic motions and resonances of impact oscillators, recomputed"
+# What the page of the article shows only with the records and figures that it needs.
+EXPLAINED = ("eq35-constant", "fig10", "fig11")
 
 
-def page(result: PaperResult) -> str:
-    """Return the report as HTML.
+def pages(result: PaperResult) -> dict[str, str]:
+    """Return all pages of the report, by the names of their files.
 
     Parameters
     ----------
@@ -48,36 +38,64 @@ def page(result: PaperResult) -> str:
 
     Returns
     -------
-    str
-        One page without any reference to the network.
+    dict
+        HTML without any reference to the network.
     """
-    used = {item.section for item in result.items}
-    sections = [section for section in SECTIONS if section.name in used]
-    made = versions()
-    template = Template(_text("page.html"))
-    return template.substitute(
-        style=_text("page.css"),
-        version=escape(made["percuss"]),
-        date=datetime.now(UTC).strftime("%d %B %Y"),
+    return {
+        "index.html": page(result),
+        "beyond.html": beyond_page(result),
+        "coverage.html": coverage_page(result.claims),
+    }
+
+
+def page(result: PaperResult) -> str:
+    """Return the page on the article as HTML."""
+    entries = _entries(result, "article")
+    claims = [claim for claim, _ in entries]
+    source = article_source()
+    has_explorer = any(item.name in EXPLAINED for item in result.items)
+    parts = {
+        "findings": findings(result.claims, result.figures),
+        "chain": chain(result.claims),
+        "explorer": part("explorer.html") if has_explorer else "",
+        "records": records(entries),
+        "tables": printed_tables(claims),
+        "figures": _figures(result, of_article=True),
+    }
+    body = Template(part("index.html")).substitute(
+        parts,
         warning=_warning(result),
-        counts=_counts(list(result.claims.values())),
-        contents=_contents(sections, result),
-        summary=_summary(result),
-        tables=printed_tables(_in_order(result)),
-        sections="".join(_section(result, section) for section in sections),
-        command=escape(result.command or "percuss paper"),
-        seconds=f"{result.seconds:.0f} s",
-        versions=escape(", ".join(f"{name} {number}" for name, number in made.items())),
+        counts=counts(entries),
+        beyond=_beyond(_entries(result, "beyond")),
+        contents=_contents(parts, claims),
+        extraction=escape(source.extraction),
+        rule=escape(source.rule),
     )
+    scripts = (part("page.js"), *([part("explorer.js")] if has_explorer else []))
+    return framed(TITLE, body, scripts, _made(result))
 
 
-def _text(name: str) -> str:
-    return (resources.files(__package__) / name).read_text(encoding="utf-8")
+def beyond_page(result: PaperResult) -> str:
+    """Return the page on what goes beyond the article as HTML."""
+    entries = _entries(result, "beyond")
+    body = (
+        "<p>These statements are not the article's. They say how far its results carry: how fast a "
+        "stiff bilinear oscillator tends to the impact oscillator, which other frequencies "
+        "resonate, and what losses leave of the resonances. They have counts of their own.</p>"
+        f"{counts(entries)}{records(entries)}{_figures(result, of_article=False)}"
+    )
+    return framed("Beyond the article", body, (part("page.js"),), _made(result))
 
 
-def _in_order(result: PaperResult) -> list[Claim]:
-    names = (item.name for item in result.items if item.kind == "statement")
-    return [result.claims[name] for name in names if name in result.claims]
+def _entries(result: PaperResult, scope: Scope) -> list[RecordEntry]:
+    """Return the records of a scope in the order of the report, each with its section."""
+    return [
+        (result.claims[item.name], item.section)
+        for item in result.items
+        if item.kind == "statement"
+        and item.name in result.claims
+        and result.claims[item.name].scope == scope
+    ]
 
 
 def _warning(result: PaperResult) -> str:
@@ -93,78 +111,63 @@ def _warning(result: PaperResult) -> str:
     )
 
 
-def _counts(claims: list[Claim]) -> str:
-    if not claims:
+def _beyond(entries: list[RecordEntry]) -> str:
+    """Return the statements that stand on the other page; their anchors are here, too."""
+    if not entries:
         return ""
-    number = Counter(claim.kind for claim in claims)
-    cells = "".join(
-        f'<div><b class="{kind}">{number[kind]}</b><span>{words}</span></div>'
-        for kind, words in COUNTS.items()
+    rows = "".join(
+        f'<li id="{escape(claim.id)}"><a href="beyond.html#{escape(claim.id)}">'
+        f"{prose(claim.claim)}</a></li>"
+        for claim, _ in entries
     )
-    grades = Counter(claim.grade for claim in claims)
-    words = ", ".join(f"{grades[name]} {name}" for name in GRADES if grades[name])
+    noun = "statement goes" if len(entries) == 1 else "statements go"
     return (
-        f'<p>Of {len(claims)} statements</p><div class="counts">{cells}</div>'
-        f'<p class="small">The verdicts are {words}.</p>'
+        f"<details><summary>{len(entries)} {noun} beyond the article and stand on a page of their "
+        f"own.</summary><ul>{rows}</ul></details>"
     )
 
 
-def _contents(sections: list[ReportSection], result: PaperResult) -> str:
-    entries = [("summary", "All verdicts")] if result.claims else []
-    entries += table_anchors(_in_order(result))
-    entries += [(section.name, section.title) for section in sections]
+def _contents(parts: dict[str, str], claims: Sequence[Claim]) -> str:
+    titles = {
+        "findings": "What was found",
+        "reading": "How to read this",
+        "chain": "The derivation, line by line",
+        "explorer": "Try it: the phase decides",
+        "records": "The records",
+    }
+    entries = [(name, title) for name, title in titles.items() if parts.get(name, "reading")]
+    entries += table_anchors(claims)
+    entries += [("figures", "The figures")] if parts["figures"] else []
     return "".join(f'<li><a href="#{name}">{prose(title)}</a></li>' for name, title in entries)
 
 
-def _summary(result: PaperResult) -> str:
-    claims = _in_order(result)
-    if not claims:
+def _figures(result: PaperResult, *, of_article: bool) -> str:
+    """Return the figures by section, each section with a paragraph on what it is about."""
+    parts = []
+    for section in SECTIONS:
+        shown = "".join(
+            figure_element(result.figures[item.name])
+            for item in result.items
+            if item.section == section.name
+            and item.kind == "figure"
+            and item.name in result.figures
+            and is_of_article(item.name) == of_article
+        )
+        if shown:
+            parts.append(
+                f'<h3 class="section">{escape(section.title)}</h3><p>{prose(section.about)}</p>'
+                f'<div class="figures">{shown}</div>'
+            )
+    if not parts:
         return ""
-    rows = "".join(
-        f'<tr><td><a href="#{escape(claim.id)}">{escape(claim.reference)}</a></td>'
-        f"<td>{prose(claim.claim)}</td><td>{badge(claim)} {grade_mark(claim)}</td></tr>"
-        for claim in claims
-    )
+    return f'<section id="figures"><h2>The figures</h2>{"".join(parts)}</section>'
+
+
+def _made(result: PaperResult) -> str:
+    command = escape(result.command or "percuss paper")
+    used = escape(", ".join(f"{name} {number}" for name, number in versions().items()))
     return (
-        '<h2 id="summary">All verdicts</h2><div class="scroll"><table class="summary"><thead><tr>'
-        f"<th>Where</th><th>Claim</th><th>Verdict</th></tr></thead><tbody>{rows}</tbody></table>"
-        "</div>"
+        f"<p>Written by <code>{command}</code> in {result.seconds:.0f} s with {used}. Each figure "
+        "comes as SVG and PNG, its data as NetCDF and CSV, with the parameters, the versions and "
+        "the command inside.</p>"
     )
-
-
-def _section(result: PaperResult, section: ReportSection) -> str:
-    inside = [item for item in result.items if item.section == section.name]
-    # A figure and a statement about it may have the same name.
-    asked = {kind: [item.name for item in inside if item.kind == kind] for kind in KINDS}
-    claims = [result.claims[name] for name in asked["statement"] if name in result.claims]
-    figures = [result.figures[name] for name in asked["figure"] if name in result.figures]
-    return (
-        f'<section><h2 id="{section.name}">{escape(section.title)}</h2>'
-        f"<p>{prose(section.about)}</p>"
-        f"{''.join(map(claim_article, claims))}{''.join(map(_figure, figures))}</section>"
-    )
-
-
-def _figure(drawn: Drawn) -> str:
-    number = drawn.name.removeprefix("fig")
-    heading = f"Figure {number}" if drawn.name.startswith("fig") else "Beyond the paper"
-    links = ", ".join(f'<a href="{escape(file.name)}">{_format(file)}</a>' for file in drawn.files)
-    return (
-        f'<figure id="figure-{escape(drawn.name)}"><img src="{_picture(drawn)}" '
-        f'alt="{escape(f"{heading}: {drawn.title}", quote=True)}">'
-        f"<figcaption><strong>{escape(heading)}. {prose(drawn.title)}.</strong> "
-        f'{prose(drawn.caption)} <span class="files">{links}</span></figcaption></figure>'
-    )
-
-
-def _format(file: Path) -> str:
-    return "NetCDF" if file.suffix == NETCDF else file.suffix[1:].upper()
-
-
-def _picture(drawn: Drawn) -> str:
-    """Return the picture as a data address: the SVG, or the PNG where that is too large."""
-    by_suffix: dict[str, Path] = {file.suffix: file for file in drawn.files}
-    svg = by_suffix[".svg"].read_bytes()
-    if len(svg) <= LARGEST_SVG:
-        return f"data:image/svg+xml;base64,{base64.b64encode(svg).decode()}"
-    return f"data:image/png;base64,{base64.b64encode(by_suffix['.png'].read_bytes()).decode()}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from html import escape
 
-__all__ = ["prose"]
+__all__ = ["prose", "sentence"]
 
 WORDS = {
     "xi": "ξ",
@@ -28,8 +28,10 @@ SIGNS = {
     " - ": " &minus; ",
 }
 SYMBOL = "[A-Za-zξπωΩτψφ]"
-# In order: the paper's frequencies, names of letters, roots, indices, exponents, primes, negative numbers.
+# In order: braces of indices, the paper's frequencies, names of letters, roots, indices, exponents,
+# primes, negative numbers.
 RULES = (
+    (r"([_^])\{([^{}]*)\}", r"\1(\2)"),
     (r"(?<![A-Za-z_])[wW]([+-])(?=[\s^/),.;:=]|$)", r"<i>ω</i><sub>\1</sub>"),
     (r"(?<![A-Za-z_])k([+-])(?=[\s^/),.;:=]|$)", r"<i>k</i><sub>\1</sub>"),
     (r"(?<![A-Za-z])W_r(?![A-Za-z])", r"<i>Ω</i><sub>r</sub>"),
@@ -72,3 +74,18 @@ def prose(text: str) -> str:
     for pattern, replacement in RULES:
         html = re.sub(pattern, replacement, html)
     return html
+
+
+def sentence(text: str) -> str:
+    """Return a text with a capital and a full stop.
+
+    Examples
+    --------
+    >>> sentence("the phase stands still"), sentence("V_k grows")
+    ('The phase stands still.', 'V_k grows.')
+    """
+    stripped = text.strip().rstrip(".")
+    # A symbol stays as it is.
+    first = stripped.split(" ", 1)[0]
+    begun = stripped[:1].upper() + stripped[1:] if first.isalpha() and len(first) > 2 else stripped
+    return f"{begun}." if stripped else ""

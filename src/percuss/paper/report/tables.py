@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from html import escape
 
 from percuss.paper.claim import Claim
-from percuss.paper.report.claims import badge, mark, number
+from percuss.paper.evidence import Comparison, Deduction
+from percuss.paper.report.claims import badge
+from percuss.paper.report.evidence_table import expected, mark, number
 from percuss.paper.report.prose import prose
-from percuss.paper.statement import Check
 
 __all__ = ["printed_tables", "table_anchors", "table_rows"]
 
@@ -26,13 +27,13 @@ def about_table(claims: Sequence[Claim], reference: str) -> list[Claim]:
     return [claim for claim in claims if claim.reference.lower().startswith(reference)]
 
 
-def table_rows(claims: Sequence[Claim], reference: str) -> list[tuple[Check, Claim]]:
+def table_rows(claims: Sequence[Claim], reference: str) -> list[tuple[Comparison, Claim]]:
     """Return the comparisons with the printed entries of a table, each with its statement."""
     return [
         (check, claim)
         for claim in about_table(claims, reference)
         for check in claim.finding.printed
-        if ENTRY.match(check.what)
+        if not isinstance(check, Deduction) and ENTRY.match(check.what)
     ]
 
 
@@ -57,9 +58,9 @@ def _table(claims: Sequence[Claim], reference: str, title: str) -> str:
         return ""
     body = "".join(
         f"<tr><td>{prose(check.what.partition(' = ')[0])}</td>"
-        f'<td class="number">{number(check.expected)}</td>'
-        f'<td class="number">{check.measured:.12f}</td>'
-        f'<td class="number">{number(check.difference, 2)}</td>'
+        f'<td class="number">{number(expected(check))}</td>'
+        f'<td class="number">{check.value:.12f}</td>'
+        f'<td class="number">{number(check.value - expected(check), 2)}</td>'
         f'<td class="mark">{mark(check)}</td></tr>'
         for check, _ in table_rows(claims, reference)
     )
@@ -69,7 +70,7 @@ def _table(claims: Sequence[Claim], reference: str, title: str) -> str:
         for claim in about
     )
     table = (
-        '<div class="scroll"><table><thead><tr><th></th><th class="number">printed</th>'
+        '<div class="scroll"><table><thead><tr><td></td><th class="number">printed</th>'
         '<th class="number">computed</th><th class="number">difference</th><th></th></tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
     )
@@ -78,4 +79,6 @@ def _table(claims: Sequence[Claim], reference: str, title: str) -> str:
 
 def _agreeing(claim: Claim) -> str:
     checks = claim.finding.printed
-    return f"{sum(check.passed for check in checks)} of {len(checks)} comparisons agree"
+    return (
+        f"{sum(check.outcome == 'agrees' for check in checks)} of {len(checks)} comparisons agree"
+    )

@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.certified import Ball
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.statement import Check, Finding
+from percuss.paper.evidence import Comparison, compare
+from percuss.paper.formula import Formula
+from percuss.paper.statement import Finding, Statement
 
-__all__ = [
-    "ROUNDING",
-    "WALL",
-    "apart",
-    "condition",
-    "furthest",
-    "last_unchanged",
-    "latest",
-    "near",
-    "printed_table",
-]
+__all__ = ["ROUNDING", "WALL", "apart", "furthest", "last_unchanged", "latest", "near", "stated"]
 
 
 WALL = impact_oscillator()
@@ -31,26 +22,17 @@ WALL = impact_oscillator()
 ROUNDING = 1e-10
 
 
-def condition(what: str, holds: bool) -> Check:
-    """Return the check of a condition, measured 1 where it holds.
-
-    Examples
-    --------
-    >>> condition("two is even", True).passed
-    True
-    """
-    return Check(what, float(holds), 1.0)
-
-
-def near(what: str, measured: float, expected: float = 0.0, tolerance: float = ROUNDING) -> Check:
+def near(
+    what: str, measured: float, expected: float = 0.0, tolerance: float = ROUNDING
+) -> Comparison:
     """Return the check of a number, by default of a difference that is zero but for rounding.
 
     Examples
     --------
-    >>> near("largest difference", 3e-15).passed
-    True
+    >>> near("largest difference", 3e-15).outcome
+    'agrees'
     """
-    return Check(what, float(measured), float(expected), tolerance)
+    return compare(what, float(measured), float(expected), tolerance)
 
 
 def apart(one: Floats, other: Floats) -> float:
@@ -102,29 +84,25 @@ def last_unchanged(unchanged: Callable[[float], bool], low: float, high: float) 
     return low
 
 
-def printed_table(
-    name: str,
-    printed: Mapping[int, str],
-    computed: Callable[[int], float],
-    proven: Callable[[int], Ball | None] = lambda n: None,  # noqa: ARG005
-) -> Finding:
-    """Return a table of the paper beside what was computed, allowed half its last digit.
+def stated(theory: str, method: str) -> Callable[..., Statement]:
+    """Return what makes the statements of a family: (id, reference, claim, find, formula, method).
 
     Parameters
     ----------
-    name
-        Of the quantity.
-    printed
-        The entries, as text.
-    computed
-        Gives an entry as a float.
-    proven
-        Gives it as a ball, or None.
+    theory
+        File of docs/theory with the derivations.
+    method
+        How they are examined, where a statement does not say it for itself.
     """
-    checks = []
-    for n, text in printed.items():
-        ball, digits = proven(n), len(text.split(".")[1])
-        value, radius = (computed(n), None) if ball is None else (ball.mid(), ball.radius())
-        what = f"{name}({n}) = {value:.12f}"
-        checks.append(Check(what, value, float(text), 0.5 * 10.0**-digits, radius))
-    return Finding(tuple(checks), remark="Tolerance: half a unit of the last printed digit.")
+
+    def make(
+        id: str,
+        reference: str,
+        claim: str,
+        find: Callable[[], Finding],
+        formula: Formula | str = "",
+        method: str = method,
+    ) -> Statement:
+        return Statement(id, reference, claim, method, find, formula, theory)
+
+    return make

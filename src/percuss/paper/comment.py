@@ -1,0 +1,227 @@
+"""The report in the form of a comment to a journal, comment.pdf, set by Typst.
+
+Nothing is found out here: each sentence on a record, each number and each formula comes from the
+claims of the run.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from datetime import UTC, datetime
+from html import unescape
+from importlib import resources
+
+import typst
+
+from percuss.paper.article import article_source, passages
+from percuss.paper.claim import Claim
+from percuss.paper.evidence import Deduction, Enclosure, Evidence
+from percuss.paper.figure_files import Drawn, versions
+from percuss.paper.report.evidence_table import number
+from percuss.paper.report.formulas import formula_svg
+from percuss.paper.report.prose import prose
+from percuss.paper.result import PaperResult
+
+__all__ = ["comment_data", "comment_pdf", "template"]
+
+# Those that show what is corrected and what fails.
+FIGURES = ("fig11", "fig12", "fig6")
+# The verdicts, and what opens the section on each.
+SECTIONS = {
+    "holds": "",
+    "corrected": "These statements hold in another form than the printed one.",
+    "fails": "No corrected form of these statements is known to us.",
+    "undecided": "",
+}
+QUESTION = (
+    "studies x'' + x = f(t) on x > 0 with elastic impacts at x = 0: which sets of impact times a "
+    "periodic force can have, when the motion is periodic, and when a force makes it grow without "
+    "bound. We ask of each of its statements whether it is right."
+)
+ONE_RULE = "Formulas are judged by this rule alike."
+METHOD = (
+    "Between impacts the motion is known in closed form, and the next impact is the first root of "
+    "a function with known bounds on its derivatives, so that no impact is missed. A verdict rests "
+    "on one of three kinds of evidence. Deduced: a chain of identities and inequalities, carried "
+    "out by computer algebra and ball arithmetic, and of known theorems and arguments in words "
+    "that the report marks as such. Certified: numbers enclosed in ball arithmetic. Measured: "
+    "numbers in floating point with their errors. A statement holds if all evidence agrees with "
+    "it, it is corrected if some differs and a corrected form agrees throughout, and it is "
+    "undecided if the evidence leaves it open."
+)
+CODE = (
+    "All of this is computed by one command, percuss paper, which writes this comment, a page with "
+    "the evidence of each record, the data of each figure, and claims.json."
+)
+# A run of prose: how it is set ("", "i", "sub", "sup", "code"), and its text.
+ProseRun = tuple[str, str]
+
+
+def comment_pdf(result: PaperResult) -> bytes:
+    """Return the comment on the article as a PDF.
+
+    Parameters
+    ----------
+    result
+        What came out of the run; the pictures are read from its files.
+
+    Returns
+    -------
+    bytes
+        The PDF: question, source and method, what holds, what is corrected and how, what fails,
+        what goes beyond the article, data and code.
+    """
+    pdf = typst.compile(template(), format="pdf", sys_inputs={"data": comment_data(result)})
+    assert isinstance(pdf, bytes)
+    return pdf
+
+
+def template() -> bytes:
+    """Return the comment without its data, in Typst."""
+    return resources.files("percuss.paper").joinpath("comment.typ").read_bytes()
+
+
+def comment_data(result: PaperResult) -> str:
+    """Return what the template sets, as JSON."""
+    return json.dumps(_data(result), ensure_ascii=False)
+
+
+def _data(result: PaperResult) -> dict[str, object]:
+    names = [item.name for item in result.items if item.kind == "statement"]
+    claims = [result.claims[name] for name in names if name in result.claims]
+    article = [claim for claim in claims if claim.scope == "article"]
+    beyond = [claim for claim in claims if claim.scope == "beyond"]
+    of_kind: dict[str, list[Claim]] = {
+        kind: [claim for claim in article if claim.kind == kind] for kind in SECTIONS
+    }
+    source, made = article_source(), versions()
+    right = sum(claim.kind == "holds" for claim in beyond)
+    about_holding = f"These {len(of_kind['holds'])} statements hold as printed."
+    about_beyond = (
+        "The same computations gave statements that the article does not make. "
+        f"{right} of {len(beyond)} hold."
+    )
+    pictures = [result.figures[name] for name in FIGURES if name in result.figures]
+    return {
+        "title": "Comment on “Periodic motions and resonances of impact oscillators”",
+        "author": f"percuss {made['percuss']}",
+        "date": datetime.now(UTC).strftime("%d %B %Y").lstrip("0"),
+        "abstract": _runs(_abstract({kind: len(found) for kind, found in of_kind.items()})),
+        "question": _runs(f"{source.citation}, {QUESTION}"),
+        "method": [_runs(f"{source.extraction} {source.rule} {ONE_RULE}"), _runs(METHOD)],
+        "holds": {"about": _runs(about_holding), "rows": list(map(_row, of_kind["holds"]))},
+        **{
+            kind: {"about": _runs(about), "records": list(map(_record, of_kind[kind]))}
+            for kind, about in SECTIONS.items()
+            if kind != "holds"
+        },
+        "figures": [
+            {"png": list(_picture(drawn)), "caption": _runs(f"{drawn.title}. {drawn.caption}")}
+            for drawn in pictures
+        ],
+        "beyond": {"about": _runs(about_beyond), "rows": list(map(_row, beyond))},
+        "code": [
+            _runs(
+                f"{CODE} It was made with "
+                f"{', '.join(f'{name} {number}' for name, number in made.items())}, in "
+                f"{result.seconds:.0f} s."
+            ),
+        ],
+    }
+
+
+def _abstract(counts: dict[str, int]) -> str:
+    examined = sum(bool(passage.records) for passage in passages())
+    return (
+        "We recomputed every formula, number, figure and statement of the article that can be "
+        f"examined: {examined} of its {len(passages())} sentences, formulas, captions and tables, "
+        f"in {sum(counts.values())} records. {counts['holds']} hold as printed, "
+        f"{counts['corrected']} with a correction, {counts['fails']} fail, and "
+        f"{counts['undecided']} are left undecided. Each verdict follows from numbers with their "
+        "errors, from enclosures in ball arithmetic, or from deductions that are carried out "
+        "whenever the report is made."
+    )
+
+
+def _row(claim: Claim) -> dict[str, object]:
+    return {
+        "reference": claim.reference,
+        "claim": _runs(claim.claim),
+        "grade": claim.grade,
+        "kind": claim.kind,
+    }
+
+
+def _record(claim: Claim) -> dict[str, object]:
+    return {
+        **_row(claim),
+        "printed": _pictures(claim.formula),
+        "right": _pictures(claim.right_formula),
+        "correction": _runs(claim.finding.correction),
+        "evidence": _runs(_decisive(claim)),
+    }
+
+
+def _decisive(claim: Claim) -> str:
+    """Return the evidence that decides, in a sentence."""
+    printed, corrected = claim.finding.printed, claim.finding.corrected
+    against = [item for item in printed if item.outcome != "agrees"] or list(printed)
+    said = [_said(item) for item in (*against[:1], *corrected[:1])]
+    rest = len(printed) + len(corrected) - len(said)
+    more = f" ({rest} more in the report)" if rest > 0 else ""
+    return "; ".join(said) + more + "."
+
+
+def _said(item: Evidence) -> str:
+    if isinstance(item, Deduction):
+        return f"{item.what}, in {len(item.steps)} steps"
+    error = item.radius if isinstance(item, Enclosure) else item.error
+    value = number(item.value) + (f" +- {number(error, 2)}" if error else "")
+    if item.expected is not None:
+        allowed = item.high - item.expected
+        wanted = number(item.expected) + (f" +- {number(allowed, 2)}" if allowed else "")
+        return f"{item.what}: {value}, where {wanted} is stated"
+    low, high = number(item.low), number(item.high)
+    if math.isinf(item.high):
+        return f"{item.what}: {value}, where {low} or more agrees"
+    if math.isinf(item.low):
+        return f"{item.what}: {value}, where {high} or less agrees"
+    return f"{item.what}: {value}, where {low} to {high} agrees"
+
+
+def _runs(text: str) -> list[ProseRun]:
+    """Return a sentence as runs of text, each with how it is set.
+
+    Examples
+    --------
+    >>> _runs("V_k of x''")
+    [('i', 'V'), ('sub', 'k'), ('', ' of x″')]
+    """
+    parts = re.split(r"<(i|sub|sup|code)>(.*?)</\1>", prose(text))
+    found: list[ProseRun] = []
+    for i in range(0, len(parts), 3):
+        if parts[i]:
+            found.append(("", unescape(parts[i])))
+        if i + 2 < len(parts):
+            found.append((parts[i + 1], unescape(parts[i + 2])))
+    return found
+
+
+def _pictures(formula: str) -> list[dict[str, object]]:
+    """Return a formula as SVG files, one for each line, with the width in units of the text."""
+    found: list[dict[str, object]] = []
+    for svg in re.findall(r"<svg.*?</svg>", formula_svg(formula.replace(r"\frac", r"\dfrac"))):
+        width, height = (
+            float(size) for size in re.findall(r"(?:width|height):([0-9.]+)em", svg)[:2]
+        )
+        head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}em" height="{height}em" '
+        plain = re.sub(r' style="[^"]*"| class="[^"]*"| role="[^"]*"| aria-label="[^"]*"', "", svg)
+        found.append({"svg": plain.replace("<svg ", head, 1), "width": width})
+    return found
+
+
+def _picture(drawn: Drawn) -> bytes:
+    (file,) = (file for file in drawn.files if file.suffix == ".png")
+    return file.read_bytes()
