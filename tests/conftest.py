@@ -1,6 +1,14 @@
+"""Settings of all tests, and the one browser that those of pages share."""
+
 from __future__ import annotations
 
+import os
+import shutil
+from collections.abc import Iterator
+
+import pytest
 from hypothesis import settings
+from playwright.sync_api import Browser, sync_playwright
 from tests.children import listen_to_ctrl_c
 
 # The first call of a kernel compiles it, which breaks any per-example deadline.
@@ -8,3 +16,28 @@ settings.register_profile("percuss", deadline=None, derandomize=True)
 settings.load_profile("percuss")
 
 listen_to_ctrl_c()
+
+# A browser that asks nobody anything.
+ALONE = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """A browser without a screen; one for all, for Playwright starts once in a thread."""
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        if os.environ.get("PERCUSS_BROWSER") == "required":
+            pytest.fail("no chromium is found, and PERCUSS_BROWSER says that there has to be one")
+        pytest.skip("no chromium is found: pages are not tested in a browser")
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=chromium, args=list(ALONE))
+        yield started
+        started.close()

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib import image
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 from tests.paper.test_report import CORRECTED, FAILS, HOLDS, OPEN, result
 
 from percuss.motion.half_harmonic import half_harmonic_impact
@@ -22,7 +20,6 @@ from percuss.paper.collection import Item
 from percuss.paper.figure_files import Drawn
 from percuss.paper.report.page import pages
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 PHONE = {"width": 375, "height": 800}
 # As many records and figures as the article has.
 RECORDS, FIGURES = 110, 16
@@ -33,21 +30,6 @@ OVERFLOWING = """
   return width && right > innerWidth + 1 && !element.closest(".scroll, .formula-box, pre, svg");
 }).map((element) => element.outerHTML.slice(0, 80))
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    """A browser without a screen."""
-    if CHROMIUM is None:
-        if os.environ.get("PERCUSS_BROWSER") == "required":
-            pytest.fail("no chromium is found, and PERCUSS_BROWSER says that there has to be one")
-        pytest.skip("no chromium is found: the report is not tested in a browser")
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"]
-        )
-        yield started
-        started.close()
 
 
 def claims() -> list[Claim]:

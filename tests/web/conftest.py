@@ -2,36 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from playwright.sync_api import (
-    Browser,
-    ConsoleMessage,
-    Error,
-    Page,
-    ViewportSize,
-    sync_playwright,
-)
+from playwright.sync_api import Browser, ConsoleMessage, Error, Page, ViewportSize
 from tests.web.serving import served
 
 from percuss.web.app import create_app
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 SIZE: ViewportSize = {"width": 1366, "height": 850}
-# A browser that asks nobody anything.
-HEARTBEAT = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 
 
 @pytest.fixture(scope="session")
@@ -39,19 +19,6 @@ def address() -> Iterator[str]:
     """Address of a running server, without a report."""
     with served(create_app()) as address:
         yield address
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """A browser without a screen."""
-    if CHROMIUM is None:
-        if os.environ.get("PERCUSS_BROWSER") == "required":
-            pytest.fail("no chromium is found, and PERCUSS_BROWSER says that there has to be one")
-        pytest.skip("no chromium is found: the page is not tested in a browser")
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=list(HEARTBEAT))
-        yield started
-        started.close()
 
 
 @pytest.fixture(scope="session")
