@@ -6,6 +6,7 @@ import math
 import os
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -25,7 +26,11 @@ from percuss.paper.claims import cosine, cosine_formulas, half_harmonic_formulas
 from percuss.paper.claims.certain_growth import growth_bounds
 from percuss.paper.claims.half_harmonic import STATEMENTS
 from percuss.paper.claims.half_harmonic_figures import envelope_factor, upper_peaks
-from percuss.paper.claims.half_harmonic_growth import SUBHARMONIC_STATEMENTS
+from percuss.paper.claims.half_harmonic_growth import (
+    SUBHARMONIC_STATEMENTS,
+    late_growth,
+    limit_constant,
+)
 from percuss.paper.evidence import Deduction
 from percuss.paper.formula import Formula
 from percuss.paper.statement import Finding, grade, verdict_kind
@@ -126,6 +131,16 @@ def test_the_proof_of_growth_agrees_with_many_digits() -> None:
             assert float(bounds.gain) <= gain
         assert float(bounds.drift) < 3.0
         assert float(bounds.gain) > 0.5
+
+
+def test_the_enclosed_limit_of_the_phase_holds_that_of_a_long_run() -> None:
+    for v0 in (0.0, 1.0):
+        late = late_growth(v0)
+        assert late is not None
+        assert late.stays
+        assert abs(limit_constant(v0)[2] - float(late.limit.mid())) < float(late.limit.rad()) < 0.1
+        narrow = replace(late, high=late.low + Fraction(1, 10))
+        assert not narrow.stays
 
 
 def test_a_box_that_no_bound_reaches_is_refused() -> None:

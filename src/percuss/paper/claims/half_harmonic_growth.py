@@ -50,6 +50,7 @@ __all__ = [
     "GROWTH_STATEMENTS",
     "SUBHARMONIC_STATEMENTS",
     "impacts",
+    "late_growth",
     "limit_constant",
     "off_eigenset",
     "phase_limit_steps",
@@ -168,7 +169,7 @@ class LateGrowth:
 
     @property
     def stays(self) -> bool:
-        """Whether the phase is proven to stay in the range, and the speed to grow."""
+        """Whether the phase stays in the range and the speed grows, if impacts are elastic."""
         inside = ball(self.low) < self.limit and self.limit < ball(self.high)
         fast = self.speed > int(FROM_VELOCITY)
         return bool(inside and fast and self.bounds.gain > 0 and self.bounds.drift.is_finite())
