@@ -16,7 +16,7 @@ OWN = ("seconds", "command", "date", "versions", "machine", "milliseconds", "quo
 def frozen() -> dict[str, Any]:
     """Return what claims.json says, without times."""
     with tempfile.TemporaryDirectory() as folder:
-        run_paper(folder, force=True, lanes=1)
+        run_paper(folder, force=True, processes=1)
         written = json.loads((Path(folder) / "claims.json").read_text(encoding="utf-8"))
     return {row["id"]: _without_times(row) for row in written["records"]}
 

@@ -20,7 +20,7 @@ from percuss.paper import run as run_module
 from percuss.paper.claim import examine
 from percuss.paper.collection import Item, choose, items
 from percuss.paper.figure_files import draw_figure
-from percuss.paper.lanes import in_lanes
+from percuss.paper.processes import in_processes
 from percuss.paper.result import INTERRUPTED
 from percuss.paper.run import run_paper
 from percuss.paper.sections import SECTIONS
@@ -169,7 +169,7 @@ def _items(*names: str) -> list[Item]:
 
 
 def test_two_processes_do_everything_once_and_survive_the_end_of_one() -> None:
-    found = list(in_lanes(_square, _items("1", "2", "end", "4", "5"), 2, _always, _nan))
+    found = list(in_processes(_square, _items("1", "2", "end", "4", "5"), 2, _always, _nan))
 
     assert sorted(value for value in found if not math.isnan(value)) == [1, 4, 16, 25]
     assert len(found) == 5
@@ -179,7 +179,7 @@ def test_a_stopped_run_begins_nothing_new() -> None:
     asked = iter([True, *[False] * 1000])
     stop: Callable[[], bool] = lambda: next(asked)
 
-    found = list(in_lanes(_square, _items("1", "2", "3", "4"), 2, stop, _nan))
+    found = list(in_processes(_square, _items("1", "2", "3", "4"), 2, stop, _nan))
 
     assert 1 <= len(found) <= 2
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from html import unescape
 from importlib import resources
@@ -16,11 +17,12 @@ from importlib import resources
 import typst
 
 from percuss.paper.article import article_source, passages
+from percuss.paper.chain import BREAK, LINES, ChainLine, falls_with
 from percuss.paper.claim import Claim
 from percuss.paper.evidence import Deduction, Enclosure, Evidence
 from percuss.paper.figure_files import Drawn, versions
 from percuss.paper.report.evidence_table import number
-from percuss.paper.report.formulas import formula_svg
+from percuss.paper.report.formulas import formula_svg, outlines
 from percuss.paper.report.prose import prose
 from percuss.paper.result import PaperResult
 
@@ -51,10 +53,17 @@ METHOD = (
     "it, it is corrected if some differs and a corrected form agrees throughout, and it is "
     "undecided if the evidence leaves it open."
 )
+CHAIN = (
+    "Section 5 derives (35) from (27). Each printed line was held against the right ones before "
+    "it by computer algebra. A slip that no later line rests on does no harm; the derivation "
+    "breaks where one does."
+)
 CODE = (
     "All of this is computed by one command, percuss paper, which writes this comment, a page with "
     "the evidence of each record, the data of each figure, and claims.json."
 )
+# Of a number; the report has all of them.
+DIGITS = 6
 # A run of prose: how it is set ("", "i", "sub", "sup", "code"), and its text.
 ProseRun = tuple[str, str]
 
@@ -117,8 +126,12 @@ def _data(result: PaperResult) -> dict[str, object]:
             for kind, about in SECTIONS.items()
             if kind != "holds"
         },
+        "chain": _chain(result.claims),
         "figures": [
-            {"png": list(_picture(drawn)), "caption": _runs(f"{drawn.title}. {drawn.caption}")}
+            {
+                "png": list(_picture(drawn)),
+                "caption": _runs(f"{_figure(drawn.name)} of the article. {drawn.caption}"),
+            }
             for drawn in pictures
         ],
         "beyond": {"about": _runs(about_beyond), "rows": list(map(_row, beyond))},
@@ -145,9 +158,39 @@ def _abstract(counts: dict[str, int]) -> str:
     )
 
 
+def _chain(claims: Mapping[str, Claim]) -> dict[str, object]:
+    """Return the derivation (27) to (35), without rows where no line of it was examined."""
+    lines = [line for line in LINES if line.record in claims]
+    fallen = [
+        claims[record].reference
+        for line in lines
+        if line.is_break
+        for record in falls_with(line.record)
+        if record in claims
+    ]
+    rests = f" On ({BREAK}) rest {', '.join(dict.fromkeys(fallen))}." if fallen else ""
+    return {
+        "about": _runs(CHAIN + rests),
+        "rows": [_chain_row(line) for line in lines],
+    }
+
+
+def _chain_row(line: ChainLine) -> dict[str, object]:
+    formula = line.formula
+    return {
+        "number": f"({formula.number})",
+        "step": _runs(line.step),
+        "printed": _pictures(formula.tex()),
+        "right": [] if formula.right is None else _pictures(formula.tex(right=True)),
+        "follows": line.follows,
+        "breaks": line.is_break,
+        "survives": _runs(line.survives),
+    }
+
+
 def _row(claim: Claim) -> dict[str, object]:
     return {
-        "reference": claim.reference,
+        "reference": claim.reference[:1].upper() + claim.reference[1:],
         "claim": _runs(claim.claim),
         "grade": claim.grade,
         "kind": claim.kind,
@@ -157,6 +200,8 @@ def _row(claim: Claim) -> dict[str, object]:
 def _record(claim: Claim) -> dict[str, object]:
     return {
         **_row(claim),
+        # The forms of a line of the derivation stand in its table.
+        "in_table": claim.id in {line.record for line in LINES},
         "printed": _pictures(claim.formula),
         "right": _pictures(claim.right_formula),
         "correction": _runs(claim.finding.correction),
@@ -176,19 +221,41 @@ def _decisive(claim: Claim) -> str:
 
 def _said(item: Evidence) -> str:
     if isinstance(item, Deduction):
-        return f"{item.what}, in {len(item.steps)} steps"
-    error = item.radius if isinstance(item, Enclosure) else item.error
-    value = number(item.value) + (f" +- {number(error, 2)}" if error else "")
+        count = len(item.steps)
+        return f"{item.what}, in {count} step{'s' if count > 1 else ''}"
+    value = _with_error(item.value, item.radius if isinstance(item, Enclosure) else item.error)
     if item.expected is not None:
-        allowed = item.high - item.expected
-        wanted = number(item.expected) + (f" +- {number(allowed, 2)}" if allowed else "")
+        wanted = _with_error(item.expected, item.high - item.expected)
         return f"{item.what}: {value}, where {wanted} is stated"
-    low, high = number(item.low), number(item.high)
+    low, high = number(item.low, DIGITS), number(item.high, DIGITS)
     if math.isinf(item.high):
         return f"{item.what}: {value}, where {low} or more agrees"
     if math.isinf(item.low):
         return f"{item.what}: {value}, where {high} or less agrees"
     return f"{item.what}: {value}, where {low} to {high} agrees"
+
+
+def _with_error(value: float, error: float) -> str:
+    """Return a number, with its error where that is seen in its digits.
+
+    Examples
+    --------
+    >>> _with_error(0.1633816749, 2.5e-15), _with_error(0.61, 0.005)
+    ('0.163382', '0.61 +- 0.005')
+    """
+    shown = number(value, DIGITS)
+    return shown if error <= 10.0**-DIGITS * abs(value) else f"{shown} +- {number(error, 2)}"
+
+
+def _figure(name: str) -> str:
+    """Return the name of a figure as the article has it.
+
+    Examples
+    --------
+    >>> _figure("fig11")
+    'Figure 11'
+    """
+    return name.replace("fig", "Figure ")
 
 
 def _runs(text: str) -> list[ProseRun]:
@@ -212,13 +279,15 @@ def _runs(text: str) -> list[ProseRun]:
 def _pictures(formula: str) -> list[dict[str, object]]:
     """Return a formula as SVG files, one for each line, with the width in units of the text."""
     found: list[dict[str, object]] = []
-    for svg in re.findall(r"<svg.*?</svg>", formula_svg(formula.replace(r"\frac", r"\dfrac"))):
+    for svg in re.findall(r"<svg.*?</svg>", formula_svg(formula)):
         width, height = (
             float(size) for size in re.findall(r"(?:width|height):([0-9.]+)em", svg)[:2]
         )
         head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}em" height="{height}em" '
         plain = re.sub(r' style="[^"]*"| class="[^"]*"| role="[^"]*"| aria-label="[^"]*"', "", svg)
-        found.append({"svg": plain.replace("<svg ", head, 1), "width": width})
+        # The outlines stand in the file itself: there is no page around it.
+        alone = plain.replace(">", f">{outlines(svg)}", 1)
+        found.append({"svg": alone.replace("<svg ", head, 1), "width": width})
     return found
 
 

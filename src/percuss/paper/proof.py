@@ -14,7 +14,7 @@ from percuss.certified.numbers import ball, between, precision
 from percuss.paper.evidence import Step
 from percuss.paper.formula import mathtext
 
-__all__ = ["argument", "enclose", "identity", "leading_terms", "sign", "theorem"]
+__all__ = ["argument", "enclose", "identity", "leading_terms", "positive", "sign", "theorem"]
 
 # Of boxes that an inequality is split into before it is left open.
 MOST_BOXES = 20_000
@@ -116,6 +116,31 @@ def sign(
         first = {name: (Fraction(low), Fraction(high)) for name, (low, high) in over.items()}
         holds = _is_positive(expression, [first])
     return Step(text, f"{mathtext(expression)} > 0", holds, "balls")
+
+
+def positive(text: str, expression: sympy.Expr) -> Step:
+    """Return the step that an expression is positive, whatever its symbols are.
+
+    Parameters
+    ----------
+    text
+        The step in words.
+    expression
+        Its symbols carry what is assumed of them (positive, nonnegative, integer).
+
+    Returns
+    -------
+    Step
+        It holds if SymPy derives the sign from these assumptions.
+
+    Examples
+    --------
+    >>> a, b = sympy.Symbol("a", nonnegative=True), sympy.Symbol("b", positive=True)
+    >>> positive("a sum", a + b).holds, positive("a difference", a - b).holds
+    (True, False)
+    """
+    holds = sympy.factor(expression).is_positive is True
+    return Step(text, f"{mathtext(expression)} > 0", holds, "algebra")
 
 
 def theorem(text: str, formula: str = "") -> Step:

@@ -14,7 +14,7 @@ from percuss.io.files import OutputFiles, check_output
 from percuss.paper.claim import Claim, examine
 from percuss.paper.collection import Item, choose, figure_named, statement_with_id
 from percuss.paper.figure_files import Drawn, draw_figure
-from percuss.paper.lanes import in_lanes
+from percuss.paper.processes import in_processes
 from percuss.paper.records import SCHEMA_FILE, records_text, schema_text
 from percuss.paper.result import INTERRUPTED, PaperResult
 from percuss.progress import Progress, Report
@@ -22,9 +22,9 @@ from percuss.progress import Progress, Report
 __all__ = ["run_paper"]
 
 
-LANES = 2
+PROCESSES = 2
 # Fewer items are done before a second process has started.
-FEWEST_FOR_LANES = 8
+FEWEST_FOR_PROCESSES = 8
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def run_paper(
     command: str = "",
     force: bool = False,
     progress: Report = None,
-    lanes: int | None = None,
+    processes: int | None = None,
 ) -> PaperResult:
     """Recompute the paper, or a part of it, and write the report.
 
@@ -82,7 +82,7 @@ def run_paper(
     progress
         As in `percuss.simulate`. What is stopped leaves the finished figures, and the report says
         what is missing.
-    lanes
+    processes
         Number of processes; default: two where there are two cores and much to do.
 
     Returns
@@ -107,7 +107,9 @@ def run_paper(
     def go_on() -> bool:
         return counted.reach(len(done))
 
-    for answer in _answers(chosen, partial(_work, out, command), _lanes(lanes, chosen), go_on):
+    for answer in _answers(
+        chosen, partial(_work, out, command), _processes(processes, chosen), go_on
+    ):
         done.add(answer)
     missing = {
         item: done.failures.get(item, INTERRUPTED)
@@ -131,20 +133,20 @@ def _check_folder(folder: Path, *, force: bool) -> None:
         raise OutputError(folder, "the folder is not empty; --force (force=True) writes into it")
 
 
-def _lanes(asked: int | None, chosen: Sequence[Item]) -> int:
+def _processes(asked: int | None, chosen: Sequence[Item]) -> int:
     if asked is not None:
         return asked
-    return min(LANES, os.cpu_count() or 1) if len(chosen) >= FEWEST_FOR_LANES else 1
+    return min(PROCESSES, os.cpu_count() or 1) if len(chosen) >= FEWEST_FOR_PROCESSES else 1
 
 
 def _answers(
     chosen: Sequence[Item],
     work: Callable[[Item], _Answer],
-    lanes: int,
+    processes: int,
     go_on: Callable[[], bool],
 ) -> Iterator[_Answer]:
-    if lanes > 1:
-        yield from in_lanes(work, chosen, lanes, go_on, _failed)
+    if processes > 1:
+        yield from in_processes(work, chosen, processes, go_on, _failed)
         return
     for item in chosen:
         if not go_on():

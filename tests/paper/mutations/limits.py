@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from tests.paper.perturbed import Mutation, perturbed
 
+from percuss.paper.claims.smoothed import RATE
+
 __all__ = ["MUTATIONS", "UNMOVED"]
 
 MUTATIONS: list[Mutation] = [
     perturbed("fig2-intervals", "10 percent off the resonance", detuning=1.1),
     perturbed("commensurate-off-resonance", "another start than the periodic one", faster=0.1),
     perturbed("smoothed-converges", "first order", order=1.0),
+    perturbed("smoothed-converges", "half the rate", rate=RATE / 2),
     perturbed("smoothed-grazing", "the order 2", power=2.0),
     perturbed("smoothed-in-time", "ln(1/rho)/lambda", factor=1.0),
     perturbed("smoothed-and-stiff", "k-^(-1/2)", power=-0.5),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
@@ -18,7 +19,7 @@ from percuss.motion.eigenset_forms import SubsetMotion, subset_forcing
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.comparisons import ROUNDING, WALL
 from percuss.paper.evidence import Deduction, Measurement, Step, compare
-from percuss.paper.proof import argument, identity
+from percuss.paper.proof import argument, identity, positive, theorem
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS", "bounded_off_the_eigenset", "which_harmonics"]
@@ -49,13 +50,22 @@ def bounded_off_the_eigenset(inside: Rational = LATER) -> tuple[Step, ...]:
         Where a longer gap is looked at, in units of pi after its beginning.
     """
     # x at the time u of a flight, and minus its velocity.
+    force, v = sympy.Function("f"), sympy.Symbol("v", real=True)
+    driven = sympy.Integral(sin(u - v) * force(v), (v, 0, u))
     x, back = V * sin(u) + D, -V * cos(u) - SLOPE
     at = x.subs(u, inside * pi)
     return (
-        argument(
-            "On a flight x = V_k sin u + D(u), D what the force does from rest (variation of "
-            "constants); with |f| <= F and a gap g both |D| and |D'| are at most g F",
-            r"D = \int_0^u \sin(u - v)\,f(t_k + v)\,dv",
+        replace(
+            identity(
+                "On a flight x = V_k sin u + D(u), D what the force does from rest:",
+                driven.diff(u, 2) + driven,
+                force(u),
+            ),
+            formula=r"D = \int_0^u \sin(u - v)\,f(t_k + v)\,dv,\ D'' + D = f",
+        ),
+        theorem(
+            "With |f| <= F and a gap g both |D| and |D'| are at most g F (an integral is at most "
+            "the length times the largest value)."
         ),
         identity(
             "A gap g that is no multiple of pi fixes the velocity before it: x(g) = 0 gives "
@@ -167,11 +177,11 @@ def which_harmonics(growing: sympy.Expr = GAINED) -> tuple[Step, ...]:
     secular = -u * cos(u + phase) / 2
     slope = secular.diff(u).subs(phase, pi / 2)
     return (
-        argument(
-            "The response sin(omega t + phi)/(1 - omega^2) keeps the eigenset if its value at k "
-            "pi, "
-            "times (-1)^k, is the same for all k",
-            r"\sin((\omega - 1)\,\pi k + \varphi) = \sin\varphi",
+        identity(
+            "The response sin(omega t + phi)/(1 - omega^2) keeps the eigenset if its value at m "
+            "pi, times (-1)^m, is the same for all m, sin phi:",
+            (-1) ** m * sin(w * pi * m + phase),
+            sin((w - 1) * pi * m + phase),
         ),
         identity(
             "k = 1 asks for a zero of one of two factors", off(1), 2 * cos(half + phase) * sin(half)
@@ -183,8 +193,14 @@ def which_harmonics(growing: sympy.Expr = GAINED) -> tuple[Step, ...]:
         ),
         identity("Odd omega gains nothing at an impact", gain.subs(w, 2 * m + 1), Integer(0)),
         identity("even omega gains", gain.subs(w, 2 * m), growing.subs(w, 2 * m)),
-        argument(
-            "which is positive for phi = 0 and negative for phi = pi: growth for phi = 0 alone"
+        positive(
+            "which is positive for phi = 0, omega = 2 p,",
+            growing.subs({phase: 0, w: 2 * sympy.Symbol("p", integer=True, positive=True)}),
+        ),
+        identity(
+            "and the negative of it for phi = pi: growth for phi = 0 alone.",
+            growing.subs(phase, pi),
+            -growing.subs(phase, 0),
         ),
         identity(
             "omega = 1: the response is secular,",

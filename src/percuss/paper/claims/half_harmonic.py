@@ -46,7 +46,12 @@ from percuss.paper.claims.half_harmonic_formulas import (
     right_side,
     two_impact_steps,
 )
-from percuss.paper.claims.half_harmonic_growth import GROWTH_STATEMENTS, phase_shift
+from percuss.paper.claims.half_harmonic_growth import (
+    GROWTH_STATEMENTS,
+    off_eigenset,
+    phase_limit_steps,
+    phase_shift,
+)
 from percuss.paper.evidence import Comparison, Deduction, Enclosure, Step, compare
 from percuss.paper.formula import Formula, numerically
 from percuss.paper.proof import identity, leading_terms
@@ -193,11 +198,12 @@ def _interval(formula: Formula, factor: Formula) -> Finding:
             expansion,
             _is_of_order("xi_k = pi (1 + a_k)", list(intervals - side(values)), 2.0),
             _is_of_order("a_k = cos t_k/(2 V_k)", list(coefficient), 2.0),
+            off_eigenset(),
             compare(what, shift, 0.0, away),
         ),
         (
             expansion,
-            Deduction("the phase stands still, it does not go to 0", two_impact_steps()),
+            Deduction("t_k - k pi has a limit psi, from V0 = 0", phase_limit_steps()),
             compare(what, shift, 1.1848, 5e-5),
         ),
         "the formulas are right, and each interval tends to pi; but the impact times tend to "

@@ -31,6 +31,7 @@ __all__ = [
     "EQ35",
     "FACTOR",
     "INTERVAL",
+    "LANDING",
     "MEAN",
     "PHASE",
     "ROOT_FACTOR",
@@ -162,6 +163,8 @@ _FLIGHT = (V_K + ELAPSED / 2 * SIN) * sympy.sin(ELAPSED) + COS / 2 * (
     sympy.sin(ELAPSED) - ELAPSED * sympy.cos(ELAPSED)
 )
 _DENOMINATOR = 2 * V_K + COS + INTERVAL * SIN
+# Twice the position a time xi_k after an impact.
+LANDING = sympy.sin(INTERVAL) * _DENOMINATOR - INTERVAL * COS * sympy.cos(INTERVAL)
 # Of the interval beyond pi, and of the next velocity beyond V_k, in powers of epsilon.
 _EXCESS = sympy.pi * COS / 2 * EPS - sympy.pi**2 * SIN * COS / 4 * EPS**2
 _GAIN = sympy.pi / 2 * SIN + sympy.pi / 2 * (SIN + sympy.pi / 4 * COS) * COS * EPS
@@ -207,7 +210,6 @@ def compared(
 def flight_equation_steps() -> tuple[Step, ...]:
     """Return the steps from (27) to the equation of the time of flight."""
     height = _FLIGHT.subs(ELAPSED, INTERVAL)
-    product = sympy.sin(INTERVAL) * _DENOMINATOR - INTERVAL * COS * sympy.cos(INTERVAL)
     return (
         identity(
             "With tau = t - t_k the motion between two impacts solves (27).",
@@ -222,10 +224,10 @@ def flight_equation_steps() -> tuple[Step, ...]:
             identity("with V_k.", sympy.diff(_FLIGHT, ELAPSED).subs(ELAPSED, 0), V_K),
             formula=r"x'(t_k) = V_k",
         ),
-        identity("It is zero again at xi_k where this is.", 2 * height, product),
+        identity("It is zero again at xi_k where this is.", 2 * height, LANDING),
         identity(
             "Division by cos xi_k and the factor of sin xi_k gives tan xi_k.",
-            product / (sympy.cos(INTERVAL) * _DENOMINATOR),
+            LANDING / (sympy.cos(INTERVAL) * _DENOMINATOR),
             sympy.tan(INTERVAL) - INTERVAL * COS / _DENOMINATOR,
         ),
     )

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, partial
 
 import numpy as np
 import sympy
+from flint import arb
 
 from percuss import numerics
 from percuss.arrays import Floats
+from percuss.certified.numbers import ball
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.half_harmonic import half_harmonic_growth, half_harmonic_invariant
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.certain_gains import two_proven_impacts
-from percuss.paper.claims.certain_growth import growth_bounds
+from percuss.paper.claims.certain_growth import GrowthBounds, growth_bounds
 from percuss.paper.claims.comparisons import stated
 from percuss.paper.claims.half_harmonic_formulas import (
     COS,
@@ -26,6 +30,8 @@ from percuss.paper.claims.half_harmonic_formulas import (
     EQ30,
     EQ35,
     FACTOR,
+    INTERVAL,
+    LANDING,
     ROOT_FACTOR,
     SIN,
     T_K,
@@ -44,7 +50,10 @@ __all__ = [
     "GROWTH_STATEMENTS",
     "SUBHARMONIC_STATEMENTS",
     "impacts",
+    "late_growth",
     "limit_constant",
+    "off_eigenset",
+    "phase_limit_steps",
     "phase_shift",
     "smooth_speeds",
     "unbounded_steps",
@@ -55,9 +64,9 @@ THEORY = "half-harmonic.md"
 LONG = 200_000
 # After so many impacts from rest the velocity is 32.4, and the bounds close.
 PROVEN_IMPACTS = 1000
-# The velocity and the phases for which two impacts are bounded.
+# Two impacts are bounded from this velocity on, for phases so far on either side.
 FROM_VELOCITY = Fraction(30)
-PHASES = Fraction(49, 50), Fraction(69, 50)
+AROUND = Fraction(7, 50)
 # The first thousand impacts are left out of fits: the logarithm is largest there.
 LATE = slice(1000, None)
 
@@ -91,8 +100,16 @@ def phase_shift() -> tuple[float, float]:
 
 
 @cache
-def unbounded_steps(restitution: str = "1") -> tuple[Step, ...]:
-    """Return the steps of the proof that velocities under sin t from rest grow without bound."""
+def unbounded_steps(v0: float = 0.0, restitution: str = "1") -> tuple[Step, ...]:
+    """Return the steps of the proof that velocities under sin t grow without bound from a start.
+
+    Parameters
+    ----------
+    v0
+        Velocity at t = 0.
+    restitution
+        Of the stop; the proof closes for 1 alone.
+    """
     eps, tau = EPS, sympy.Symbol("tau", real=True)
     height = sympy.sin(tau) * (2 + eps * COS + eps * tau * SIN) - eps * tau * COS * sympy.cos(tau)
     least = 2 + eps * (COS + tau * SIN - sympy.Abs(COS))
@@ -117,34 +134,77 @@ def unbounded_steps(restitution: str = "1") -> tuple[Step, ...]:
             {**every, tau: ("5/2", "11/3")},
         ),
     )
-    return (*steps, *_induction(restitution))
+    return (*steps, *_induction(late_growth(v0, restitution), v0))
 
 
-def _induction(restitution: str) -> tuple[Step, ...]:
+@dataclass(frozen=True)
+class LateGrowth:
+    """Where the impacts of a motion are after PROVEN_IMPACTS, and how far they can still go.
+
+    Parameters
+    ----------
+    low, high
+        Range of phases, t_k - k pi, over which two impacts are bounded.
+    phase, speed
+        Of the last impact that is enclosed.
+    bounds
+        Of two impacts, for phases of that range and speeds of at least FROM_VELOCITY.
+    """
+
+    low: Fraction
+    high: Fraction
+    phase: arb
+    speed: arb
+    bounds: GrowthBounds
+
+    @property
+    def moved(self) -> arb:
+        """The most that the phase moves in all impacts to come."""
+        return self.bounds.total_drift(self.speed)
+
+    @property
+    def limit(self) -> arb:
+        """Encloses the limit of the phase, if it stays in the range."""
+        return self.phase + arb(0, 1) * self.moved.upper()
+
+    @property
+    def stays(self) -> bool:
+        """Whether the phase stays in the range and the speed grows, if impacts are elastic."""
+        inside = ball(self.low) < self.limit and self.limit < ball(self.high)
+        fast = self.speed > int(FROM_VELOCITY)
+        return bool(inside and fast and self.bounds.gain > 0 and self.bounds.drift.is_finite())
+
+
+@cache
+def late_growth(v0: float, restitution: str = "1") -> LateGrowth | None:
+    """Return the late growth of a motion under sin t from the stop, None where it is not proven."""
     run = certain_run(
-        simulate(impact_oscillator(restitution), sine(1), v0=0, max_impacts=PROVEN_IMPACTS)
+        simulate(impact_oscillator(restitution), sine(1), v0=v0, max_impacts=PROVEN_IMPACTS)
     )
     if run is None:
-        return (Step("The first impacts are proven.", "", False, "balls"),)
-    low, high = PHASES
-    speed = run.impacts.v_after.arbs[-1]
-    ahead = run.impacts.t.arbs[-1] - PROVEN_IMPACTS * type(speed).pi()
+        return None
+    phase = run.impacts.t.arbs[-1] - PROVEN_IMPACTS * arb.pi()
+    middle = Fraction(round(100 * float(phase.mid())), 100)
+    low, high = middle - AROUND, middle + AROUND
     bounds = growth_bounds(low, high, FROM_VELOCITY)
-    moved = bounds.total_drift(speed)
-    inside = (ahead - moved > low.numerator / type(speed)(low.denominator)) and (
-        ahead + moved < high.numerator / type(speed)(high.denominator)
-    )
-    phase, fast = float(ahead.mid()), float(speed.mid())
+    return LateGrowth(low, high, phase, run.impacts.v_after.arbs[-1], bounds)
+
+
+def _induction(late: LateGrowth | None, v0: float) -> tuple[Step, ...]:
+    if late is None:
+        return (Step("The first impacts are proven.", "", False, "balls"),)
+    phase, fast = float(late.phase.mid()), float(late.speed.mid())
+    low, high, bounds = float(late.low), float(late.high), late.bounds
     return (
         Step(
-            f"The first {PROVEN_IMPACTS} impacts from rest are enclosed.",
+            f"The first {PROVEN_IMPACTS} impacts from V0 = {v0:g} are enclosed.",
             rf"t_k - k \pi = {phase:.6f}, \ V_k = {fast:.6f}",
-            bool(speed > int(FROM_VELOCITY)) and float(low) < phase < float(high),
+            bool(late.speed > int(FROM_VELOCITY)) and low < phase < high,
             "balls",
         ),
         Step(
-            f"For all phases from {float(low)} to {float(high)} and all V >= 30 two impacts add "
-            "at least this to V^2,",
+            f"For all phases from {low:g} to {high:g} and all V >= {FROM_VELOCITY} two impacts "
+            "add at least this to V^2,",
             rf"V_{{k+2}}^2 - V_k^2 > {float(bounds.gain.lower()):.3f}",
             bool(bounds.gain > 0),
             "balls",
@@ -158,11 +218,51 @@ def _induction(restitution: str) -> tuple[Step, ...]:
         Step(
             "So while the phase stays in that range V_k^2 grows linearly, and the sum of all "
             "moves is less than this: the phase never leaves the range, and V_k^2 grows for ever.",
-            rf"\sum |t_{{k+2}} - t_k - 2\pi| < {float(moved.upper()):.3f}",
-            bool(inside),
+            rf"\sum |t_{{k+2}} - t_k - 2\pi| < {float(late.moved.upper()):.3f}",
+            late.stays,
             "balls",
         ),
     )
+
+
+def phase_limit_steps(v0: float = 0.0) -> tuple[Step, ...]:
+    """Return the steps that t_k - k pi has a limit psi under sin t, and where it is."""
+    late = late_growth(v0)
+    found = "" if late is None else rf"\psi = {_shown(late.limit)}"
+    return (
+        *unbounded_steps(v0),
+        theorem(
+            "The moves of the phase over two impacts have a finite sum, so it has a limit psi for "
+            "even k (absolutely convergent series: Rudin 1976, theorem 3.45); as V_k grows the "
+            "flights tend to pi, and psi is the limit for odd k as well.",
+            r"\lim_{k \to \infty} \, (t_k - k \pi) = \psi",
+        ),
+        Step("It lies here.", found, late is not None and late.stays, "balls"),
+    )
+
+
+def envelope_steps(v0: float = 0.0) -> tuple[Step, ...]:
+    """Return the steps that V^2/t tends to sin(2 psi)/2 under sin t."""
+    return (
+        *phase_limit_steps(v0),
+        theorem(
+            "The gains of V^2 tend to pi sin(2 psi) a time 2 pi. Their means have the same limit "
+            "(Cauchy; Hardy 1949, Divergent series, section 1.3), so V^2/t tends to sin(2 psi)/2.",
+            r"\lim V^2/t = \frac{1}{2}\sin 2\psi",
+        ),
+    )
+
+
+def off_eigenset(stated: float = 0.0) -> Deduction:
+    """Return the deduction that the impact times from rest do not tend to k pi + stated."""
+    late = late_growth(0.0)
+    apart = late is not None and not (late.limit - stated).sin().contains(0)
+    step = Step("That is no multiple of pi from what is stated.", f"{stated:g}", apart, "balls")
+    return Deduction("limit of t_k - k pi, from V0 = 0", (*phase_limit_steps(), step), "differs")
+
+
+def _shown(number: arb) -> str:
+    return rf"{float(number.mid()):.4f} \pm {float(number.rad()) + 5e-5:.4f}"
 
 
 def _resonance(restitution: str = "1") -> Finding:
@@ -174,7 +274,9 @@ def _resonance(restitution: str = "1") -> Finding:
     expected = 0.5 * numerics.sin(2.0 * float(last.mean()))
     return Finding(
         (
-            Deduction("V_k grows without bound from V0 = 0", unbounded_steps(restitution)),
+            Deduction(
+                "V_k grows without bound from V0 = 0", unbounded_steps(restitution=restitution)
+            ),
             # The logarithm in V^2 adds 4e-7 over this range.
             compare(
                 "growth of V^2 per time, impacts 100,000 to 200,000, against sin(2 psi)/2",
@@ -198,13 +300,7 @@ def _square_root(formula: Formula) -> Finding:
     law = formula.printed.rhs
     power = float(sympy.simplify(TIME * sympy.diff(law, TIME) / law))
     steps = (
-        *unbounded_steps(),
-        theorem(
-            "The moves of the phase have a finite sum, so it has a limit psi, and the gains of "
-            "V^2 tend to pi sin(2 psi) a time 2 pi. Their means have the same limit (Cauchy; "
-            "Hardy 1949, Divergent series, section 1.3), so V^2/t tends to sin(2 psi)/2.",
-            r"\lim V^2/t = \frac{1}{2}\sin 2\psi",
-        ),
+        *envelope_steps(),
         identity(
             "What is printed solves dV/dt = b^2/(2V),",
             sympy.diff(law, TIME),
@@ -246,14 +342,26 @@ def _universal(starts: tuple[float, ...] = (0.0, 1.0, 10.0, 100.0)) -> Finding:
     )
     greatest = max(b.values())
     corrected.append(Measurement("largest b, at most 1/sqrt 2", greatest, 0.0, math.sqrt(0.5)))
+    two = starts[:2]
+    steps = tuple(dict.fromkeys(step for v0 in two for step in envelope_steps(v0)))
     return Finding(
-        printed,
-        tuple(corrected),
-        "b = sqrt(sin(2 psi)/2), where the phase psi depends on the start: "
-        "cos 2 psi = (4 V0/pi) arctan(pi/(2 V0)) - 1 for a large V0 at t = 0, any b up to "
-        "1/sqrt 2 for others",
-        remark="b = " + ", ".join(f"{b[v0]:.10f} (V0 = {v0:g})" for v0 in starts) + ".",
+        (Deduction("b from two starts", (*steps, _apart(two)), "differs"), *printed),
+        (Deduction("V^2/t tends to sin(2 psi)/2 from each start", steps), *corrected),
+        "b = sqrt(sin(2 psi)/2), where the phase psi of the impacts depends on the start",
+        remark="b = " + ", ".join(f"{b[v0]:.10f} (V0 = {v0:g})" for v0 in starts) + ". For a "
+        "large V0 at t = 0, cos 2 psi = (4 V0/pi) arctan(pi/(2 V0)) - 1; b is at most 1/sqrt 2.",
     )
+
+
+def _apart(starts: Sequence[float]) -> Step:
+    """Return the step that 2 b^2 from one start is not that from another."""
+    found = [late_growth(v0) for v0 in starts]
+    squares = [(2 * late.limit).sin() for late in found if late is not None]
+    shown = r",\ ".join(
+        rf"{_shown(square)} \ (V_0 = {v0:g})" for square, v0 in zip(squares, starts, strict=True)
+    )
+    differ = len(squares) == 2 and not squares[0].overlaps(squares[1])
+    return Step("The two limits are not the same.", rf"\sin 2\psi = {shown}", differ, "balls")
 
 
 def _large_times(formula: Formula) -> Finding:
@@ -310,9 +418,25 @@ def _subharmonic(printed: float = 0.0) -> Finding:
         ),
     )
     what = "limit of t_k - k pi, from V0 = 0"
+    late = late_growth(0.0)
+    phases = (0, 2) if late is None else (late.low, late.high)
+    shifted = (
+        *phase_limit_steps(),
+        identity(
+            "Periodic intervals that tend to pi would all be pi, and on such a flight 2 x at its "
+            "end is not zero:",
+            LANDING.subs(INTERVAL, sympy.pi),
+            sympy.pi * COS,
+        ),
+        sign("The intervals are not periodic.", COS, {T_K: phases}),
+    )
     return Finding(
-        (*approach, compare(what, shift, printed, away)),
-        (*approach, compare(f"{what}, against psi", shift, psi, 1e-5)),
+        (off_eigenset(printed), *approach, compare(what, shift, printed, away)),
+        (
+            Deduction("t_k - k pi tends to psi, and the intervals are not periodic", shifted),
+            *approach,
+            compare(f"{what}, against psi", shift, psi, 1e-5),
+        ),
         "they approach the eigenset shifted by psi, t_k - k pi -> psi, which the start decides: "
         f"psi = {psi:.5f} from V0 = 0",
         remark=(

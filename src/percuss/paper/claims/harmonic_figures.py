@@ -28,12 +28,13 @@ from percuss.paper.claims.harmonic_formulas import (
     gain_steps,
     k,
     n,
+    positive_even,
     t,
 )
 from percuss.paper.claims.harmonic_limits import critical_ball, keeps_steps
 from percuss.paper.evidence import Comparison, Deduction, Enclosure, Measurement, compare
 from percuss.paper.formula import Formula
-from percuss.paper.proof import argument, identity, sign
+from percuss.paper.proof import identity, sign
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS"]
@@ -64,9 +65,7 @@ def _multi_harmonic(amplitude: Formula = EQ19, gain: Formula = EQ19_GAIN) -> Fin
         *amplitude_steps(amplitude, odd=0),
         *gain_steps(amplitude, gain, odd=0),
         *bound_steps(),
-        argument(
-            "no extra root for even n (record eq19-velocities): these are the motions from rest"
-        ),
+        *positive_even(amplitude),
     )
     numbers = []
     for number in (2, 4, 6):

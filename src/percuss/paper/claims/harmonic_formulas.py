@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import sympy
 from sympy import Eq, Symbol, cos, pi, sin
 
 from percuss.paper.evidence import Step
 from percuss.paper.formula import Formula
-from percuss.paper.proof import argument, identity, theorem
+from percuss.paper.proof import identity, positive, theorem
 
 __all__ = [
+    "ABOVE",
     "BEFORE",
     "EQ17",
     "EQ18",
@@ -20,17 +23,22 @@ __all__ = [
     "EQ21",
     "EQ22",
     "EQ23",
+    "REST",
+    "SINE",
     "A",
     "G",
     "V",
     "amplitude_steps",
     "bound_steps",
+    "end_steps",
     "form_steps",
     "gain_steps",
     "j",
     "joined",
     "k",
     "n",
+    "positive_even",
+    "positive_odd",
     "s",
     "shifted",
     "t",
@@ -41,6 +49,10 @@ t, s = sympy.symbols("t s", real=True)
 A, V, BEFORE = sympy.symbols("A_k V_k V_{k-1}", real=True)
 # What the particular solution adds to the velocity at an impact.
 G = n / (n**2 - 1)
+# Between two impacts: sin s; the rest n sin s -+ sin ns over n^2 - 1, which the bound makes
+# positive; and by how much a velocity is above a limit.
+SINE, REST = Symbol(r"{\sin s}", positive=True), Symbol("R", positive=True)
+ABOVE, FROM_REST = Symbol("V", positive=True), Symbol("V_k", nonnegative=True)
 LOST = "the blanks before the wave, its factor and the exponent are restored minus signs: "
 
 EQ17 = Formula(
@@ -153,12 +165,66 @@ def bound_steps() -> tuple[Step, ...]:
     """Return the steps that |sin ns| < n sin s between 0 and pi for n >= 2."""
     return (
         identity(
+            "The bound holds for n = 2: between 0 and pi this is positive.",
+            (2 * sin(s)) ** 2 - sin(2 * s) ** 2,
+            4 * sin(s) ** 4,
+        ),
+        identity(
             "Sine of a sum",
             sin(n * s) * cos(s) + cos(n * s) * sin(s),
             sin((n + 1) * s),
         ),
-        argument(
-            "by induction, as |cos s| < 1 and |cos ns| <= 1 between 0 and pi",
+        theorem(
+            "As |cos s| < 1 and |cos ns| <= 1 the bound for n gives that for n + 1 (triangle "
+            "inequality), so it holds for all n (induction).",
             r"|\sin ns| < n\,\sin s\ (0 < s < \pi,\ n \geq 2)",
         ),
     )
+
+
+def positive_even(amplitude: Formula = EQ19) -> tuple[Step, ...]:
+    """Return the steps that x > 0 on each flight for even n; the bound is used."""
+    least = V * sin(s) + (n * sin(s) - sin(n * s)) / (n**2 - 1)
+    return (
+        *(
+            identity(
+                f"n even, k {'odd' if late else 'even'}, t = k pi + s: x is V_k sin s and a rest, "
+                "which the bound makes positive",
+                shifted(amplitude, odd=0, late=late),
+                least.subs(n, 2 * j),
+            )
+            for late in (0, 1)
+        ),
+        positive("so x has no root between the impacts for V_k >= 0:", FROM_REST * SINE + REST),
+    )
+
+
+def positive_odd(amplitude: Formula = EQ20) -> tuple[Step, ...]:
+    """Return the steps that x > 0 on each flight for odd n and V_k > 2 n/(n^2-1)."""
+    rest = (n * sin(s) - sin(n * s)) / (n**2 - 1)
+    first, second = V * sin(s) + rest, (V - 2 * G) * sin(s) + (n * sin(s) + sin(n * s)) / (n**2 - 1)
+    return (
+        *(
+            identity(
+                f"n odd, k {'odd' if late else 'even'}, t = k pi + s: x is {words} and a rest, "
+                "which the bound makes positive",
+                shifted(amplitude, odd=1, late=late),
+                least.subs(n, 2 * j + 1),
+            )
+            for late, words, least in (
+                (0, "V_k sin s", first),
+                (1, "(V_k - 2n/(n^2-1)) sin s", second),
+            )
+        ),
+        positive(
+            "so x has no root between the impacts where V_k is larger by V than 2n/(n^2-1):",
+            ABOVE * SINE + REST,
+        ),
+    )
+
+
+def end_steps() -> tuple[Step, ...]:
+    """Return the step that W, the right side of (26) in s = pi/2 - xi, tends to 0 at an impact."""
+    limit = (n - sympy.limit(sin(n * s) / sin(s), s, 0)) / (n**2 - 1)
+    shown = r"\lim_{s \to 0} \frac{n - \sin ns/\sin s}{n^2 - 1} = 0"
+    return (replace(identity("W tends to 0 at s = 0.", limit, sympy.Integer(0)), formula=shown),)

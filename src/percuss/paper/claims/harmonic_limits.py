@@ -25,11 +25,11 @@ from percuss.paper.claims.comparisons import (
     last_unchanged,
     latest,
 )
-from percuss.paper.claims.harmonic_formulas import EQ23, bound_steps, j, n, s, t
+from percuss.paper.claims.harmonic_formulas import EQ23, bound_steps, end_steps, j, n, s, t
 from percuss.paper.claims.harmonic_formulas import V as VELOCITY
 from percuss.paper.evidence import Deduction, Step, compare
 from percuss.paper.formula import Formula
-from percuss.paper.proof import argument, identity, sign
+from percuss.paper.proof import argument, identity, sign, theorem
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["EQ26", "STATEMENTS", "critical_ball", "keeps_steps"]
@@ -126,9 +126,11 @@ def _touch_steps(limit: Formula) -> tuple[Step, ...]:
     return (
         identity("x(-xi) = x(xi): xi >= 0 is enough", line.subs(xi, -xi), line),
         identity("x is cos xi (V - W), W the right side of (26)", line, cos(xi) * (V - size)),
-        argument(
-            "W tends to 0 at both ends and is positive inside, so its largest value V_max is taken "
-            "inside, where W' = 0: with V falling the first root is there"
+        *end_steps(),
+        theorem(
+            "So it does at both ends; by the bound it is positive inside. It takes its largest "
+            "value V_max inside, where W' = 0 (Weierstrass, Fermat): with V falling the first root "
+            "is there"
         ),
         identity(
             "and there x = 0 and x' = 0 at V = W",
@@ -189,8 +191,12 @@ def _third(limit: Formula = EQ26, printed: Rational = HALF) -> Finding:
     size = limit.printed.rhs.subs({n: 3, m: 1})
     steps = (
         identity("For n = 3 the right side of (26) is", size, cos(xi) ** 2 / 2),
-        argument("whose largest value on |xi| <= pi/2 is at xi = 0, and nowhere else"),
-        identity("That value is V_max", size.subs(xi, 0), printed),
+        identity("That at xi = 0 is V_max", size.subs(xi, 0), printed),
+        identity(
+            "and on |xi| <= pi/2 all others are smaller, by",
+            size.subs(xi, 0) - size,
+            sin(xi) ** 2 / 2,
+        ),
         identity(
             "x = cos xi (V - cos^2(xi)/2) has a root if and only if 0 < V <= 1/2",
             EQ24.printed.rhs.subs({n: 3, m: 1}),
@@ -234,7 +240,6 @@ def _other_root(first: Formula = EQ24, second: Formula = EQ24_VELOCITY) -> Findi
             )
             for one in (3, 5)
         ),
-        argument("so this root is the impact itself, and bounds V by 0 only"),
     )
     return Finding((Deduction("at xi = pi/2 (24) asks for V = 0", steps),))
 
@@ -258,9 +263,11 @@ def _contact(law: Formula = EQ25) -> Finding:
             sympy.expand(cos(xi) * cos((2 * m + 1) * xi) * difference),
             left,
         ),
-        argument(
-            "where cos xi cos n xi = 0 inside, that is cos n xi = 0, the left side is not zero: "
-            "sin n xi = 1 or -1"
+        identity(
+            "where cos xi cos n xi = 0 inside, that is cos n xi = 0, the left side is not zero: its "
+            "square there is",
+            (n * sin(n * xi) * cos(xi)) ** 2,
+            n**2 * cos(xi) ** 2 * (1 - cos(n * xi) ** 2),
         ),
     )
     numbers = []

@@ -8,7 +8,7 @@ from functools import cache, partial
 
 import numpy as np
 import sympy
-from sympy import Integer, Rational, pi, sin
+from sympy import Rational, pi, sin
 
 from percuss.arrays import Floats
 from percuss.model.forcing import sine
@@ -19,6 +19,7 @@ from percuss.paper.claims import commensurate, harmonic_figures, harmonic_limits
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.comparisons import ROUNDING, WALL, apart, furthest, near
 from percuss.paper.claims.harmonic_formulas import (
+    ABOVE,
     BEFORE,
     EQ17,
     EQ18,
@@ -29,24 +30,28 @@ from percuss.paper.claims.harmonic_formulas import (
     EQ21,
     EQ22,
     EQ23,
+    REST,
+    SINE,
     A,
     G,
     V,
     amplitude_steps,
     bound_steps,
+    end_steps,
     form_steps,
     gain_steps,
     j,
     joined,
     k,
     n,
+    positive_even,
+    positive_odd,
     s,
-    shifted,
     t,
 )
 from percuss.paper.evidence import Comparison, Deduction, Step, compare
 from percuss.paper.formula import Formula, mathtext
-from percuss.paper.proof import argument, identity, leading_terms
+from percuss.paper.proof import identity, leading_terms, positive, theorem
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS"]
@@ -134,11 +139,8 @@ def _periods(even: sympy.Expr = pi, odd: sympy.Expr = 2 * pi) -> Finding:
         *amplitude_steps(EQ19, odd=0),
         *amplitude_steps(EQ20, odd=1),
         *bound_steps(),
-        *_positive_even(),
-        *_positive_odd(),
-        argument(
-            "both are positive between the impacts: for even n always, for odd n if V > 2n/(n^2-1)"
-        ),
+        *positive_even(),
+        *positive_odd(),
     )
     off = {one: furthest(_run(one), _eigenset(FLIGHTS)) for one in (*EVEN, *ODD)}
     return Finding(
@@ -151,42 +153,11 @@ def _periods(even: sympy.Expr = pi, odd: sympy.Expr = 2 * pi) -> Finding:
     )
 
 
-def _positive_even(amplitude: Formula = EQ19) -> tuple[Step, ...]:
-    """Return the steps that x > V_k sin s on each flight for even n."""
-    least = V * sin(s) + (n * sin(s) - sin(n * s)) / (n**2 - 1)
-    return tuple(
-        identity(
-            f"n even, k {'odd' if late else 'even'}, t = k pi + s: x is V_k sin s and a positive "
-            "rest",
-            shifted(amplitude, odd=0, late=late),
-            least.subs(n, 2 * j),
-        )
-        for late in (0, 1)
-    )
-
-
-def _positive_odd(amplitude: Formula = EQ20) -> tuple[Step, ...]:
-    """Return the steps that x > (V_k - 2 n/(n^2-1)) sin s on each flight for odd n."""
-    rest = (n * sin(s) - sin(n * s)) / (n**2 - 1)
-    first, second = V * sin(s) + rest, (V - 2 * G) * sin(s) + (n * sin(s) + sin(n * s)) / (n**2 - 1)
-    return tuple(
-        identity(
-            f"n odd, k {'odd' if late else 'even'}, t = k pi + s: x is {words} and a positive rest",
-            shifted(amplitude, odd=1, late=late),
-            least.subs(n, 2 * j + 1),
-        )
-        for late, words, least in (
-            (0, "V_k sin s", first),
-            (1, "(V_k - 2n/(n^2-1)) sin s", second),
-        )
-    )
-
-
 def _even_form(x: Formula = EQ18, velocity: Formula = EQ18_VELOCITY) -> Finding:
     steps = (*form_steps(x, velocity), *amplitude_steps(EQ19, odd=0), *bound_steps())
     return Finding(
         (
-            Deduction("(18) on every flight", (*steps, *_positive_even())),
+            Deduction("(18) on every flight", (*steps, *positive_even())),
             *_off_form(EVEN, x, velocity, EQ19).printed,
         ),
     )
@@ -207,7 +178,12 @@ def _even_amplitudes(amplitude: Formula = EQ19, gain: Formula = EQ19_GAIN) -> Fi
         *form_steps(),
         *amplitude_steps(amplitude, odd=0),
         *gain_steps(amplitude, gain, odd=0),
-        argument("by induction over k, as no flight has a root of its own (see the bound of (18))"),
+        *bound_steps(),
+        *positive_even(),
+        theorem(
+            "So if the impact k - 1 is at (k-1) pi the next is at k pi, with this V_k: by induction "
+            "all are."
+        ),
     )
     return Finding(
         (
@@ -226,9 +202,8 @@ def _every_velocity(amplitude: Formula = EQ19) -> Finding:
         for v0 in (0.0, 1e-6, 0.01, 0.5, 10.0)
     ]
     steps = (
-        *_positive_even(amplitude),
         *bound_steps(),
-        argument("so x > V_k sin s >= 0 between the impacts, for V_k = 0 too: no extra root"),
+        *positive_even(amplitude),
         *gain_steps(EQ19, EQ19_GAIN, odd=0),
     )
     return Finding(
@@ -274,10 +249,7 @@ def _odd_form(amplitude: Formula = EQ20) -> Finding:
         *form_steps(),
         *amplitude_steps(amplitude, odd=1),
         *bound_steps(),
-        *_positive_odd(amplitude),
-        argument(
-            "for V > 2n/(n^2-1) nothing but the eigenset is met; V_max of (26) is the exact limit"
-        ),
+        *positive_odd(amplitude),
     )
     return Finding(
         (
@@ -329,7 +301,7 @@ def _first_flight(formula: Formula = EQ22) -> Finding:
             "it is V sin t and a rest", left, V * sin(t) + (n * sin(t) - sin(n * t)) / (n**2 - 1)
         ),
         *bound_steps(),
-        argument("so it is positive for V > 0 where sin t > 0"),
+        positive("so it is positive for V > 0 where sin t > 0:", ABOVE * SINE + REST),
     )
     gaps = apart(np.array(firsts), np.full(len(firsts), math.pi))
     return Finding(
@@ -356,13 +328,10 @@ def _second_flight(formula: Formula = EQ23) -> Finding:
             ((V - limit) * sin(s)).subs(n, 2 * j + 1),
         ),
         *bound_steps(),
-        *(
-            leading_terms(f"n = {one}: W begins at 0", limit.subs(n, one), s, 1, Integer(0))
-            for one in (3, 5, 7)
-        ),
-        argument(
-            "W is positive inside, tends to 0 at s = 0 since sin ns/sin s tends to n, and is "
-            "continuous: it takes each value up to its largest, V_max (intermediate value theorem)"
+        *end_steps(),
+        theorem(
+            "By the bound W is positive inside; it is continuous: it takes each value up to its "
+            "largest, V_max (intermediate value theorem)"
         ),
     )
     early = [_early(one, part * harmonic_critical_velocity(one)) for one in ODD for part in PARTS]
@@ -399,7 +368,7 @@ def _not_sufficient(v0: Rational = STEADY, same: Formula = EQ21) -> Finding:
         ),
         *amplitude_steps(EQ20, odd=1),
         *bound_steps(),
-        *_positive_odd(),
+        *positive_odd(),
         Step(
             "V0 is above 2n/(n^2-1), which is largest for n = 3: no extra root",
             f"{mathtext(v0)} - \\frac{{3}}{{4}} > 0",

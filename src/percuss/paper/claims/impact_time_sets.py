@@ -254,6 +254,7 @@ STATEMENTS = (
         "can support a resonance.",
         method="scan of sin(w t); velocities of flights from their times",
         find=_only_on_the_eigenset,
+        theory="paper-harmonics.md",
     ),
     Statement(
         id="periodicity-subsets-too",

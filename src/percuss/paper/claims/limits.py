@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
+import sympy
 
 from percuss.paper.claims.bilinear_limit import (
     STIFFNESSES,
@@ -29,7 +31,8 @@ from percuss.paper.claims.off_resonance import (
     periodic_start,
 )
 from percuss.paper.claims.smoothed import STATEMENTS as SMOOTHED
-from percuss.paper.evidence import Measurement
+from percuss.paper.evidence import Deduction, Measurement, Step
+from percuss.paper.proof import identity, sign
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["GRAZES", "STATEMENTS"]
@@ -114,6 +117,41 @@ def _half_harmonic_saturation(most: float = 0.5) -> Finding:
     return Finding(found, remark=f"The largest V^2 / sqrt(k-) over 12 phases is {numbers}.")
 
 
+def _periodic_motion(faster: float) -> Deduction:
+    """Deduce a motion with the period of cos(omega t), for omega from 2.001 to 3."""
+    t, omega = sympy.symbols("t omega", positive=True)
+    size, half = 1 / (omega**2 - 1), sympy.pi / omega
+    bow = sympy.cos(t - half) / sympy.cos(half)
+    x = size * (bow - sympy.cos(omega * t))
+    speed = size * sympy.tan(half)
+    steps = (
+        identity("This flight solves the equation:", sympy.diff(x, t, 2) + x, sympy.cos(omega * t)),
+        _meets("it begins on the stop,", x.subs(t, 0), "x(0) = 0"),
+        identity("with V0;", sympy.diff(x, t).subs(t, 0), speed + sympy.nsimplify(faster)),
+        _meets(
+            "and ends there after one period of the force,",
+            x.subs(t, 2 * half),
+            r"x(\frac{2 \pi}{\omega}) = 0",
+        ),
+        identity("with the same speed.", -sympy.diff(x, t).subs(t, 2 * half), speed),
+        sign("For omega from 2.001 to 3 V0 is positive,", speed, {omega: ("2001/1000", 3)}),
+        sign("and cos(pi/omega) too.", sympy.cos(half), {omega: ("2001/1000", 3)}),
+        identity(
+            "Both factors on the right are positive inside the flight, where t/2 and pi/omega - "
+            "t/2 lie between 0 and pi/2: x exceeds (1 - cos(omega t))/(omega^2 - 1), so nothing "
+            "is met on the way.",
+            sympy.cos(half) * (bow - 1),
+            2 * sympy.sin(t / 2) * sympy.sin(half - t / 2),
+        ),
+    )
+    what = "the impact oscillator has impacts with the period of cos(omega t), 2.001 <= omega <= 3"
+    return Deduction(what, steps, "differs")
+
+
+def _meets(text: str, position: sympy.Expr, shown: str) -> Step:
+    return replace(identity(text, position, sympy.Integer(0)), formula=shown)
+
+
 def _off_resonance(faster: float = 0.0) -> Finding:
     kinds, last = kinds_from_rest()
     share = kinds.count("no_period_found") / len(kinds)
@@ -121,6 +159,7 @@ def _off_resonance(faster: float = 0.0) -> Finding:
     special, nearby = periodic_start(OFF, faster), periodic_start(OFF, 0.1)
     return Finding(
         (
+            _periodic_motion(faster),
             from_rest,
             Measurement(
                 "omega = 2.02, one V0: flight times less the period, if none had it",

@@ -13,11 +13,12 @@ from sympy import cos, pi, sin
 
 from percuss.paper.claims.bilinear_limit import local_orders
 from percuss.paper.claims.comparisons import ROUNDING, near
+from percuss.paper.claims.harmonic_formulas import bound_steps
 from percuss.paper.evidence import Comparison, Deduction, Evidence, Measurement, Step, compare
 from percuss.paper.models.averaging import averaged, mean_delays, order, strength
 from percuss.paper.models.flight_series import energy_gain
 from percuss.paper.models.resonance_runs import deviation_power, energy_rates, ensemble, run_of
-from percuss.paper.proof import argument, identity
+from percuss.paper.proof import identity
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["GOLDEN", "OF_ORDER", "OTHERS", "STATEMENTS"]
@@ -44,6 +45,7 @@ FAST = 1000.0
 
 j, n = sympy.symbols("j n", integer=True, positive=True)
 s, psi, V = sympy.symbols("s psi V", real=True)
+SPEED = sympy.Symbol("V", positive=True)
 
 
 def _even(printed: Callable[[int], float] = lambda n: 2 * n / (n * n - 1)) -> Finding:
@@ -101,15 +103,18 @@ def _odd(kept: sympy.Expr = V) -> Finding:
             (cos(n * s) - cos(s)).subs(n, number),
             -2 * sin((j + 1) * s) * sin(j * s),
         ),
-        argument(
-            "so that with |sin ms| <= m sin s the rest is at most (3n-1)/(n^2-1) sin s, which is "
-            "at "
-            "most sin s for n >= 3: no root inside for V > 1"
+        *bound_steps(),
+        identity(
+            "so that the rest is at most (2j + 2n)/(n^2-1) sin s, n = 2j + 1; sin s exceeds this by "
+            "the following times sin s, not negative for n >= 3: no root inside for V > 1.",
+            (1 - (n - 1 + 2 * n) / (n**2 - 1)),
+            n * (n - 3) / (n**2 - 1),
         ),
-        argument(
-            "A flight run backwards is a flight under cos(n t - psi'): none that begins below a "
-            "speed "
-            "V > 1 ends at V or above"
+        identity(
+            "A flight run backwards is a flight under such a force: none that begins below a speed "
+            "V > 1 ends at V or above.",
+            cos(psi + number * (pi - s)),
+            cos(number * s - psi - number * pi),
         ),
     )
     found: list[Evidence] = [Deduction("no growth for odd n >= 3, in any phase", steps)]
@@ -154,11 +159,14 @@ def _gain_step(q: int, less: int) -> Step:
 
 def _orders(less: int = 2) -> Finding:
     """Deduce the order of the gain, and measure how many slow starts grow."""
+    power = sympy.Symbol("q", positive=True)
     steps = (
         *(_gain_step(q, less) for q in OF_ORDER),
-        argument(
-            "V^q then changes at a rate that depends on psi alone at leading order: V^(q-2) times "
-            "the gain of energy, times q"
+        identity(
+            "V^q then changes at a rate that depends on psi alone at leading order: by the gain of "
+            "energy, of the order V^(2-q), times",
+            sympy.diff(SPEED**power, SPEED) / sympy.diff(SPEED**2 / 2, SPEED),
+            power * SPEED ** (power - 2),
         ),
     )
     found: list[Evidence] = [Deduction("the gain in q flights is of the order V^(2-q)", steps)]

@@ -105,7 +105,7 @@ def _caption_velocity(data: Dataset) -> str:
 
 def _caption_displacement(data: Dataset) -> str:
     return (
-        "Displacement of the same motions. (a) In the limit the highest points of the flights grow "
+        "Displacement of the motions of figure 10. (a) In the limit the highest points of the flights grow "
         f"as {_law(data, 'displacement')}; dashed, {PRINTED_FACTOR:g} sqrt t, which the paper "
         "fitted by eye. (b), (c) The bilinear oscillator, exactly; (d) by Runge-Kutta. Greatest "
         f"displacements: {_greatest(data, 'x')}. {_alternation(data, 'x')}"
@@ -168,7 +168,7 @@ def _caption_portraits(data: Dataset) -> str:
     ]
     (frame,) = FRAMES["fig12"]
     return (
-        f"Phase portraits of the same motions, to t = {PORTRAIT_END:g}: the limit passes "
+        f"Phase portraits of the motions of figure 10, to t = {PORTRAIT_END:g}: the limit passes "
         f"x = {frame.across[1]:g}, the last number of the printed portrait, first at t = "
         f"{float(t[np.argmax(x > frame.across[1])]):.1f}. "
         "(a) The limit; (b) 2e4 as ratio of frequencies; (c) as ratio of their squares; (d) (b) by "
@@ -208,7 +208,7 @@ def _caption_power(data: Dataset) -> str:
     tops = [float(data[f"S_{name}"].max()) for name in NAMES]
     lows = [float(data[f"S_{name}"].min()) for name in NAMES]
     return (
-        f"Power spectra of the same motions to t = {T_END}, on the scale of figure 8: "
+        f"Power spectra of the motions of figure 10 to t = {T_END}, on the scale of figure 8: "
         f"{SCALE_IN_WORDS}. Highest and lowest values: (a) {tops[0]:.2g} and {lows[0]:.1g}, (b) "
         f"{tops[1]:.2g} and {lows[1]:.1g}, (c) {tops[2]:.2g} and {lows[2]:.1g}. Grey: under a Hann "
         "window; dashed, the resonant "

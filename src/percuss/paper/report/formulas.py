@@ -7,7 +7,7 @@ from functools import cache
 from html import escape
 from typing import Any
 
-__all__ = ["display", "formula_svg", "glyphs"]
+__all__ = ["display", "formula_svg", "glyphs", "outlines"]
 
 # Units of matplotlib's outlines an em of the text.
 SIZE = 100.0
@@ -76,9 +76,26 @@ def glyphs(page: str) -> str:
     str
         An SVG element that takes no room.
     """
-    used = dict.fromkeys(re.findall(r'<use href="#g-([\w-]+)"', page))
+    found = outlines(page)
+    return f'<svg class="glyphs" aria-hidden="true">{found}</svg>' if found else ""
+
+
+def outlines(text: str) -> str:
+    """Return the outlines of all signs that the formulas of a text use, as SVG's definitions.
+
+    Parameters
+    ----------
+    text
+        What `formula_svg` returned, alone or with anything around it.
+
+    Returns
+    -------
+    str
+        A ``defs`` element, empty where no sign is used.
+    """
+    used = dict.fromkeys(re.findall(r'<use href="#g-([\w-]+)"', text))
     paths = "".join(f'<path id="g-{name}" d="{OUTLINES[name]}"/>' for name in used)
-    return f'<svg class="glyphs" aria-hidden="true"><defs>{paths}</defs></svg>' if used else ""
+    return f"<defs>{paths}</defs>" if used else ""
 
 
 def _line(text: str) -> str:

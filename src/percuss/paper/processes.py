@@ -1,4 +1,4 @@
-"""Work in two processes, each of which keeps to one module as long as it can.
+"""Work in some processes, each of which keeps to one module as long as it can.
 
 What the items of a module share is computed once where one process does them all.
 """
@@ -21,7 +21,7 @@ from typing import TypeVar
 
 from percuss.paper.collection import Item
 
-__all__ = ["in_lanes", "next_item"]
+__all__ = ["in_processes", "next_item"]
 
 Result = TypeVar("Result")
 # How often the caller is asked whether to go on [s].
@@ -29,16 +29,16 @@ PATIENCE = 0.1
 
 
 def next_item(waiting: Sequence[Item], mine: str | None, others: set[str]) -> Item:
-    """Return what a lane should do next: its own module, then one that no lane is at.
+    """Return what a process should do next: its own module, then one that no process is at.
 
     Parameters
     ----------
     waiting
         What is left, not empty, in order.
     mine
-        The module that the lane did last.
+        The module that the process did last.
     others
-        The modules that the other lanes are at.
+        The modules that the other processes are at.
 
     Examples
     --------
@@ -51,10 +51,10 @@ def next_item(waiting: Sequence[Item], mine: str | None, others: set[str]) -> It
     return next(own, None) or next(free, None) or waiting[-1]
 
 
-def in_lanes(
+def in_processes(
     work: Callable[[Item], Result],
     items: Sequence[Item],
-    lanes: int,
+    processes: int,
     go_on: Callable[[], bool],
     failed: Callable[[Item, str], Result],
 ) -> Iterator[Result]:
@@ -66,38 +66,38 @@ def in_lanes(
         A function that another process can import.
     items
         What to do.
-    lanes
-        Number of processes.
+    processes
+        How many.
     go_on
         Asked ten times a second; once it says False nothing new is begun, what is being done is
         finished.
     failed
         Gives the answer for an item whose process ended, and why.
     """
-    pools = [_pool() for _ in range(lanes)]
+    pools = [_pool() for _ in range(processes)]
     waiting = list(items)
     running: dict[Future[Result], tuple[int, Item]] = {}
-    module: list[str | None] = [None] * lanes
+    module: list[str | None] = [None] * processes
     try:
         while waiting or running:
             if not go_on():
                 waiting.clear()
-            busy = {lane for lane, _ in running.values()}
-            for lane in sorted(set(range(lanes)) - busy):
+            busy = {worker for worker, _ in running.values()}
+            for worker in sorted(set(range(processes)) - busy):
                 if waiting:
                     others = {item.module for _, item in running.values()}
-                    item = next_item(waiting, module[lane], others)
+                    item = next_item(waiting, module[worker], others)
                     waiting.remove(item)
-                    module[lane] = item.module
+                    module[worker] = item.module
                     with _interrupts_ignored():
-                        running[pools[lane].submit(work, item)] = lane, item
+                        running[pools[worker].submit(work, item)] = worker, item
             finished, _ = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED)
             for future in finished:
-                lane, item = running.pop(future)
+                worker, item = running.pop(future)
                 try:
                     yield future.result()
                 except BrokenExecutor:
-                    pools[lane] = _pool()
+                    pools[worker] = _pool()
                     yield failed(item, "its process ended, perhaps for want of memory")
     finally:
         for pool in pools:
