@@ -11,12 +11,14 @@ import sympy
 
 from percuss import numerics
 from percuss.arrays import Floats
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.half_harmonic import half_harmonic_growth, half_harmonic_invariant
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
-from percuss.paper.claims.certain_gains import two_proven_impacts
+from percuss.paper.claims.certain_gains import two_impacts, two_proven_impacts
 from percuss.paper.claims.certain_growth import growth_bounds
 from percuss.paper.claims.comparisons import stated
 from percuss.paper.claims.half_harmonic_formulas import (
@@ -43,6 +45,7 @@ from percuss.paper.statement import Finding
 __all__ = [
     "GROWTH_STATEMENTS",
     "SUBHARMONIC_STATEMENTS",
+    "first_impacts",
     "impacts",
     "limit_constant",
     "phase_shift",
@@ -60,6 +63,13 @@ FROM_VELOCITY = Fraction(30)
 PHASES = Fraction(49, 50), Fraction(69, 50)
 # The first thousand impacts are left out of fits: the logarithm is largest there.
 LATE = slice(1000, None)
+
+
+@cache
+def first_impacts(v0: float = 0.0, restitution: str = "1") -> Trajectory:
+    """Return the first thousand impacts under sin t from the stop at t = 0."""
+    osc = impact_oscillator(restitution)
+    return simulate(osc, sine(1), v0=v0, max_impacts=PROVEN_IMPACTS)
 
 
 @cache
@@ -121,9 +131,7 @@ def unbounded_steps(restitution: str = "1") -> tuple[Step, ...]:
 
 
 def _induction(restitution: str) -> tuple[Step, ...]:
-    run = certain_run(
-        simulate(impact_oscillator(restitution), sine(1), v0=0, max_impacts=PROVEN_IMPACTS)
-    )
+    run = certain_run(first_impacts(restitution=restitution))
     if run is None:
         return (Step("The first impacts are proven.", "", False, "balls"),)
     low, high = PHASES
@@ -185,6 +193,7 @@ def _resonance(restitution: str = "1") -> Finding:
             Measurement("sin(2 psi)/2, which is to be positive", expected, 0.0, math.inf),
         ),
         remark=f"The largest impact velocity is {v.max():.6g} up to impact 200,000.",
+        study=motion_text(first_impacts(restitution=restitution)),
     )
 
 
@@ -225,6 +234,7 @@ def _square_root(formula: Formula) -> Finding:
             "V freed of its alternation by (pi/4) sin psi. The standard error of the exponent is "
             f"{error:.1e}; psi = {psi:.12f}, c = {logarithm:.6f}."
         ),
+        study=motion_text(first_impacts()),
     )
 
 
@@ -253,6 +263,7 @@ def _universal(starts: tuple[float, ...] = (0.0, 1.0, 10.0, 100.0)) -> Finding:
         "cos 2 psi = (4 V0/pi) arctan(pi/(2 V0)) - 1 for a large V0 at t = 0, any b up to "
         "1/sqrt 2 for others",
         remark="b = " + ", ".join(f"{b[v0]:.10f} (V0 = {v0:g})" for v0 in starts) + ".",
+        study=motion_text(first_impacts(starts[-1])),
     )
 
 
@@ -293,6 +304,7 @@ def _large_times(formula: Formula) -> Finding:
         "t_(k+2) - t_k = 2 pi + O(V_k^-3), for a_(k+1) = -a_k to the first order; V(0) = 0 lies "
         "outside V >> 1, where (34) is derived, and is not needed",
         remark="In (34) itself the term is of the order that is left out.",
+        study=motion_text(two_impacts("7/10", v)),
     )
 
 
@@ -320,6 +332,7 @@ def _subharmonic(printed: float = 0.0) -> Finding:
             "article counts time from the first impact; the shift is then that of psi from the "
             "phase of the force there."
         ),
+        study=motion_text(first_impacts()),
     )
 
 
