@@ -6,12 +6,16 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import pytest
 from tests.paper.test_report import CORRECTED, FAILS, HOLDS, OPEN, outline, result, statement
 
 from percuss.cli.terminal import print_verdicts
+from percuss.model.forcing import sine
+from percuss.model.oscillator import impact_oscillator
+from percuss.model.start import Start
 from percuss.paper.article import article_source, passages
 from percuss.paper.chain import LINES, falls_with
 from percuss.paper.claim import Claim, examine
@@ -22,13 +26,15 @@ from percuss.paper.findings import HEADLINES, Headline, told
 from percuss.paper.records import records_text, schema_text
 from percuss.paper.report.chain import BOX, chain, dependence_graph
 from percuss.paper.report.coverage import coverage_page
-from percuss.paper.report.filters import RecordEntry, records
+from percuss.paper.report.filters import RecordEntry, counts, records
 from percuss.paper.report.formulas import display, formula_svg
 from percuss.paper.report.front import findings
 from percuss.paper.report.page import beyond_page, page, pages
 from percuss.paper.report.pictures import FLAT, THUMBNAIL, thumbnail
 from percuss.paper.run import run_paper
 from percuss.paper.statement import Finding, Statement
+from percuss.studies import Limits, Motion, Study, study_text
+from percuss.studies.link import link_of
 
 KNOWN = {item.name: item for item in items()}
 PROOF = Deduction("all cases", (Step("a step", r"\frac{1}{2} = 0.5", True, "algebra"),))
@@ -147,10 +153,23 @@ def test_a_record_opens_to_quotation_formulas_evidence_and_code() -> None:
     assert "lambda: Finding((PROOF,))" in text
 
 
-def test_a_study_is_written_beside_the_page_and_named_by_its_record(tmp_path: Path) -> None:
-    claim = replace(HOLDS, study="[oscillator]\n")
-    assert 'href="good.toml"' in page(result(tmp_path, claim))
+def test_a_record_shows_its_study_its_commands_and_its_link(tmp_path: Path) -> None:
+    study = Study(impact_oscillator(), sine(3), Motion(Start(0, "0.51"), Limits(periods=9)))
+    claim = replace(HOLDS, finding=replace(HOLDS.finding, study=study_text(study)))
+    shown = page(result(tmp_path, claim))
+
+    outline(shown)
+    assert 'href="studies/good.toml"' in shown
+    assert f'href="../#{link_of(study)}"' in shown
+    assert "percuss run studies/good.toml" in shown
+    assert "percuss serve studies/good.toml" in shown
+    assert escape('v0 = "0.51"') in shown
     assert "good.toml" not in page(result(tmp_path, HOLDS))
+
+
+def test_only_what_the_article_says_holds_as_printed() -> None:
+    assert "<span>hold as printed</span>" in counts([(HOLDS, "half-harmonic")])
+    assert "<span>hold</span>" in counts([(replace(HOLDS, scope="beyond"), "half-harmonic")])
 
 
 def test_what_goes_beyond_the_article_has_a_page_and_counts_of_its_own(tmp_path: Path) -> None:
@@ -276,5 +295,6 @@ def test_all_pages_and_the_schema_are_written(tmp_path: Path) -> None:
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {
         "index.html", "beyond.html", "coverage.html", "comment.pdf", "claims.json", "claims.schema.json",
+        "studies",
     }  # fmt: skip
     assert (tmp_path / "claims.schema.json").read_text() == schema_text()

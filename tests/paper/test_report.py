@@ -209,7 +209,7 @@ def test_records_hold_the_evidence_and_no_nan() -> None:
 
     assert set(good) == {
         "id", "scope", "kind", "verdict", "grade", "reference", "claim", "quotations", "formula",
-        "right_formula", "method", "evidence", "remark", "theory", "code",
+        "right_formula", "method", "evidence", "remark", "theory", "study", "code",
     }  # fmt: skip
     assert mended["verdict"] == "holds with the correction 2 for V_k^2"
     assert mended["evidence"]["corrected"][0]["outcome"] == "agrees"

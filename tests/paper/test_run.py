@@ -7,7 +7,6 @@ import json
 import math
 import os
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +15,15 @@ import xarray as xr
 
 from percuss.errors import OutputError, ParameterError
 from percuss.io import load_record
+from percuss.model.forcing import sine
 from percuss.paper import run as run_module
-from percuss.paper.claim import examine
 from percuss.paper.collection import Item, choose, items
 from percuss.paper.figure_files import draw_figure
 from percuss.paper.processes import in_processes
 from percuss.paper.result import INTERRUPTED
 from percuss.paper.run import run_paper
 from percuss.paper.sections import SECTIONS
+from percuss.studies import Motion, load_study, parse_study
 
 
 def test_names_select_figures_and_what_is_said_about_them() -> None:
@@ -79,15 +79,25 @@ def test_claims_are_in_the_order_of_the_report(tmp_path: Path) -> None:
     assert {record["verdict"].split(" ")[0] for record in records} <= {"holds", "fails"}
 
 
-def test_a_study_of_a_record_is_written_beside_the_page(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(run_module, "examine", lambda s: replace(examine(s), study="v0 = 1.0\n"))
-    result = run_paper(tmp_path, only="eq2")
+def test_a_study_of_a_record_is_written_beside_the_page(tmp_path: Path) -> None:
+    result = run_paper(tmp_path, only="fig9,eq24-other-root")
+    shown = result.claims["fig9"]
 
-    for name in result.claims:
-        assert (tmp_path / f"{name}.toml").read_text() == "v0 = 1.0\n"
-        assert f'href="{name}.toml"' in (tmp_path / "index.html").read_text()
+    study = load_study(tmp_path / "studies" / "fig9.toml")
+    assert study == parse_study(shown.finding.study)
+    assert isinstance(study.question, Motion)
+    assert study.question.start.v0 == "0.139"
+    assert study.forcing is not None
+    assert study.forcing.components() == sine(9).components()
+    # The claim stands above it; a record without a motion has no file.
+    text = (tmp_path / "studies" / "fig9.toml").read_text(encoding="utf-8")
+    assert text.startswith("# Dyskin, Pasternak & Pelinovsky (2012), fig 9: For n = 9, V0 = 0.139")
+    assert [file.name for file in (tmp_path / "studies").iterdir()] == ["fig9.toml"]
+    records = json.loads((tmp_path / "claims.json").read_text())["records"]
+    assert {record["id"]: record["study"] for record in records} == {
+        "fig9": "studies/fig9.toml",
+        "eq24-other-root": "",
+    }
 
 
 def test_an_interrupted_run_keeps_its_figures_and_says_what_is_missing(tmp_path: Path) -> None:

@@ -183,7 +183,10 @@ def paper(
         bool, typer.Option("--force", "-f", help="Write into a folder that is not empty.")
     ] = False,
 ) -> None:
-    """Recompute Dyskin, Pasternak & Pelinovsky (2012) and judge it, statement by statement."""
+    """Recompute Dyskin, Pasternak & Pelinovsky (2012) and judge it, statement by statement.
+
+    Its records have studies, such as studies/eq27.toml, for percuss run and percuss serve.
+    """
     with faults_on_stderr(f"the finished figures are in {out}, without a report"):
         from percuss.cli.terminal import ProgressBar, print_verdicts
         from percuss.paper.run import run_paper
@@ -314,6 +317,10 @@ def _rows(store: Path, status: dict[str, Any]) -> dict[str, str]:
 
 @app.command()
 def serve(
+    study: Annotated[
+        Path | None,
+        typer.Argument(help="A study to begin with: a motion, diagram, response or basins."),
+    ] = None,
     *,
     host: Annotated[
         str, typer.Option("--host", help="Address to listen at; the default is this machine only.")
@@ -326,9 +333,12 @@ def serve(
 ) -> None:
     """Open the workbench: sliders, diagrams and basins in the browser."""
     with faults_on_stderr("the page is closed"):
+        from percuss.studies.link import link_of
+        from percuss.studies.reading import load_study
         from percuss.web.serve import serve as serve_page
 
-        serve_page(host, port, report=report, open_page=not no_open, say=_say)
+        link = "" if study is None else link_of(load_study(study))
+        serve_page(host, port, report=report, link=link, open_page=not no_open, say=_say)
 
 
 def _say(text: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from dataclasses import dataclass
 
 from percuss.paper.article import passages_of
@@ -29,7 +30,7 @@ class Claim:
 
     Parameters
     ----------
-    id, reference, claim, method, theory, scope, study
+    id, reference, claim, method, theory, scope
         Of the statement.
     formula, right_formula
         Its formula and, where that is corrected, the right one, in mathtext; empty without one.
@@ -55,8 +56,19 @@ class Claim:
     kind: VerdictKind
     verdict: str
     grade: Grade
-    study: str
     code: Code
+
+    @property
+    def study_file(self) -> str:
+        """The file with its study, beside the pages of the report; empty where it has none."""
+        return f"studies/{self.id}.toml" if self.finding.study else ""
+
+    def study_text(self) -> str:
+        """Return what stands in that file: the study, below what it shows."""
+        title = f"Dyskin, Pasternak & Pelinovsky (2012), {self.reference}: {self.claim}"
+        heading = title if self.scope == "article" else self.claim
+        lines = textwrap.wrap(heading, 98, initial_indent="# ", subsequent_indent="# ")
+        return "\n".join((*lines, "", self.finding.study))
 
     def record(self) -> dict[str, object]:
         """Return what claims.json holds; a number that is not finite becomes null."""
@@ -78,6 +90,7 @@ class Claim:
             },
             "remark": self.finding.remark,
             "theory": self.theory,
+            "study": self.study_file,
             "code": self.code.name,
         }
 
@@ -154,6 +167,5 @@ def examine(statement: Statement) -> Claim:
         kind=verdict_kind(finding),
         verdict=judge(finding),
         grade=grade(finding, general=statement.general),
-        study=statement.study,
         code=code_of(statement.find),
     )

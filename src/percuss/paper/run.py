@@ -71,8 +71,8 @@ def run_paper(
     Parameters
     ----------
     folder
-        Where to write: index.html, beyond.html, coverage.html, comment.pdf, claims.json with its schema, and
-        four files a figure.
+        Where to write: index.html, beyond.html, coverage.html, comment.pdf, claims.json with its
+        schema, four files a figure, and studies/ID.toml of each record that has a study.
     only
         Names of figures and statements, separated by commas; default: all.
     command
@@ -173,7 +173,6 @@ def _work(folder: Path, command: str, item: Item) -> _Answer:
 
 def _write_report(result: PaperResult) -> None:
     from percuss.paper.comment import comment_pdf
-    from percuss.paper.report.claims import study_file
     from percuss.paper.report.page import pages
 
     in_order = [item.name for item in result.items if item.kind == "statement"]
@@ -183,7 +182,7 @@ def _write_report(result: PaperResult) -> None:
         "comment.pdf": comment_pdf(result),
         "claims.json": records_text(claims),
         SCHEMA_FILE: schema_text(),
-        **{study_file(claim): claim.study for claim in claims if claim.study},
+        **{claim.study_file: claim.study_text() for claim in claims if claim.study_file},
     }
     paths = [result.folder / name for name in texts]
     with OutputFiles(*paths, force=True) as files:

@@ -41,6 +41,9 @@ class Finding:
         Why nothing can be said, where this is so; empty otherwise.
     remark
         What else the reader should know.
+    study
+        A study in TOML that shows what was computed with: a motion, a diagram, a response; empty
+        where the statement speaks of none.
     """
 
     printed: tuple[Evidence, ...]
@@ -48,6 +51,7 @@ class Finding:
     correction: str = ""
     undecided: str = ""
     remark: str = ""
+    study: str = ""
 
 
 @dataclass(frozen=True)
@@ -75,8 +79,6 @@ class Statement:
         certify it, unless one of them refutes it.
     scope
         Whether the article says it, or percuss does.
-    study
-        A study in TOML, with the parameters of a motion that shows it; empty where there is none.
     """
 
     id: str
@@ -88,7 +90,6 @@ class Statement:
     theory: str = ""
     general: bool = False
     scope: Scope = "article"
-    study: str = ""
 
 
 def verdict_kind(finding: Finding) -> VerdictKind:

@@ -107,6 +107,7 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
         "window": window,
         "period": None if run.forcing is None else run.forcing.period,
         "outcome": run.outcome.value,
+        "is_cut": _is_cut(study, run),
         "n_impacts": len(run.impacts),
         "n_crossings": len(run.crossings),
         "n_entries": int((run.crossings.direction == "in").sum()),
@@ -126,6 +127,13 @@ def answer_explore(request: PageRequest, running: RunningRequest | None = None) 
         **_spectrum(run),
     }
     return frame(header, arrays)
+
+
+def _is_cut(study: Study, run: Trajectory) -> bool:
+    """Return whether the page, and not the study, has ended a run."""
+    own = motion_of(study).limits.max_impacts
+    at_limit = run.outcome.name == "reached_max_impacts" and (own is None or own > MOST_IMPACTS)
+    return at_limit or run.outcome.name == "interrupted"
 
 
 def _window(request: PageRequest, run: Trajectory) -> tuple[float, float] | None:

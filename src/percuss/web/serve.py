@@ -34,6 +34,7 @@ def serve(
     port: int = 8765,
     *,
     report: Path | None = None,
+    link: str = "",
     open_page: bool = True,
     say: Callable[[str], None] = print,
 ) -> None:
@@ -47,6 +48,9 @@ def serve(
         Port to listen at; 0 for any that is free.
     report
         Folder of a report of `percuss paper`, or None.
+    link
+        What the page begins with: the fragment of a link, as `percuss.studies.link.link_of`
+        returns it; empty for its first motion.
     open_page
         Whether to open the page in a browser.
     say
@@ -73,7 +77,10 @@ def serve(
     token = None if is_loopback(host) else secrets.token_urlsafe(24)
     hosts = (*LOCAL_NAMES, _in_address(host)) if token is None else ("*",)
     server = server_of(create_app(report=report, hosts=hosts, token=token))
-    addresses = addresses_of(host, listening.getsockname()[1], token)
+    fragment = f"#{link}" if link else ""
+    addresses = [
+        address + fragment for address in addresses_of(host, listening.getsockname()[1], token)
+    ]
     say(f"percuss is at {addresses[0]} (Ctrl-C ends it)")
     for other in addresses[1:]:
         say(f"on this machine also at {other}")

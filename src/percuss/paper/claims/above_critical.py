@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 
 from percuss.certified import keeps_subset
+from percuss.io.study_text import motion_text
 from percuss.motion.eigenset_forms import subset_critical_velocity, subset_forcing
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
@@ -16,7 +17,7 @@ from percuss.paper.claims.comparisons import WALL
 from percuss.paper.evidence import Enclosure, Measurement
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["STATEMENTS", "Neighbours", "is_chaotic", "neighbours_above"]
+__all__ = ["STATEMENTS", "Neighbours", "fastest_parting", "is_chaotic", "neighbours_above"]
 
 # Of the numbers m, and of V*.
 NUMBERS = tuple(range(2, 8))
@@ -91,6 +92,12 @@ def neighbours_above(parts: tuple[float, ...] = PARTS) -> tuple[Neighbours, ...]
     return tuple(found)
 
 
+def fastest_parting(pairs: tuple[Neighbours, ...]) -> Trajectory:
+    """Return the motion whose neighbour parts fastest."""
+    pair = max(pairs, key=lambda pair: pair.growth)
+    return _run(pair.m, pair.v0, FIRST)
+
+
 def is_chaotic(pair: Neighbours) -> bool:
     """Return whether two neighbours part faster than in proportion to the number of impacts."""
     return pair.growth > LINEAR
@@ -147,6 +154,7 @@ def _above(parts: tuple[float, ...] = PARTS) -> Finding:
         f"the number of impacts for {which}, up to t = {LAST:g}, and within a narrow band of "
         "speeds; in the other motions it grows exponentially. A count over this grid, no measure "
         "of how often either occurs.",
+        study=motion_text(fastest_parting(pairs)),
     )
 
 

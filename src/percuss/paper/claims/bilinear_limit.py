@@ -23,11 +23,14 @@ from percuss.paper.models.motions import impact_speeds
 __all__ = [
     "STIFFNESSES",
     "Graze",
+    "beat_run",
     "bilinear_run",
     "bilinear_saturation",
     "first_delays",
     "graze",
     "graze_error",
+    "graze_run",
+    "half_harmonic_run",
     "half_harmonic_saturation",
     "impact_run",
     "local_orders",
@@ -37,6 +40,8 @@ __all__ = [
 
 
 OMEGA, SPEED, T_END = 1.7, 0.8, 25.0
+# When a motion is looked at that grazes at t = 0.
+AFTER_GRAZE = 0.5
 STIFFNESSES = tuple(10.0**power for power in range(2, 15, 2))
 
 
@@ -192,6 +197,18 @@ def graze(omega: float, phase: float) -> Graze:
     return Graze(omega, phase, -back - 0.5, float(x), -float(v), clearance)
 
 
+def graze_run(case: Graze, stiffness: float) -> Trajectory:
+    """Return the motion of the bilinear oscillator from the start of a grazing motion."""
+    return simulate(
+        bilinear_oscillator(stiffness_below=stiffness),
+        cosine(case.omega, phase=case.phase),
+        x0=case.x0,
+        v0=case.v0,
+        t0=case.t0,
+        t_end=AFTER_GRAZE,
+    )
+
+
 def graze_error(case: Graze, stiffness: float) -> float:
     """Return how far the bilinear oscillator is from the grazing motion, a moment after.
 
@@ -207,17 +224,9 @@ def graze_error(case: Graze, stiffness: float) -> float:
     float
         Difference of the displacements at t = 1/2 by sin(1/2): the jump in velocity at t = 0.
     """
-    force = cosine(case.omega, phase=case.phase)
-    later = 0.5
-    exact = simulate(impact_oscillator(), force, t_end=later)
-    run = simulate(
-        bilinear_oscillator(stiffness_below=stiffness),
-        force,
-        x0=case.x0,
-        v0=case.v0,
-        t0=case.t0,
-        t_end=later,
-    )
+    later = AFTER_GRAZE
+    exact = simulate(impact_oscillator(), cosine(case.omega, phase=case.phase), t_end=later)
+    run = graze_run(case, stiffness)
     return float(run(later)[0] - exact(later)[0]) / numerics.sin(later)
 
 
@@ -235,6 +244,12 @@ def saturation_speed(n: int, stiffness: float, factor: float = 4.0) -> float:
     return factor * math.sqrt(stiffness) / (math.pi * (n * n - 1))
 
 
+def beat_run(n: int, stiffness: float) -> Trajectory:
+    """Return three quarters of the first beat under sin(n t) from rest."""
+    osc = bilinear_oscillator(stiffness_below=stiffness)
+    return simulate(osc, sine(n), t_end=1.5 * math.pi / n * math.sqrt(stiffness))
+
+
 @cache
 def bilinear_saturation(n: int, stiffness: float) -> tuple[float, float]:
     """Return the largest speed in the first beat under sin(n t) from rest, and its time.
@@ -246,11 +261,16 @@ def bilinear_saturation(n: int, stiffness: float) -> tuple[float, float]:
     stiffness
         k-.
     """
-    osc = bilinear_oscillator(stiffness_below=stiffness)
-    run = simulate(osc, sine(n), t_end=1.5 * math.pi / n * math.sqrt(stiffness))
+    run = beat_run(n, stiffness)
     times, speeds = impact_speeds(run)
     at = int(np.argmax(speeds[: len(times)]))
     return float(speeds[at]), float(times[at])
+
+
+def half_harmonic_run(stiffness: float, phase: float = 0.0) -> Trajectory:
+    """Return many beats under cos(t + phase) from rest."""
+    osc = bilinear_oscillator(stiffness_below=stiffness)
+    return simulate(osc, cosine(1, phase=phase), t_end=40.0 * math.sqrt(stiffness))
 
 
 @cache
@@ -264,10 +284,8 @@ def half_harmonic_saturation(stiffness: float, phases: int = 12) -> float:
     phases
         Number of phases of the force, equally spaced.
     """
-    osc = bilinear_oscillator(stiffness_below=stiffness)
     largest = 0.0
     for step in range(phases):
-        force = cosine(1, phase=2.0 * math.pi * step / phases)
-        _, speeds = impact_speeds(simulate(osc, force, t_end=40.0 * math.sqrt(stiffness)))
+        _, speeds = impact_speeds(half_harmonic_run(stiffness, 2.0 * math.pi * step / phases))
         largest = max(largest, float(speeds.max()))
     return largest

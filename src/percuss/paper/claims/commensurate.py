@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import sympy
 from sympy import Integer, Rational, cos, pi, sin
 
 from percuss import numerics
+from percuss.io.study_text import motion_text
 from percuss.model.exact import pi_times
 from percuss.model.forcing import Forcing, sine
 from percuss.model.harmonics import Harmonic
 from percuss.motion.eigenset_forms import SubsetMotion, subset_forcing
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.comparisons import ROUNDING, WALL
 from percuss.paper.evidence import Deduction, Measurement, Step, compare
 from percuss.paper.proof import argument, identity, positive, theorem
@@ -125,7 +127,17 @@ def _property_2(inside: Rational = LATER) -> Finding:
         "has a gap: (16) keeps two motions together for one period only, while the point that it "
         "is to contradict is chosen after the motions are. Nor need the periods be the same. "
         f"For a while a resonance can climb on the subset Y_3: here for {periods} periods.",
+        study=motion_text(_climbing_run()),
     )
+
+
+@cache
+def _climbing_run() -> Trajectory:
+    """Return the motion of Y_3 under its force plus 0.01 sin 2t."""
+    own = subset_forcing(3)
+    push = Harmonic(PUSH, 2, pi_times(-1, 2))
+    force = Forcing((*own.harmonics, push), own.constant, period=pi_times(4))
+    return simulate(WALL, force, v0="0.3", max_impacts=1000)
 
 
 def _climb() -> tuple[int, float, float, float]:
@@ -140,10 +152,7 @@ def _climb() -> tuple[int, float, float, float]:
         Periods kept, the velocity allowed by the contact condition of the long flight, and those
         with which the last long flight on Y_3 and the first off it began; NaN if it stays.
     """
-    own = subset_forcing(3)
-    push = Harmonic(PUSH, 2, pi_times(-1, 2))
-    force = Forcing((*own.harmonics, push), own.constant, period=pi_times(4))
-    run = simulate(WALL, force, v0="0.3", max_impacts=1000)
+    run = _climbing_run()
     off = np.flatnonzero(np.abs(run.impacts.t - SubsetMotion(3, 0).impact_times(1000)) > 1e-6)
     t = np.linspace(1.001 * math.pi, 1.999 * math.pi, 100_001)
     rise = (
@@ -224,20 +233,21 @@ def which_harmonics(growing: sympy.Expr = GAINED) -> tuple[Step, ...]:
 def _single_harmonics(growing: sympy.Expr = GAINED) -> Finding:
     """Deduce which single harmonics resonate on periodic impact times."""
     steps = (*bounded_off_the_eigenset(), *which_harmonics(growing))
-    gains = simulate(WALL, sine(4), v0=0.0, max_impacts=10).impacts.v_after
+    run = simulate(WALL, sine(4), v0=0.0, max_impacts=10)
     a_gain = float(growing.subs({w: 4, phase: 0}))
     return Finding(
         (
             Deduction("even omega with phi = 0 at an impact, and no other harmonic", steps),
             compare(
                 "n = 4, ten impacts from rest: velocity",
-                gains[-1],
+                run.impacts.v_after[-1],
                 10 * a_gain,
                 ROUNDING,
                 error=1e-12,
             ),
         ),
         remark="Of all forces sin(omega t + phi), whether omega is an integer or not.",
+        study=motion_text(run),
     )
 
 

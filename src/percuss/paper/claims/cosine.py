@@ -12,6 +12,7 @@ import sympy
 
 from percuss import numerics
 from percuss.arrays import Floats
+from percuss.io.study_text import motion_text
 from percuss.model.exact import Exact
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import impact_oscillator
@@ -119,6 +120,7 @@ def _general_solution(formula: Formula, velocity: Formula) -> Finding:
             "the right sign again. The printed page was not seen, so the misprint is probable, "
             "no more; that B_k cos t is missing does not depend on it."
         ),
+        study=motion_text(run),
     )
 
 
@@ -136,7 +138,10 @@ def _on_the_eigenset(formula: Formula) -> Finding:
         x, v = run(t)
         worst = float(np.abs([x - position(*here), v - velocity(*here)]).max())
         checks.append(compare(f"difference of x and v, V0 = {v0:g}", worst, 0.0, 1e-11))
-    return Finding((Deduction("the flight from k pi", on_eigenset_steps(motion)), *checks))
+    return Finding(
+        (Deduction("the flight from k pi", on_eigenset_steps(motion)), *checks),
+        study=motion_text(_eigenset_run(STARTS[1])),
+    )
 
 
 def _speed_on_the_eigenset(formula: Formula) -> Finding:
@@ -170,6 +175,7 @@ def _speed_on_the_eigenset(formula: Formula) -> Finding:
             "it was a minus. Nothing else rests on it: (39) takes x' at tau = pi, where the sine "
             "is zero."
         ),
+        study=motion_text(_eigenset_run(1.0)),
     )
 
 
@@ -194,7 +200,10 @@ def _alternation(formula: Formula, twice: Formula) -> Finding:
         checks.append(compare(f"V_(k+1) less that of (39), V0 = {v0:g}", worst, 0.0, 1e-11))
         back = float(np.abs(v[2:] - v[:-2]).max())
         checks.append(compare(f"V_(k+2) - V_k, V0 = {v0:g}", back, 0.0, 1e-11))
-    return Finding((Deduction("velocities on Y0 alternate", steps), *checks))
+    return Finding(
+        (Deduction("velocities on Y0 alternate", steps), *checks),
+        study=motion_text(_eigenset_run(STARTS[0])),
+    )
 
 
 def _extra_roots(formula: Formula) -> Finding:
@@ -214,6 +223,7 @@ def _extra_roots(formula: Formula) -> Finding:
     return Finding(
         (Deduction("there are no other roots", steps), *checks),
         remark="The velocities start at odd k as (40) forbids, with V_k < pi/2, to show the root.",
+        study=motion_text(late),
     )
 
 
@@ -243,6 +253,7 @@ def _steady(starts: tuple[float, ...] = (1e-3, 0.1, 1.0, 10.0)) -> Finding:
             f"velocity of {grown:.2f} in 30,000 impacts, by the law of the resonance; a start "
             "later falls first."
         ),
+        study=motion_text(_eigenset_run(starts[-1])),
     )
 
 
@@ -280,6 +291,7 @@ def _impact_at_half_pi(instant: sympy.Expr = sympy.pi / 2) -> Finding:
         "after the impact at pi, a double zero at 2 pi that touches the stop without speed; the "
         "motion x = (t/2) sin t, ((2 pi - t)/2) |sin t| has period 2 pi and impacts at odd "
         "multiples of pi",
+        study=motion_text(run),
     )
 
 
@@ -290,7 +302,8 @@ def _worst(differences: Floats) -> float:
 def _becomes_sine(shift: sympy.Expr = sympy.pi / 2) -> Finding:
     """Examine whether a shift of the origin of time turns (36) into (27)."""
     x, v = simulate(impact_oscillator(), cosine(1), v0=0, t_end=2.0)(0.5 * math.pi)
-    speeds = simulate_all(cosine(1), 0, T_FIGURE)["limit"].impacts.v_after
+    run = simulate_all(cosine(1), 0, T_FIGURE)["limit"]
+    speeds = run.impacts.v_after
     growth = float(speeds[-10:].mean() / speeds[:10].mean())
     shifted = sympy.expand_trig(sympy.cos(TIME + shift))
     force = compared(
@@ -320,6 +333,7 @@ def _becomes_sine(shift: sympy.Expr = sympy.pi / 2) -> Finding:
             "stop, and the force turns into -sin t. The origin of time decides nothing: what "
             "decides is the phase of the force at the impacts, and here it is that of no growth."
         ),
+        study=motion_text(run),
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from percuss import numerics
 from percuss.arrays import Floats
 from percuss.certified import Ball
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import Forcing, cosine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.growth import fit_power_law
@@ -151,6 +152,7 @@ def _growth(displacement: bool, printed: float) -> Finding:
             f"the factor {moved:.3f} +- {moved_error:.3f}. That is near the printed one, and chosen "
             "for it among eight starts: it shows what an error in the phase can do, not what did it."
         ),
+        study=motion_text(simulate_all(cosine(1), 0, T_FIGURE)[nearest]),
     )
 
 
@@ -171,7 +173,8 @@ def _numerics(
     tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-5, 1e-8),
 ) -> Finding:
     """Compare the largest late velocity by Runge and Kutta's method with the exact one."""
-    proven = certain_run(simulate_all(force, 0, t_end)["stiff"])
+    run = simulate_all(force, 0, t_end)["stiff"]
+    proven = certain_run(run)
     if proven is None:
         return Finding((), undecided="the exact run is not proven up to its end")
     crossings, since = proven.crossings, t_end - 100.0
@@ -206,6 +209,7 @@ def _numerics(
             "not settled by this. An error of 1e-15 shows as 0.01 in the impact times of the "
             f"exact bilinear run of stiffness {said}."
         ),
+        study=motion_text(run),
     )
 
 

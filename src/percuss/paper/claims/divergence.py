@@ -9,6 +9,7 @@ import numpy as np
 
 from percuss import numerics
 from percuss.arrays import Floats
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import Forcing, sine
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
@@ -102,6 +103,7 @@ def _numerics(unstable: float = CHAOTIC) -> Finding:
             f"{REGULAR:g} differences grow at most {regular.max():.1f} times up to t = {T_END:.0f}. "
             "No method of integration changes that: the instability is that of the motion."
         ),
+        study=motion_text(simulate(WALL, sine(3), v0=unstable, t_end=T_END)),
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import sympy
 
 from percuss import numerics
+from percuss.io.study_text import motion_text
 from percuss.model.exact import pi_times
 from percuss.model.forcing import cosine
 from percuss.motion.eigenset_forms import subset_critical_velocity, subset_forcing
@@ -100,6 +101,7 @@ def _impact_times(recursion: Formula = EQ10) -> Finding:
         (exists(recursion), *checks),
         remark="Under the right force (12). Here q = 2/(m+1) sin(pi/(m+1)); for odd m the motions "
         "exist up to V* > 2q. The impact times of the single motions are certified.",
+        study=motion_text(_run(3, PARTS[1])),
     )
 
 
@@ -116,7 +118,8 @@ def _zeros(motion: Formula = EQ11) -> Finding:
         (
             deduced("(11) is zero on Y_m", *roots(motion=motion)),
             _simulated(what, max(rows)),
-        )
+        ),
+        study=motion_text(_run(2, PARTS[1])),
     )
 
 
@@ -137,19 +140,25 @@ def _force(force: Formula = EQ12) -> Finding:
         "(1 - m)(m + 3) in place of (3 - m)(m + 5)",
         remark="The printed factor, 16/(m+1)^2 - 1, is that of a cosine of frequency 4/(m+1), twice "
         "the one in (11). For even m the first zero m pi does not depend on the factor.",
+        study=motion_text(_under(3, right(force))),
     )
 
 
-def _first_impact(m: int, side: sympy.Expr) -> float:
-    """Return the first impact time over m pi under a force of the form (12)."""
+def _under(m: int, side: sympy.Expr) -> Trajectory:
+    """Return four periods (m+1) pi under a force of the form (12)."""
     wave = sympy.cos((2 * symbols.t + sympy.pi) / (symbols.m + 1))
     factor = sympy.Rational(side.coeff(wave).subs(symbols.m, m))
     constant = numerics.cos(math.pi / (m + 1))
     exact = Fraction(int(factor.p), int(factor.q))
     force = cosine(Fraction(2, m + 1), exact, pi_times(1, m + 1), constant)
     end = 4 * (m + 1) * math.pi
-    run = simulate(WALL, force, v0=0.3 * subset_critical_velocity(m), t_end=end)
-    return latest(run, 0, end) / (m * math.pi)
+    return simulate(WALL, force, v0=0.3 * subset_critical_velocity(m), t_end=end)
+
+
+def _first_impact(m: int, side: sympy.Expr) -> float:
+    """Return the first impact time over m pi under a force of the form (12)."""
+    run = _under(m, side)
+    return latest(run, 0, run.t_end) / (m * math.pi)
 
 
 def _amplitude(m: int, part: float, t: float) -> float:
@@ -187,6 +196,7 @@ def _long_amplitude(amplitude: Formula = EQ13_LONG) -> Finding:
         "minus in place of plus, as (A1) has it",
         remark="The plus is printed: every plus survives in the text. What may be lost is a minus "
         "before V0, and with it the amplitude is wrong, too. (A1) prints V0 - q on the same flight.",
+        study=motion_text(_run(2, PARTS[1])),
     )
 
 
@@ -198,6 +208,7 @@ def _short_amplitude(amplitude: Formula = EQ13_SHORT) -> Finding:
         ),
         remark="The text shows no minus before V0; as it loses minus signs, and the amplitude is "
         "wrong without it, it is read as printed. (A1) shows the same line in the same state.",
+        study=motion_text(_run(3, PARTS[1])),
     )
 
 
@@ -216,6 +227,7 @@ def _next_velocity(following: Formula = EQ14) -> Finding:
         ),
         remark="The text shows no minus before the first V0; as it loses minus signs, and the "
         "velocity is wrong without it, it is read as printed.",
+        study=motion_text(_run(2, PARTS[1])),
     )
 
 
@@ -259,6 +271,7 @@ def _periods(following: Formula = EQ14, counts: tuple[int, int] = (2, 1)) -> Fin
         (_single_period(following), *generic),
         (_returns(following), *generic),
         "for even m and V0 = V*/2, where V1 = V0, the period is (m+1) pi too",
+        study=motion_text(_run(2, PARTS[1])),
     )
 
 
@@ -282,6 +295,7 @@ def _commensurate(counts: tuple[int, int] = (2, 1)) -> Finding:
         (_single_period(EQ14), *ratios),
         (_returns(EQ14), *ratios),
         "for m = 2 and V0 = 1/sqrt(3), half of V*, the motion has the period of the force too",
+        study=motion_text(_run(2, PARTS[1])),
     )
 
 
@@ -319,6 +333,7 @@ def _coincide(recursion: Formula = EQ10, force: Formula = EQ12) -> Finding:
         remark="The article says so itself above (13): Y_m has the period (m+1) pi. What does show "
         f"that the periods need not coincide is the motion above V*: in {chaotic} of {len(pairs)} "
         "motions the impact times are chaotic, and have no period.",
+        study=motion_text(above_critical.fastest_parting(pairs)),
     )
 
 
@@ -342,6 +357,7 @@ def _stability(late: float = 1e-3) -> Finding:
         ),
         "against changes of V0 alone; after a start late by tau, V drifts, for odd m by "
         "-(16/(m+1)^2) cos(pi/(m+1)) tau a period, and for m = 2 and 4 Y_m is left",
+        study=motion_text(_late_run(2, late)),
     )
 
 
@@ -355,11 +371,17 @@ def _drift(m: int) -> float:
     return (float(run.impacts.v_after[3]) - v0) / (-factor * force * late)
 
 
-def _stray(m: int, late: float) -> float:
-    """Return how far from the eigenset a motion of Y_m comes that starts late."""
+@cache
+def _late_run(m: int, late: float) -> Trajectory:
+    """Return 2000 periods (m+1) pi of a motion of Y_m that starts late."""
     end = 2000 * (m + 1) * math.pi
     v0 = 0.4 * subset_critical_velocity(m)
-    times = simulate(WALL, subset_forcing(m), v0=v0, t0=late, t_end=end).impacts.t / math.pi
+    return simulate(WALL, subset_forcing(m), v0=v0, t0=late, t_end=end)
+
+
+def _stray(m: int, late: float) -> float:
+    """Return how far from the eigenset a motion of Y_m comes that starts late."""
+    times = _late_run(m, late).impacts.t / math.pi
     return float(np.abs(times - np.round(times)).max()) * math.pi
 
 

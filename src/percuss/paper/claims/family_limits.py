@@ -13,6 +13,7 @@ import sympy
 
 from percuss import numerics
 from percuss.certified import keeps_subset
+from percuss.io.study_text import motion_text
 from percuss.motion.eigenset_forms import (
     SubsetMotion,
     contact_time,
@@ -20,6 +21,7 @@ from percuss.motion.eigenset_forms import (
     subset_forcing,
 )
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import impacts_at, subset_constant
 from percuss.paper.claims.comparisons import (
     ROUNDING,
@@ -79,11 +81,19 @@ def _kick(m: int) -> float:
     return 2 / (m + 1) * numerics.sin(math.pi / (m + 1))
 
 
+def _two_periods(m: int, v0: float) -> Trajectory:
+    return simulate(WALL, subset_forcing(m), v0=v0, t_end=(2 * (m + 1) + 0.5) * math.pi)
+
+
+def _beside_limit(m: int, side: float) -> Trajectory:
+    """Return two periods from just below V* (side = -1) or just above (side = 1)."""
+    return _two_periods(m, subset_critical_velocity(m) + side * NEARBY)
+
+
 def _stays(m: int, v0: float) -> bool:
     """Return whether the impacts of two periods are those of Y_m."""
-    motion = SubsetMotion(m, 0)
-    run = simulate(WALL, motion.forcing, v0=v0, t_end=(2 * (m + 1) + 0.5) * math.pi)
-    return len(run.impacts) == 4 and furthest(run, motion.impact_times(4)) < 1e-8
+    run = _two_periods(m, v0)
+    return len(run.impacts) == 4 and furthest(run, SubsetMotion(m, 0).impact_times(4)) < 1e-8
 
 
 @cache
@@ -124,6 +134,7 @@ def _valid(bound: Formula = EQA4) -> Finding:
             compare("motions of 98 (m = 2 to 15, seven V0 below V*) that stay on Y_m", stay, 98),
         ),
         remark="At V0 = 0 and V0 = V* some impacts have no velocity.",
+        study=motion_text(_two_periods(2, parts[-1] * subset_critical_velocity(2))),
     )
 
 
@@ -146,6 +157,7 @@ def _slopes(condition: Formula = EQA3) -> Finding:
         "of even m |u'| <= |w'|",
         remark="The bars are blanks in the text, and the primes stand apart. On the short flight "
         "(A3) is right at the start.",
+        study=motion_text(_two_periods(2, float(BELOW[1]) * subset_critical_velocity(2))),
     )
 
 
@@ -200,6 +212,7 @@ def _even(bound: Formula = EQA4) -> Finding:
         (deduced("the bound of V0 for even m", *_even_bound(bound)), *checks),
         remark="No impact is added at V*: the velocity 2q - V0 of the impact at m pi vanishes, "
         "and above V* it comes earlier. Simulation decides this down to impacts of 1e-6.",
+        study=motion_text(_two_periods(EVEN[0], _simulated_limit(EVEN[0]))),
     )
 
 
@@ -228,7 +241,8 @@ def _third(bound: Formula = EQA5) -> Finding:
                 ROUNDING,
                 error=NEARBY,
             ),
-        )
+        ),
+        study=motion_text(_two_periods(3, _simulated_limit(3))),
     )
 
 
@@ -267,6 +281,7 @@ def _system(system: Formula = EQA6_A7) -> Finding:
         (proof, *checks),
         remark="The long flight touches at t* and, by its symmetry about m pi/2, at m pi - t*; "
         "the earlier touch decides. For m = 3 both are 3 pi/2.",
+        study=motion_text(run),
     )
 
 
@@ -293,6 +308,7 @@ def _through_contact(bound: Formula = EQA8) -> Finding:
             *checks,
         ),
         remark="For m = 3 (A8) is 0/0, and (A5) holds instead.",
+        study=motion_text(_beside_limit(min(TABLE_1), -1.0)),
     )
 
 
@@ -314,6 +330,7 @@ def _table(table: Mapping[int, str] = TABLE_1) -> Finding:
             for m, entry in table.items()
         ),
         remark="Tolerance: half a unit of the last printed digit.",
+        study=motion_text(_beside_limit(min(table), -1.0)),
     )
 
 
@@ -329,7 +346,15 @@ def _both_sides(
     for m, (value, tolerance) in printed.items():
         what = f"m = {m}: limit of the velocities with Y_m"
         checks.append(_limit(what, m, value, tolerance))
-    return Finding(tuple(checks), remark="Each lies between two certified starts 2e-11 apart.")
+    return Finding(
+        tuple(checks),
+        remark="Each lies between two certified starts 2e-11 apart.",
+        study=motion_text(_beside_limit(3, 1.0)),
+    )
+
+
+def _of_figures(m: int, v0: float) -> Trajectory:
+    return simulate(WALL, subset_forcing(m), v0=v0, t_end=6.5 * (m + 1) * math.pi)
 
 
 def _velocities_of_figures(
@@ -348,7 +373,7 @@ def _velocities_of_figures(
     checks = [
         impacts_at(
             f"m = {m}, V0 = {v0:.4g}: impact times minus those of Y_{m}",
-            simulate(WALL, subset_forcing(m), v0=v0, t_end=6.5 * (m + 1) * math.pi),
+            _of_figures(m, v0),
             SubsetMotion(m, 0).impact_times(13),
             over=subset_constant(m),
         )
@@ -358,6 +383,7 @@ def _velocities_of_figures(
         (proof, *checks),
         remark="At V0 = 2/sqrt(3) every second impact of m = 2 has no velocity: the mass touches "
         "the wall. The third V0 of the figures is 0.",
+        study=motion_text(_of_figures(*runs[-1])),
     )
 
 
@@ -377,6 +403,7 @@ def _curves(velocities: tuple[float, float] = (1.2, 2.0)) -> Finding:
         remark=f"(a), m = 2, V0 = {first:g}: u - w is least, {least:.4f}, at t = {at:.3f} pi. This "
         f"V0 is above V*(2) = {subset_critical_velocity(2):.4f}: where u < w (A2) is violated, and "
         "the impact before t = 2 pi is not one of Y_2.",
+        study=motion_text(_two_periods(3, second)),
     )
 
 

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import sympy
 
 from percuss import numerics
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.half_harmonic import half_harmonic_impact
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.chain import CHAIN_STATEMENTS
-from percuss.paper.claims.certain_gains import mean_gain, rate_over_two_impacts, two_proven_impacts
+from percuss.paper.claims.certain_gains import (
+    mean_gain,
+    rate_over_two_impacts,
+    two_impacts,
+    two_proven_impacts,
+)
 from percuss.paper.claims.half_harmonic_figures import FIGURE_STATEMENTS
 from percuss.paper.claims.half_harmonic_formulas import (
     COS,
@@ -48,6 +55,7 @@ from percuss.paper.claims.half_harmonic_formulas import (
 )
 from percuss.paper.claims.half_harmonic_growth import (
     GROWTH_STATEMENTS,
+    first_impacts,
     off_eigenset,
     phase_limit_steps,
     phase_shift,
@@ -110,14 +118,22 @@ def _flight(formula: Formula, velocity: Formula) -> Finding:
             sympy.Integer(-1),
         ),
     )
-    return Finding((Deduction("each flight has this form", steps), *_on_flights(formula, velocity)))
+    return Finding(
+        (Deduction("each flight has this form", steps), *_on_flights(formula, velocity)),
+        study=motion_text(_six_flights()),
+    )
+
+
+@cache
+def _six_flights() -> Trajectory:
+    return simulate(impact_oscillator(), sine(1), v0=1.0, max_impacts=6)
 
 
 def _on_flights(formula: Formula, velocity: Formula) -> tuple[Comparison, ...]:
     """Take A and B from one instant of a simulated flight, and compare at others."""
     symbols = (TIME, *sympy.symbols("A_k B_k", real=True))
     position, speed = formula.side(*symbols), velocity.side(*symbols)
-    run = simulate(impact_oscillator(), sine(1), v0=1.0, max_impacts=6)
+    run = _six_flights()
     checks = []
     for k in (0, 2, 4):
         begin, length = run.impacts.t[k], run.impacts.intervals[k + 1]
@@ -149,6 +165,7 @@ def _flight_equation(formula: Formula) -> Finding:
         (_derived(what, steps, formula, right=True), *checks(right=True)),
         "the denominator has a third term, xi_k sin t_k",
         remark="The two agree only where sin t_k = 0 or cos t_k = 0.",
+        study=motion_text(two_impacts(*STATES[0])),
     )
 
 
@@ -168,6 +185,7 @@ def _factor(formula: Formula) -> Finding:
         (_derived(what, steps, formula, right=True), *checks(right=True)),
         "the denominator has a third term, xi_k sin t_k",
         remark="Both forms are cos t_k / (2 V_k) + O(V_k^-2), so a_k is small as stated.",
+        study=motion_text(two_impacts(*STATES[1])),
     )
 
 
@@ -209,6 +227,7 @@ def _interval(formula: Formula, factor: Formula) -> Finding:
         "the formulas are right, and each interval tends to pi; but the impact times tend to "
         "k pi + psi, a shifted eigenset, and the start decides psi",
         remark="That (29) lacks a term does not reach the first order.",
+        study=motion_text(first_impacts()),
     )
 
 
@@ -236,6 +255,7 @@ def _next_velocity(formula: Formula) -> Finding:
         (_derived(what, steps, formula), order("(32)", right=False)),
         (_derived(what, steps, formula, right=True), order("the corrected form", right=True)),
         "(pi/2) cos t_k where pi is printed",
+        study=motion_text(two_impacts(START, float(VELOCITIES[0]))),
     )
 
 
@@ -268,6 +288,7 @@ def _second_velocity(formula: Formula) -> Finding:
         (_derived(what, steps, formula), *checks(right=False)),
         (_derived(what, steps, formula, right=True), *checks(right=True)),
         "there is no term in cos^2 t_k: the phase of the impact between shifts, and cancels it",
+        study=motion_text(two_impacts(START, v)),
     )
 
 
@@ -306,6 +327,7 @@ def _mean_growth(formula: Formula) -> Finding:
             "if a averages the bracket, a/(2 pi V) if it averages the numerator. With the right "
             "numerator it would be 0.3137 or 0.4927 at t_k = 0.7."
         ),
+        study=motion_text(two_impacts(START, FAST)),
     )
 
 

@@ -10,6 +10,7 @@ import sympy
 
 from percuss import numerics
 from percuss.arrays import Floats
+from percuss.io.study_text import motion_text
 from percuss.model.exact import Exact
 from percuss.model.forcing import Forcing, cosine, sine
 from percuss.model.oscillator import impact_oscillator
@@ -22,7 +23,7 @@ from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.certain_envelopes import proven_speeds
 from percuss.paper.claims.comparisons import WALL, stated
 from percuss.paper.claims.cosine_formulas import from_rest_steps
-from percuss.paper.claims.half_harmonic_growth import impacts, limit_constant
+from percuss.paper.claims.half_harmonic_growth import first_impacts, impacts, limit_constant
 from percuss.paper.evidence import Deduction, Enclosure, Measurement, compare
 from percuss.paper.models.motions import STIFFNESS_BELOW, impact_speeds, simulate_all
 from percuss.paper.proof import sign
@@ -112,6 +113,7 @@ def _figure_11(name: str, printed: float = PRINTED) -> Finding:
             "the ratio of stiffnesses, is no resonance: the contact of pi/w- an impact moves the "
             f"phase psi by t/w-, up to t = 400 by {moved:.2f}."
         ),
+        study=motion_text(runs[name]),
     )
 
 
@@ -132,11 +134,13 @@ def _asymptotic_constant(printed: float = PRINTED) -> Finding:
         ),
         f"b = sqrt(sin(2 psi)/2) = {b:.12f} with psi = {psi:.12f}; 0.61 fits up to t = 400, where "
         "peaks of x still lie above b sqrt t by cos(psi)/2",
+        study=motion_text(first_impacts()),
     )
 
 
 def _figure_10(power: float = 0.5) -> Finding:
-    t, v = _higher(*impact_speeds(simulate_all(sine(1), 0, T_FIGURE)["limit"]))
+    run = simulate_all(sine(1), 0, T_FIGURE)["limit"]
+    t, v = _higher(*impact_speeds(run))
     shape = numerics.exp(power * numerics.log(t))
     factor = float((shape * v).sum() / (shape**2).sum())
     late = t > SETTLED
@@ -160,6 +164,7 @@ def _figure_10(power: float = 0.5) -> Finding:
             f"{0.5 * numerics.cos(psi):.4f}, and only for t -> infinity both have "
             f"b = {limit_constant(0.0)[0]:.4f}."
         ),
+        study=motion_text(run),
     )
 
 
@@ -179,6 +184,7 @@ def _figure_12(force: Forcing, v0: Exact = 0) -> Finding:
             f"Neighbours alternate: the velocity changes by {up:.2f} and {down:.2f} in turn on "
             "average, so not each loop is larger than the last."
         ),
+        study=motion_text(run),
     )
 
 
@@ -205,6 +211,7 @@ def _figure_13(force: Forcing, v0: Exact = 0) -> Finding:
             "That the intervals tend to pi makes these peaks, as the article says. The set Y0 "
             "itself is not needed: moved by psi it has the same power spectrum."
         ),
+        study=motion_text(run),
     )
 
 
@@ -238,6 +245,7 @@ def _accuracy(bilinear: str = "stiff") -> Finding:
             ),
         ),
         remark=f"A disturbance of V0 = 0 by 1e-9 changes impact times {grown:.2g} times as much.",
+        study=motion_text(runs[bilinear]),
     )
 
 
@@ -254,7 +262,8 @@ def _argument(factor: str = "0.31") -> Finding:
             {},
         ),
     )
-    speeds = simulate(impact_oscillator(), cosine(1), v0=0, t_end=end).impacts
+    run = simulate(impact_oscillator(), cosine(1), v0=0, t_end=end)
+    speeds = run.impacts
     late = float(speeds.v_after[speeds.t > end - 100.0].max())
     said = float(envelope)
     return Finding(
@@ -275,6 +284,7 @@ def _argument(factor: str = "0.31") -> Finding:
             "With (35) from an argument that does not hold, agreement with (35) has less weight "
             "still."
         ),
+        study=motion_text(run),
     )
 
 

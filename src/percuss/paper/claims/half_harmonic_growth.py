@@ -15,12 +15,14 @@ from flint import arb
 from percuss import numerics
 from percuss.arrays import Floats
 from percuss.certified.numbers import ball
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.motion.half_harmonic import half_harmonic_growth, half_harmonic_invariant
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
-from percuss.paper.claims.certain_gains import two_proven_impacts
+from percuss.paper.claims.certain_gains import two_impacts, two_proven_impacts
 from percuss.paper.claims.certain_growth import GrowthBounds, growth_bounds
 from percuss.paper.claims.comparisons import stated
 from percuss.paper.claims.half_harmonic_formulas import (
@@ -49,6 +51,7 @@ from percuss.paper.statement import Finding
 __all__ = [
     "GROWTH_STATEMENTS",
     "SUBHARMONIC_STATEMENTS",
+    "first_impacts",
     "impacts",
     "late_growth",
     "limit_constant",
@@ -69,6 +72,13 @@ FROM_VELOCITY = Fraction(30)
 AROUND = Fraction(7, 50)
 # The first thousand impacts are left out of fits: the logarithm is largest there.
 LATE = slice(1000, None)
+
+
+@cache
+def first_impacts(v0: float = 0.0, restitution: str = "1") -> Trajectory:
+    """Return the first thousand impacts under sin t from the stop at t = 0."""
+    osc = impact_oscillator(restitution)
+    return simulate(osc, sine(1), v0=v0, max_impacts=PROVEN_IMPACTS)
 
 
 @cache
@@ -178,9 +188,7 @@ class LateGrowth:
 @cache
 def late_growth(v0: float, restitution: str = "1") -> LateGrowth | None:
     """Return the late growth of a motion under sin t from the stop, None where it is not proven."""
-    run = certain_run(
-        simulate(impact_oscillator(restitution), sine(1), v0=v0, max_impacts=PROVEN_IMPACTS)
-    )
+    run = certain_run(first_impacts(v0, restitution))
     if run is None:
         return None
     phase = run.impacts.t.arbs[-1] - PROVEN_IMPACTS * arb.pi()
@@ -287,6 +295,7 @@ def _resonance(restitution: str = "1") -> Finding:
             Measurement("sin(2 psi)/2, which is to be positive", expected, 0.0, math.inf),
         ),
         remark=f"The largest impact velocity is {v.max():.6g} up to impact 200,000.",
+        study=motion_text(first_impacts(restitution=restitution)),
     )
 
 
@@ -321,6 +330,7 @@ def _square_root(formula: Formula) -> Finding:
             "V freed of its alternation by (pi/4) sin psi. The standard error of the exponent is "
             f"{error:.1e}; psi = {psi:.12f}, c = {logarithm:.6f}."
         ),
+        study=motion_text(first_impacts()),
     )
 
 
@@ -350,6 +360,7 @@ def _universal(starts: tuple[float, ...] = (0.0, 1.0, 10.0, 100.0)) -> Finding:
         "b = sqrt(sin(2 psi)/2), where the phase psi of the impacts depends on the start",
         remark="b = " + ", ".join(f"{b[v0]:.10f} (V0 = {v0:g})" for v0 in starts) + ". For a "
         "large V0 at t = 0, cos 2 psi = (4 V0/pi) arctan(pi/(2 V0)) - 1; b is at most 1/sqrt 2.",
+        study=motion_text(first_impacts(starts[-1])),
     )
 
 
@@ -401,6 +412,7 @@ def _large_times(formula: Formula) -> Finding:
         "t_(k+2) - t_k = 2 pi + O(V_k^-3), for a_(k+1) = -a_k to the first order; V(0) = 0 lies "
         "outside V >> 1, where (34) is derived, and is not needed",
         remark="In (34) itself the term is of the order that is left out.",
+        study=motion_text(two_impacts("7/10", v)),
     )
 
 
@@ -444,6 +456,7 @@ def _subharmonic(printed: float = 0.0) -> Finding:
             "article counts time from the first impact; the shift is then that of psi from the "
             "phase of the force there."
         ),
+        study=motion_text(first_impacts()),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import sympy
 from sympy import Rational, sin
 
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.certain import certain_run
@@ -68,8 +69,11 @@ def _multi_harmonic(amplitude: Formula = EQ19, gain: Formula = EQ19_GAIN) -> Fin
         *positive_even(amplitude),
     )
     numbers = []
-    for number in (2, 4, 6):
-        run = simulate(WALL, sine(number), x0=0, v0=0, t_end=FRAME_FLIGHTS * math.pi)
+    runs = {
+        number: simulate(WALL, sine(number), x0=0, v0=0, t_end=FRAME_FLIGHTS * math.pi)
+        for number in (2, 4, 6)
+    }
+    for number, run in runs.items():
         top = float(run(np.linspace(0.0, run.t_end, 160_001))[0].max())
         form = _largest(number, FRAME_FLIGHTS, amplitude, gain)
         what = f"n = {number}: largest x up to 8 pi, simulated, that of (18), (19)"
@@ -80,6 +84,7 @@ def _multi_harmonic(amplitude: Formula = EQ19, gain: Formula = EQ19_GAIN) -> Fin
         "label of the figure's axis. The resonant frequency is 2: n = 4 is twice, n = 6 three "
         "times "
         "that.",
+        study=motion_text(runs[2]),
     )
 
 
@@ -109,7 +114,10 @@ def _steady(v0: Rational = FIG_6A) -> Finding:
     off = compare(
         "x up to 30 pi, simulated minus (20)", apart(run(at)[0], form), 0.0, ROUNDING, error=1e-12
     )
-    return Finding((Deduction("(20) for n = 3 from V0 = 0.51", steps), off))
+    return Finding(
+        (Deduction("(20) for n = 3 from V0 = 0.51", steps), off),
+        study=motion_text(run),
+    )
 
 
 def _portraits(above: str = "0.51", below: str = "0.45") -> Finding:
@@ -133,6 +141,7 @@ def _portraits(above: str = "0.51", below: str = "0.45") -> Finding:
         remark="Above 1/2 the portrait has one speed at the wall, V0. At V0 = 0.45 it has two, "
         "V0 and "
         "2 V0 sqrt(1 - 2 V0) = 0.285; both are closed curves (record periodicity-fig6b-lost).",
+        study=motion_text(run),
     )
 
 
@@ -161,6 +170,9 @@ def _ninth(v0: Rational = FIG_9) -> Finding:
             Enclosure(
                 "V_max(9)", critical_ball(9).mid(), critical_ball(9).radius(), -math.inf, float(v0)
             ),
+        ),
+        study=motion_text(
+            simulate(WALL, sine(9), v0=str(float(v0)), t_end=FRAME_FLIGHTS * math.pi)
         ),
     )
 

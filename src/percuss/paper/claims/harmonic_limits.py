@@ -13,9 +13,11 @@ from sympy import Eq, Integer, Rational, Symbol, cos, pi, sin, tan
 
 from percuss import numerics
 from percuss.certified import Ball
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import in_ball, limit_velocity
 from percuss.paper.claims.comparisons import (
     ROUNDING,
@@ -78,9 +80,13 @@ def _odd(expression: sympy.Expr) -> sympy.Expr:
     return expression.subs(n, 2 * m + 1)
 
 
+def _two_turns(number: int, v0: float) -> Trajectory:
+    return simulate(WALL, sine(number), v0=v0, t_end=4.5 * math.pi)
+
+
 def _leaves(number: int, v0: float) -> bool:
     """Return whether the impacts of two turns are not the eigenset."""
-    run = simulate(WALL, sine(number), v0=v0, t_end=4.5 * math.pi)
+    run = _two_turns(number, v0)
     eigenset = np.asarray(math.pi * np.arange(1, 5), dtype=np.float64)
     return len(run.impacts) != 4 or furthest(run, eigenset) > 1e-8
 
@@ -147,7 +153,8 @@ def _shifted_flight(first: Formula = EQ24, second: Formula = EQ24_VELOCITY) -> F
     in_x, in_v = [], []
     for one in ODD:
         v0 = 1.01 * harmonic_critical_velocity(one)
-        x, v = simulate(WALL, sine(one), v0=v0, t_end=7.0)(at + 1.5 * math.pi)
+        run = simulate(WALL, sine(one), v0=v0, t_end=7.0)
+        x, v = run(at + 1.5 * math.pi)
         in_x.append(apart(x, first.side(V, n, m, xi)(v0, one, one // 2, at)))
         in_v.append(apart(v, -second.side(V, n, m, xi)(v0, one, one // 2, at)))
     return Finding(
@@ -159,6 +166,7 @@ def _shifted_flight(first: Formula = EQ24, second: Formula = EQ24_VELOCITY) -> F
             compare("x' plus the second line, n = 3 to 15", max(in_v), 0.0, ROUNDING, error=1e-13),
         ),
         remark="The second line is minus the velocity; as it is set to zero, its roots are right.",
+        study=motion_text(run),
     )
 
 
@@ -207,7 +215,8 @@ def _third(limit: Formula = EQ26, printed: Rational = HALF) -> Finding:
         (
             Deduction("contact at xi = 0, V_max = 1/2", steps),
             in_ball("V_max(3) from starts on either side", critical_ball(3), float(printed)),
-        )
+        ),
+        study=motion_text(_two_turns(3, float(printed))),
     )
 
 
@@ -282,7 +291,10 @@ def _contact(law: Formula = EQ25) -> Finding:
         nearest = float(roots[np.abs(roots - found).argmin()])
         what = f"n = {one}: |xi| of the extra impact, nearest root"
         numbers.append(compare(what, found, nearest, 1e-4, error=2.0 * math.sqrt(depth)))
-    return Finding((Deduction("(25) is what (24) leaves without V", steps), *numbers))
+    return Finding(
+        (Deduction("(25) is what (24) leaves without V", steps), *numbers),
+        study=motion_text(run),
+    )
 
 
 def _largest_steps() -> tuple[Step, ...]:
@@ -347,6 +359,7 @@ def _which_root(limit: Formula = EQ26, *, every: bool = True) -> Finding:
         (Deduction("the largest root gives V_max", _largest_steps()), *right, *numbers),
         "with the largest of the (n-1)/2 roots of (25) in [0, pi/2), the touch next to the impact",
         remark="The paper does not say which root; its table 2 has the right one.",
+        study=motion_text(_two_turns(5, critical_ball(5).mid())),
     )
 
 
@@ -357,7 +370,11 @@ def _table(printed: Mapping[int, str] = TABLE_2) -> Finding:
         half = 0.5 * 10.0 ** -len(text.split(".")[1])
         ball = critical_ball(one)
         numbers.append(in_ball(f"V_max({one}) = {ball.mid():.12f}", ball, float(text), half))
-    return Finding(tuple(numbers), remark="Tolerance: half a unit of the last printed digit.")
+    return Finding(
+        tuple(numbers),
+        remark="Tolerance: half a unit of the last printed digit.",
+        study=motion_text(_two_turns(5, critical_ball(5).mid())),
+    )
 
 
 def keeps_steps() -> tuple[Step, ...]:
@@ -403,6 +420,7 @@ def _both_sides(limit: Formula = EQ26) -> Finding:
             *simulated,
         ),
         remark="At V_max itself the extra root is a touch that changes nothing.",
+        study=motion_text(_two_turns(3, _simulated_limit(3))),
     )
 
 

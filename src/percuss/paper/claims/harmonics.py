@@ -11,6 +11,7 @@ import sympy
 from sympy import Rational, pi, sin
 
 from percuss.arrays import Floats
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate
@@ -74,6 +75,10 @@ def _run(number: int) -> Trajectory:
     """Return forty flights under sin(n t), for odd n from just above V_max(n)."""
     v0 = 1.01 * harmonic_critical_velocity(number) if number % 2 else 0.1
     return simulate(WALL, sine(number), v0=v0, t_end=(FLIGHTS + 0.5) * math.pi)
+
+
+def _impacts(number: int, v0: float, count: int) -> Trajectory:
+    return simulate(WALL, sine(number), v0=v0, max_impacts=count)
 
 
 def _eigenset(count: int) -> Floats:
@@ -149,7 +154,8 @@ def _periods(even: sympy.Expr = pi, odd: sympy.Expr = 2 * pi) -> Finding:
                 "motions on the eigenset, and the period that it shares with the force", steps
             ),
             *(_small(f"n = {one}: impacts minus the eigenset, furthest", off[one]) for one in off),
-        )
+        ),
+        study=motion_text(_run(2)),
     )
 
 
@@ -160,6 +166,7 @@ def _even_form(x: Formula = EQ18, velocity: Formula = EQ18_VELOCITY) -> Finding:
             Deduction("(18) on every flight", (*steps, *positive_even())),
             *_off_form(EVEN, x, velocity, EQ19).printed,
         ),
+        study=motion_text(_run(2)),
     )
 
 
@@ -190,14 +197,19 @@ def _even_amplitudes(amplitude: Formula = EQ19, gain: Formula = EQ19_GAIN) -> Fi
             Deduction("(19) on every flight", steps),
             _small("x in the middle of flights minus (18) with A_k", _worst(EVEN, in_amplitude)),
             _small("V_k minus that of (19)", _worst(EVEN, in_gain)),
-        )
+        ),
+        study=motion_text(_run(2)),
     )
+
+
+def _twelve_flights(number: int, v0: float) -> Trajectory:
+    return simulate(WALL, sine(number), v0=v0, t_end=12.5 * math.pi)
 
 
 def _every_velocity(amplitude: Formula = EQ19) -> Finding:
     """Deduce that no V0 >= 0 gives an extra root; start from rest and from many velocities."""
     kept = [
-        furthest(simulate(WALL, sine(one), v0=v0, t_end=12.5 * math.pi), _eigenset(12))
+        furthest(_twelve_flights(one, v0), _eigenset(12))
         for one in (2, 4, 6, 8, 20, 100)
         for v0 in (0.0, 1e-6, 0.01, 0.5, 10.0)
     ]
@@ -212,6 +224,7 @@ def _every_velocity(amplitude: Formula = EQ19) -> Finding:
             _small("t_k minus pi k, n = 2 to 100, V0 = 0 to 10", max(kept)),
         ),
         remark="From V0 = 0 the force lifts the mass off.",
+        study=motion_text(_twelve_flights(2, 0.0)),
     )
 
 
@@ -241,6 +254,7 @@ def _decrease(law: sympy.Expr = 2 / n) -> Finding:
             ),
         ),
         remark="For small n it is larger than 2/n: 4/3 for n = 2, where 2/n is 1.",
+        study=motion_text(_run(4)),
     )
 
 
@@ -255,7 +269,8 @@ def _odd_form(amplitude: Formula = EQ20) -> Finding:
         (
             Deduction("(20) on every flight", steps),
             *_off_form(ODD, EQ18, EQ18_VELOCITY, amplitude).printed,
-        )
+        ),
+        study=motion_text(_run(3)),
     )
 
 
@@ -280,13 +295,14 @@ def _steady(same: Formula = EQ21) -> Finding:
         ),
         remark="For odd n the response to the force changes its sign in pi, so a steady motion "
         "with gaps pi starts at every phase of the force, not at t = 0 alone.",
+        study=motion_text(_run(3)),
     )
 
 
 def _first_flight(formula: Formula = EQ22) -> Finding:
     """Deduce that (22) has no root, and look for impacts on the first flight."""
     firsts = [
-        float(simulate(WALL, sine(one), v0=part, max_impacts=1, t_end=7.0).impacts.t[0])
+        float(_impacts(one, part, 1).impacts.t[0])
         for one in ODD
         for part in (1e-4, 1e-2, 0.1, 0.3, 1.0)
     ]
@@ -308,7 +324,8 @@ def _first_flight(formula: Formula = EQ22) -> Finding:
         (
             Deduction("(22) has no root", steps),
             _small("first impact minus pi, n = 3 to 9, 15, V0 = 1e-4 to 1", gaps),
-        )
+        ),
+        study=motion_text(_impacts(3, 0.1, 1)),
     )
 
 
@@ -335,12 +352,15 @@ def _second_flight(formula: Formula = EQ23) -> Finding:
         ),
     )
     early = [_early(one, part * harmonic_critical_velocity(one)) for one in ODD for part in PARTS]
-    return Finding((Deduction("(23) has a root for 0 < V <= V_max", steps), *early))
+    return Finding(
+        (Deduction("(23) has a root for 0 < V <= V_max", steps), *early),
+        study=motion_text(_impacts(3, PARTS[1] * harmonic_critical_velocity(3), 2)),
+    )
 
 
 def _early(number: int, v0: float) -> Comparison:
     """See whether the first impact is at pi and the second before 2 pi."""
-    run = simulate(WALL, sine(number), v0=v0, max_impacts=2)
+    run = _impacts(number, v0, 2)
     what = f"n = {number}, V0 = {v0:.4f}: second impact over pi, between 1 and 2"
     proven = certain_run(run)
     if proven is None:
@@ -354,7 +374,7 @@ def _not_sufficient(v0: Rational = STEADY, same: Formula = EQ21) -> Finding:
     """Deduce that for odd n a motion stays on the eigenset with a bounded velocity for ever."""
     growth = [
         apart(
-            simulate(WALL, sine(one), v0=float(v0), max_impacts=1000).impacts.v_after,
+            _impacts(one, float(v0), 1000).impacts.v_after,
             np.full(1000, float(v0)),
         )
         for one in ODD
@@ -388,6 +408,7 @@ def _not_sufficient(v0: Rational = STEADY, same: Formula = EQ21) -> Finding:
                 error=25 * ROUNDED,
             ),
         ),
+        study=motion_text(_impacts(3, float(v0), 1000)),
     )
 
 

@@ -11,6 +11,8 @@ from flint import arb
 
 from percuss import numerics
 from percuss.certified import Ball, CertifiedRun
+from percuss.io.study_text import motion_text
+from percuss.model.exact import Exact
 from percuss.model.forcing import Forcing, cosine, sine
 from percuss.motion.eigenset import eigenset
 from percuss.motion.eigenset_forms import SubsetMotion, subset_forcing
@@ -51,6 +53,10 @@ def _is_resonance(run: Trajectory) -> bool:
     return law.kind == "grows" and law.exponent > RESONANT
 
 
+def _scanned(omega: Exact, v0: str) -> Trajectory:
+    return simulate(WALL, sine(omega), v0=v0, t_end=SCAN_END)
+
+
 def _only_on_the_eigenset(resonant: Sequence[str] = ("2", "4", "6", "8")) -> Finding:
     """Classify the motions of a scan, and compute velocities from the times alone."""
     on: list[str] = []
@@ -58,7 +64,7 @@ def _only_on_the_eigenset(resonant: Sequence[str] = ("2", "4", "6", "8")) -> Fin
     n_periodic = 0
     for omega in FREQUENCIES:
         for v0 in STARTS:
-            run = simulate(WALL, sine(omega), v0=v0, t_end=SCAN_END)
+            run = _scanned(omega, v0)
             found = classify_impact_times(run)
             # Only sets that share a period with the force are spoken of.
             if found.kind not in PERIODIC or found.n_periods == 0:
@@ -83,6 +89,7 @@ def _only_on_the_eigenset(resonant: Sequence[str] = ("2", "4", "6", "8")) -> Fin
             "its two times, so on a periodic set the velocity is periodic as well; one that lasts "
             "2 pi or more would enter the wall at high velocity."
         ),
+        study=motion_text(_scanned(resonant[0], STARTS[0])),
     )
 
 
@@ -135,9 +142,13 @@ def _shared(m: int = 3) -> tuple[Enclosure, ...]:
     return tuple(enclosed(what, gap, -ROUNDING, ROUNDING) for what, gap in found)
 
 
+def _three_impacts(force: Forcing, v0: float) -> Trajectory:
+    return simulate(WALL, force, v0=v0, max_impacts=3)
+
+
 def _moved(force: Forcing, v0: float) -> arb | None:
     """Return by how much 3 impacts move with the initial velocity, over its change."""
-    runs = [simulate(WALL, force, v0=v, max_impacts=3) for v in (v0, v0 + 1e-6)]
+    runs = [_three_impacts(force, v) for v in (v0, v0 + 1e-6)]
     one, other = (certain_run(run) for run in runs)
     if one is None or other is None:
         return None
@@ -161,6 +172,7 @@ def _subsets_too(starts: Sequence[tuple[Forcing, float]] = ELSEWHERE) -> Finding
             ),
         ),
         remark="The eigenset is counted from the first impact.",
+        study=motion_text(_three_impacts(*starts[0])),
     )
 
 
@@ -189,12 +201,14 @@ def _eigenset_alone(fast: str = "0.7") -> Finding:
             compare("period of its force over 4 pi", float(ratio), 1.0, 0.0, 0.0),
         ),
         correction="the eigenset and its subsets",
+        study=motion_text(run),
     )
 
 
 def _both_phases(growing: Forcing = HALF_SINE, steady: Forcing = HALF_COSINE) -> Finding:
     """See sin t grow from V0 = 0, and cos t not, from five positive velocities."""
-    grown = growth(simulate(WALL, growing, t_end=1e5))
+    rising = simulate(WALL, growing, t_end=1e5)
+    grown = growth(rising)
     changes = []
     for v0 in ("0.1", "0.5", "1", "2", "5"):
         run = simulate(WALL, steady, v0=v0, t_end=1e5)
@@ -211,6 +225,7 @@ def _both_phases(growing: Forcing = HALF_SINE, steady: Forcing = HALF_COSINE) ->
             ),
             near("cos t, V0 = 0.1 ... 5: V_{k+2} - V_k, and t_k - k pi", max(changes), 0.0, 1e-9),
         ),
+        study=motion_text(rising),
     )
 
 
@@ -222,7 +237,8 @@ def _depends_on_phase(phases: Sequence[float] = PHASES) -> Finding:
         law = growth(run, since=1e4)
         exponents.append(law.exponent if law.kind == "grows" else 0.0)
     values = np.array(exponents)
-    beside = growth(simulate(WALL, cosine(1, phase=0.01), v0=1, t_end=1e5), since=1e4)
+    late = simulate(WALL, cosine(1, phase=0.01), v0=1, t_end=1e5)
+    beside = growth(late, since=1e4)
     return Finding(
         (
             Measurement(
@@ -243,6 +259,7 @@ def _depends_on_phase(phases: Sequence[float] = PHASES) -> Finding:
             "all other phases tried the velocity grows as sqrt t"
         ),
         remark="A start at another phase is a start at another time: the force is the same.",
+        study=motion_text(late),
     )
 
 

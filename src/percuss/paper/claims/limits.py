@@ -9,12 +9,17 @@ from fractions import Fraction
 import numpy as np
 import sympy
 
+from percuss.io.study_text import motion_text
 from percuss.paper.claims.bilinear_limit import (
     STIFFNESSES,
+    beat_run,
+    bilinear_run,
     bilinear_saturation,
     first_delays,
     graze,
     graze_error,
+    graze_run,
+    half_harmonic_run,
     half_harmonic_saturation,
     impact_run,
     local_orders,
@@ -26,9 +31,11 @@ from percuss.paper.claims.comparisons import ROUNDING, near
 from percuss.paper.claims.off_resonance import (
     DETUNING,
     damped_deviation,
+    fig_2_run,
     interval_ends,
     kinds_from_rest,
     periodic_start,
+    run_near_periodic,
 )
 from percuss.paper.claims.smoothed import STATEMENTS as SMOOTHED
 from percuss.paper.evidence import Deduction, Measurement, Step
@@ -65,6 +72,7 @@ def _impact_limit(contact: float = math.pi) -> Finding:
         ),
         remark=f"sqrt(k-) times the delay of impact 6 is {predicted[-1]:.6f}, of impact 2 "
         f"{predicted[0]:.6f}.",
+        study=motion_text(bilinear_run(STIFFNESSES[-1])),
     )
 
 
@@ -82,7 +90,8 @@ def _impact_limit_at_grazing(power: float = -0.25) -> Finding:
             ),
             near("arriving too low: error by 2 sqrt(2 f c) k-^(-1/4)", ratio, 1.0, 0.01),
             near("passing above: power of k-", float(local_orders(large, above)[0]), -0.5, 0.01),
-        )
+        ),
+        study=motion_text(graze_run(low, float(large[-1]))),
     )
 
 
@@ -98,7 +107,10 @@ def _saturation(factor: float = 4.0) -> Finding:
             near(f"n = {n}, k- = {k:.0e}: largest V", r, 1.0, 1e-3) for k, r in ratios.items()
         ]
         found.append(near(f"n = {n}: its time by (pi/n) sqrt(k-)", late, 1.0, 1e-3))
-    return Finding(tuple(found))
+    return Finding(
+        tuple(found),
+        study=motion_text(beat_run(n, min(ratios))),
+    )
 
 
 def _half_harmonic_saturation(most: float = 0.5) -> Finding:
@@ -114,7 +126,11 @@ def _half_harmonic_saturation(most: float = 0.5) -> Finding:
         for k, share in shares.items()
     )
     numbers = ", ".join(f"{share:.3f} at k- = {k:.0e}" for k, share in shares.items())
-    return Finding(found, remark=f"The largest V^2 / sqrt(k-) over 12 phases is {numbers}.")
+    return Finding(
+        found,
+        remark=f"The largest V^2 / sqrt(k-) over 12 phases is {numbers}.",
+        study=motion_text(half_harmonic_run(min(shares))),
+    )
 
 
 def _periodic_motion(faster: float) -> Deduction:
@@ -156,7 +172,8 @@ def _off_resonance(faster: float = 0.0) -> Finding:
     kinds, last = kinds_from_rest()
     share = kinds.count("no_period_found") / len(kinds)
     from_rest = near("from rest: share of phases without a period", share, 1.0, 0.0)
-    special, nearby = periodic_start(OFF, faster), periodic_start(OFF, 0.1)
+    beside = 0.1
+    special, nearby = periodic_start(OFF, faster), periodic_start(OFF, beside)
     return Finding(
         (
             _periodic_motion(faster),
@@ -182,6 +199,7 @@ def _off_resonance(faster: float = 0.0) -> Finding:
             f"{last.min():.4f} to {last.max():.4f} periods: it is the drift against the force that "
             "grows. Damping lets every motion tend to the periodic one."
         ),
+        study=motion_text(run_near_periodic(OFF, beside)),
     )
 
 
@@ -204,6 +222,7 @@ def _intervals(detuning: float = DETUNING) -> Finding:
             f"the last {float(ends[0][1].mid()):.4f} periods. What grows is the lag of the "
             f"impacts, to {min(lags):.2f} ... {max(lags):.2f} of a period in the 8 phases."
         ),
+        study=motion_text(fig_2_run(0, detuning)),
     )
 
 

@@ -9,11 +9,13 @@ import numpy as np
 import sympy
 from flint import arb
 
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import Forcing, cosine, sine
 from percuss.model.harmonics import Harmonic
 from percuss.motion.eigenset import eigenset
 from percuss.motion.eigenset_forms import SubsetMotion
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims import multi_harmonics, oscillator_statements, solution_statements
 from percuss.paper.claims.certain import certain_run, impacts_at, subset_constant
 from percuss.paper.claims.certain_motion import MotionPart, enclosed, sum_within
@@ -111,7 +113,8 @@ def _combination(formula: Formula = EQ6, alpha: str = "2", beta: str = "1/2") ->
             proof,
             sum_within(f"{what} Y_2", on_subset, NUMBERS, ROUNDING),
             sum_within(f"{what} the eigenset", on_eigenset, NUMBERS, ROUNDING),
-        )
+        ),
+        study=motion_text(on_eigenset[-1][1]),
     )
 
 
@@ -149,7 +152,10 @@ def _free_motion(formula: Formula = EQ9) -> Finding:
             impacts_at(f"V0 = {v0}: t_k minus pi k, to t = 100", run, eigenset(WALL, 40)),
             enclosed(f"V0 = {v0}: x/V0 minus (9)", _off_formula(formula, v0), -ROUNDING, ROUNDING),
         ]
-    return Finding((proof, *found))
+    return Finding(
+        (proof, *found),
+        study=motion_text(run),
+    )
 
 
 def _off_formula(formula: Formula, v0: str) -> arb | None:
@@ -196,7 +202,10 @@ def _shifted(formula: Formula = EQ9, more: str = "7/10") -> Finding:
         ]
         what = f"sin {n}t: x of V0 = {v0} plus x0 of 7/10 minus x of {faster}"
         sums.append(sum_within(what, parts, NUMBERS, ROUNDING))
-    return Finding((proof, *sums))
+    return Finding(
+        (proof, *sums),
+        study=motion_text(parts[-1][1]),
+    )
 
 
 def shared_times(difference: sympy.Expr = DIFFERENCE) -> Deduction:
@@ -270,12 +279,17 @@ def _property_1(difference: sympy.Expr = DIFFERENCE) -> Finding:
             ),
         ),
         remark=remark,
+        study=motion_text(_few_impacts(force, v0)),
     )
+
+
+def _few_impacts(force: Forcing, v0: float) -> Trajectory:
+    return simulate(WALL, force, v0=v0, max_impacts=4, t_end=200)
 
 
 def _change(force: Forcing, v0: float) -> float:
     """Return by how much the first impacts move with the initial velocity."""
-    one, other = (simulate(WALL, force, v0=v, max_impacts=4, t_end=200) for v in (v0, v0 + 1e-3))
+    one, other = (_few_impacts(force, v) for v in (v0, v0 + 1e-3))
     count = min(len(one.impacts), len(other.impacts))
     return apart(one.impacts.t[:count], other.impacts.t[:count])
 
@@ -342,13 +356,18 @@ def _split(formula: Formula = EQ15, amplitude: sympy.Expr = V) -> Finding:
         "x_part(0) cos t for x_part(0), with A_y = V - x_part'(0) and t from t_k; "
         "(15) itself holds for the x_part that starts from rest",
         remark="What the proof needs, that two flights differ by (A_y - A_z) sin t, is right.",
+        study=motion_text(_flight(1)),
     )
+
+
+def _flight(which: int) -> Trajectory:
+    """Return the flight under cos 2t (1) or sin 2t (2) from V = 1."""
+    return simulate(WALL, cosine(2) if which == 1 else sine(2), v0=1, t_end=1.5)
 
 
 def _off_flight(what: str, which: int, y: sympy.Expr) -> Comparison:
     """Compare the flight under cos 2t (1) or sin 2t (2) from V = 1 with an expression."""
-    force = cosine(2) if which == 1 else sine(2)
-    proven = certain_run(simulate(WALL, force, v0=1, t_end=1.5))
+    proven = certain_run(_flight(which))
     if proven is None:
         return enclosed(what, None, -ROUNDING, ROUNDING)
     t = np.linspace(0.0, 1.5, 301)
@@ -416,6 +435,7 @@ def _closeness(formula: Formula = EQ16, faster: str = "1.001") -> Finding:
             ),
         ),
         remark="The differences are eps |sin(t - t_k)| and eps |cos(t - t_k)| on each flight.",
+        study=motion_text(cases[0][1][0][1]),
     )
 
 

@@ -10,10 +10,12 @@ import sympy
 from flint import arb
 from sympy.simplify.fu import TR8
 
+from percuss.io.study_text import motion_text
 from percuss.model.exact import as_float
 from percuss.model.forcing import cosine
 from percuss.model.oscillator import bilinear_oscillator
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.certain_motion import enclosed
 from percuss.paper.claims.oscillator_statements import resonant_frequency
@@ -123,13 +125,23 @@ def _no_motion_grows(n: int = SILENT, ratio: sympy.Expr = RATIO) -> Deduction:
     )
 
 
+def _base(k: int | str) -> float:
+    """Return W_r."""
+    return 2.0 / (1.0 + 1.0 / math.sqrt(as_float(k)))
+
+
+@cache
+def _run(k: int | str, n: float) -> Trajectory:
+    """Return 301 periods under the frequency n W_r."""
+    osc, base = bilinear_oscillator(stiffness_below=k), _base(k)
+    return simulate(osc, cosine(n * base), v0=0.5, t_end=301.0 * (2.0 * math.pi / base))
+
+
 @cache
 def _ratio_of_speeds(k: int | str, n: float) -> tuple[float, float]:
     """Return the greatest speed in periods 225 to 300 over that in 0 to 75, and its radius."""
-    osc = bilinear_oscillator(stiffness_below=k)
-    base = 2.0 / (1.0 + 1.0 / math.sqrt(as_float(k)))
-    period = 2.0 * math.pi / base
-    proven = certain_run(simulate(osc, cosine(n * base), v0=0.5, t_end=301.0 * period))
+    period = 2.0 * math.pi / _base(k)
+    proven = certain_run(_run(k, n))
     if proven is None:
         return math.nan, math.inf
     speed, periods = np.abs(proven.crossings.v.mid()), proven.crossings.t.mid() / period
@@ -178,6 +190,7 @@ def _multi_harmonics(n: int = SILENT, k: str = STIFFNESS) -> Finding:
             "J_n is the integral of x' exp(i n W_r t) over a cycle of the free motion. On it "
             "depends to first order whether a fast motion gains speed."
         ),
+        study=motion_text(_run(k, float(n))),
     )
 
 

@@ -18,15 +18,18 @@ from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.models.motions import impact_speeds
 
 __all__ = [
     "DETUNING",
     "damped_deviation",
+    "fig_2_run",
     "interval_ends",
     "kinds_from_rest",
     "periodic_speed",
     "periodic_start",
+    "run_near_periodic",
 ]
 
 
@@ -69,8 +72,8 @@ def kinds_from_rest(phases: int = 8, periods: int = 60) -> tuple[tuple[str, ...]
     return tuple(kinds), np.array(last)
 
 
-def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, float]:
-    """Return the first and the last interval between impacts of fig 2, and the lag that adds up.
+def fig_2_run(step: int, detuning: float = DETUNING) -> Trajectory:
+    """Return the motion of fig 2 from rest.
 
     Parameters
     ----------
@@ -78,6 +81,20 @@ def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, floa
         Phase of the force, in eighths of its period.
     detuning
         Its frequency over the resonant one.
+    """
+    osc = bilinear_oscillator(stiffness_below=BELOW)
+    omega = detuning * resonant_frequency(osc)
+    force = cosine(omega, phase=pi_times(2 * step, 8))
+    return simulate(osc, force, t_end=FIG_2_PERIODS * 2.0 * math.pi / omega)
+
+
+def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, float]:
+    """Return the first and the last interval between impacts of fig 2, and the lag that adds up.
+
+    Parameters
+    ----------
+    step, detuning
+        As for `fig_2_run`.
 
     Returns
     -------
@@ -89,10 +106,8 @@ def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, floa
     >>> round(float(interval_ends(0)[1].mid()), 4)
     1.005
     """
-    osc = bilinear_oscillator(stiffness_below=BELOW)
-    omega = detuning * resonant_frequency(osc)
-    force = cosine(omega, phase=pi_times(2 * step, 8))
-    proven = certify(simulate(osc, force, t_end=FIG_2_PERIODS * 2.0 * math.pi / omega))
+    proven = certify(fig_2_run(step, detuning))
+    omega = detuning * resonant_frequency(bilinear_oscillator(stiffness_below=BELOW))
     crossings = proven.crossings
     times = [t for t, way in zip(crossings.t.arbs, crossings.direction, strict=True) if way == "in"]
     turns = [t * arb(omega) / (2 * arb.pi()) for t in times]
@@ -141,8 +156,8 @@ def periodic_speed(omega: float) -> float:
     return abs(numerics.tan(math.pi / omega) / (1.0 - omega * omega))
 
 
-def periodic_start(omega: Fraction, faster: float, impacts: int = 300) -> float:
-    """Return how far flight times are from the period, for a start near the periodic one.
+def run_near_periodic(omega: Fraction, faster: float, impacts: int = 300) -> Trajectory:
+    """Return a motion of the impact oscillator that starts near the periodic one.
 
     Parameters
     ----------
@@ -152,6 +167,18 @@ def periodic_start(omega: Fraction, faster: float, impacts: int = 300) -> float:
         How much faster than the periodic motion the start is.
     impacts
         How long to follow it.
+    """
+    speed = periodic_speed(float(omega)) + faster
+    return simulate(impact_oscillator(), cosine(omega), v0=speed, max_impacts=impacts)
+
+
+def periodic_start(omega: Fraction, faster: float, impacts: int = 300) -> float:
+    """Return how far flight times are from the period, for a start near the periodic one.
+
+    Parameters
+    ----------
+    omega, faster, impacts
+        As for `run_near_periodic`.
 
     Returns
     -------
@@ -163,6 +190,5 @@ def periodic_start(omega: Fraction, faster: float, impacts: int = 300) -> float:
     >>> periodic_start(Fraction("2.02"), 0.0) < 1e-10 < periodic_start(Fraction("2.02"), 0.1)
     True
     """
-    speed = periodic_speed(float(omega)) + faster
-    run = simulate(impact_oscillator(), cosine(omega), v0=speed, max_impacts=impacts)
+    run = run_near_periodic(omega, faster, impacts)
     return float(np.abs(run.impacts.intervals - 2.0 * math.pi / float(omega)).max())

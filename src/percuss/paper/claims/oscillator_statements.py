@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import sympy
@@ -13,6 +13,7 @@ from percuss.certified import Ball, CertifiedRun
 from percuss.certified.ball_law import constant_of, law_of
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.numbers import precision
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
@@ -146,13 +147,19 @@ def _smoothness(formula: Formula = EQ1) -> Finding:
             enclosed("jump of x''' over (w+^2 - w-^2) x' there", third_jump, 1 - 1e-6, 1 + 1e-6),
         ),
         remark="Where the motion touches x = 0 with x' = 0 the third derivative does not jump.",
+        study=motion_text(_crossing_run()),
     )
+
+
+@cache
+def _crossing_run() -> Trajectory:
+    osc = bilinear_oscillator(stiffness_above=1, stiffness_below=5, damping="0.1")
+    return simulate(osc, cosine("1.3"), v0=1.0, t_end=10.0)
 
 
 def _jumps_in_balls() -> tuple[arb | None, arb | None]:
     """Return the jump of x'' at a crossing, and that of x''' over (w+^2 - w-^2) x'."""
-    osc = bilinear_oscillator(stiffness_above=1, stiffness_below=5, damping="0.1")
-    proven = certain_run(simulate(osc, cosine("1.3"), v0=1.0, t_end=10.0))
+    proven = certain_run(_crossing_run())
     if proven is None:
         return None, None
 
@@ -218,25 +225,37 @@ def _resonant_frequency(eq2: Formula = EQ2, rates: Formula = RATES) -> Finding:
         "W_r is the frequency of the free motion. With damping the steady response is largest a "
         "little below it: for w- = w+ at sqrt(w^2 - 2 a^2)."
     )
-    return Finding((proof, *soft, wall), remark=remark)
+    return Finding(
+        (proof, *soft, wall),
+        remark=remark,
+        study=motion_text(_free_run(_bilinear(*cases[0]), _cycle(*cases[0], eq2, rates))),
+    )
 
 
 def _bilinear(above: float, below: float, damping: float) -> Oscillator:
     return bilinear_oscillator(stiffness_above=above, stiffness_below=below, damping=damping)
 
 
+def _cycle(above: float, below: float, damping: float, eq2: Formula, rates: Formula) -> float:
+    """Return the duration of a free cycle by the formula."""
+    squared = rates.side(OWN, DAMPING)
+    slow, fast = (math.sqrt(squared(math.sqrt(k), damping)) for k in (above, below))
+    if math.isfinite(below):
+        return 2.0 * math.pi / float(eq2.side(RATE_ABOVE, RATE_BELOW)(slow, fast))
+    rigid = sympy.limit(eq2.printed.rhs, RATE_BELOW, sympy.oo)
+    return 2.0 * math.pi / float(rigid.subs(RATE_ABOVE, slow))
+
+
+def _free_run(osc: Oscillator, cycle: float) -> Trajectory:
+    return simulate(osc, v0=1.0, t_end=7.5 * cycle)
+
+
 def _frequency(
     osc: Oscillator, above: float, below: float, damping: float, eq2: Formula, rates: Formula
 ) -> Comparison:
     """Compare the time between entries of the free motion with the formula."""
-    squared = rates.side(OWN, DAMPING)
-    slow, fast = (math.sqrt(squared(math.sqrt(k), damping)) for k in (above, below))
-    if math.isfinite(below):
-        expected = 2.0 * math.pi / float(eq2.side(RATE_ABOVE, RATE_BELOW)(slow, fast))
-    else:
-        rigid = sympy.limit(eq2.printed.rhs, RATE_BELOW, sympy.oo)
-        expected = 2.0 * math.pi / float(rigid.subs(RATE_ABOVE, slow))
-    run = simulate(osc, v0=1.0, t_end=7.5 * expected)
+    expected = _cycle(above, below, damping, eq2, rates)
+    run = _free_run(osc, expected)
     what = f"2 pi/W_r, w+^2 = {above:g}, w-^2 = {below:g}, a = {damping:g}: worst of 5 cycles"
     proven = certain_run(run)
     if proven is None:
@@ -273,6 +292,7 @@ def _limit(impact: Formula = EQ4) -> Finding:
             "(3) and (4) define the model. The error falls as 1/w- where the motion meets x = 0 "
             "with a velocity, and as the root of that once it has grazed."
         ),
+        study=motion_text(runs[1]),
     )
 
 
@@ -312,7 +332,10 @@ def _scaling(formula: Formula = EQ5, eq2: Formula = EQ2, harmonic: str = "2") ->
     scaled_run = simulate(WALL, cosine("1.7"), v0="0.6", t_end=40)
     one, other = certain_run(own), certain_run(scaled_run)
     free = certain_run(simulate(WALL, v0=1, t_end=30))
-    return Finding((proof, *_scaled_alike(one, other), _free_frequency(free, float(harmonic))))
+    return Finding(
+        (proof, *_scaled_alike(one, other), _free_frequency(free, float(harmonic))),
+        study=motion_text(scaled_run),
+    )
 
 
 def _free_frequency(free: CertifiedRun | None, expected: float) -> Comparison:

@@ -8,8 +8,10 @@ from functools import partial
 import numpy as np
 
 from percuss import numerics
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.model.oscillator import Oscillator
+from percuss.motion.simulate import simulate
 from percuss.orbits import stroboscopic_map
 from percuss.paper.claims.comparisons import WALL
 from percuss.paper.claims.half_harmonic_growth import limit_constant
@@ -60,6 +62,7 @@ def _poincare(osc: Oscillator) -> Finding:
             "stability does not see it: so far the article is right. The map from impact to "
             "impact, which the article uses in section 5, is a Poincare map as well."
         ),
+        study=motion_text(simulate(osc, sine(1), t_end=float(t[-1]))),
     )
 
 

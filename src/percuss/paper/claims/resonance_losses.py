@@ -9,9 +9,12 @@ from functools import cache, partial
 import numpy as np
 
 from percuss import numerics
+from percuss.arrays import Floats
 from percuss.certified import certify
 from percuss.errors import ConvergenceError, ParameterError
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import cosine
+from percuss.model.oscillator import Oscillator
 from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.paper.claims.certain import in_ball
@@ -33,6 +36,8 @@ from percuss.paper.models.resonance_losses import (
     stiff_resonance,
 )
 from percuss.paper.statement import Finding, Statement
+from percuss.studies.kinds.response import Response
+from percuss.studies.study import Study, study_text
 
 __all__ = ["STATEMENTS"]
 
@@ -50,6 +55,19 @@ ACROSS = np.linspace(-2.5, 2.5, 41)
 # Restitution of a metal on metal; which peaks it leaves.
 REAL = 0.8
 PROMINENT = 1.5
+# How far from a peak the speeds are that it is to stand out from.
+AROUND = np.concatenate([np.linspace(-0.2, -0.1, 9), np.linspace(0.1, 0.2, 9)])
+# Of an orbit, in its study.
+PERIODS = 20
+# A loss, as a share of the speed, and a damping, at which peaks are measured.
+LOST, DAMPED = 0.05, 0.02
+
+
+def _chart(osc: Oscillator, omegas: Floats) -> str:
+    """Return the study of the orbits with one impact a period over these frequencies."""
+    low, high = float(omegas[0]), float(omegas[-1])
+    question = Response(over={"forcing.omega": (low, high)}, max_impacts=1, max_periods=1)
+    return study_text(Study(osc, cosine(0.5 * (low + high)), question))
 
 
 @cache
@@ -77,7 +95,10 @@ def _curve(factor: float = 1.0) -> Finding:
         for n in EVEN:
             for omega in (f"{n - 0.05:.2f}", str(n), f"{n + 0.05:.2f}"):
                 checks += _held(n, omega, losses, factor)
-    return Finding(tuple(checks))
+    return Finding(
+        tuple(checks),
+        study=motion_text(_orbit(2, "2", LOSSES[1]).trajectory(PERIODS)),
+    )
 
 
 def _held(n: int, omega: str, losses: tuple[str, str], factor: float) -> list[Comparison]:
@@ -107,7 +128,7 @@ def _peaks(factor: float = 1.0) -> Finding:
     for n in EVEN:
         for name, by_wall in (("r < 1", True), ("a > 0", False)):
             heights, widths = zip(
-                *(_measured_peak(n, lost, by_wall) for lost in (0.05, 0.025)), strict=True
+                *(_measured_peak(n, lost, by_wall) for lost in (LOST, LOST / 2)), strict=True
             )
             for what, (first, second) in (("height", heights), ("width", widths)):
                 limit = (2.0 * second - first) / factor
@@ -115,14 +136,20 @@ def _peaks(factor: float = 1.0) -> Finding:
     return Finding(
         tuple(checks),
         remark="Measured at lambda = 0.05 and 0.025; the difference, of order lambda, is removed.",
+        study=_chart(lossy(1.0 - LOST, 0.0), _across(EVEN[0], LOST)[1]),
     )
+
+
+def _across(n: int, lost: float, damping: float = 0.0) -> tuple[float, Floats]:
+    """Return the width of a peak by the form, and frequencies across it."""
+    width = 2.0 * lost / math.pi
+    return width, n * math.sqrt(1.0 - damping**2) + 0.5 * width * ACROSS
 
 
 def _measured_peak(n: int, lost: float, by_wall: bool) -> tuple[float, float]:
     """Return height and width of a peak over those of the form, from motions."""
     restitution, damping = (1.0 - lost, 0.0) if by_wall else (1.0, _damping(lost))
-    width = 2.0 * lost / math.pi
-    omegas = n * math.sqrt(1.0 - damping**2) + 0.5 * width * ACROSS
+    width, omegas = _across(n, lost, damping)
     expected = gain(n) / lost_share(restitution, damping)
     transient = int(14 / lost) * n // 2
     speeds = largest_speeds(lossy(restitution, damping), omegas, expected, transient)
@@ -169,6 +196,7 @@ def _half(end: float = 0.125) -> Finding:
             "the latter. The height's leading part and "
             "the multiplier of the speed are derived, the others found from the numbers."
         ),
+        study=motion_text(peak_orbit(Fraction(1), 1.0 - large).trajectory(PERIODS)),
     )
 
 
@@ -193,6 +221,7 @@ def _saddles(factor: float = 1.0) -> Finding:
         tuple(checks),
         remark="A multiplier above 1 repels: no motion settles at that speed, so no stable peak "
         "comes of these resonances.",
+        study=motion_text(slow.trajectory(PERIODS)),
     )
 
 
@@ -205,7 +234,7 @@ def prominence(restitution: float, damping: float, omega: float) -> float:
     True
     """
     inside = omega + 0.02 * np.linspace(-1.0, 1.0, 9)
-    around = omega + np.concatenate([np.linspace(-0.2, -0.1, 9), np.linspace(0.1, 0.2, 9)])
+    around = omega + AROUND
     osc = lossy(restitution, damping)
     starts = (0.0, 1.0, 2.5, 5.0)
     near_it, beside = (response(osc, omegas, starts)[0].max() for omegas in (inside, around))
@@ -231,13 +260,15 @@ def _survive(survivors: tuple[str, ...] = ("2", "4", "6")) -> Finding:
             f"distance of 0.1 to 0.2: {', '.join(words)}. With r = 0.6 and a = 0.05 it is {both}: "
             f"peaks of the width 2 lambda/pi = {wide:.2f} are hills no narrower than that."
         ),
+        study=_chart(lossy(REAL, 0.0), 2.0 + AROUND),
     )
 
 
 def _bilinear(factor: float = 1.0) -> Finding:
     """Measure peaks of soft and hard bilinear oscillators at two dampings."""
     checks = []
-    for below in (4.0, 25.0, 1e4):
+    stiffnesses = (4.0, 25.0, 1e4)
+    for below in stiffnesses:
         for m in (1, 2, 3):
             slope, width = _bilinear_peak(below, m)
             what = f"k- = {below:g}, m = {m}"
@@ -253,7 +284,12 @@ def _bilinear(factor: float = 1.0) -> Finding:
         tuple(checks),
         remark="The speed has a part that does not depend on a: two dampings remove it. At k- = "
         "25/9 the fourth multiple of W_r does no work: there is no resonance of first order.",
+        study=_chart(stiff(stiffnesses[0], DAMPED), _across_stiff(stiffnesses[0], 1, DAMPED)),
     )
+
+
+def _across_stiff(below: float, m: int, damping: float) -> Floats:
+    return m * stiff_resonance(below) + damping * ACROSS
 
 
 def _bilinear_peak(below: float, m: int) -> tuple[float, float]:
@@ -261,8 +297,8 @@ def _bilinear_peak(below: float, m: int) -> tuple[float, float]:
     cycle = math.pi * (1.0 + 1.0 / math.sqrt(below))
     per_time = cycle_work(below, m) / cycle
     peaks = []
-    for damping in (0.02, 0.01):
-        omegas = m * stiff_resonance(below) + damping * ACROSS
+    for damping in (DAMPED, DAMPED / 2):
+        omegas = _across_stiff(below, m, damping)
         expected = per_time / damping
         speeds = largest_speeds(stiff(below, damping), omegas, expected, int(3 / damping) * m)
         peaks.append(peak_and_width(omegas, speeds))

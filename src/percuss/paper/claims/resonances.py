@@ -11,13 +11,22 @@ import numpy as np
 import sympy
 from sympy import cos, pi, sin
 
+from percuss.io.study_text import motion_text
 from percuss.paper.claims.bilinear_limit import local_orders
 from percuss.paper.claims.comparisons import ROUNDING, near
 from percuss.paper.claims.harmonic_formulas import bound_steps
 from percuss.paper.evidence import Comparison, Deduction, Evidence, Measurement, Step, compare
 from percuss.paper.models.averaging import averaged, mean_delays, order, strength
 from percuss.paper.models.flight_series import energy_gain
-from percuss.paper.models.resonance_runs import deviation_power, energy_rates, ensemble, run_of
+from percuss.paper.models.resonance_runs import (
+    AWAY,
+    deviation_power,
+    energy_rates,
+    ensemble,
+    first_run,
+    run_near_growing,
+    run_of,
+)
 from percuss.paper.proof import identity
 from percuss.paper.statement import Finding, Statement
 
@@ -40,6 +49,10 @@ GOLDEN = Fraction("0.6180339887")
 OTHERS = (GOLDEN, Fraction("1.4142135624"), Fraction(4, 7), Fraction(8, 7))
 # Speed and number of impacts with which the growing phase is looked at.
 NEAR_PHASE = {1: (50.0, 10_000), 2: (50.0, 20_000), 3: (50.0, 200_000), 4: (30.0, 200_000)}
+# Between which fast starts lie.
+SPEEDS = 8.0, 12.0
+# Impacts of the motions that studies show.
+SHOWN = 1000
 # At which the parts of the averaged H are compared: far above the force's amplitude.
 FAST = 1000.0
 
@@ -57,7 +70,10 @@ def _even(printed: Callable[[int], float] = lambda n: 2 * n / (n * n - 1)) -> Fi
         each = runs.largest[:, -1] / 10_000
         apart = float(np.abs(each - printed(n)).max())
         found.append(near(f"n = {n}: growth an impact, furthest from 2n/(n^2-1)", apart, 0.0, 1e-3))
-    return Finding(tuple(found))
+    return Finding(
+        tuple(found),
+        study=motion_text(first_run(Fraction(2), SHOWN)),
+    )
 
 
 def _half(rate: float = 0.5) -> Finding:
@@ -76,6 +92,7 @@ def _half(rate: float = 0.5) -> Finding:
             "psi in which a motion leaves low speeds stays, so the factor of the square root is "
             "not universal; 1/sqrt(2) for V is the most."
         ),
+        study=motion_text(first_run(OF_ORDER[2][0], SHOWN)),
     )
 
 
@@ -132,7 +149,10 @@ def _odd(kept: sympy.Expr = V) -> Finding:
         largest = float(ensemble(Fraction(one), 24, 10_000).largest.max())
         what = f"n = {one}: largest speed of 24 starts with V < 2, 10,000 impacts"
         found.append(Measurement(what, largest, 0.0, 2.0, ROUNDING))
-    return Finding(tuple(found))
+    return Finding(
+        tuple(found),
+        study=motion_text(run_of(Fraction(3), 0.0, 2.0, SHOWN)),
+    )
 
 
 def _exponent(q: int) -> Comparison:
@@ -188,6 +208,7 @@ def _orders(less: int = 2) -> Finding:
         "in "
         f"time, medians over the starts: {'; '.join(remarks)}. For q >= 4 their errors do not part "
         "neighbouring orders.",
+        study=motion_text(first_run(OF_ORDER[3][0], SHOWN)),
     )
 
 
@@ -214,7 +235,9 @@ def _phases(less: float = 2.0) -> Finding:
         # What averaging leaves out is of relative order 1 / V: it halves, and is removed.
         power = 2.0 * fast - slow
         found.append(near(f"q = {q}: power of V in the deviation", power, q - less, 0.02))
-    return Finding(tuple(found))
+    speed, _ = NEAR_PHASE[3]
+    run = run_near_growing(OF_ORDER[3][0], speed, AWAY, SHOWN)
+    return Finding(tuple(found), study=motion_text(run))
 
 
 def _weight(m: int, low: float, high: float) -> Comparison:
@@ -257,6 +280,7 @@ def _subharmonics(closed: tuple[int, ...] = (7, 8, 9)) -> Finding:
         "only for m <= 6; from m = 7 on, fast motions stay near their speed",
         remark="From m = 7 on the length of a fast flight depends on its speed more strongly than "
         f"the force can make use of, above V = {speeds}.",
+        study=motion_text(first_run(Fraction(2, closed[0]), SHOWN, *SPEEDS)),
     )
 
 
@@ -285,6 +309,7 @@ def _only_subharmonic(others: tuple[str, ...] = ("4/3", "3/2", "4/5")) -> Findin
         remark="Whether the article means all resonances off Y0 or announces those of its "
         "section 5 "
         "is open; read as the former it is wrong.",
+        study=motion_text(first_run(Fraction(others[0]), SHOWN)),
     )
 
 
@@ -295,7 +320,7 @@ def _held(omega: Fraction) -> Comparison:
 
 def _late_growth(omega: Fraction) -> float:
     """Return the most by which starts between V = 8 and 12 pass their maximum over 2000 impacts."""
-    runs = ensemble(omega, 8, 40_000, 8.0, 12.0)
+    runs = ensemble(omega, 8, 40_000, *SPEEDS)
     early = int(np.searchsorted(runs.counts, 2_000))
     return float((runs.largest[:, -1] / runs.largest[:, early]).max())
 
@@ -315,6 +340,7 @@ def _others(frequencies: tuple[Fraction, ...] = OTHERS) -> Finding:
             f"omega = 2/3 grows by {third:.2f}. The speed above which the twist outweighs the "
             f"phase is {balance}: near a strong resonance slow motions grow for a very long time."
         ),
+        study=motion_text(first_run(frequencies[0], SHOWN, *SPEEDS)),
     )
 
 

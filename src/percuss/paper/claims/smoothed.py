@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import sympy
 
+from percuss.io.study_text import motion_text
 from percuss.paper.claims.bilinear_limit import local_orders
 from percuss.paper.claims.comparisons import near
 from percuss.paper.evidence import Deduction, Measurement
@@ -16,14 +17,18 @@ from percuss.paper.models.smoothing_errors import (
     LONGEST,
     RADII,
     bound_use,
+    chaotic_run,
     crossing_errors,
+    crossing_run,
     expected_gain,
     grazing_errors,
     grazing_jump,
     horizons,
     stiff_errors,
     time_gained,
+    touching_run,
     wall_delay,
+    wall_run,
 )
 from percuss.paper.proof import identity, theorem
 from percuss.paper.statement import Finding, Statement
@@ -123,6 +128,7 @@ def _smoothed(order: float = 2.0, rate: sympy.Expr = RATE) -> Finding:
             near("order in rho, all crossings fast", float(orders.mean()), order, 0.02),
         ),
         remark=f"The error is at most {bound_use(20.0):.1e} of the bound rho (e^(lambda t) - 1).",
+        study=motion_text(crossing_run()),
     )
 
 
@@ -138,6 +144,7 @@ def _smoothed_at_grazing(power: float = 1.5) -> Finding:
             near("jump by (4 sqrt(2)/15) (k- - k+) rho^(3/2)", float(ratio), 1.0, 5e-3),
         ),
         remark=f"With a hyperbola for the parabola the order is {hyperbola:.2f}, rising to 3/2.",
+        study=motion_text(touching_run()),
     )
 
 
@@ -171,6 +178,7 @@ def _smoothed_in_time(factor: float = 2.0) -> Finding:
         remark=f"A tenth of rho gains {gained:.1f} +- {gained_error:.1f} over {len(found)} starts; "
         f"2 ln 10 / lambda is {expected:.1f} +- {expected_error:.1f}. The motions do not converge "
         "uniformly in time, as one might expect from the convergence at each time.",
+        study=motion_text(chaotic_run()),
     )
 
 
@@ -202,6 +210,7 @@ def _smoothed_and_stiff(power: float = -1.0 / 3.0) -> Finding:
         ),
         remark=f"Between rho = 0.1 and 0.01 the order is {orders[0]:.2f}: there rho is larger than "
         "V/sqrt(k-).",
+        study=motion_text(wall_run(STIFF_RADII[1])),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import sympy
@@ -12,8 +12,10 @@ from flint import arb
 from percuss.certified.ball_law import constant_of, law_of
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.numbers import precision
-from percuss.model.forcing import sine
+from percuss.io.study_text import motion_text
+from percuss.model.forcing import cosine, sine
 from percuss.motion.simulate import simulate
+from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.certain_motion import enclosed, furthest_apart
 from percuss.paper.claims.comparisons import ROUNDING, WALL
@@ -57,6 +59,8 @@ def _existence(force: sympy.Expr = INTO_THE_WALL) -> Finding:
         concludes="differs",
     )
     early = arb("0.2")
+    # With contact there is one motion.
+    pushed = cosine(2, float(force.coeff(sympy.cos(2 * T))))
     return Finding(
         (
             begins,
@@ -70,6 +74,7 @@ def _existence(force: sympy.Expr = INTO_THE_WALL) -> Finding:
             "For forces that are smooth and not analytic there may be several (Schatzman 1998, "
             "Math. Comput. Modelling 28)."
         ),
+        study=motion_text(simulate(WALL, pushed, t_end=10)),
     )
 
 
@@ -105,6 +110,7 @@ def _derivatives(formula: Formula = EQ5) -> Finding:
     return Finding(
         (proof, *checks),
         remark="At a graze, an impact with V = 0, no derivative jumps.",
+        study=motion_text(_run()),
     )
 
 
@@ -116,9 +122,14 @@ def _part(found: list[arb] | None, n: int) -> arb | None:
     return None if found is None else found[n]
 
 
+@cache
+def _run() -> Trajectory:
+    return simulate(WALL, sine("2.5"), v0=1, t_end=10)
+
+
 def _jumps_in_balls() -> list[arb] | None:
     """Return the jumps of the derivatives at the first impact of a motion, over 2 V."""
-    proven = certain_run(simulate(WALL, sine("2.5"), v0=1, t_end=10))
+    proven = certain_run(_run())
     if proven is None:
         return None
     t, v = proven.impacts.t.arbs[0], proven.impacts.v_after.arbs[0]
@@ -167,6 +178,7 @@ def _neutral(speed: str = "7/10") -> Finding:
             "The free motions, V0 >= 0, are a semigroup with the neutral element x = 0, and it acts "
             "on the solutions of (5) on the eigenset: x0 shifts their velocity by V0."
         ),
+        study=motion_text(runs[0]),
     )
 
 

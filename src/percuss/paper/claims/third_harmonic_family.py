@@ -17,6 +17,7 @@ from sympy import Integer, Rational, cos, pi, sin
 from percuss import numerics
 from percuss.arrays import Floats
 from percuss.certified import repeats_after
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator
 from percuss.model.start import Start
@@ -37,6 +38,9 @@ from percuss.paper.evidence import Comparison, Deduction, Measurement, Step, com
 from percuss.paper.models.runge_kutta import POINTS, SteppedMotion, runge_kutta
 from percuss.paper.proof import argument, identity, sign
 from percuss.paper.statement import Finding, Statement
+from percuss.studies.axes import Span
+from percuss.studies.kinds.diagram import Diagram
+from percuss.studies.study import Study, study_text
 
 __all__ = ["STATEMENTS", "STIFFNESSES", "T_END", "V0", "bilinear_run", "long_run", "stepped"]
 
@@ -139,6 +143,7 @@ def _other_times(v0: Fraction = START) -> Finding:
         remark="The text of the article says Fig. 6b of both velocities, 0.51 and 0.45; they are "
         "the "
         "two parts of its figure 6.",
+        study=motion_text(run),
     )
 
 
@@ -241,18 +246,31 @@ def _period_lost(v0: Fraction = START) -> Finding:
         "6b shows of irregularity is none of the limit w- -> infinity."
     )
     period = Deduction("impact times with the period 4 pi", _period_steps(v0), "differs")
-    return Finding((period,), remark=remark)
+    return Finding(
+        (period,),
+        remark=remark,
+        study=motion_text(long_run()),
+    )
+
+
+def _start(k: int) -> float:
+    """Return the k-th of the equidistant velocities below 1/2."""
+    return (k + 0.5) / (2 * N_STARTS)
 
 
 @cache
 def kinds_of_starts() -> tuple[ImpactTimes, ...]:
     """Classify the impact times from equidistant velocities below 1/2."""
     return tuple(
-        classify_impact_times(
-            simulate(WALL, sine(3), v0=(k + 0.5) / (2 * N_STARTS), t_end=1000.0 * math.pi)
-        )
+        classify_impact_times(simulate(WALL, sine(3), v0=_start(k), t_end=1000.0 * math.pi))
         for k in range(N_STARTS)
     )
+
+
+def _diagram_of_starts() -> Study:
+    """Return the study of the same starts: where each motion is once a period of the force."""
+    starts = Span(_start(0), _start(N_STARTS - 1), N_STARTS)
+    return Study(WALL, sine(3), Diagram(over={"start.v0": starts}, follow=(), transient=0))
 
 
 def _share_without_period() -> Comparison:
@@ -261,8 +279,7 @@ def _share_without_period() -> Comparison:
     what = "share of starts 0 < V0 < 1/2 without a period in 1000 pi"
     proven = sum(
         one.kind == "periodic"
-        and repeats_after(WALL, sine(3), (k + 0.5) / (2 * N_STARTS), int(one.n_impacts)).holds
-        is True
+        and repeats_after(WALL, sine(3), _start(k), int(one.n_impacts)).holds is True
         for k, one in enumerate(found)
     )
     # Those that are proven have a period; of the others nothing is known.
@@ -331,6 +348,7 @@ def _outside_the_range(ends: tuple[float, float] | None = None) -> Finding:
             "That all "
             "velocities between the two ends have six impacts is derived."
         ),
+        study=study_text(_diagram_of_starts()),
     )
 
 
@@ -389,7 +407,11 @@ def _finite_stiffness(allowed: float = 1e-6) -> Finding:
         f"up to {plain:.0%}, with an error test that shortens them by {fine:.0e}: without one they "
         "make an irregular motion that belongs to neither equation."
     )
-    return Finding(tuple(checks), remark=remark)
+    return Finding(
+        tuple(checks),
+        remark=remark,
+        study=motion_text(run),
+    )
 
 
 STATEMENTS = (

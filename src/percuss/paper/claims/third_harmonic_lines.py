@@ -13,6 +13,7 @@ from percuss import numerics
 from percuss.arrays import Floats
 from percuss.certified.numbers import precision
 from percuss.errors import ParameterError
+from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import line_spectrum, spectrum
@@ -143,6 +144,7 @@ def _regular(v0: str = ABOVE) -> Finding:
             f"The even lines fall as w^{peak_law(v0):.3f}, as those of any motion whose velocity "
             "jumps: a power, however rapid it looks."
         ),
+        study=motion_text(_run(v0)),
     )
 
 
@@ -195,6 +197,7 @@ def _irregular(v0: str = BELOW) -> Finding:
             + ", ".join(f"{share:.1e} at {name}" for name, share in between.items())
             + f", and {steps:.1e} with plain Runge-Kutta steps at w-/w+ = 2e4."
         ),
+        study=motion_text(_run(v0)),
     )
 
 
@@ -225,6 +228,7 @@ def _slower(v0: str = BELOW, law: float = -2.0) -> Finding:
             "the peaks fall by the same power, w^-2, and below nearly the same bound; at V0 = 0.45 "
             "there are more of them, and their heights are irregular"
         ),
+        study=motion_text(_run(v0)),
     )
 
 

@@ -18,14 +18,21 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.models.averaging import averaged
 
 __all__ = [
+    "AWAY",
     "Ensemble",
     "Exponent",
     "deviation_power",
     "ensemble",
+    "first_run",
     "growing_phase",
     "growing_run",
+    "run_near_growing",
     "run_of",
+    "starts",
 ]
+
+# How far from the growing phase motions start that approach it, or leave it [rad].
+AWAY = 1e-3
 
 
 @dataclass(frozen=True)
@@ -84,6 +91,22 @@ def _slope(steps: Floats, speeds: Floats) -> float:
     return numerics.fit_line(steps, np.median(speeds, axis=0))[0]
 
 
+def starts(motions: int, slowest: float = 0.0, fastest: float = 2.0) -> list[tuple[float, float]]:
+    """Return random phases of the force, and random speeds at the wall."""
+    generator = np.random.default_rng(0)
+    return [
+        (generator.uniform(0.0, 2.0 * math.pi), generator.uniform(slowest, fastest))
+        for _ in range(motions)
+    ]
+
+
+def first_run(
+    omega: Fraction, impacts: int, slowest: float = 0.0, fastest: float = 2.0
+) -> Trajectory:
+    """Return the first motion of an `ensemble`, for so many impacts."""
+    return run_of(omega, *starts(1, slowest, fastest)[0], impacts)
+
+
 @cache
 def ensemble(
     omega: Fraction, motions: int, impacts: int, slowest: float = 0.0, fastest: float = 2.0
@@ -106,14 +129,12 @@ def ensemble(
     >>> ensemble(Fraction(2), 3, 1000).share_growing()
     1.0
     """
-    generator = np.random.default_rng(0)
     # Four steps a power of ten.
     steps = 4 * (len(str(impacts // 100)) - 1) + 1
     counts = np.round(numerics.geometric(100, impacts, steps)).astype(np.int64)
     largest, typical = np.empty((2, motions, len(counts)))
-    for row in range(motions):
-        phase = generator.uniform(0.0, 2.0 * math.pi)
-        speeds = run_of(omega, phase, generator.uniform(slowest, fastest), impacts).impacts.v_after
+    for row, (phase, speed) in enumerate(starts(motions, slowest, fastest)):
+        speeds = run_of(omega, phase, speed, impacts).impacts.v_after
         largest[row] = np.maximum.accumulate(speeds)[counts - 1]
         typical[row] = [np.median(speeds[n // 2 : n]) for n in counts]
     return Ensemble(counts, largest, typical)
@@ -166,10 +187,8 @@ def growing_phase(omega: Fraction) -> float:
     return math.copysign(0.5 * math.pi / found.q, (-1) ** found.p * found.strength)
 
 
-def growing_run(
-    omega: Fraction, speed: float, from_phase: float, impacts: int
-) -> tuple[Floats, Floats]:
-    """Follow a motion from near the growing phase, looked at once every q flights.
+def run_near_growing(omega: Fraction, speed: float, from_phase: float, impacts: int) -> Trajectory:
+    """Follow a motion from near the growing phase.
 
     Parameters
     ----------
@@ -181,6 +200,19 @@ def growing_run(
         How far from the growing phase it starts [rad].
     impacts
         How long to follow it.
+    """
+    return run_of(omega, growing_phase(omega) + from_phase, speed, impacts)
+
+
+def growing_run(
+    omega: Fraction, speed: float, from_phase: float, impacts: int
+) -> tuple[Floats, Floats]:
+    """Follow a motion from near the growing phase, looked at once every q flights.
+
+    Parameters
+    ----------
+    omega, speed, from_phase, impacts
+        As for `run_near_growing`.
 
     Returns
     -------
@@ -188,8 +220,7 @@ def growing_run(
         V, and how far from the growing phase the impact is, in (-pi / q, pi / q].
     """
     q = averaged(omega).q
-    phase = growing_phase(omega) + from_phase
-    run = run_of(omega, phase, speed, impacts)
+    run = run_near_growing(omega, speed, from_phase, impacts)
     speeds = np.concatenate(([speed], run.impacts.v_after))[::q]
     turns = np.concatenate(([0.0], run.impacts.cycle))[::q]
     return speeds, offset(2.0 * math.pi * turns + from_phase, q)
@@ -215,7 +246,7 @@ def deviation_power(omega: Fraction, speed: float, impacts: int) -> float:
     >>> round(deviation_power(Fraction(2), 50.0, 1000), 6)
     -1.0
     """
-    behind, ahead = (growing_run(omega, speed, start, impacts) for start in (-1e-3, 1e-3))
+    behind, ahead = (growing_run(omega, speed, start, impacts) for start in (-AWAY, AWAY))
     apart, mean = np.abs(ahead[1] - behind[1]), 0.5 * (ahead[0] + behind[0])
     chosen = np.unique(numerics.geometric(10, len(mean) - 1, 24).astype(np.int64))
     return numerics.fit_line(numerics.log(mean[chosen]), numerics.log(apart[chosen]))[0]

@@ -23,14 +23,18 @@ __all__ = [
     "RADII",
     "bound_use",
     "chaotic_errors",
+    "chaotic_run",
     "crossing_errors",
+    "crossing_run",
     "expected_gain",
     "grazing_errors",
     "grazing_jump",
     "horizons",
     "stiff_errors",
     "time_gained",
+    "touching_run",
     "wall_delay",
+    "wall_run",
 ]
 
 
@@ -55,7 +59,8 @@ EXPONENT_PERIODS = 20_000
 _CHAOTIC = bilinear_oscillator(stiffness_below=BELOW)
 
 
-def _bilinear() -> Trajectory:
+def crossing_run() -> Trajectory:
+    """Return the bilinear motion whose crossings of x = 0 are all fast."""
     osc = bilinear_oscillator(stiffness_below=BELOW)
     return simulate(osc, cosine(OMEGA), x0=X0, v0=V0, t_end=TIMES[-1])
 
@@ -77,7 +82,7 @@ def crossing_errors(rounding: Rounding = "parabola") -> Floats:
     >>> round(float(np.log2(errors[-2] / errors[-1])), 1)
     2.0
     """
-    exact = _bilinear()(TIMES)[0]
+    exact = crossing_run()(TIMES)[0]
     return np.array(
         [np.abs(_smooth(radius, rounding)[0] - exact).max() for radius in RADII.tolist()]
     )
@@ -103,7 +108,7 @@ def bound_use(until: float) -> float:
     float
         Largest sqrt((k+ + k-) dx^2 / 2 + dv^2) / (radius sqrt((k+ + k-) / 2) (e^(lambda t) - 1)).
     """
-    exact_x, exact_v = _bilinear()(TIMES)
+    exact_x, exact_v = crossing_run()(TIMES)
     mean = 0.5 * (1.0 + BELOW)
     chosen = (TIMES > 0.0) & (until >= TIMES)
     used = []
@@ -113,6 +118,21 @@ def bound_use(until: float) -> float:
         bound = radius * math.sqrt(mean) * numerics.expm1(growth_rate(1.0, BELOW) * TIMES[chosen])
         used.append(float((error / bound).max()))
     return max(used)
+
+
+def _touching() -> tuple[Floats, Floats, Floats]:
+    """Return two times, and x and v there of the motion that touches x = 0 at t = 0."""
+    gain, ends = 1.0 / (1.0 - OMEGA**2), np.array([-1.0, 0.5])
+    x = gain * (numerics.cos(OMEGA * ends) - numerics.cos(ends))
+    v = gain * (numerics.sin(ends) - OMEGA * numerics.sin(OMEGA * ends))
+    return ends, x, v
+
+
+def touching_run() -> Trajectory:
+    """Return the bilinear motion that touches x = 0 at t = 0."""
+    ends, x, v = _touching()
+    osc, start = bilinear_oscillator(stiffness_below=BELOW), (float(x[0]), float(v[0]))
+    return simulate(osc, cosine(OMEGA), *start, t0=float(ends[0]), t_end=float(ends[-1]))
 
 
 @cache
@@ -130,9 +150,7 @@ def grazing_errors(rounding: Rounding = "parabola") -> Floats:
         (n,) jumps in velocity: sqrt(dx^2 + dv^2) at t = 1/2, after a touch at t = 0 of the motion
         x = (cos omega t - cos t) / (1 - omega^2).
     """
-    gain, ends = 1.0 / (1.0 - OMEGA**2), np.array([-1.0, 0.5])
-    x = gain * (numerics.cos(OMEGA * ends) - numerics.cos(ends))
-    v = gain * (numerics.sin(ends) - OMEGA * numerics.sin(OMEGA * ends))
+    ends, x, v = _touching()
     found = []
     for radius in RADII.tolist():
         smooth = smooth_motion(
@@ -161,6 +179,12 @@ def grazing_jump(radius: Floats) -> Floats:
     return 4.0 * math.sqrt(2.0) / 15.0 * (BELOW - 1.0) * np.asarray(radius) ** 1.5
 
 
+def wall_run(radius: float) -> Trajectory:
+    """Return the motion with a wall where the rounding of this radius begins."""
+    wall = impact_oscillator(wall=radius)
+    return simulate(wall, cosine(STIFF_OMEGA), X0, STIFF_SPEED, t_end=STIFF_TIME)
+
+
 @cache
 def stiff_errors(stiffness: float, radius: float) -> tuple[float, float]:
     """Return how far the smoothed law is from the bilinear one and from a wall at the radius.
@@ -182,7 +206,7 @@ def stiff_errors(stiffness: float, radius: float) -> tuple[float, float]:
     osc = bilinear_oscillator(stiffness_below=stiffness)
     smooth, _ = smooth_motion(force, [0.0, later], *start, stiffness_below=stiffness, radius=radius)
     bilinear = simulate(osc, force, *start, t_end=later)(later)[0]
-    wall = simulate(impact_oscillator(wall=radius), force, *start, t_end=later)(later)[0]
+    wall = wall_run(radius)(later)[0]
     return float(smooth[-1] - bilinear), float(smooth[-1] - wall)
 
 
@@ -198,13 +222,17 @@ def wall_delay(stiffness: float, radius: float) -> float:
     stiffness, radius
         As in `stiff_errors`.
     """
-    wall = impact_oscillator(wall=radius)
-    run = simulate(wall, cosine(STIFF_OMEGA), X0, STIFF_SPEED, t_end=STIFF_TIME)
+    run = wall_run(radius)
     hit, speed = float(run.impacts.t[0]), float(run.impacts.v_after[0])
     late = 2.0 * (6.0 * radius / (stiffness * speed)) ** (1.0 / 3.0) * CONTACT_INTEGRAL
     flight = STIFF_TIME - hit
     force = numerics.cos(STIFF_OMEGA * hit) - radius
     return float(-late * (speed * numerics.cos(flight) + force * numerics.sin(flight)))
+
+
+def chaotic_run(t_end: float = CHAOTIC_END) -> Trajectory:
+    """Return the bilinear motion where neighbours part exponentially."""
+    return simulate(_CHAOTIC, cosine(CHAOTIC_OMEGA), v0=CHAOTIC_SPEED, t_end=t_end)
 
 
 @cache
@@ -227,7 +255,7 @@ def chaotic_errors(
     """
     times = np.arange(0.0, t_end, 0.05)
     force = cosine(CHAOTIC_OMEGA)
-    exact = simulate(_CHAOTIC, force, v0=CHAOTIC_SPEED, t_end=t_end)(times)[0]
+    exact = chaotic_run(t_end)(times)[0]
     smooth = [
         smooth_motion(force, times, 0.0, CHAOTIC_SPEED, stiffness_below=BELOW, radius=radius)[0]
         for radius in radii
@@ -254,8 +282,7 @@ def horizons(n_starts: int = CHAOTIC_STARTS) -> Floats:
     """
     period = 2.0 * math.pi / float(CHAOTIC_OMEGA)
     instants = APART * period * np.arange(1, n_starts + 1)
-    force = cosine(CHAOTIC_OMEGA)
-    guide = simulate(_CHAOTIC, force, v0=CHAOTIC_SPEED, t_end=instants[-1])
+    guide = chaotic_run(instants[-1])
     return np.array(
         [
             [_horizon(float(x), float(v), radius) for radius in CHAOTIC_RADII]

@@ -10,10 +10,14 @@ from percuss.paper.evidence import Deduction
 from percuss.paper.report.evidence_table import agreeing_range, evidence_table, number
 from percuss.paper.report.formulas import formula_svg
 from percuss.paper.report.prose import prose, sentence
+from percuss.studies.link import link_of
+from percuss.studies.reading import parse_study
 
-__all__ = ["anchored", "badge", "formula_pair", "grade_mark", "record_details", "study_file"]
+__all__ = ["anchored", "badge", "formula_pair", "grade_mark", "record_details"]
 
 DOCUMENTATION = "docs/theory"
+# What can be done with a study: computed, and opened in the workbench.
+VERBS = ("run", "serve")
 
 
 def badge(claim: Claim) -> str:
@@ -24,11 +28,6 @@ def badge(claim: Claim) -> str:
 def grade_mark(claim: Claim) -> str:
     """Return what the verdict rests on, in a word."""
     return f'<span class="ground {claim.grade}">{claim.grade}</span>'
-
-
-def study_file(claim: Claim) -> str:
-    """Return the name of the file with the parameters of a record."""
-    return f"{claim.id}.toml"
 
 
 def anchored(claim: Claim, page: str = "") -> str:
@@ -144,10 +143,21 @@ def _code(claim: Claim) -> str:
 
 
 def _study(claim: Claim) -> str:
-    if not claim.study:
+    """Return the study of a record: its link to the workbench, its commands, and its text.
+
+    The link leads to the workbench that shows the report (page.js); of a report on disk the
+    second command opens one.
+    """
+    text, file = claim.finding.study, escape(claim.study_file)
+    if not text:
         return ""
-    file = escape(study_file(claim))
+    link = link_of(parse_study(text, claim.study_file))
+    commands = "".join(f'<code class="command">percuss {verb} {file}</code>' for verb in VERBS)
     return (
-        f'<p class="small">A motion with these parameters: <a href="{file}">{file}</a>, computed by '
-        f"<code>percuss run {file}</code>.</p>"
+        f"<h4>Try it</h4><p>"
+        f'<a class="workbench" href="../#{link}" target="_top" hidden>Open in the workbench</a> '
+        f"{commands}</p>"
+        f'<details class="code"><summary>The study <code>{file}</code></summary>'
+        f'<p class="small"><a href="{file}">The file</a></p>'
+        f'<pre tabindex="0">{escape(text)}</pre></details>'
     )

@@ -20,7 +20,7 @@ COUNTS: dict[VerdictKind, str] = {
     "fails": "fail",
     "corrected": "hold with a correction",
     "undecided": "are undecided",
-    "holds": "hold as printed",
+    "holds": "hold",
 }
 GRADES: tuple[Grade, ...] = get_args(Grade)
 
@@ -31,14 +31,16 @@ def counts(entries: Sequence[RecordEntry]) -> str:
     Parameters
     ----------
     entries
-        Records, each with the name of its section.
+        Records of one scope, each with the name of its section.
     """
     if not entries:
         return ""
     number = Counter(claim.kind for claim, _ in entries)
+    # What is not the article's is printed nowhere.
+    printed = " as printed" if any(claim.scope == "article" for claim, _ in entries) else ""
     cells = "".join(
         f'<a href="?verdict={kind}#records"><b class="{kind}">{number[kind]}</b>'
-        f"<span>{words}</span></a>"
+        f"<span>{words}{printed if kind == 'holds' else ''}</span></a>"
         for kind, words in COUNTS.items()
     )
     grades = Counter(claim.grade for claim, _ in entries)

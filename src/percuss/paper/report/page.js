@@ -1,5 +1,5 @@
 "use strict";
-// Filters the records by the address (?verdict=fails&text=33) and by the form, and opens what is linked to.
+// Filters the records by the address (?verdict=fails&text=33) and by the form, opens what is linked to, and shows the links to the workbench.
 (() => {
   const form = document.querySelector("form.filter");
   const records = [...document.querySelectorAll("details.record")];
@@ -52,6 +52,10 @@
     }
     addEventListener("popstate", () => read(location.search));
     read(location.search);
+  }
+  // Shown by percuss serve, the report stands in the workbench that its links lead to.
+  if (location.protocol.startsWith("http") && location.pathname.startsWith("/report/")) {
+    for (const link of document.querySelectorAll("a.workbench")) link.hidden = false;
   }
   addEventListener("hashchange", open);
   // A second click on the same link opens the record again.

@@ -37,8 +37,7 @@ export class Facts {
     const events = header.n_impacts > 0 || header.n_entries === 0 ? [count(header.n_impacts, "impact")] : [];
     if (header.n_entries) events.push(hits(header.n_entries, ["entry"]));
     if (header.n_grazes) events.push(count(header.n_grazes, "graze"));
-    const isCut = header.outcome.includes("interrupted") || header.outcome.includes("max_impacts");
-    const patience = isCut ? "; the page follows a second of computing or 50,000 impacts" : "";
+    const patience = header.is_cut ? "; the page follows a second of computing or 50,000 impacts" : "";
     this.outcome.show(OUTCOMES[header.outcome] ?? header.outcome, `${events.join(", ")}; computed in ${shown(header.milliseconds, 2)} ms${patience}`);
     const { kind, n_impacts: impacts, n_periods: periods, rate } = header.impact_times;
     const repeated = impacts ? `${hits(impacts, header.n_impacts > 0 ? ["impact"] : ["entry"])} in ${count(periods, "forcing period")}` : "";

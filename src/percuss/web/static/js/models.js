@@ -94,14 +94,18 @@ export function parametersOf(study) {
       ],
     });
   });
-  const length = "periods" in study.run ? row("run.periods", "periods", [2, 400], 1, "how long it is followed, in forcing periods") : null;
+  const lengths = {
+    periods: row("run.periods", "periods", [2, 400], 1, "how long it is followed, in forcing periods"),
+    t_end: row("run.t_end", "duration", [1, 500], null, "the time until which it is followed"),
+    max_impacts: row("run.max_impacts", "impacts", [1, 1000], 1, "how many impacts it is followed"),
+  };
   groups.push({
     title: "Start and length",
     rows: [
       row("start.x0", "x0", [-3, 3], null, "displacement at the start"),
       row("start.v0", "v0", [-3, 3], null, "velocity at the start"),
       row("start.t0", "t0", [0, 10], null, "time at the start: where in its period the force is then; orbits that are opened bring it along"),
-      length ?? row("run.t_end", "duration", [1, 500], null, "the time until which it is followed"),
+      lengths[Object.keys(lengths).find((name) => name in study.run) ?? "t_end"],
     ],
   });
   return groups;

@@ -1,0 +1,161 @@
+"""A study as a link of the workbench, which holds everything that the page shows."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from percuss.errors import ParameterError
+from percuss.io.study_text import TomlTable, model_tables, number, start_table
+from percuss.model.exact import as_float
+from percuss.model.paths import long_form
+from percuss.model.start import Start
+from percuss.model.stops import Wall
+from percuss.studies.axes import Span, axis_values
+from percuss.studies.kinds.basins import Basins
+from percuss.studies.kinds.diagram import Diagram
+from percuss.studies.kinds.motion import Motion
+from percuss.studies.kinds.response import Response
+from percuss.studies.study import Study
+
+__all__ = ["link_of"]
+
+# How long the motion beside a diagram, a chart or basins is followed, which have no end of their
+# own.
+FOLLOWED = {"periods": 60}
+# Floats below it that are whole numbers are written without a point in JavaScript.
+WHOLE = 2.0**53
+
+
+def link_of(study: Study) -> str:
+    """Return the fragment of the workbench's address, behind its "#", that shows a study.
+
+    It is what the page writes itself (``encode`` in web/static/js/state.js), to the letter but for
+    floats below 1e-4 and above 1e16, which JavaScript writes in another way.
+
+    Parameters
+    ----------
+    study
+        A motion, a diagram, a response or basins over x0 and v0.
+
+    Returns
+    -------
+    str
+        The state of the page: JSON in base64, with the letters that an address may hold.
+
+    Raises
+    ------
+    ParameterError
+        If the page shows no such study.
+
+    Examples
+    --------
+    >>> from percuss.model import impact_oscillator, sine
+    >>> from percuss.studies import Limits
+    >>> study = Study(impact_oscillator(), sine(3), Motion(Start(0, "0.51"), Limits(periods=10)))
+    >>> state = json.loads(base64.urlsafe_b64decode(link_of(study) + "=="))
+    >>> state["view"], state["study"]["start"]
+    ('explore', {'x0': 0, 'v0': '0.51', 't0': 0})
+    """
+    shown = _SHOWN.get(type(study.question))
+    if shown is None:
+        known = "a motion, a diagram, a response or basins"
+        raise ParameterError("study.kind", study.kind, f"not on the page, which shows {known}")
+    view, tables, settings = shown(study.question, study)
+    motion = {"forcing": {}, **model_tables(study.oscillator, study.forcing), **tables}
+    state: dict[str, Any] = {"view": view, "study": motion, "ranges": {}, "zooms": {}}
+    if settings:
+        # The page computes the picture at once, and keeps the motion that it belongs to.
+        state[view] = {**settings, "isComputed": True, "study": motion}
+    text = json.dumps(_as_in_javascript(state), ensure_ascii=False, separators=(",", ":"))
+    return base64.urlsafe_b64encode(text.encode()).decode().rstrip("=")
+
+
+def _as_in_javascript(value: object) -> object:
+    """Return a value as JSON of the page holds it: without what is not given, 2.0 as 2."""
+    if isinstance(value, Mapping):
+        return {key: _as_in_javascript(it) for key, it in value.items() if it is not None}
+    if isinstance(value, list | tuple):
+        return [_as_in_javascript(item) for item in value]
+    if isinstance(value, float) and value.is_integer() and abs(value) < WHOLE:
+        return int(value)
+    return value
+
+
+Shown = tuple[str, TomlTable, TomlTable]
+
+
+def _motion(motion: Motion, _: Study) -> Shown:
+    return "explore", motion.tables(), {}
+
+
+def _diagram(diagram: Diagram, study: Study) -> Shown:
+    ((path, axis),) = diagram.over.items()
+    start = diagram.starts[0]
+    low, high, count = _ends(axis)
+    over = {
+        "path": long_form(path, study.oscillator, study.forcing, start),
+        "low": low,
+        "high": high,
+    }
+    sizes = {"values": count, "points": diagram.points, "of": "x", "max_impacts": 3}
+    return "diagram", _from(start), {"kind": "diagram", **over, **sizes, "max_periods": 2}
+
+
+def _response(response: Response, study: Study) -> Shown:
+    ((path, (first, last)),) = response.over.items()
+    low, high = sorted((as_float(first), as_float(last)))
+    over = {"path": long_form(path, study.oscillator, study.forcing), "low": low, "high": high}
+    sizes = {"values": 1600, "points": 128, "of": "amplitude", "max_impacts": response.max_impacts}
+    rest = {**sizes, "max_periods": response.max_periods}
+    return "diagram", _from(_at_rest(study)), {"kind": "response", **over, **rest}
+
+
+def _at_rest(study: Study) -> Start:
+    """Return a start at rest: at x = 0, or where the wall is that bars it."""
+    places = [
+        stop.at
+        for stop in study.oscillator.stops
+        if isinstance(stop, Wall) and (as_float(stop.at) > 0.0) == (stop.side == "below")
+    ]
+    return Start(max(places, key=lambda at: abs(as_float(at)), default=0), 0)
+
+
+def _basins(basins: Basins, _: Study) -> Shown:
+    if basins.x0 is None or basins.v0 is None:
+        raise ParameterError(
+            "basins", "cycle, v", "not on the page, which shows basins over x0, v0"
+        )
+    ends: TomlTable = {}
+    first: list[float] = []
+    for name, axis in (("x", basins.x0), ("v", basins.v0)):
+        low, high, count = _ends(axis)
+        # The page has the edges of the cells, a study their centres.
+        half = 0.5 * (high - low) / (count - 1)
+        ends |= {f"{name}_low": low - half, f"{name}_high": high + half}
+        first.append(low)
+    settings = {**ends, "starts": _ends(basins.x0)[2], "manifolds": True}
+    return "basins", _from(Start(first[0], first[1], basins.t0)), settings
+
+
+def _ends(axis: Any) -> tuple[float, float, int]:
+    """Return the least and the largest value of an axis, and how many there are."""
+    values = axis_values(axis)
+    if isinstance(axis, Span) or len(values) > 1:
+        low, high = sorted((as_float(values[0]), as_float(values[-1])))
+        return low, high, len(values)
+    raise ParameterError("axis", [number(value) for value in values], "a single value; no range")
+
+
+def _from(start: Start) -> TomlTable:
+    return {"start": start_table(start), "run": FOLLOWED}
+
+
+_SHOWN: dict[type, Callable[[Any, Study], Shown]] = {
+    Motion: _motion,
+    Diagram: _diagram,
+    Response: _response,
+    Basins: _basins,
+}

@@ -1,0 +1,161 @@
+"""Links to the workbench that percuss writes: of a study, and of the records of the report."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+from tests.web.hands import WAIT
+from tests.web.serving import served
+
+from percuss.errors import ParameterError
+from percuss.model.exact import pi_times
+from percuss.model.forcing import cosine, sine
+from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
+from percuss.model.start import Start
+from percuss.paper.run import run_paper
+from percuss.studies import (
+    Basins,
+    Diagram,
+    Limits,
+    Lyapunov,
+    Motion,
+    Response,
+    Span,
+    Study,
+    parse_study,
+)
+from percuss.studies.link import link_of
+from percuss.web.app import create_app
+
+LOSSY = impact_oscillator("0.8", wall="0.2")
+FORCE = cosine("2.8")
+STUDIES = {
+    "motion": Study(LOSSY, FORCE, Motion(Start("0.5", 0, pi_times(1, 3)), Limits(periods=7))),
+    "impacts": Study(impact_oscillator(), sine(1), Motion(Start(0, 1.5), Limits(max_impacts=12))),
+    "free": Study(
+        bilinear_oscillator(stiffness_below=4e8), None, Motion(Start(0, 1e-3), Limits(t_end=20.0))
+    ),
+    "diagram": Study(
+        LOSSY,
+        FORCE,
+        Diagram(
+            over={"forcing.omega": Span("2.5", "2.9", 16)}, starts=(Start("0.5", 0),), points=8
+        ),
+    ),
+    "response": Study(
+        LOSSY, FORCE, Response(over={"forcing.omega": ("2.7", "2.9")}, max_impacts=1)
+    ),
+    "basins": Study(LOSSY, FORCE, Basins(x0=Span("0.25", "1.75", 16), v0=Span(-1, 1, 16))),
+}
+# The button at which the page writes its state into the address anew.
+COPY = "Copy link"
+# What a view says that has computed all that its link asks for.
+DONE = re.compile(r"done in [\d.]+ m?s")
+
+
+def value_at(page: Page, path: str) -> str:
+    return page.locator(f"#p-{path.replace('.', '-')}").input_value()
+
+
+def written(page: Page) -> str:
+    """The fragment that the page writes itself."""
+    page.get_by_role("button", name=COPY).click()
+    return page.url.split("#", 1)[1]
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_link_is_what_the_page_writes_itself(browser: Browser, address: str, name: str) -> None:
+    link = link_of(STUDIES[name])
+    opened = browser.new_page()
+    errors: list[str] = []
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.goto(f"http://{address}/#{link}")
+    if name in ("diagram", "response", "basins"):
+        view = "Basins" if name == "basins" else "Diagram"
+        shown = opened.locator(f"section[aria-label={view}]")
+        expect(shown).to_be_visible()
+        # The picture is whole, and the page has kept it in its state.
+        expect(shown).to_contain_text(DONE, timeout=WAIT)
+    else:
+        opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+
+    assert written(opened) == link
+    assert errors == []
+    opened.close()
+
+
+def test_the_page_shows_the_limit_of_the_motion(browser: Browser, address: str) -> None:
+    opened = browser.new_page()
+    opened.goto(f"http://{address}/#{link_of(STUDIES['impacts'])}")
+    opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+
+    assert value_at(opened, "run.max_impacts") == "12"
+    expect(opened.locator(".explore")).to_contain_text("12 impacts")
+    # Not the page has ended it.
+    expect(opened.locator(".explore")).not_to_contain_text("the page follows")
+    opened.close()
+
+
+def test_a_study_that_the_page_does_not_show_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"study\.kind = 'lyapunov': not on the page"):
+        link_of(Study(LOSSY, FORCE, Lyapunov()))
+    edges = Basins(cycle=Span(0, "0.9", 4), v=Span(0, 1, 4))
+    with pytest.raises(ParameterError, match="basins over x0, v0"):
+        link_of(Study(LOSSY, FORCE, edges))
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A report with the record of a motion, and one without."""
+    folder = tmp_path_factory.mktemp("report")
+    run_paper(folder, only="fig9,eq24-other-root")
+    return folder
+
+
+@pytest.fixture
+def shown(browser: Browser, report: Path) -> Iterator[Page]:
+    with served(create_app(report=report)) as address:
+        opened = browser.new_page(viewport={"width": 1366, "height": 850})
+        opened.goto(f"http://{address}/")
+        opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+        yield opened
+        opened.close()
+
+
+def test_a_record_opens_in_the_workbench_around_the_report(shown: Page, report: Path) -> None:
+    study = parse_study((report / "studies" / "fig9.toml").read_text("utf-8"))
+    shown.evaluate("globalThis.isSame = true")
+    shown.get_by_role("tab", name="Paper").click()
+    record = shown.frame_locator("iframe").locator("details#fig9")
+    record.locator("> summary").click()
+    record.get_by_role("link", name="Open in the workbench").click()
+
+    expect(shown.locator("section[aria-label=Explore]")).to_be_visible()
+    assert isinstance(study.oscillator, Oscillator)
+    assert isinstance(study.question, Motion)
+    assert value_at(shown, "start.v0") == str(study.question.start.v0) == "0.139"
+    assert value_at(shown, "forcing.harmonics.0.omega") == "9"
+    assert value_at(shown, "oscillator.stops.0.restitution") == "1"
+    # The page was not loaded anew, so that the report behind it stands where it was.
+    assert shown.evaluate("globalThis.isSame")
+    assert written(shown) == link_of(study)
+    shown.get_by_role("tab", name="Paper").click()
+    expect(record).to_have_attribute("open", "")
+
+
+def test_on_disk_a_record_tells_the_commands_instead(browser: Browser, report: Path) -> None:
+    opened = browser.new_page()
+    opened.goto((report / "index.html").as_uri() + "#fig9")
+    record = opened.locator("details#fig9")
+
+    expect(record.locator("a.workbench")).to_be_hidden()
+    expect(record).to_contain_text("percuss serve studies/fig9.toml")
+    command = record.locator(".command").first
+    command.click()
+    assert opened.evaluate("getSelection().toString()").strip() == "percuss run studies/fig9.toml"
+    expect(opened.locator("details#eq24-other-root .command")).to_have_count(0)
+    opened.close()
