@@ -18,8 +18,7 @@ from percuss.model.faults import (
     raise_first,
 )
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Oscillator, Wall
 
 __all__ = ["Start", "end_after_periods", "periods_faults", "start_faults"]
 

@@ -28,10 +28,9 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, end_after_periods, periods_faults, start_faults
 from percuss.model.system import System
-from percuss.motion.outcome import Outcome
 from percuss.motion.reach import free_until
-from percuss.motion.run_progress import RunProgress
-from percuss.motion.trajectory import Trajectory
+from percuss.motion.trajectory import Outcome, Trajectory
+from percuss.progress import RunProgress
 
 __all__ = ["MOST_IMPACTS", "simulate"]
 

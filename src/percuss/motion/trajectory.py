@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -22,7 +23,6 @@ from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.error_bounds import ContactErrors
-from percuss.motion.outcome import Outcome
 from percuss.motion.tables import (
     NO_CONTACTS,
     NO_CROSSINGS,
@@ -37,12 +37,29 @@ if TYPE_CHECKING:
     # A second of import, and only `sample`, `stroboscopic` and `forces` need it.
     from xarray import Dataset
 
-__all__ = ["Trajectory"]
+__all__ = ["Outcome", "Trajectory"]
 
 Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
 # A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0
+
+
+class Outcome(Enum):
+    """How a run ended; the value is the sentence to show.
+
+    Examples
+    --------
+    >>> Outcome.reached_t_end.value
+    'the run reached t_end'
+    """
+
+    reached_t_end = "the run reached t_end"
+    reached_max_impacts = "the run reached max_impacts (impacts and entries into soft stops)"
+    at_rest = "the mass came to rest at a stop for good"
+    no_more_impacts = "the motion provably meets no stop again, and there is no t_end to run to"
+    overflow = "the motion grew beyond 1e150; the run holds what was before"
+    interrupted = "the run was interrupted; it holds what was done"
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)

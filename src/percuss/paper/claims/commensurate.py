@@ -12,8 +12,7 @@ from sympy import Integer, Rational, cos, pi, sin
 
 from percuss import numerics
 from percuss.model.exact import pi_times
-from percuss.model.forcing import Forcing, sine
-from percuss.model.harmonics import Harmonic
+from percuss.model.forcing import Forcing, Harmonic, sine
 from percuss.motion.eigenset_forms import SubsetMotion, subset_forcing
 from percuss.motion.simulate import simulate
 from percuss.paper.claims.comparisons import ROUNDING, WALL

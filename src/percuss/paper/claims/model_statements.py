@@ -9,8 +9,7 @@ import numpy as np
 import sympy
 from flint import arb
 
-from percuss.model.forcing import Forcing, cosine, sine
-from percuss.model.harmonics import Harmonic
+from percuss.model.forcing import Forcing, Harmonic, cosine, sine
 from percuss.motion.eigenset import eigenset
 from percuss.motion.eigenset_forms import SubsetMotion
 from percuss.motion.simulate import simulate
