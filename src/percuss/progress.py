@@ -67,7 +67,7 @@ class Progress:
         self._started = self._reported = time.monotonic()
         # When the first piece was done and how much that was: it may have had to compile.
         self._first: tuple[float, float] | None = None
-        self._can_rewrite = _can_rewrite()
+        self._can_rewrite = bool(report) and _can_rewrite()
         self._has_line = False
 
     def advance(self, n: float = 1.0, text: str | Callable[[], str] = "") -> bool:

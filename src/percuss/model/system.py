@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.arrays import Floats
+from percuss.arrays import Floats, Integers
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
@@ -38,7 +38,7 @@ NEAR_PART = Fraction(1, 16)
 FAR_PART = 0.07
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class RegionBounds:
     """The bounds of the regions, upwards, and which stops lie at each.
 
@@ -49,6 +49,11 @@ class RegionBounds:
     at: tuple[Fraction | None, ...]
     wall: tuple[int | None, ...]
     edges: tuple[tuple[int, ...], ...]
+
+    @cached_property
+    def walls(self) -> Integers:
+        """The index of the wall at each bound, -1 where there is none, as an (n_bounds,) array."""
+        return np.array([-1 if wall is None else wall for wall in self.wall], dtype=np.int64)
 
 
 class _SystemFields(NamedTuple):

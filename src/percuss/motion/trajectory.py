@@ -116,7 +116,7 @@ class Trajectory:
         (x0, v0), events, marks, grazes = record
         t0 = float(events[0, columns.EVENT_T])
         start = Start(x0, v0, t0) if start is None else start
-        errors = ContactErrors(system, start, events, marks)
+        n_of_kind = np.bincount(marks[1:, columns.KIND], minlength=columns.SLOW_LANDING + 1)
         return cls(
             oscillator=system.oscillator,
             forcing=system.forcing,
@@ -125,10 +125,14 @@ class Trajectory:
             t0=t0,
             t_end=as_float(t_end),
             outcome=outcome,
-            impacts=_impacts(system, events, marks),
-            crossings=_crossings(system, events, marks),
-            contacts=_contacts(system, events, marks, errors),
-            grazes=_grazes(system, grazes),
+            impacts=_impacts(system, events, marks, n_of_kind[columns.IMPACT]),
+            crossings=_crossings(system, events, marks)
+            if n_of_kind[columns.CROSSING]
+            else NO_CROSSINGS,
+            contacts=_contacts(system, start, events, marks)
+            if n_of_kind[columns.CONTACT]
+            else NO_CONTACTS,
+            grazes=_grazes(system, grazes) if len(grazes) else NO_GRAZES,
             start=start,
             end=t_end,
             _events=events,
@@ -344,39 +348,31 @@ def _dataset(data: Mapping[str, object], coords: Mapping[str, object], outcome: 
     return xarray.Dataset(data, coords=coords, attrs={"outcome": outcome})
 
 
-def _stop_of_bound(system: System) -> Integers:
-    """Return the wall's index for each bound, -1 where there is none."""
-    return np.array([-1 if wall is None else wall for wall in system.lines.wall], dtype=np.int64)
-
-
-def _impacts(system: System, events: Floats, marks: Integers) -> Impacts:
-    impacts = marks[:, columns.KIND] == columns.IMPACT
-    # Mostly all events but the start are impacts, and a slice is faster than their numbers.
-    which = slice(1, None) if impacts[1:].all() else np.flatnonzero(impacts)
-    t = events[which, columns.EVENT_T].copy()
-    t_low = events[which, columns.EVENT_T_LOW].copy()
-    cycle = np.full(len(t), np.nan)
+def _impacts(system: System, events: Floats, marks: Integers, n_impacts: int) -> Impacts:
+    if n_impacts + 1 < len(events):
+        # Else, as mostly, all events but the start are impacts.
+        rows = np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)
+        rows = np.concatenate(([0], rows))
+        events, marks = events[rows], marks[rows]
+    before, events, marks = events[:-1], events[1:], marks[1:]
+    t, t_low = events[:, columns.EVENT_T].copy(), events[:, columns.EVENT_T_LOW].copy()
+    cycle = np.empty_like(t)
     if system.law[0, PERIOD] > 0.0:
         cycles(system.law, t, t_low, cycle)
-    intervals = t.copy()
-    intervals[:1] -= events[0, columns.EVENT_T]
-    intervals[1:] -= t[:-1]
-    intervals[:1] += t_low[:1] - events[0, columns.EVENT_T_LOW]
-    intervals[1:] += t_low[1:] - t_low[:-1]
+    else:
+        cycle.fill(np.nan)
     return Impacts(
         t=t,
-        v_before=events[which, columns.V_BEFORE],
-        v_after=events[which, columns.V_AFTER],
-        stop=_stop_of_bound(system)[marks[which, columns.BOUND]],
+        v_before=events[:, columns.V_BEFORE],
+        v_after=events[:, columns.V_AFTER],
+        stop=system.lines.walls[marks[:, columns.BOUND]],
         cycle=cycle,
-        intervals=intervals,
+        intervals=t - before[:, columns.EVENT_T] + (t_low - before[:, columns.EVENT_T_LOW]),
     )
 
 
 def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
     which = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING)
-    if len(which) == 0:
-        return NO_CROSSINGS
     edges = system.lines.edges
     # Stops that share an edge are crossed together, one line each.
     sharing = np.array([len(edge) for edge in edges])[marks[which, columns.BOUND]]
@@ -388,28 +384,23 @@ def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
     return Crossings(t=t, v=v, stop=np.array(stop, dtype=np.int64), direction=direction)
 
 
-def _contacts(system: System, events: Floats, marks: Integers, errors: ContactErrors) -> Contacts:
+def _contacts(system: System, start: Start, events: Floats, marks: Integers) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
-    if len(which) == 0:
-        return NO_CONTACTS
     released = np.flatnonzero(kind == columns.RELEASE)
     release = np.full(len(which), np.nan)
     # Nothing comes between a contact and its release; only the last contact may have none.
     release[: len(released)] = events[released, columns.EVENT_T]
-    start = events[which, columns.EVENT_T]
     return Contacts(
-        start=start,
+        start=events[which, columns.EVENT_T],
         release=release,
-        stop=_stop_of_bound(system)[marks[which, columns.BOUND]],
+        stop=system.lines.walls[marks[which, columns.BOUND]],
         n_impacts=np.cumsum(kind == columns.IMPACT)[which],
-        _errors=errors,
+        _errors=ContactErrors(system, start, events, marks),
     )
 
 
 def _grazes(system: System, grazes: Floats) -> Grazes:
-    if len(grazes) == 0:
-        return NO_GRAZES
     bounds = grazes[:, columns.GRAZE_BOUND].astype(np.int64)
     lines = system.lines
     stop = [
