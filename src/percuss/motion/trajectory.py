@@ -116,7 +116,8 @@ class Trajectory:
         (x0, v0), events, marks, grazes = record
         t0 = float(events[0, columns.EVENT_T])
         start = Start(x0, v0, t0) if start is None else start
-        n_of_kind = np.bincount(marks[1:, columns.KIND], minlength=columns.SLOW_LANDING + 1)
+        # Mostly all events but the start are impacts.
+        has_others = bool((marks[1:, columns.KIND] != columns.IMPACT).any())
         return cls(
             oscillator=system.oscillator,
             forcing=system.forcing,
@@ -125,14 +126,10 @@ class Trajectory:
             t0=t0,
             t_end=as_float(t_end),
             outcome=outcome,
-            impacts=_impacts(system, events, marks, n_of_kind[columns.IMPACT]),
-            crossings=_crossings(system, events, marks)
-            if n_of_kind[columns.CROSSING]
-            else NO_CROSSINGS,
-            contacts=_contacts(system, start, events, marks)
-            if n_of_kind[columns.CONTACT]
-            else NO_CONTACTS,
-            grazes=_grazes(system, grazes) if len(grazes) else NO_GRAZES,
+            impacts=_impacts(system, events, marks, has_others=has_others),
+            crossings=_crossings(system, events, marks) if has_others else NO_CROSSINGS,
+            contacts=_contacts(system, start, events, marks) if has_others else NO_CONTACTS,
+            grazes=_grazes(system, grazes),
             start=start,
             end=t_end,
             _events=events,
@@ -348,11 +345,10 @@ def _dataset(data: Mapping[str, object], coords: Mapping[str, object], outcome: 
     return xarray.Dataset(data, coords=coords, attrs={"outcome": outcome})
 
 
-def _impacts(system: System, events: Floats, marks: Integers, n_impacts: int) -> Impacts:
-    if n_impacts + 1 < len(events):
-        # Else, as mostly, all events but the start are impacts.
-        rows = np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)
-        rows = np.concatenate(([0], rows))
+def _impacts(system: System, events: Floats, marks: Integers, *, has_others: bool) -> Impacts:
+    if has_others:
+        # The start, from which the first interval lasts, and the impacts.
+        rows = np.concatenate(([0], np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)))
         events, marks = events[rows], marks[rows]
     before, events, marks = events[:-1], events[1:], marks[1:]
     t, t_low = events[:, columns.EVENT_T].copy(), events[:, columns.EVENT_T_LOW].copy()
@@ -373,6 +369,8 @@ def _impacts(system: System, events: Floats, marks: Integers, n_impacts: int) ->
 
 def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
     which = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING)
+    if len(which) == 0:
+        return NO_CROSSINGS
     edges = system.lines.edges
     # Stops that share an edge are crossed together, one line each.
     sharing = np.array([len(edge) for edge in edges])[marks[which, columns.BOUND]]
@@ -387,6 +385,8 @@ def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
 def _contacts(system: System, start: Start, events: Floats, marks: Integers) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
+    if len(which) == 0:
+        return NO_CONTACTS
     released = np.flatnonzero(kind == columns.RELEASE)
     release = np.full(len(which), np.nan)
     # Nothing comes between a contact and its release; only the last contact may have none.
@@ -401,6 +401,8 @@ def _contacts(system: System, start: Start, events: Floats, marks: Integers) -> 
 
 
 def _grazes(system: System, grazes: Floats) -> Grazes:
+    if len(grazes) == 0:
+        return NO_GRAZES
     bounds = grazes[:, columns.GRAZE_BOUND].astype(np.int64)
     lines = system.lines
     stop = [
