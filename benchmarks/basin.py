@@ -16,7 +16,7 @@ from benchmarks.report import Report, installed
 from benchmarks.timing import race
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.kernels.observables import END_V, END_X
-from percuss.model.law import law
+from percuss.model.system import law
 
 OSCILLATOR, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.8)
 T_END = 200 * 2 * math.pi / 2.8

@@ -22,7 +22,7 @@ from benchmarks.timing import race
 from percuss.ensembles.batch import Plan, follow_batch
 from percuss.ensembles.engines import done_chunks
 from percuss.ensembles.job import Block, Column, Dimension, chunks_of
-from percuss.model.law import law
+from percuss.model.system import law
 
 OSC, FORCE = pc.impact_oscillator(restitution="0.8"), pc.cosine("2.5")
 # Seconds of a task, how many there are, and the motions that each follows.

@@ -14,7 +14,7 @@ from benchmarks.report import Report, installed
 from benchmarks.timing import race
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.kernels.observables import IMPACT_POINTS, SECOND
-from percuss.model.law import law
+from percuss.model.system import law
 
 OSCILLATOR = pc.impact_oscillator(restitution="0.8")
 FREQUENCIES = [float(omega) for omega in np.linspace(1.5, 5.0, 500)]

@@ -14,7 +14,7 @@ import xarray as xr
 import percuss as pc
 from percuss.certified import keeps_eigenset
 from percuss.model.exact import as_float, as_fraction, pi_times, plain, reals, whole
-from percuss.model.law import law
+from percuss.model.system import law
 
 Make = Callable[[float], Any]
 

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from typing import TypeAlias
 
-__all__ = ["Progress", "Report", "duration_text", "rate_text"]
+__all__ = ["Progress", "Report", "RunProgress", "duration_text", "rate_text"]
 
 # ``progress=`` of a long call: a line on the error stream, or a function (done, total) -> bool.
 Report: TypeAlias = bool | Callable[[float, float], bool] | None
@@ -67,7 +67,7 @@ class Progress:
         self._started = self._reported = time.monotonic()
         # When the first piece was done and how much that was: it may have had to compile.
         self._first: tuple[float, float] | None = None
-        self._can_rewrite = _can_rewrite()
+        self._can_rewrite = bool(report) and _can_rewrite()
         self._has_line = False
 
     def advance(self, n: float = 1.0, text: str | Callable[[], str] = "") -> bool:
@@ -152,6 +152,36 @@ class Progress:
         # Blanks hide the end of a longer line before.
         sys.stderr.write(f"\r{line:<{WIDTH}}" if self._can_rewrite else f"{line}\n")
         sys.stderr.flush()
+
+
+class RunProgress(Progress):
+    """The share of a run that is done.
+
+    Parameters
+    ----------
+    report
+        As ``progress`` of `percuss.simulate`.
+    begin, end
+        The instants between which it is followed; the end may be infinite.
+    limit
+        The most impacts.
+    """
+
+    def __init__(self, report: Report, begin: float, end: float, limit: int) -> None:
+        super().__init__(report, 1.0)
+        self._begin, self._end, self._limit = begin, end, limit
+
+    def reach_event(self, t: float, n_impacts: int) -> bool:
+        """Report where the run is; return whether to go on."""
+        by_time = 0.0
+        if self._end < math.inf:
+            by_time = (t - self._begin) / (self._end - self._begin)
+
+        def text() -> str:
+            rate = rate_text(n_impacts / self.seconds())
+            return f"{n_impacts:,} impacts and entries into soft stops, {rate} a second"
+
+        return self.reach(min(1.0, max(by_time, n_impacts / self._limit)), text)
 
 
 def _can_rewrite() -> bool:

@@ -18,7 +18,7 @@ import numpy as np
 import percuss as pc
 from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
-from percuss.model.law import law
+from percuss.model.system import law
 
 # numba has no types for these.
 cuda: Any = importlib.import_module("numba.cuda")

@@ -12,7 +12,7 @@ from mpmath import mp
 import percuss as pc
 from percuss.kernels.law_columns import FIRST_HARMONIC, Law
 from percuss.model.exact import as_fraction
-from percuss.model.law import law as law_of
+from percuss.model.system import law as law_of
 
 # mpmath has no types.
 Real = Any

@@ -10,8 +10,8 @@ from percuss.kernels import backward as engine
 from percuss.kernels.backward import bound_of_fourth, time_to_leave
 from percuss.kernels.flight import Flight, move, set_phases
 from percuss.kernels.law_columns import FIRST_HARMONIC, QUICKEST
-from percuss.model.law import law as law_of
 from percuss.model.system import System
+from percuss.model.system import law as law_of
 from percuss.orbits.surface.backward import BackwardMotions
 
 WALLS = (pc.Wall(-1, "below", 0.8), pc.Wall(1, "above", 0.7))

@@ -17,7 +17,7 @@ import percuss as pc
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.kernels import observables
 from percuss.kernels import record as columns
-from percuss.model.law import law
+from percuss.model.system import law
 
 PERIOD = 2.0 * math.pi / 2.8
 CHAOS = (pc.impact_oscillator(restitution=0.8), pc.cosine(2.8))
@@ -240,7 +240,7 @@ import numpy as np
 import percuss as pc
 from percuss.ensembles.batch import Plan, follow_batch
 from percuss.kernels import batch, observables
-from percuss.model.law import law
+from percuss.model.system import law
 
 soft = (pc.SoftStop(0.5, "above", 29.0, 0.3), pc.Wall(-1.0, "below", 0.7))
 answers = []

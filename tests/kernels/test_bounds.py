@@ -21,7 +21,7 @@ from percuss.kernels.flight import (
     move,
 )
 from percuss.kernels.law_columns import FIRST_HARMONIC, FORCE_BOUND, STEP
-from percuss.model.law import law as law_of
+from percuss.model.system import law as law_of
 
 STATES = st.floats(-10.0, 10.0)
 NO_PHASES = np.empty((0, 2))

@@ -15,7 +15,7 @@ from percuss.arrays import Floats
 from percuss.kernels.contact import chatter_time, fine_force, fine_tolerance, release_time
 from percuss.kernels.flight import set_phases
 from percuss.kernels.law_columns import FIRST_HARMONIC, LOWER_FORCE, TURNS, TURNS_LOW, Law
-from percuss.model.law import law as law_of
+from percuss.model.system import law as law_of
 
 # mpmath has no types.
 Real = Any

@@ -22,7 +22,7 @@ from percuss.kernels.flight import (
     uncertainty,
 )
 from percuss.kernels.law_columns import FIRST_HARMONIC, FORCE_BOUND, QUICKEST, STEP
-from percuss.model.law import law as law_of
+from percuss.model.system import law as law_of
 
 ROUNDED = 1e-12
 

@@ -7,7 +7,7 @@ import pytest
 
 import percuss as pc
 from percuss.kernels import law_columns as columns
-from percuss.model.law import law as law_of
+from percuss.model.system import law as law_of
 from percuss.motion import Trajectory
 
 CASES = {

@@ -13,7 +13,7 @@ from percuss.arrays import Floats
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
-from percuss.model.law import law
+from percuss.model.system import law
 
 # Each as (oscillator, forcing, x0 of the starts).
 CASES = {

@@ -8,7 +8,7 @@ import pytest
 import percuss as pc
 from percuss.kernels.law_columns import FIRST_HARMONIC
 from percuss.kernels.shooting import SETTLED, SINGULAR, SPENT, ShootingProblem, advance, iterate
-from percuss.model.law import law as law_of
+from percuss.model.system import law as law_of
 
 
 def test_a_step_leaves_every_flight_a_tenth_of_its_duration() -> None:

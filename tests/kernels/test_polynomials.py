@@ -13,7 +13,7 @@ from percuss.kernels.event_location import series_root
 from percuss.kernels.flight import constant_force
 from percuss.kernels.law_columns import FIRST_HARMONIC
 from percuss.kernels.next_event import stays_clear
-from percuss.model.law import law as law_of
+from percuss.model.system import law as law_of
 
 
 def test_a_falling_motion_is_guessed_close_to_its_root() -> None:

@@ -19,7 +19,7 @@ from percuss.kernels.tangent import (
     neighbours,
     propagator,
 )
-from percuss.model.law import law as law_of
+from percuss.model.system import law as law_of
 
 SYSTEMS = {
     "one wall": (pc.impact_oscillator(0.8, damping=0.05), pc.cosine(2.1)),

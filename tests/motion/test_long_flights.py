@@ -9,7 +9,7 @@ import pytest
 
 import percuss as pc
 from percuss.kernels import record as columns
-from percuss.model.law import law
+from percuss.model.system import law
 from percuss.motion.simulate import _March
 
 STIFF = pc.Oscillator(1.0, 0.0, (pc.SoftStop(0.0, "below", 1e8, 1e6),))

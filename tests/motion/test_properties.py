@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.model.exact import as_float
-from percuss.model.stops import Side
+from percuss.model.oscillator import Side
 
 STIFFNESSES = st.sampled_from([-0.5, 0.0, 1e-6, 1.0, 4.0, 30.0])
 DAMPINGS = st.sampled_from([0.0, 1e-3, 0.1, 1.0, 3.0])

@@ -8,7 +8,7 @@ from tests.oracle.event_driven import Problem, Soft, Wall, number
 
 import percuss as pc
 from percuss.model.exact import angle, as_fraction
-from percuss.model.harmonics import FourierTerm
+from percuss.model.forcing import FourierTerm
 
 # More digits than any test asks for.
 DIGITS = 300

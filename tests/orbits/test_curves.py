@@ -11,7 +11,7 @@ from tests.orbits.test_reference_orbits import ROWS, agree
 import percuss as pc
 from percuss.arrays import Floats
 from percuss.kernels.flight import free_response
-from percuss.model.law import law
+from percuss.model.system import law
 from percuss.orbits import Branch, Curve, SpecialPoint, single_impact
 from percuss.orbits.bifurcations.branch_equations import OrbitEquations
 from percuss.orbits.bifurcations.curve_equations import return_equations

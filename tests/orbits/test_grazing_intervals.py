@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.model.law import law
+from percuss.model.system import law
 from percuss.orbits.surface.singularity_set import grazing_intervals
 
 OSC = pc.impact_oscillator()

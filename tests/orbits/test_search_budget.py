@@ -7,7 +7,7 @@ import math
 import pytest
 
 import percuss as pc
-from percuss.model.law import law
+from percuss.model.system import law
 from percuss.orbits.finding import search_budget as module
 from percuss.orbits.finding.search_budget import SearchBudget, swings_of
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.model.law import law
+from percuss.model.system import law
 from percuss.orbits.orbit.symmetry import half_multipliers, is_symmetric_system
 
 TWO_WALLS = (pc.Wall(0.3, "above", 0.7), pc.Wall(-0.3, "below", 0.7))

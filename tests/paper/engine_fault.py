@@ -53,17 +53,16 @@ def _regions(table: Floats) -> range:
 
 def main(fault: str, out: str, *ids: str) -> None:
     """Put the fault into every law, examine, write the verdicts."""
-    import percuss.model.law
     import percuss.model.system
 
-    whole = percuss.model.law.law
+    whole = percuss.model.system.law
 
     def faulty(*model: object) -> Floats:
         table = whole(*model).copy()
         FAULTS[fault](table)
         return table
 
-    vars(percuss.model.law)["law"] = vars(percuss.model.system)["law"] = faulty
+    vars(percuss.model.system)["law"] = vars(percuss.model.system)["law"] = faulty
 
     from percuss.paper.claim import examine
     from percuss.paper.collection import items, statement_with_id

@@ -22,11 +22,10 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, plain, whole
 from percuss.model.faults import raise_first
 from percuss.model.start import Start, start_faults
-from percuss.motion.outcome import Outcome
-from percuss.motion.run_progress import RunProgress
-from percuss.motion.trajectory import Trajectory
+from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.progress import RunProgress
 
 __all__ = ["certify", "certify_run"]
 

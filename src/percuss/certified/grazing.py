@@ -42,7 +42,7 @@ from percuss.certified.steady import steady_admissible, steady_flight
 from percuss.certified.step import flight_of
 from percuss.certified.system import BallSystem, system_of
 from percuss.kernels.law_columns import PERIOD
-from percuss.model.law import law, lines
+from percuss.model.system import law, lines
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import turns_of

@@ -28,7 +28,7 @@ from percuss.certified.system import BallSystem
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_fraction
 from percuss.model.start import Start
-from percuss.motion.run_progress import RunProgress
+from percuss.progress import RunProgress
 
 __all__ = [
     "ContactRow",

@@ -22,7 +22,7 @@ from percuss.certified.step import Departure, flight_of
 from percuss.certified.system import BallSystem
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, phase_problem, plain
-from percuss.model.stops import SoftStop
+from percuss.model.oscillator import SoftStop
 
 __all__ = ["energy_of", "exact_times", "forces_of", "is_proven", "state_at", "states_as_balls"]
 

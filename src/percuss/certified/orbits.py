@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import Over, coarse_bits, system_for, too_wide
 from percuss.certified.branch import system_at
+from percuss.certified.contact import Hold
 from percuss.certified.families import family_orbit
-from percuss.certified.numbers import precision, upper
+from percuss.certified.march import Ending, MarchLimits, MarchRecord, march
+from percuss.certified.numbers import ball, precision, upper
 from percuss.certified.orbit_result import CertifiedOrbit, orbit_of_proof, unproven
-from percuss.certified.properties import Proof, admissible_of, monodromy_of
+from percuss.certified.properties import Monodromy, Proof, admissible_of, monodromy_of
 from percuss.certified.shooting import (
+    OrbitEvent,
     Residual,
     Shooting,
     krawczyk,
@@ -23,8 +27,9 @@ from percuss.certified.shooting import (
     vector_of,
 )
 from percuss.certified.steady import steady_proof
-from percuss.certified.sticking import sticking_proof
 from percuss.certified.system import BallSystem, system_of
+from percuss.model.exact import pi_times
+from percuss.model.start import Start
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["certify_orbit"]
@@ -66,7 +71,7 @@ def certify_orbit(
 
 def _proof(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
     if math.isinf(orbit.n_impacts):
-        return sticking_proof(system, orbit, digits)
+        return _sticking(system, orbit, digits)
     if len(orbit.itinerary) == 0:
         return steady_proof(system, orbit)
     if not orbit.isolated or not orbit.n_periods:
@@ -115,3 +120,69 @@ def _middle(equations: Shooting, orbit: PeriodicOrbit) -> Shooting:
     path, low, high = system.moved
     middle = system_at(system, path, (low + high) / 2)
     return Shooting.of(middle, equations.events, orbit.n_periods)
+
+
+def _sticking(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
+    """Return the proof of an orbit with sticking: a contact that returns after whole periods.
+
+    In contact the mass is at the wall without velocity, and the forcing is periodic: a motion in
+    contact at an instant and again a whole number of periods later is periodic from there on,
+    exactly. All neighbours that reach the same contact follow the same motion after its release,
+    so both multipliers are zero.
+
+    Raises
+    ------
+    Undecided
+        If the motion from the middle of a contact is not proven to come back to it.
+    """
+    frequency = None if orbit.forcing is None else orbit.forcing.frequency
+    if frequency is None:
+        raise Undecided("precision", "the period of the forcing is not known exactly")
+    contacts = orbit.trajectory(2).contacts
+    rows = [
+        (start, end, stop)
+        for start, end, stop in zip(contacts.start, contacts.release, contacts.stop, strict=True)
+        if end > start
+    ]
+    if not rows:
+        raise Undecided("precision", "the motion from the orbit has no contact")
+    begin, end, stop = max(rows, key=lambda row: float(row[1] - row[0]))
+    # Any instant of the contact, exactly.
+    middle = float(0.5 * (begin + end))
+    start = Start(orbit.oscillator.stops[int(stop)].at, 0, middle)
+    after = pi_times(Fraction(2 * orbit.n_periods) / frequency) + middle
+    finest = Fraction(1, 2 * 10**digits)
+    record = march(system, start, MarchLimits(after, None, finest))
+    ends = [record.pieces[0].what, record.pieces[-1].what] if record.pieces else [None]
+    sticks = all(isinstance(piece, Hold) for piece in ends)
+    if record.ending is not Ending.reached_t_end or not sticks:
+        raise Undecided(
+            "precision", record.reason or "the motion does not come back to its contact"
+        )
+    first, last = record.contacts[0], record.contacts[-1]
+    if first.stop != last.stop or len(record.contacts) < 2:
+        raise Undecided("precision", "the motion comes back to another contact")
+    return _proof_of_contact(system, orbit, record, frequency)
+
+
+def _proof_of_contact(
+    system: BallSystem, orbit: PeriodicOrbit, record: MarchRecord, frequency: Fraction
+) -> Proof:
+    zero = arb(0)
+    bounds = {bound.wall: i for i, bound in enumerate(system.bounds)}
+    events = [OrbitEvent(bounds[row.stop], 0, 0, row.stop, wall=True) for row in record.impacts]
+    monodromy = Monodromy.of(((zero, zero), (zero, zero)), zero, conservative=False)
+    release = record.contacts[0].release
+    assert release is not None
+    place = ball(system.bounds[bounds[record.contacts[0].stop]].at)
+    period = 2 * orbit.n_periods * arb.pi() / ball(frequency)
+    return Proof(
+        events=events,
+        states=[(row.t, row.v_after) for row in record.impacts],
+        before=[row.v_before for row in record.impacts],
+        period=period,
+        monodromy=monodromy,
+        admissible=True,
+        start=(place, zero, release),
+        sticking=True,
+    )

@@ -16,7 +16,7 @@ from percuss.certified.numbers import precision, span
 from percuss.certified.step import Arrival, Departure, flight_of, landed, levels_of
 from percuss.certified.system import BallSystem
 from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS
-from percuss.model.law import law, lines
+from percuss.model.system import law, lines
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = [

@@ -8,10 +8,8 @@ from fractions import Fraction
 from functools import lru_cache
 
 from percuss.model.exact import angle, as_fraction
-from percuss.model.forcing import Forcing
-from percuss.model.harmonics import FourierTerm
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import SoftStop, Wall
+from percuss.model.forcing import Forcing, FourierTerm
+from percuss.model.oscillator import Oscillator, SoftStop, Wall
 
 __all__ = ["BallSystem", "Bound", "Region", "Tone", "system_of"]
 

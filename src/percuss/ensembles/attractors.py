@@ -28,9 +28,8 @@ from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels import observables
 from percuss.kernels.law_columns import PERIOD
 from percuss.model.forcing import Forcing
-from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
-from percuss.model.system import System
+from percuss.model.system import System, law
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import hypot, log

@@ -29,9 +29,9 @@ from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
-from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
+from percuss.model.system import law
 from percuss.progress import Report
 
 if TYPE_CHECKING:

@@ -109,7 +109,7 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
     Parameters
     ----------
     laws
-        (n_laws, rows, columns) array: tables of `percuss.model.law.law`, stacked.
+        (n_laws, rows, columns) array: tables of `percuss.model.system.law`, stacked.
     which
         (n,) array, the number of each motion's law.
     starts

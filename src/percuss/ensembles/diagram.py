@@ -38,9 +38,8 @@ from percuss.kernels import observables
 from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.start import Start
-from percuss.model.stops import Wall
 from percuss.progress import Report
 
 if TYPE_CHECKING:

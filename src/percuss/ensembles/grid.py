@@ -16,10 +16,10 @@ from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
 from percuss.model.exact import Phase, as_float, phase_problem, plain, whole
 from percuss.model.forcing import Forcing
-from percuss.model.law import law
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, replace_parameters
 from percuss.model.start import Start
+from percuss.model.system import law
 
 __all__ = [
     "POINTS", "Axis", "Grid", "Group", "make_grid", "units_of", "values_of", "walls_of", "whole",

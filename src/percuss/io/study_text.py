@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 import numpy as np
 
 from percuss.model.exact import Phase, PiTimes, plain
-from percuss.model.forcing import Forcing
-from percuss.model.harmonics import FourierTerm, Harmonic
-from percuss.model.oscillator import Oscillator
+from percuss.model.forcing import Forcing, FourierTerm, Harmonic
+from percuss.model.oscillator import Oscillator, Stop, Wall
 from percuss.model.start import Start
-from percuss.model.stops import Stop, Wall
 
 if TYPE_CHECKING:
     # Reading a study needs no engine.

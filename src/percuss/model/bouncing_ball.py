@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from percuss.model.exact import Exact, Phase, as_fraction, kept, plain, scaled
 from percuss.model.faults import not_negative_faults, number_faults, raise_first
-from percuss.model.forcing import Forcing, sine
-from percuss.model.harmonics import frequency_faults
+from percuss.model.forcing import Forcing, frequency_faults, sine
 from percuss.model.oscillator import Oscillator, impact_oscillator
 
 __all__ = ["ball_on_table"]

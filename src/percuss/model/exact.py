@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -411,6 +412,8 @@ def as_float(value: Phase) -> float:
     """
     if type(value) is float and math.isfinite(value):
         return value
+    if type(value) is int and value.bit_length() <= sys.float_info.mant_dig:
+        return float(value)
     times, plus = angle(value)
     return float(times * PI + plus) if times else float(plus)
 

@@ -18,8 +18,7 @@ from typing import Any, TypeAlias, TypeVar
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase
 from percuss.model.faults import draft, faults, raise_first
-from percuss.model.forcing import Forcing
-from percuss.model.harmonics import ForcingTerm, FourierTerm
+from percuss.model.forcing import Forcing, ForcingTerm, FourierTerm
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 

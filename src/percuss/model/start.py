@@ -6,7 +6,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
-from percuss.model.exact import Exact, Phase, PiTimes, angle, as_float, as_fraction, plain
+from percuss.model.exact import (
+    Exact,
+    Phase,
+    PiTimes,
+    angle,
+    as_float,
+    as_fraction,
+    phase_problem,
+    plain,
+)
 from percuss.model.faults import (
     Fault,
     dotted,
@@ -18,10 +27,16 @@ from percuss.model.faults import (
     raise_first,
 )
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Oscillator, Wall
 
-__all__ = ["Start", "end_after_periods", "periods_faults", "start_faults"]
+__all__ = [
+    "Start",
+    "end_after_periods",
+    "limit_faults",
+    "periods_faults",
+    "start_faults",
+    "wall_faults",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,29 +126,44 @@ def start_faults(
     x0 = -0.1: below the wall at x = 0.0; use a SoftStop for a compliant one
     t_end = 0.0: not after t0 = 10.0
     """
-    x0, v0, t0, t_end, max_impacts = (plain(value) for value in (x0, v0, t0, t_end, max_impacts))
+    x0, t0 = plain(x0), plain(t0)
     wrong_x0 = number_faults(dotted(start, "x0"), x0)
-    wrong_t0 = phase_faults(dotted(start, "t0"), t0)
-    problems = [
-        *(wrong_x0 or _wall_faults(osc, dotted(start, "x0"), cast("Exact", x0))),
-        *number_faults(dotted(start, "v0"), v0),
-        *wrong_t0,
+    return [
+        *(wrong_x0 or wall_faults(osc, dotted(start, "x0"), cast("Exact", x0))),
+        *number_faults(dotted(start, "v0"), plain(v0)),
+        *phase_faults(dotted(start, "t0"), t0),
+        *limit_faults(t0, t_end, max_impacts, run=run),
     ]
+
+
+def limit_faults(
+    t0: object, t_end: object = None, max_impacts: object = None, *, run: str | None = None
+) -> list[Fault]:
+    """Return the faults of the limits of a run; parameters as in `start_faults`, t0 as it is."""
+    t_end, max_impacts = plain(t_end), plain(max_impacts)
+    name = dotted(run, "t_end")
     if t_end is None and max_impacts is None:
-        reason = "no limit at all; give t_end, max_impacts or both"
-        return [*problems, Fault(dotted(run, "t_end"), None, reason)]
+        return [Fault(name, None, "no limit at all; give t_end, max_impacts or both")]
+    problems = []
     if t_end is not None:
-        name = dotted(run, "t_end")
-        wrong_t_end = phase_faults(name, t_end)
-        problems += wrong_t_end
-        if (
-            not wrong_t_end
-            and not wrong_t0
-            and as_float(cast("Phase", t_end)) <= as_float(cast("Phase", t0))
-        ):
+        problems = phase_faults(name, t_end)
+        is_known = not problems and phase_problem(t0) is None
+        if is_known and as_float(cast("Phase", t_end)) <= as_float(cast("Phase", t0)):
             problems.append(Fault(name, t_end, f"not after t0 = {t0}"))
     if max_impacts is not None:
         problems += _count_faults(dotted(run, "max_impacts"), max_impacts)
+    return problems
+
+
+def wall_faults(osc: Oscillator, name: str, x0: Exact) -> list[Fault]:
+    """Return the faults of a position inside a wall."""
+    problems = []
+    for stop in osc.stops:
+        sign = 1.0 if stop.side == "above" else -1.0
+        # Compared as the doubles they become: 0.2 lies at a wall at "0.2", not inside it.
+        if isinstance(stop, Wall) and sign * (as_float(x0) - as_float(stop.at)) > 0.0:
+            reason = f"{stop.side} the wall at x = {stop.at}; use a SoftStop for a compliant one"
+            problems.append(Fault(name, x0, reason))
     return problems
 
 
@@ -208,17 +238,6 @@ def end_after_periods(force: Forcing, t0: Phase, periods: Exact) -> PiTimes:
         times, plus = angle(cast("Phase", force.given_period))
     n = as_fraction(periods)
     return PiTimes(n * times, n * plus) + t0
-
-
-def _wall_faults(osc: Oscillator, name: str, x0: Exact) -> list[Fault]:
-    problems = []
-    for stop in osc.stops:
-        sign = 1.0 if stop.side == "above" else -1.0
-        # Compared as the doubles they become: 0.2 lies at a wall at "0.2", not inside it.
-        if isinstance(stop, Wall) and sign * (as_float(x0) - as_float(stop.at)) > 0.0:
-            reason = f"{stop.side} the wall at x = {stop.at}; use a SoftStop for a compliant one"
-            problems.append(Fault(name, x0, reason))
-    return problems
 
 
 def _count_faults(name: str, count: object) -> list[Fault]:

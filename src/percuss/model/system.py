@@ -1,18 +1,59 @@
-"""An oscillator under a forcing as one value, with the law that the kernels read."""
+"""An oscillator under a forcing as one value, and its law: where exact values become floats.
+
+Every entry of the law is computed in exact rationals and rounded once. Rates of phase are kept as pairs of
+floats, so that a phase after a million periods has all its digits.
+"""
 
 from __future__ import annotations
 
-from functools import cached_property
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
-from percuss.kernels.law_columns import Law
-from percuss.model.faults import Fault, raise_first
-from percuss.model.forcing import Forcing
-from percuss.model.harmonics import Harmonic
-from percuss.model.law import RegionBounds, law, lines
-from percuss.model.oscillator import Oscillator
+import numpy as np
 
-__all__ = ["System", "kind_faults"]
+from percuss.arrays import Floats, Integers
+from percuss.kernels import law_columns as at
+from percuss.kernels.law_columns import Law
+from percuss.kernels.step import fill_steps
+from percuss.model.exact import PI, as_fraction
+from percuss.model.faults import Fault, raise_first
+from percuss.model.forcing import Component, Forcing, Harmonic
+from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.numerics import exp
+
+__all__ = ["RegionBounds", "System", "kind_faults", "law", "lines", "turns_per_time"]
+
+# The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
+# radians: there the cubic through a step's ends is off by 1/384 of the amplitude at most.
+STEP_PHASE = 1.0
+# With K < 0 the bound over a step holds a factor exp(phase).
+GROWING_STEP_PHASE = 0.5
+# A harmonic is near a root when the inverse of its gain is this small a part of its own terms.
+NEAR_PART = Fraction(1, 16)
+# Above this part in floats it is far from a root for certain: rounding is far smaller than the
+# difference of the two.
+FAR_PART = 0.07
+
+
+@dataclass(frozen=True)
+class RegionBounds:
+    """The bounds of the regions, upwards, and which stops lie at each.
+
+    ``at[i]`` is None at infinity; ``wall[i]`` is the index of the wall there or None;
+    ``edges[i]`` are the indices of the soft stops there.
+    """
+
+    at: tuple[Fraction | None, ...]
+    wall: tuple[int | None, ...]
+    edges: tuple[tuple[int, ...], ...]
+
+    @cached_property
+    def walls(self) -> Integers:
+        """The index of the wall at each bound, -1 where there is none, as an (n_bounds,) array."""
+        return np.array([-1 if wall is None else wall for wall in self.wall], dtype=np.int64)
 
 
 class _SystemFields(NamedTuple):
@@ -75,3 +116,254 @@ def kind_faults(osc: object, force: object) -> list[Fault]:
     if isinstance(force, Harmonic):
         return [Fault("force", force, "not a Forcing; give Forcing((harmonic,))")]
     return [Fault("force", force, "not a Forcing; cosine(2) makes one, and forcings can be added")]
+
+
+@lru_cache(maxsize=256)
+def lines(oscillator: Oscillator) -> RegionBounds:
+    """Return the bounds at which the oscillator's stops cut the line."""
+    lower: tuple[Fraction | None, int | None] = (None, None)
+    upper: tuple[Fraction | None, int | None] = (None, None)
+    edges: dict[Fraction, list[int]] = {}
+    for i, stop in enumerate(oscillator.stops):
+        at = as_fraction(stop.at)
+        if isinstance(stop, SoftStop):
+            # Stops that become the same double, as "0.2" and 0.2 do, share an edge.
+            same = [edge for edge in edges if float(edge) == float(at)]
+            edges.setdefault(same[0] if same else at, []).append(i)
+        elif stop.side == "below":
+            lower = (at, i)
+        else:
+            upper = (at, i)
+    inner = sorted(edges)
+    return RegionBounds(
+        at=(lower[0], *inner, upper[0]),
+        wall=(lower[1], *(None for _ in inner), upper[1]),
+        edges=((), *(tuple(edges[at]) for at in inner), ()),
+    )
+
+
+@lru_cache(maxsize=256)
+def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
+    """Return the law of an oscillator under a forcing (None: free motion)."""
+    components = forcing.components() if forcing is not None else ()
+    constant = as_fraction(forcing.constant) if forcing is not None else Fraction(0)
+    bounds = lines(oscillator)
+    n, n_regions = len(components), len(bounds.at) - 1
+    rows = np.zeros((at.FIRST_HARMONIC + n + n_regions * (1 + n), at.COLUMNS))
+    _fill_header(rows[0], forcing, components, n_regions)
+    for j, component in enumerate(components):
+        _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
+    # A harmonic of zero amplitude does not shorten the step.
+    quickest = max((float(c.omega) for c in components if c.cos or c.sin), default=0.0)
+    for number in range(n_regions):
+        first = at.FIRST_HARMONIC + n + number * (1 + n)
+        row, stiffness, damping = _region_row(oscillator, constant, number)
+        rows[first] = row
+        _fill_steps_of_search(rows[first], quickest)
+        for j, component in enumerate(components):
+            _fill_response(rows[first + 1 + j], stiffness, damping, component.omega)
+        _mark_simple(rows[first], rows[first + 1 : first + 1 + n])
+    fill_steps(rows)
+    return rows
+
+
+def _pair(numerator: int, denominator: int) -> tuple[float, float]:
+    """Return a rational as the sum of two floats, each rounded once.
+
+    Division of integers is correctly rounded in Python, whatever they have in common: without
+    the reduction to lowest terms that a `Fraction` makes this takes a tenth of the time.
+    """
+    high = numerator / denominator
+    p, q = high.as_integer_ratio()
+    return high, (numerator * q - p * denominator) / (denominator * q)
+
+
+def turns_per_time(value: Fraction, halves: int) -> tuple[float, float]:
+    """Return a rate over so many times pi as the sum of two floats."""
+    return _pair(value.numerator * PI.denominator, value.denominator * halves * PI.numerator)
+
+
+@lru_cache(maxsize=1024)
+def _root(value: Fraction) -> Fraction:
+    """Return the square root to 120 bits."""
+    shift = max(0, 120 + (value.denominator.bit_length() - value.numerator.bit_length()) // 2)
+    return Fraction(math.isqrt((value.numerator << (2 * shift)) // value.denominator), 1 << shift)
+
+
+@dataclass(frozen=True, slots=True)
+class _Region:
+    """One region: the oscillator, the stops in touch, and the K and a of them together."""
+
+    number: int
+    oscillator: Oscillator
+    touched: tuple[SoftStop, ...]
+    stiffness: Fraction
+    damping: Fraction
+
+    def force_at(self, constant: Fraction, x: Fraction) -> float:
+        """Return the constant force at x: a stop's share is exactly zero at its own edge."""
+        force = constant - as_fraction(self.oscillator.stiffness) * x
+        for stop in self.touched:
+            force -= as_fraction(stop.stiffness) * (x - as_fraction(stop.at))
+        return float(force)
+
+
+@lru_cache(maxsize=256)
+def _region_row(
+    oscillator: Oscillator, constant: Fraction, number: int
+) -> tuple[Floats, Fraction, Fraction]:
+    """Return what a region's row holds whatever the harmonics are, and its K and a."""
+    bounds = lines(oscillator)
+    region = _region(oscillator, bounds, number)
+    row = np.zeros(at.COLUMNS)
+    _fill_bounds(row, oscillator, bounds, number)
+    _fill_forces(row, region, bounds, constant)
+    _fill_motion(row, region)
+    return row, region.stiffness, region.damping
+
+
+def _region(oscillator: Oscillator, bounds: RegionBounds, number: int) -> _Region:
+    touched = []
+    for i, edges in enumerate(bounds.edges):
+        for k in edges:
+            stop = oscillator.stops[k]
+            is_touched = number >= i if stop.side == "above" else number < i
+            if isinstance(stop, SoftStop) and is_touched:
+                touched.append(stop)
+    stiffness = sum((as_fraction(s.stiffness) for s in touched), as_fraction(oscillator.stiffness))
+    damping = sum((as_fraction(s.damping) for s in touched), as_fraction(oscillator.damping))
+    return _Region(number, oscillator, tuple(touched), stiffness, damping)
+
+
+def _fill_header(
+    row: Floats, forcing: Forcing | None, components: tuple[Component, ...], n_regions: int
+) -> None:
+    row[at.N_HARMONICS], row[at.N_REGIONS] = len(components), n_regions
+    bounds = row[at.FORCE_BOUND : at.FORCE_BOUND + at.N_FORCE_BOUNDS]
+    with np.errstate(over="ignore"):
+        for component in components:
+            amplitude = math.hypot(component.cos, component.sin)
+            power = amplitude
+            for order in range(at.N_FORCE_BOUNDS):
+                bounds[order] += power
+                power *= float(component.omega)
+    period = forcing.period if forcing is not None else None
+    if forcing is None or period is None:
+        return
+    row[at.PERIOD] = period
+    frequency = forcing.frequency
+    if frequency is None:
+        p, q = period.as_integer_ratio()
+        row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(q, p)
+    else:
+        row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = turns_per_time(frequency, 2)
+
+
+def _fill_harmonic(row: Floats, component: Component) -> None:
+    row[at.COSINE], row[at.SINE] = component.cos, component.sin
+    row[at.OMEGA] = float(component.omega)
+    row[at.TURNS], row[at.TURNS_LOW] = turns_per_time(component.omega, 2)
+    row[at.AMPLITUDE] = math.hypot(component.cos, component.sin)
+
+
+def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: RegionBounds, number: int) -> None:
+    columns = (
+        (number, at.LOWER, at.LOWER_KIND, at.LOWER_RESTITUTION, -math.inf),
+        (number + 1, at.UPPER, at.UPPER_KIND, at.UPPER_RESTITUTION, math.inf),
+    )
+    entries = ((number, at.LOWER_ENTRY, "below"), (number + 1, at.UPPER_ENTRY, "above"))
+    for i, entry, side in entries:
+        row[entry] = any(oscillator.stops[k].side == side for k in bounds.edges[i])
+    row[at.NUMBER] = number
+    for i, place, kind, restitution, infinity in columns:
+        position, wall = bounds.at[i], bounds.wall[i]
+        row[place] = infinity if position is None else float(position)
+        row[kind] = at.NOTHING if position is None else at.EDGE
+        if wall is not None:
+            stop = oscillator.stops[wall]
+            row[kind] = at.WALL
+            row[restitution] = float(as_fraction(stop.restitution)) if isinstance(stop, Wall) else 0
+
+
+def _fill_forces(row: Floats, region: _Region, bounds: RegionBounds, constant: Fraction) -> None:
+    low, high = bounds.at[region.number], bounds.at[region.number + 1]
+    # The point nearest to 0: a far bound would cost the digits of the force here.
+    origin = max(Fraction(0), low) if low is not None else Fraction(0)
+    origin = min(origin, high) if high is not None else origin
+    row[at.ORIGIN], row[at.ORIGIN_FORCE] = float(origin), region.force_at(constant, origin)
+    if low is not None:
+        row[at.LOWER_FORCE] = region.force_at(constant, low)
+    if high is not None:
+        row[at.UPPER_FORCE] = region.force_at(constant, high)
+
+
+def _fill_motion(row: Floats, region: _Region) -> None:
+    """Fill the rates of the free motion."""
+    stiffness, damping = region.stiffness, region.damping
+    k, a = float(stiffness), float(damping)
+    discriminant = stiffness - damping**2
+    rate = _root(abs(discriminant))
+    row[at.STIFFNESS], row[at.DAMPING], row[at.RATE] = k, a, float(rate)
+    row[at.HALF_TURNS], row[at.HALF_TURNS_LOW] = turns_per_time(rate, 4)
+    row[at.TWICE_PER_RATE] = 2.0 / row[at.RATE] if rate else 0.0
+    row[at.PER_STIFFNESS] = float(1 / stiffness) if stiffness else 0.0
+    if discriminant < 0:
+        row[at.OVERDAMPED] = 1.0
+        row[at.SLOW_ROOT] = float(-stiffness / (damping + rate))
+        row[at.FAST_ROOT] = float(-(damping + rate))
+    row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * a)
+
+
+def _fill_steps_of_search(row: Floats, omega: float) -> None:
+    """Fill the length of a search step, and the constants of ``derivative_bound``.
+
+    For K >= 0 the energy norm of (x, v) does not grow without force; for K < 0 the norm
+    max(p abs(x), abs(v)) with p = a + sqrt(a^2 + abs(K)) grows by exp(p s) at most
+    (docs/theory/first-event.md).
+    """
+    k, a = float(row[at.STIFFNESS]), float(row[at.DAMPING])
+    fastest = max(float(row[at.QUICKEST]), omega)
+    if fastest > 0.0:
+        row[at.STEP] = (GROWING_STEP_PHASE if k < 0.0 else STEP_PHASE) / fastest
+    if k < 0.0:
+        pace = a + math.sqrt(a * a - k)
+        growth = exp(pace * float(row[at.STEP]))
+        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * pace, growth * pace
+    else:
+        pace = 2.0 * a + math.sqrt(k)
+        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = pace * math.sqrt(k), pace
+
+
+def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
+    # K - w^2 and 2 a w over one denominator, as integers: see `_pair`.
+    bottom = stiffness.denominator * damping.denominator * omega.denominator**2
+    square_of_omega = omega.numerator**2 * stiffness.denominator * damping.denominator
+    p = stiffness.numerator * damping.denominator * omega.denominator**2 - square_of_omega
+    q = 2 * damping.numerator * omega.numerator * stiffness.denominator * omega.denominator
+    square = p * p + q * q
+    if square > 0:
+        row[at.GAIN_RE], row[at.GAIN_IM] = p * bottom / square, -q * bottom / square
+    # Far from a root for certain: the exact comparison is not needed.
+    k, a, w = float(stiffness), float(damping), float(omega)
+    if abs(k - w * w) + 2.0 * a * w > FAR_PART * (2.0 * a * a + w * w + abs(k)):
+        return
+    real, imaginary = stiffness - omega**2, 2 * damping * omega
+    discriminant = stiffness - damping**2
+    if abs(real) + imaginary > NEAR_PART * (damping**2 + omega**2 + abs(discriminant)):
+        return
+    # (i w - r1) (i w - r2) is the gain; divided by the far factor it leaves the gap, unrounded.
+    row[at.NEAR] = 1.0
+    rate = float(_root(abs(discriminant)))
+    far = complex(float(damping), float(omega) + rate)
+    if discriminant < 0:
+        far = complex(float(damping) + rate, float(omega))
+    gap = complex(float(real), float(imaginary)) / far
+    row[at.GAP_RE], row[at.GAP_IM] = gap.real, gap.imag
+
+
+def _mark_simple(row: Floats, responses: Floats) -> None:
+    """Mark a region where one harmonic, away from resonance, meets an oscillating mass."""
+    kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
+    if len(responses) == 1 and responses[0, at.NEAR] == 0.0:
+        row[at.SIMPLE] = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
+        row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING}

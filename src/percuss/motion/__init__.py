@@ -14,7 +14,6 @@ from percuss.motion.growth import Growth as Growth
 from percuss.motion.growth import growth as growth
 from percuss.motion.impact_times import ImpactTimes as ImpactTimes
 from percuss.motion.impact_times import classify_impact_times as classify_impact_times
-from percuss.motion.outcome import Outcome as Outcome
 from percuss.motion.simulate import simulate as simulate
 from percuss.motion.spectrum import line_spectrum as line_spectrum
 from percuss.motion.spectrum import spectrum as spectrum
@@ -22,4 +21,5 @@ from percuss.motion.tables import Contacts as Contacts
 from percuss.motion.tables import Crossings as Crossings
 from percuss.motion.tables import Grazes as Grazes
 from percuss.motion.tables import Impacts as Impacts
+from percuss.motion.trajectory import Outcome as Outcome
 from percuss.motion.trajectory import Trajectory as Trajectory

@@ -8,8 +8,7 @@ from percuss.arrays import Flags, Floats
 from percuss.kernels.law_columns import N_HARMONICS
 from percuss.kernels.sample import drive
 from percuss.model.exact import as_float
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import SoftStop, Stop
+from percuss.model.oscillator import Oscillator, SoftStop, Stop
 from percuss.model.system import System
 from percuss.motion.tables import Contacts
 

@@ -12,8 +12,7 @@ from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Oscillator, Wall
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.growth import CERTAIN, Growth, fit_power_law
 from percuss.motion.patterns import FEWEST, REPETITIONS, ROUNDINGS, TOLERANCE, find_pattern

@@ -23,15 +23,14 @@ from percuss.kernels.law_columns import (
 )
 from percuss.kernels.sample import evaluate
 from percuss.model.exact import Exact, Phase, as_float, plain
-from percuss.model.faults import phase_faults, raise_first
+from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
-from percuss.model.start import Start, end_after_periods, periods_faults, start_faults
+from percuss.model.start import Start, end_after_periods, limit_faults, periods_faults, wall_faults
 from percuss.model.system import System
-from percuss.motion.outcome import Outcome
 from percuss.motion.reach import free_until
-from percuss.motion.run_progress import RunProgress
-from percuss.motion.trajectory import Trajectory
+from percuss.motion.trajectory import Outcome, Trajectory
+from percuss.progress import RunProgress
 
 __all__ = ["MOST_IMPACTS", "simulate"]
 
@@ -126,17 +125,17 @@ def simulate(
     >>> run.impacts.t[:3] / 3.141592653589793
     array([1., 2., 3.])
     """
-    system = System.of(osc, force)
+    system, start = System.of(osc, force), Start(x0, v0, t0)
+    raise_first(wall_faults(osc, "x0", start.x0))
     if periods is not None:
-        raise_first([*periods_faults(force, periods, t_end), *phase_faults("t0", plain(t0))])
-        t_end = end_after_periods(cast("Forcing", force), t0, periods)
-    raise_first(start_faults(osc, x0, v0, t0, t_end, max_impacts))
+        raise_first(periods_faults(force, periods, t_end))
+        t_end = end_after_periods(cast("Forcing", force), start.t0, periods)
+    raise_first(limit_faults(start.t0, t_end, max_impacts))
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
-    end = math.inf if t_end is None else as_float(t_end)
-    _check_times(system.law, as_float(t0), end)
-    march = _March(system.law, as_float(x0), as_float(v0), as_float(t0), limit)
-    reported = RunProgress(progress, as_float(t0), end, limit)
-    outcome = march.run(end, limit, reported)
+    begin, end = as_float(start.t0), math.inf if t_end is None else as_float(t_end)
+    _check_times(system.law, begin, end)
+    march = _March(system.law, as_float(start.x0), as_float(start.v0), begin, limit)
+    outcome = march.run(end, limit, RunProgress(progress, begin, end, limit))
     stopped: Phase = march.last_time
     if outcome in (Outcome.reached_t_end, Outcome.at_rest) and t_end is not None:
         stopped = cast("Phase", plain(t_end))
@@ -150,16 +149,14 @@ def simulate(
             "without max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=2)
-    start = Start(x0, v0, t0)
     return Trajectory.of_record(system, march.record(), stopped, outcome, start)
 
 
 def _check_times(law: Law, t0: float, t_end: float) -> None:
     """Refuse times so late that a phase there has no digits left."""
     n = int(law[0, N_HARMONICS])
-    turns = [*law[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS]]
-    turns += [*(2.0 * law[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS])]
-    fastest = float(max(turns))
+    free = [2.0 * half for half in law[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS].tolist()]
+    fastest = max(free + law[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS].tolist())
     for name, time in (("t0", t0), ("t_end", t_end)):
         if abs(time) < math.inf and abs(time) * fastest > MOST_PERIODS:
             reason = (
@@ -167,10 +164,10 @@ def _check_times(law: Law, t0: float, t_end: float) -> None:
                 "nearer by"
             )
             raise ParameterError(name, time, reason)
-    slow = [turns for turns in 2.0 * law[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS] if turns > 0.0]
-    if t_end == math.inf and slow and fastest > MOST_PERIODS * min(slow):
+    slowest = min((turns for turns in free if turns > 0.0), default=math.inf)
+    if t_end == math.inf and fastest > MOST_PERIODS * slowest:
         reason = (
-            f"needed where the fastest part of the motion is {fastest / min(slow):.3g} times as "
+            f"needed where the fastest part of the motion is {fastest / slowest:.3g} times as "
             f"fast as the slowest; phases are exact over {MOST_PERIODS:g} periods"
         )
         raise ParameterError("t_end", None, reason)

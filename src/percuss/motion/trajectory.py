@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -22,7 +23,6 @@ from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.error_bounds import ContactErrors
-from percuss.motion.outcome import Outcome
 from percuss.motion.tables import (
     NO_CONTACTS,
     NO_CROSSINGS,
@@ -37,12 +37,29 @@ if TYPE_CHECKING:
     # A second of import, and only `sample`, `stroboscopic` and `forces` need it.
     from xarray import Dataset
 
-__all__ = ["Trajectory"]
+__all__ = ["Outcome", "Trajectory"]
 
 Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
 # A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0
+
+
+class Outcome(Enum):
+    """How a run ended; the value is the sentence to show.
+
+    Examples
+    --------
+    >>> Outcome.reached_t_end.value
+    'the run reached t_end'
+    """
+
+    reached_t_end = "the run reached t_end"
+    reached_max_impacts = "the run reached max_impacts (impacts and entries into soft stops)"
+    at_rest = "the mass came to rest at a stop for good"
+    no_more_impacts = "the motion provably meets no stop again, and there is no t_end to run to"
+    overflow = "the motion grew beyond 1e150; the run holds what was before"
+    interrupted = "the run was interrupted; it holds what was done"
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -99,7 +116,8 @@ class Trajectory:
         (x0, v0), events, marks, grazes = record
         t0 = float(events[0, columns.EVENT_T])
         start = Start(x0, v0, t0) if start is None else start
-        errors = ContactErrors(system, start, events, marks)
+        # Mostly all events but the start are impacts.
+        has_others = bool((marks[1:, columns.KIND] != columns.IMPACT).any())
         return cls(
             oscillator=system.oscillator,
             forcing=system.forcing,
@@ -108,9 +126,9 @@ class Trajectory:
             t0=t0,
             t_end=as_float(t_end),
             outcome=outcome,
-            impacts=_impacts(system, events, marks),
-            crossings=_crossings(system, events, marks),
-            contacts=_contacts(system, events, marks, errors),
+            impacts=_impacts(system, events, marks, has_others=has_others),
+            crossings=_crossings(system, events, marks) if has_others else NO_CROSSINGS,
+            contacts=_contacts(system, start, events, marks) if has_others else NO_CONTACTS,
             grazes=_grazes(system, grazes),
             start=start,
             end=t_end,
@@ -327,32 +345,25 @@ def _dataset(data: Mapping[str, object], coords: Mapping[str, object], outcome: 
     return xarray.Dataset(data, coords=coords, attrs={"outcome": outcome})
 
 
-def _stop_of_bound(system: System) -> Integers:
-    """Return the wall's index for each bound, -1 where there is none."""
-    return np.array([-1 if wall is None else wall for wall in system.lines.wall], dtype=np.int64)
-
-
-def _impacts(system: System, events: Floats, marks: Integers) -> Impacts:
-    impacts = marks[:, columns.KIND] == columns.IMPACT
-    # Mostly all events but the start are impacts, and a slice is faster than their numbers.
-    which = slice(1, None) if impacts[1:].all() else np.flatnonzero(impacts)
-    t = events[which, columns.EVENT_T].copy()
-    t_low = events[which, columns.EVENT_T_LOW].copy()
-    cycle = np.full(len(t), np.nan)
+def _impacts(system: System, events: Floats, marks: Integers, *, has_others: bool) -> Impacts:
+    if has_others:
+        # The start, from which the first interval lasts, and the impacts.
+        rows = np.concatenate(([0], np.flatnonzero(marks[:, columns.KIND] == columns.IMPACT)))
+        events, marks = events[rows], marks[rows]
+    before, events, marks = events[:-1], events[1:], marks[1:]
+    t, t_low = events[:, columns.EVENT_T].copy(), events[:, columns.EVENT_T_LOW].copy()
+    cycle = np.empty_like(t)
     if system.law[0, PERIOD] > 0.0:
         cycles(system.law, t, t_low, cycle)
-    intervals = t.copy()
-    intervals[:1] -= events[0, columns.EVENT_T]
-    intervals[1:] -= t[:-1]
-    intervals[:1] += t_low[:1] - events[0, columns.EVENT_T_LOW]
-    intervals[1:] += t_low[1:] - t_low[:-1]
+    else:
+        cycle.fill(np.nan)
     return Impacts(
         t=t,
-        v_before=events[which, columns.V_BEFORE],
-        v_after=events[which, columns.V_AFTER],
-        stop=_stop_of_bound(system)[marks[which, columns.BOUND]],
+        v_before=events[:, columns.V_BEFORE],
+        v_after=events[:, columns.V_AFTER],
+        stop=system.lines.walls[marks[:, columns.BOUND]],
         cycle=cycle,
-        intervals=intervals,
+        intervals=t - before[:, columns.EVENT_T] + (t_low - before[:, columns.EVENT_T_LOW]),
     )
 
 
@@ -371,7 +382,7 @@ def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
     return Crossings(t=t, v=v, stop=np.array(stop, dtype=np.int64), direction=direction)
 
 
-def _contacts(system: System, events: Floats, marks: Integers, errors: ContactErrors) -> Contacts:
+def _contacts(system: System, start: Start, events: Floats, marks: Integers) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
     if len(which) == 0:
@@ -380,13 +391,12 @@ def _contacts(system: System, events: Floats, marks: Integers, errors: ContactEr
     release = np.full(len(which), np.nan)
     # Nothing comes between a contact and its release; only the last contact may have none.
     release[: len(released)] = events[released, columns.EVENT_T]
-    start = events[which, columns.EVENT_T]
     return Contacts(
-        start=start,
+        start=events[which, columns.EVENT_T],
         release=release,
-        stop=_stop_of_bound(system)[marks[which, columns.BOUND]],
+        stop=system.lines.walls[marks[which, columns.BOUND]],
         n_impacts=np.cumsum(kind == columns.IMPACT)[which],
-        _errors=errors,
+        _errors=ContactErrors(system, start, events, marks),
     )
 
 

@@ -14,7 +14,7 @@ from matplotlib.patheffects import withStroke
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
-from percuss.model.law import law
+from percuss.model.system import law
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.curve import Curve, CurveKind
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit

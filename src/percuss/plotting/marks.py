@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 
 from percuss.arrays import Floats, Integers
 from percuss.model.exact import as_float
-from percuss.model.stops import Stop, Wall
+from percuss.model.oscillator import Stop, Wall
 from percuss.motion.trajectory import Trajectory
 from percuss.plotting.samples import distinct_spans, within
 from percuss.plotting.style import BLUE, GREY, ORANGE, PURPLE, VERMILION

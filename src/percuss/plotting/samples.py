@@ -10,7 +10,7 @@ import numpy as np
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
-from percuss.model.stops import SoftStop
+from percuss.model.oscillator import SoftStop
 from percuss.motion.trajectory import Trajectory
 
 # A chord of 1/64 of a cycle stays within 0.12 % of the amplitude of its arc.

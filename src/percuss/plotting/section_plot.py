@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from percuss.arrays import Floats
 from percuss.model.exact import as_float
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Wall
 from percuss.orbits.surface.manifolds import Manifolds
 from percuss.orbits.surface.singularity_set import SingularityCurve, SingularitySet
 from percuss.plotting.style import (

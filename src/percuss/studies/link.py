@@ -10,9 +10,9 @@ from typing import Any
 from percuss.errors import ParameterError
 from percuss.io.study_text import TomlTable, model_tables, number, start_table
 from percuss.model.exact import as_float
+from percuss.model.oscillator import Wall
 from percuss.model.paths import long_form
 from percuss.model.start import Start
-from percuss.model.stops import Wall
 from percuss.studies.axes import Span, axis_values
 from percuss.studies.kinds.basins import Basins
 from percuss.studies.kinds.diagram import Diagram

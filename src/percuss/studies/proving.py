@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.errors import ParameterError
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Oscillator, Wall
 from percuss.progress import Report
 from percuss.studies.study import counted
 

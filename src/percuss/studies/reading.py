@@ -16,11 +16,9 @@ from percuss.errors import ParameterError, StudyError
 from percuss.io.record import load_record
 from percuss.model.faults import Fault, damping_faults, draft, positive_faults
 from percuss.model.faults import faults as model_faults
-from percuss.model.forcing import Forcing
-from percuss.model.harmonics import FourierTerm, Harmonic
-from percuss.model.oscillator import Oscillator
+from percuss.model.forcing import Forcing, FourierTerm, Harmonic
+from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.start import Start
-from percuss.model.stops import SoftStop, Wall
 from percuss.studies.study import (
     TABLES,
     EngineersModel,

@@ -14,9 +14,8 @@ from percuss.io.study_text import forcing_table, model_tables, number, stop_tabl
 from percuss.model import exact
 from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, Stop
 from percuss.model.start import Start, start_faults
-from percuss.model.stops import Stop
 from percuss.studies.tables import (
     DRAW_ALL,
     MISSING,

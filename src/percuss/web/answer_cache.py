@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from percuss.execution import Execution
-from percuss.motion.outcome import Outcome
+from percuss.motion.trajectory import Outcome
 from percuss.studies.study import Study
 from percuss.studies.tables import Draw, Save
 from percuss.web.request import BadRequest, RunningRequest

@@ -10,9 +10,8 @@ import numpy as np
 
 from percuss.arrays import Floats
 from percuss.errors import PercussError
-from percuss.model.stops import SoftStop, Wall
-from percuss.motion.outcome import Outcome
-from percuss.motion.trajectory import Trajectory
+from percuss.model.oscillator import SoftStop, Wall
+from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits import PeriodicOrbit
 from percuss.orbits.finding.find import find_orbit
 from percuss.plotting.samples import sample_curve

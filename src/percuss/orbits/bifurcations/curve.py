@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Complexes, Flags, Floats
-from percuss.model.stops import SoftStop
+from percuss.model.oscillator import SoftStop
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.branch import OrbitRows, counted_kinds
 from percuss.orbits.bifurcations.curve_equations import CurveEquations

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from percuss.model.stops import SoftStop
+from percuss.model.oscillator import SoftStop
 from percuss.numerics import norm
 from percuss.orbits.bifurcations.branch_equations import BranchEquations, fastest
 from percuss.orbits.bifurcations.soft_grazing import start_beyond

@@ -16,8 +16,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import AFTER, AT, BEFORE
 from percuss.model.exact import as_float
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.system import System
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.trajectory import Trajectory

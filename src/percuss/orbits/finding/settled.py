@@ -14,8 +14,7 @@ from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import as_float
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.system import System
 from percuss.numerics import power
 from percuss.orbits.finding.search import Guess, guesses_in, scale_of_speed

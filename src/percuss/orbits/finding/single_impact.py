@@ -26,8 +26,7 @@ from percuss.kernels.flight import constant_force, free_response, harmonic_respo
 from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import factor
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.system import System
 from percuss.numerics import atan2, directions, dot, matmul, solve_linear
 from percuss.orbits.orbit.itinerary import Itinerary, entry, events_of_stops, row_of_region

@@ -15,10 +15,8 @@ from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import ITINERARY_COLUMNS
-from percuss.model.law import lines
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import Wall
-from percuss.model.system import System
+from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.system import System, lines
 
 __all__ = [
     "Entry",

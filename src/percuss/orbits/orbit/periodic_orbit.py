@@ -16,10 +16,9 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.system import System
 from percuss.motion.html_table import html_table
-from percuss.motion.outcome import Outcome
 from percuss.motion.spectrum import line_spectrum
 from percuss.motion.tables import Impacts
-from percuss.motion.trajectory import Trajectory
+from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits.orbit.itinerary import Itinerary
 from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system

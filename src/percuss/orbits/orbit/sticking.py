@@ -19,7 +19,7 @@ from percuss.kernels.flight import place
 from percuss.kernels.law_columns import PERIOD, Law
 from percuss.kernels.sample import cycles
 from percuss.model.exact import as_float
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Wall
 from percuss.model.system import System
 from percuss.orbits.orbit.itinerary import entry
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit

@@ -13,8 +13,7 @@ from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.tangent import neighbours
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import SoftStop, Stop
+from percuss.model.oscillator import Oscillator, SoftStop, Stop
 
 __all__ = ["half_multipliers", "is_mirrored_state", "is_symmetric_system"]
 

@@ -14,8 +14,8 @@ from percuss.kernels import record as columns
 from percuss.kernels.flight import Flight, constant_force, place, set_phases
 from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.shooting import turning_points
-from percuss.model.law import lines
 from percuss.model.oscillator import Oscillator
+from percuss.model.system import lines
 
 __all__ = [
     "Passages",

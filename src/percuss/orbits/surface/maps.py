@@ -20,9 +20,8 @@ from percuss.kernels.shooting import factor
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.start import start_faults
-from percuss.model.stops import Wall
 from percuss.model.system import System
 from percuss.numerics import matmul
 from percuss.orbits.orbit.itinerary import entry

@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import backward as engine
 from percuss.kernels import law_columns as at
 from percuss.model.exact import as_float
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Wall
 from percuss.model.system import System
 from percuss.numerics import directions, matmul
 from percuss.orbits.orbit.itinerary import entry

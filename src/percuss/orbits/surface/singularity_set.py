@@ -18,8 +18,7 @@ from percuss.kernels.flight import constant_force
 from percuss.kernels.law_columns import Law
 from percuss.model.exact import as_float, real, whole
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Oscillator, Wall
 from percuss.numerics import atan2, geometric, hypot, modulus, polynomial_roots
 from percuss.numerics import cos as cos_of
 from percuss.numerics import sin as sin_of
@@ -288,7 +287,7 @@ def grazing_intervals(law: Law, constant: float, sign: float) -> list[tuple[floa
     Examples
     --------
     >>> import percuss as pc
-    >>> from percuss.model.law import law
+    >>> from percuss.model.system import law
     >>> grazing_intervals(law(pc.impact_oscillator(), pc.sine(1.0)), 0.0, -1.0)
     [(3.141592653589793, 6.283185307179586)]
     """

@@ -10,8 +10,7 @@ import sympy
 from flint import arb
 
 from percuss.io.study_text import motion_text
-from percuss.model.forcing import Forcing, cosine, sine
-from percuss.model.harmonics import Harmonic
+from percuss.model.forcing import Forcing, Harmonic, cosine, sine
 from percuss.motion.eigenset import eigenset
 from percuss.motion.eigenset_forms import SubsetMotion
 from percuss.motion.simulate import simulate

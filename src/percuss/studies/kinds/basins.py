@@ -14,7 +14,7 @@ from percuss.errors import PercussError
 from percuss.execution import Execution
 from percuss.model.exact import as_float
 from percuss.model.faults import phase_faults, positive_faults
-from percuss.model.stops import Wall
+from percuss.model.oscillator import Wall
 from percuss.studies.axes import AxisValues, StartAxis, axes_of, over_of
 from percuss.studies.study import (
     Question,

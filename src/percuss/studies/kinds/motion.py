@@ -11,9 +11,8 @@ from percuss.model import exact
 from percuss.model.exact import as_float, phase_problem
 from percuss.model.faults import draft, positive_faults
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, SoftStop
 from percuss.model.start import end_after_periods, periods_faults, start_faults
-from percuss.model.stops import SoftStop
 from percuss.studies.study import Question, StudyDraft, known_walls
 from percuss.studies.tables import NumberKey, PhaseKey, StartState, shown, table
 
