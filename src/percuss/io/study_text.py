@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 import numpy as np
 
 from percuss.model.exact import Phase, PiTimes, plain
+from percuss.model.expression import Expression
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator
@@ -134,6 +135,8 @@ def number(value: Phase) -> int | float | str:
         return str(value)
     if isinstance(value, PiTimes):
         return _pi_text(value)
+    if isinstance(value, Expression):
+        return str(value)
     return cast("int | float | str", plain(value))
 
 

@@ -19,6 +19,7 @@ from percuss.model.exact import (
     as_float,
     as_fraction,
     kept,
+    operand,
     phase_problem,
     pi_times,
     plain,
@@ -120,7 +121,7 @@ class Forcing:
         """
         if not isinstance(other, Forcing):
             return NotImplemented
-        constant = kept(as_fraction(self.constant) + as_fraction(other.constant))
+        constant = kept(operand(self.constant) + operand(other.constant))
         for force, added in ((self, other), (other, self)):
             if not added.harmonics:
                 return Forcing(force.harmonics, constant, force.given_period, base=force.base)
@@ -188,7 +189,7 @@ class Forcing:
         Forcing(harmonics=(Harmonic(amplitude=2.5, omega=3.0, phase=0.0),), constant=0.0)
         """
         raise_first(positive_faults("mass", plain(mass)))
-        factor = 1 / as_fraction(mass)
+        factor = 1 / operand(mass)
         parts = tuple(scaled_part(part, factor) for part in self.harmonics)
         constant = scaled(self.constant, factor)
         return Forcing(parts, constant, self.given_period, base=self.base)
@@ -381,7 +382,7 @@ def _turns(omega: Fraction, period: Phase) -> Fraction:
 def _plain_harmonics(forcing: Forcing) -> list[Harmonic]:
     """Return the parts as harmonics, those of a Fourier sum as cosines and sines."""
     harmonics = []
-    for omega, part in zip(_omegas(forcing), forcing.harmonics, strict=True):
+    for part in forcing.harmonics:
         if isinstance(part, Harmonic):
             harmonics.append(part)
         else:
@@ -389,8 +390,9 @@ def _plain_harmonics(forcing: Forcing) -> list[Harmonic]:
                 (part.cos, 0.0),
                 (part.sin, sine_phase(0.0)),
             )
+            omega = kept(part.n * operand(cast("Exact", forcing.base)))
             harmonics += [
-                Harmonic(amplitude, kept(omega), phase)
+                Harmonic(amplitude, omega, phase)
                 for amplitude, phase in pairs
                 if as_float(amplitude) != 0.0
             ]

@@ -17,7 +17,8 @@ from percuss.arrays import Floats
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import PI, as_fraction
+from percuss.model.exact import PI, as_fraction, computed_in
+from percuss.model.expression import parameters_in
 from percuss.model.forcing import Forcing
 from percuss.model.harmonics import Component
 from percuss.model.oscillator import Oscillator
@@ -78,6 +79,8 @@ def lines(oscillator: Oscillator) -> RegionBounds:
 @lru_cache(maxsize=256)
 def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     """Return the law of an oscillator under a forcing (None: free motion)."""
+    if any(True for _ in computed_in(oscillator, forcing)):
+        parameters_in(oscillator, forcing)  # one name has one value
     components = forcing.components() if forcing is not None else ()
     constant = as_fraction(forcing.constant) if forcing is not None else Fraction(0)
     bounds = lines(oscillator)
