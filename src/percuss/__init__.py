@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from percuss.io import load_netcdf as load_netcdf
     from percuss.io import save_csv as save_csv
     from percuss.io import save_netcdf as save_netcdf
+    from percuss.model import Expression as Expression
     from percuss.model import Forcing as Forcing
     from percuss.model import Harmonic as Harmonic
     from percuss.model import Oscillator as Oscillator
@@ -47,10 +48,13 @@ if TYPE_CHECKING:
     from percuss.model import Wall as Wall
     from percuss.model import backlash_oscillator as backlash_oscillator
     from percuss.model import ball_on_table as ball_on_table
+    from percuss.model import base_excitation as base_excitation
     from percuss.model import bilinear_oscillator as bilinear_oscillator
     from percuss.model import cosine as cosine
+    from percuss.model import expression as expression
     from percuss.model import fourier as fourier
     from percuss.model import impact_oscillator as impact_oscillator
+    from percuss.model import parameter as parameter
     from percuss.model import pi_times as pi_times
     from percuss.model import sine as sine
     from percuss.motion import Contacts as Contacts
@@ -112,6 +116,7 @@ __all__ = [
     "Crossings",
     "Curve",
     "CurvePoint",
+    "Expression",
     "Forcing",
     "FormalOrbitWarning",
     "FoundOrbits",
@@ -149,6 +154,7 @@ __all__ = [
     "__version__",
     "backlash_oscillator",
     "ball_on_table",
+    "base_excitation",
     "basin_fractions",
     "basins",
     "bifurcation_diagram",
@@ -161,6 +167,7 @@ __all__ = [
     "eigenset",
     "eigenset_motion",
     "explore",
+    "expression",
     "find_orbit",
     "find_orbits",
     "follow_cascade",
@@ -174,6 +181,7 @@ __all__ = [
     "load_store",
     "lyapunov_exponents",
     "manifolds",
+    "parameter",
     "pi_times",
     "resonant_frequency",
     "response_curve",
@@ -220,6 +228,7 @@ _HOMES = {
         "save_netcdf",
     ),
     "percuss.model": (
+        "Expression",
         "Forcing",
         "Harmonic",
         "Oscillator",
@@ -228,10 +237,13 @@ _HOMES = {
         "Wall",
         "backlash_oscillator",
         "ball_on_table",
+        "base_excitation",
         "bilinear_oscillator",
         "cosine",
+        "expression",
         "fourier",
         "impact_oscillator",
+        "parameter",
         "pi_times",
         "sine",
     ),

@@ -19,14 +19,13 @@ from percuss.certified.numbers import (
     ball,
     between,
     precision,
-    rational_cosine,
     span,
     time_ball,
     upper,
 )
 from percuss.certified.step import search_along
 from percuss.certified.system import BallSystem, Tone
-from percuss.model.exact import Phase, angle
+from percuss.model.exact import Phase, angle, rational_cosine
 
 __all__ = [
     "Hold",

@@ -19,7 +19,6 @@ __all__ = [
     "power",
     "precision",
     "rational",
-    "rational_cosine",
     "span",
     "time_ball",
     "upper",
@@ -28,17 +27,6 @@ __all__ = [
 # More than the rounding of a conversion to a float.
 UP, DOWN = 1.0 + 2.0**-50, 1.0 - 2.0**-50
 TINY = 5e-324
-# cos(pi q) where it is rational, for q in [0, 2); there are no others (Niven's theorem).
-COSINES = {
-    Fraction(0): Fraction(1),
-    Fraction(1, 3): Fraction(1, 2),
-    Fraction(1, 2): Fraction(0),
-    Fraction(2, 3): Fraction(-1, 2),
-    Fraction(1): Fraction(-1),
-    Fraction(4, 3): Fraction(-1, 2),
-    Fraction(3, 2): Fraction(0),
-    Fraction(5, 3): Fraction(1, 2),
-}
 # Arb has one precision for the whole process, so that one thread at a time works with it.
 _LOCK = threading.RLock()
 
@@ -108,17 +96,6 @@ def cos_sin(times: Fraction, plus: Fraction) -> tuple[arb, arb]:
     else:
         sine, cosine = (arb.pi() * ball(times) + ball(plus)).sin_cos()
     return cosine, sine
-
-
-def rational_cosine(times: Fraction, plus: Fraction) -> Fraction | None:
-    """Return the cosine of ``times * pi + plus`` where it is rational, else None.
-
-    Examples
-    --------
-    >>> rational_cosine(Fraction(7, 3), Fraction(0)), rational_cosine(Fraction(1, 4), Fraction(0))
-    (Fraction(1, 2), None)
-    """
-    return COSINES.get(times % 2) if plus == 0 else None
 
 
 def order_of(time: Phase, other: Phase) -> int:

@@ -15,9 +15,10 @@ from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
 from percuss.model.exact import Phase, as_float, phase_problem, plain, whole
+from percuss.model.expression import Expression
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
-from percuss.model.paths import long_form, replace_parameters
+from percuss.model.paths import long_form, moved_fields, replace_parameters
 from percuss.model.start import Start
 from percuss.model.system import law
 
@@ -59,10 +60,16 @@ class Axis:
         Its dotted path in the long form, which is the name of the dimension.
     given
         The values as they were given, exact ones included.
+    owners
+        The parts of a motion that the parameter changes, where it is not the one its path names.
+    units
+        Its dimension, empty where it is not known; default: that of the last word of the path.
     """
 
     path: str
     given: tuple[Phase, ...]
+    owners: tuple[str, ...] = ()
+    units: str | None = None
 
     @property
     def values(self) -> Floats:
@@ -73,6 +80,10 @@ class Axis:
     def of_start(self) -> bool:
         """Whether it is a number of the start, on which the law does not depend."""
         return self.path.startswith("start.")
+
+    def changes(self, owner: str) -> bool:
+        """Return whether the parameter changes a part of a motion."""
+        return owner in self.owners or self.path.startswith(f"{owner}.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +135,11 @@ class Grid:
     def dimensions(self) -> tuple[Dimension, ...]:
         """The axes as the answer has them."""
         return tuple(
-            Dimension(axis.path, tuple(axis.values.tolist()), units_of(axis.path))
+            Dimension(
+                axis.path,
+                tuple(axis.values.tolist()),
+                units_of(axis.path) if axis.units is None else axis.units,
+            )
             for axis in self.axes
         )
 
@@ -175,6 +190,11 @@ class Grid:
                 starts[:, _OF_START.index(axis.path.removeprefix("start."))] = axis.values[k]
             else:
                 key = key * len(axis.given) + k
+        tied = [
+            (column, name)
+            for column, name in enumerate(_OF_START)
+            if isinstance(getattr(self.start, name), Expression)
+        ]
         order = np.argsort(key, kind="stable")
         cuts = np.flatnonzero(np.diff(key[order])) + 1
         groups: dict[tuple[int, ...], list[tuple[Floats, Integers]]] = {}
@@ -183,8 +203,10 @@ class Grid:
         for rows in np.split(order, cuts):
             check_wanted()
             try:
-                osc, force, _ = maker.point(self._where(first + int(rows[0])))
+                osc, force, start = maker.point(self._where(first + int(rows[0])))
                 own_law = law(osc, force)
+                for column, name in tied:
+                    starts[rows, column] = as_float(getattr(start, name))
             except ParameterError as error:
                 faults |= {int(row): str(error) for row in rows}
                 continue
@@ -210,7 +232,7 @@ class Maker:
 
     def _part(self, owner: str, where: tuple[int, ...]) -> Any:
         grid = self._grid
-        own = [i for i, axis in enumerate(grid.axes) if axis.path.startswith(f"{owner}.")]
+        own = [i for i, axis in enumerate(grid.axes) if axis.changes(owner)]
         key = owner, tuple(where[i] for i in own)
         if key not in self._made:
             changes = {grid.axes[i].path: grid.axes[i].given[where[i]] for i in own}
@@ -301,8 +323,21 @@ def make_grid(
         if any(axis.path == name for axis in axes):
             first = next(key for key in over if long_form(key, osc, force, begin) == name)
             raise ParameterError("over", (first, path), "the same parameter, named twice")
-        axes.append(Axis(name, values_of(path, values, points)))
+        axes.append(_axis(osc, force, begin, name, values_of(path, values, points)))
     return Grid(osc, force, begin, tuple(axes))
+
+
+def _axis(
+    osc: Oscillator, force: Forcing | None, start: Start, name: str, values: tuple[Phase, ...]
+) -> Axis:
+    """Return the axis of a parameter; one in expressions has the dimension of what it alone is."""
+    if "." in name:
+        return Axis(name, values)
+    moved = moved_fields(osc, force, start, name).fields
+    alone = (field for field, value in moved.items() if value.is_parameter)
+    field = next(alone, None)
+    owners = tuple({field.split(".")[0] for field in moved})
+    return Axis(name, values, owners, "" if field is None else units_of(field))
 
 
 def _start_of(start: Sequence[Phase] | None) -> Start:

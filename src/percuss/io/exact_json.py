@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from percuss.model.exact import PiTimes
+from percuss.model.expression import Expression
 from percuss.model.faults import faults, raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -119,6 +120,8 @@ def _made(name: str, fields: dict[str, Any]) -> Any:
             object.__setattr__(value, field.name, field.default)
         else:
             raise KeyError(f"{name}.{field.name}")
+    if isinstance(value, Expression):
+        return Expression(value.text, value.parameters)
     if isinstance(value, Oscillator | Forcing):
         raise_first(faults(value))
     return value

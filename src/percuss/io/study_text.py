@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 
-from percuss.model.exact import Phase, PiTimes, plain
+from percuss.model.exact import Phase, PiTimes, computed_in, plain
+from percuss.model.expression import Expression, parameters_in
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, Stop, Wall
 from percuss.model.start import Start
@@ -55,6 +56,7 @@ def toml_text(document: Mapping[str, object]) -> str:
     blocks = [
         "\n".join(lines) + "\n"
         for name, table in document.items()
+        if table is not None
         for lines in _blocks(name, table)
     ]
     return "\n".join(blocks)
@@ -132,6 +134,8 @@ def number(value: Phase) -> int | float | str:
         return str(value)
     if isinstance(value, PiTimes):
         return _pi_text(value)
+    if isinstance(value, Expression):
+        return str(value)
     return cast("int | float | str", plain(value))
 
 
@@ -188,9 +192,16 @@ def forcing_table(forcing: Forcing) -> TomlTable:
     return {**table, "period": period, "harmonics": harmonics or None}
 
 
-def model_tables(oscillator: Oscillator, forcing: Forcing | None) -> TomlTable:
-    """Return an oscillator and its forcing as the tables of a study."""
-    tables: TomlTable = {"oscillator": oscillator_table(oscillator)}
+def model_tables(oscillator: Oscillator, forcing: Forcing | None, *others: object) -> TomlTable:
+    """Return an oscillator and its forcing as tables of a study, with all parameters.
+
+    The others are what else stands in the study and may be expressions.
+    """
+    tables: TomlTable = {}
+    if any(True for _ in computed_in(oscillator, forcing, *others)):
+        parameters = parameters_in(oscillator, forcing, *others)
+        tables["parameters"] = {name: number(value) for name, value in parameters.items()} or None
+    tables["oscillator"] = oscillator_table(oscillator)
     if forcing is not None:
         tables["forcing"] = forcing_table(forcing)
     return tables
@@ -222,7 +233,7 @@ def motion_text(run: Trajectory) -> str:
     return toml_text(
         {
             "study": {"kind": "motion"},
-            **model_tables(run.oscillator, run.forcing),
+            **model_tables(run.oscillator, run.forcing, run.start, run.end),
             "start": start_table(run.start),
             "run": limit,
         }

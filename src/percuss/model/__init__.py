@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from percuss.model.base_excitation import base_excitation as base_excitation
 from percuss.model.bouncing_ball import ball_on_table as ball_on_table
 from percuss.model.exact import Exact as Exact
 from percuss.model.exact import Phase as Phase
@@ -9,6 +10,9 @@ from percuss.model.exact import PiTimes as PiTimes
 from percuss.model.exact import as_float as as_float
 from percuss.model.exact import as_fraction as as_fraction
 from percuss.model.exact import pi_times as pi_times
+from percuss.model.expression import Expression as Expression
+from percuss.model.expression import expression as expression
+from percuss.model.expression import parameter as parameter
 from percuss.model.faults import Fault as Fault
 from percuss.model.faults import draft as draft
 from percuss.model.faults import faults as faults
@@ -29,6 +33,7 @@ from percuss.model.oscillator import bilinear_oscillator as bilinear_oscillator
 from percuss.model.oscillator import impact_oscillator as impact_oscillator
 from percuss.model.paths import get_parameter as get_parameter
 from percuss.model.paths import long_form as long_form
+from percuss.model.paths import moved_fields as moved_fields
 from percuss.model.paths import parameter_paths as parameter_paths
 from percuss.model.paths import replace_parameter as replace_parameter
 from percuss.model.paths import replace_parameters as replace_parameters

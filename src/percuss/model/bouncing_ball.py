@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from percuss.model.exact import Exact, Phase, as_fraction, kept, plain, scaled
+from percuss.model.exact import Exact, Phase, kept, operand, plain, scaled
 from percuss.model.faults import not_negative_faults, number_faults, raise_first
 from percuss.model.forcing import Forcing, frequency_faults, sine
 from percuss.model.oscillator import Oscillator, impact_oscillator
@@ -25,7 +25,8 @@ def ball_on_table(
     therefore those relative to the table.
 
     The amplitude of the force is A omega^2, a number of its own: a study over `forcing.omega` keeps
-    it, and with it the table's acceleration, not its amplitude A.
+    it, and with it the table's acceleration, not its amplitude A. With a `parameter` for omega it
+    follows, and a study over this parameter keeps A.
 
     Parameters
     ----------
@@ -67,8 +68,8 @@ def ball_on_table(
     )
     force = sine(
         omega,
-        amplitude=scaled(amplitude, as_fraction(omega) ** 2),
+        amplitude=scaled(amplitude, operand(omega) ** 2),
         phase=phase,
-        constant=kept(-as_fraction(gravity)),
+        constant=kept(-operand(gravity)),
     )
     return impact_oscillator(restitution, stiffness=0.0), force

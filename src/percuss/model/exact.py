@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -24,18 +25,24 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 __all__ = [
+    "Computed",
     "Exact",
     "Phase",
     "PiTimes",
     "angle",
     "as_float",
     "as_fraction",
+    "computed_in",
     "cos_sin",
     "kept",
     "number_problem",
+    "operand",
     "phase_problem",
     "pi_times",
     "plain",
+    "range_problem",
+    "rational_cosine",
+    "rational_root",
     "real",
     "reals",
     "scaled",
@@ -53,11 +60,55 @@ class Scalar(Protocol):
         """Return it as a Python number."""
 
 
-Exact: TypeAlias = int | float | Fraction | Decimal | str | Scalar
+class Computed:
+    """A number that follows from others: an `percuss.model.expression.Expression`.
+
+    All that this module does with numbers it does with these, too.
+    """
+
+    __slots__ = ()
+
+    def problem(self) -> str | None:
+        """Return why it is no finite number, None if it is one."""
+        raise NotImplementedError
+
+    def angle(self) -> tuple[Fraction, Fraction]:
+        """Return ``(times, plus)`` of the value times * pi + plus, rounded where irrational."""
+        raise NotImplementedError
+
+    def sqrt(self) -> Computed:
+        """Return the square root."""
+        raise NotImplementedError
+
+    def __add__(self, other: object) -> Computed:
+        raise NotImplementedError
+
+    __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __add__
+    __truediv__ = __rtruediv__ = __pow__ = __add__
+
+    def __neg__(self) -> Computed:
+        raise NotImplementedError
+
+    def __float__(self) -> float:
+        return as_float(self)
+
+
+Exact: TypeAlias = int | float | Fraction | Decimal | str | Scalar | Computed
 
 # 80 decimals: phases up to 1e40 are reduced with more than 1e-30 to spare.
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899")
 _LARGEST_REDUCED = 10**40
+# cos(pi q) where it is rational, for q in [0, 2); there are no others (Niven's theorem).
+COSINES = {
+    Fraction(0): Fraction(1),
+    Fraction(1, 3): Fraction(1, 2),
+    Fraction(1, 2): Fraction(0),
+    Fraction(2, 3): Fraction(-1, 2),
+    Fraction(1): Fraction(-1),
+    Fraction(4, 3): Fraction(-1, 2),
+    Fraction(3, 2): Fraction(0),
+    Fraction(5, 3): Fraction(1, 2),
+}
 
 _DECIMAL_TEXT = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,6})?"
 _QUOTIENT_TEXT = r"[+-]?\d+/\d+"
@@ -105,6 +156,8 @@ class PiTimes:
     plus: Fraction = Fraction(0)
 
     def __add__(self, other: Phase) -> PiTimes:
+        if isinstance(other, Computed):
+            return NotImplemented
         times, plus = angle(other)
         return PiTimes(self.times + times, self.plus + plus)
 
@@ -112,6 +165,8 @@ class PiTimes:
         return PiTimes(-self.times, -self.plus)
 
     def __sub__(self, other: Phase) -> PiTimes:
+        if isinstance(other, Computed):
+            return NotImplemented
         times, plus = angle(other)
         return PiTimes(self.times - times, self.plus - plus)
 
@@ -285,12 +340,12 @@ def number_problem(value: object) -> str | None:
     if isinstance(value, float):
         return None if math.isfinite(value) else NOT_FINITE
     if isinstance(value, bool) or not isinstance(value, int | Fraction | Decimal | str):
-        return NOT_A_NUMBER
+        return value.problem() if isinstance(value, Computed) else NOT_A_NUMBER
     if isinstance(value, str):
         return _text_problem(value)
     if isinstance(value, Decimal):
         return _decimal_problem(value)
-    return _range_problem(value)
+    return range_problem(value)
 
 
 def _text_problem(text: str) -> str | None:
@@ -303,7 +358,7 @@ def _text_problem(text: str) -> str | None:
         numerator, denominator = (int(part) for part in bare.split("/"))
         if denominator == 0:
             return DIVISION_BY_ZERO
-        return _range_problem(Fraction(numerator, denominator))
+        return range_problem(Fraction(numerator, denominator))
     return NOT_FINITE if bare.lower().lstrip("+-") in _NOT_FINITE_TEXTS else NOT_A_NUMBER
 
 
@@ -320,7 +375,8 @@ def _decimal_problem(value: Decimal) -> str | None:
     return OUT_OF_RANGE if math.isinf(number) or (number == 0.0 and value != 0) else None
 
 
-def _range_problem(value: int | Fraction) -> str | None:
+def range_problem(value: int | Fraction) -> str | None:
+    """Return why a number is beyond the range of floats, None if it is not."""
     try:
         number = float(value)
     except OverflowError:
@@ -337,7 +393,7 @@ def phase_problem(value: object) -> str | None:
     if multiple is None:
         problem = number_problem(value)
         return NOT_A_PHASE if problem == NOT_A_NUMBER else problem
-    return _range_problem(multiple.times) or _range_problem(multiple.plus)
+    return range_problem(multiple.times) or range_problem(multiple.plus)
 
 
 def _multiple_in_text(value: object) -> PiTimes | None:
@@ -364,7 +420,7 @@ def as_fraction(value: Exact) -> Fraction:
     Returns
     -------
     Fraction
-        The exact value.
+        The exact value; that of an irrational expression within 2^-256 of its size.
 
     Raises
     ------
@@ -384,6 +440,9 @@ def as_fraction(value: Exact) -> Fraction:
         raise ParameterError("value", value, problem)
     if isinstance(number, str):
         number = _without_spaces(number)
+    elif isinstance(number, Computed):
+        times, plus = number.angle()
+        return times * PI + plus if times else plus
     return Fraction(cast("int | float | Fraction | Decimal | str", number))
 
 
@@ -430,6 +489,8 @@ def angle(value: Phase) -> tuple[Fraction, Fraction]:
     problem = phase_problem(number)
     if problem is not None:
         raise ParameterError("value", value, problem)
+    if isinstance(number, Computed):
+        return number.angle()
     multiple = number if isinstance(number, PiTimes) else _multiple_in_text(number)
     if multiple is not None:
         return multiple.times, multiple.plus
@@ -477,21 +538,62 @@ def cos_sin(phase: Phase) -> tuple[float, float]:
     )[quarters % 4]
 
 
-def kept(value: Fraction) -> float | Fraction:
-    """Return a computed number as a float where that is exact, else as the fraction."""
-    if _range_problem(value) is not None:
+def rational_cosine(times: Fraction, plus: Fraction) -> Fraction | None:
+    """Return the cosine of ``times * pi + plus`` where it is rational, else None.
+
+    Examples
+    --------
+    >>> rational_cosine(Fraction(7, 3), Fraction(0)), rational_cosine(Fraction(1, 4), Fraction(0))
+    (Fraction(1, 2), None)
+    """
+    return COSINES.get(times % 2) if plus == 0 else None
+
+
+def computed_in(*values: object) -> Iterator[Computed]:
+    """Yield the numbers in parts of a model that follow from others."""
+    for value in values:
+        if isinstance(value, Computed):
+            yield value
+        elif isinstance(value, tuple):
+            yield from computed_in(*value)
+        elif hasattr(value, "__dataclass_fields__"):
+            yield from computed_in(*(getattr(value, name) for name in value.__dataclass_fields__))
+
+
+def operand(value: Exact) -> Any:
+    """Return a number for exact arithmetic: as a fraction, or the expression that it is."""
+    return value if isinstance(value, Computed) else as_fraction(value)
+
+
+def kept(value: Any) -> Any:
+    """Return a result of exact arithmetic as a float where that is exact, else as it is."""
+    if isinstance(value, Computed):
+        return value
+    if range_problem(value) is not None:
         return value
     number = float(value)
     return number if number.as_integer_ratio() == value.as_integer_ratio() else value
 
 
-def scaled(value: Exact, factor: Fraction) -> float | Fraction:
+def scaled(value: Exact, factor: Any) -> Any:
     """Return the exact product of a kept number and a factor."""
-    return kept(as_fraction(value) * factor)
+    if isinstance(factor, Computed):
+        # With the number as it was written.
+        return plain(value) * factor
+    return kept(operand(value) * factor)
 
 
-def square_root(value: Fraction) -> float | Fraction:
+def rational_root(value: Fraction) -> Fraction | None:
+    """Return the square root of a fraction >= 0 where it is rational, else None."""
+    p, q = math.isqrt(value.numerator), math.isqrt(value.denominator)
+    is_root = p * p == value.numerator and q * q == value.denominator
+    return Fraction(p, q) if is_root else None
+
+
+def square_root(value: Any) -> Any:
     """Return the square root of a fraction, exact where it is rational, else correctly rounded.
+
+    That of an expression is an expression.
 
     Examples
     --------
@@ -500,9 +602,11 @@ def square_root(value: Fraction) -> float | Fraction:
     >>> square_root(Fraction(2))
     1.4142135623730951
     """
-    p, q = math.isqrt(value.numerator), math.isqrt(value.denominator)
-    if p * p == value.numerator and q * q == value.denominator:
-        return kept(Fraction(p, q))
+    if isinstance(value, Computed):
+        return value.sqrt()
+    rational = rational_root(value)
+    if rational is not None:
+        return kept(rational)
     # An integer root with more than 80 significant bits decides the rounding to 53.
     shift = max(0, 80 + (value.denominator.bit_length() - value.numerator.bit_length()) // 2)
     root = math.isqrt((value.numerator << (2 * shift)) // value.denominator)

@@ -20,6 +20,7 @@ from percuss.model.exact import (
     as_fraction,
     cos_sin,
     kept,
+    operand,
     phase_problem,
     pi_times,
     plain,
@@ -209,7 +210,7 @@ class Forcing:
         """
         if not isinstance(other, Forcing):
             return NotImplemented
-        constant = kept(as_fraction(self.constant) + as_fraction(other.constant))
+        constant = kept(operand(self.constant) + operand(other.constant))
         for force, added in ((self, other), (other, self)):
             if not added.harmonics:
                 return Forcing(force.harmonics, constant, force.given_period, base=force.base)
@@ -277,7 +278,7 @@ class Forcing:
         Forcing(harmonics=(Harmonic(amplitude=2.5, omega=3.0, phase=0.0),), constant=0.0)
         """
         raise_first(positive_faults("mass", plain(mass)))
-        factor = 1 / as_fraction(mass)
+        factor = 1 / operand(mass)
         parts = tuple(_scaled_part(part, factor) for part in self.harmonics)
         constant = scaled(self.constant, factor)
         return Forcing(parts, constant, self.given_period, base=self.base)
@@ -519,7 +520,7 @@ def _turns(omega: Fraction, period: Phase) -> Fraction:
 def _plain_harmonics(forcing: Forcing) -> list[Harmonic]:
     """Return the parts as harmonics, those of a Fourier sum as cosines and sines."""
     harmonics = []
-    for omega, part in zip(_omegas(forcing), forcing.harmonics, strict=True):
+    for part in forcing.harmonics:
         if isinstance(part, Harmonic):
             harmonics.append(part)
         else:
@@ -527,8 +528,9 @@ def _plain_harmonics(forcing: Forcing) -> list[Harmonic]:
                 (part.cos, 0.0),
                 (part.sin, sine_phase(0.0)),
             )
+            omega = kept(part.n * operand(cast("Exact", forcing.base)))
             harmonics += [
-                Harmonic(amplitude, kept(omega), phase)
+                Harmonic(amplitude, omega, phase)
                 for amplitude, phase in pairs
                 if as_float(amplitude) != 0.0
             ]

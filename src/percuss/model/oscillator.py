@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, as_float, as_fraction, kept, plain, scaled, square_root
+from percuss.model.exact import (
+    Exact,
+    as_float,
+    as_fraction,
+    kept,
+    operand,
+    plain,
+    scaled,
+    square_root,
+)
 from percuss.model.faults import (
     Fault,
     as_tuple,
@@ -196,7 +204,7 @@ class Oscillator:
         1.25
         """
         raise_first(positive_faults("mass", plain(mass)))
-        per_mass = 1 / as_fraction(mass)
+        per_mass = 1 / operand(mass)
         raise_first(number_faults("stiffness", plain(stiffness)))
         if damping_ratio is None:
             damping = _damping_of_coefficient(damping_coefficient, per_mass)
@@ -293,7 +301,7 @@ def bilinear_oscillator(
         ("stiffness_below", stiffness_below),
     ):
         raise_first(number_faults(name, plain(value)))
-    difference = kept(as_fraction(stiffness_below) - as_fraction(stiffness_above))
+    difference = kept(operand(stiffness_below) - operand(stiffness_above))
     return Oscillator(stiffness_above, damping, (SoftStop(0.0, "below", difference),))
 
 
@@ -337,7 +345,7 @@ def backlash_oscillator(
     """
     raise_first(not_negative_faults("gap", plain(gap), "negative; the stops would overlap"))
     stops = (
-        SoftStop(scaled(gap, Fraction(-1)), "below", stiffness, stop_damping),
+        SoftStop(kept(-operand(gap)), "below", stiffness, stop_damping),
         SoftStop(gap, "above", stiffness, stop_damping),
     )
     return Oscillator(stiffness_inside, damping, stops)
@@ -441,22 +449,24 @@ def _side_faults(name: str, side: object) -> list[Fault]:
     return [Fault(name, side, 'neither "above" nor "below"')]
 
 
-def _damping_of_coefficient(coefficient: Exact | None, per_mass: Fraction) -> Exact:
+def _damping_of_coefficient(coefficient: Exact | None, per_mass: Any) -> Exact:
     if coefficient is None:
         return 0.0
     raise_first(damping_faults("damping_coefficient", plain(coefficient)))
-    return scaled(coefficient, per_mass / 2)
+    damping: Exact = scaled(coefficient, per_mass / 2)
+    return damping
 
 
-def _damping_of_ratio(ratio: Exact, stiffness: Exact, per_mass: Fraction) -> Exact:
+def _damping_of_ratio(ratio: Exact, stiffness: Exact, per_mass: Any) -> Exact:
     raise_first(damping_faults("damping_ratio", plain(ratio)))
     if as_fraction(stiffness) <= 0:
         reason = f"needs a stiffness above 0, not {stiffness}; give damping_coefficient"
         raise ParameterError("damping_ratio", ratio, reason)
-    return square_root(as_fraction(ratio) ** 2 * as_fraction(stiffness) * per_mass)
+    damping: Exact = square_root(operand(ratio) ** 2 * operand(stiffness) * per_mass)
+    return damping
 
 
-def _stop_per_mass(stop: Stop, per_mass: Fraction) -> Stop:
+def _stop_per_mass(stop: Stop, per_mass: Any) -> Stop:
     if isinstance(stop, Wall):
         return stop
     return SoftStop(

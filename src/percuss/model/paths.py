@@ -4,7 +4,12 @@ A path is the way to a number through the frozen values: ``oscillator.damping``,
 ``oscillator.stops.0.restitution``, ``forcing.constant``, ``forcing.harmonics.1.phase``,
 ``start.x0``. With exactly one harmonic, ``forcing.omega``, ``forcing.amplitude`` and
 ``forcing.phase`` are short for those of ``forcing.harmonics.0``. A Fourier sum has
-``forcing.omega``, its base frequency, and ``forcing.cos.0`` for the first of its ``cos``.
+``forcing.omega``, its base frequency, and ``forcing.cos.0`` for the first of its ``cos``. Where
+there is one frequency, ``forcing.period`` is 2 pi over it.
+
+The name of a parameter (`percuss.model.expression`) is a path, too: it changes all numbers that are
+expressions of it, which are no paths of their own then. The path of a number that is a parameter
+alone is another name of it.
 """
 
 from __future__ import annotations
@@ -13,18 +18,21 @@ import dataclasses
 import difflib
 import re
 from collections.abc import Mapping
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase
+from percuss.model.exact import Phase, PiTimes, angle, as_float, kept, pi_times
+from percuss.model.expression import Expression, as_expression, parameters_in
 from percuss.model.faults import draft, faults, raise_first
 from percuss.model.forcing import Forcing, ForcingTerm, FourierTerm
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 
 __all__ = [
+    "MovedFields",
     "get_parameter",
     "long_form",
+    "moved_fields",
     "parameter_paths",
     "replace_parameter",
     "replace_parameters",
@@ -34,6 +42,7 @@ Parts: TypeAlias = tuple[Oscillator, Forcing | None, Start | None]
 
 T = TypeVar("T")
 
+_PERIOD = "forcing.period"
 _SHORT_FORMS = ("forcing.amplitude", "forcing.omega", "forcing.phase")
 # Other names of parameters, and the last word of the paths that they mean.
 _WORDS = {
@@ -52,7 +61,7 @@ MOST_MEANT = 3
 def parameter_paths(
     osc: Oscillator, force: Forcing | None = None, start: Start | None = None
 ) -> tuple[str, ...]:
-    """Return the paths of all parameters, in their long form.
+    """Return the paths of all parameters, in their long form, without ``forcing.period``.
 
     Parameters
     ----------
@@ -66,7 +75,7 @@ def parameter_paths(
     Returns
     -------
     tuple of str
-        The paths, those of the oscillator first.
+        The paths, those of the oscillator first; last the names of parameters in expressions.
 
     Examples
     --------
@@ -103,7 +112,11 @@ def get_parameter(osc: Oscillator, force: Forcing | None, start: Start | None, p
     >>> get_parameter(impact_oscillator(), sine("2.8"), None, "forcing.omega")
     '2.8'
     """
-    return _parameters(osc, force, start)[long_form(path, osc, force, start)]
+    name = long_form(path, osc, force, start)
+    if name == _PERIOD and force is not None and force.given_period is None:
+        times, plus = angle(pi_times(2) / as_expression(_one_frequency(force)[1]))
+        return PiTimes(times, plus) if times else kept(plus)
+    return _parameters(osc, force, start)[name]
 
 
 def replace_parameter(
@@ -178,13 +191,14 @@ def replace_parameters(
     >>> start
     Start(x0=0.5, v0=0.0, t0=0.0)
     """
-    by_path: dict[str, Phase] = {}
+    fields, by_path = _fields_of(osc, force, start), dict[str, Phase]()
     for path, value in changes.items():
-        name = long_form(path, osc, force, start)
+        name = _long_form(path, fields, force)
         if name in by_path:
-            before = next(other for other in changes if long_form(other, osc, force, start) == name)
+            before = next(other for other in changes if _long_form(other, fields, force) == name)
             raise ParameterError("path", (before, path), "the same parameter, named twice")
         by_path[name] = value
+    by_path = _by_field(by_path, fields, force)
     if _changed(by_path, "oscillator"):
         osc = _replace_in_oscillator(osc, by_path)
         raise_first(faults(osc))
@@ -228,15 +242,118 @@ def long_form(
     >>> long_form("forcing.omega", impact_oscillator(), sine(3.0))
     'forcing.harmonics.0.omega'
     """
-    known = _parameters(osc, force, start)
+    return _long_form(path, _fields_of(osc, force, start), force)
+
+
+def _long_form(path: str, fields: Mapping[str, Phase], force: Forcing | None) -> str:
+    known = _free(fields)
     if path in known:
         return path
     short_forms = {}
     if force is not None and force.base is None and len(force.harmonics) == 1:
         short_forms = {short: short.replace(".", ".harmonics.0.") for short in _SHORT_FORMS}
-    if path in short_forms:
-        return short_forms[path]
+    long = short_forms.get(path, path)
+    if path == _PERIOD and force is not None and force.given_period is None and force.frequency:
+        long, _ = _one_frequency(force)
+        if not _is_tied(fields[long]):
+            return path
+    if long in known:
+        return long
+    tied = fields.get(long)
+    if isinstance(tied, Expression):
+        if tied.is_parameter and path != _PERIOD:
+            return tied.text
+        names = " and ".join(tied.names)
+        reason = f"tied to {names} by {long} = {tied}; change {names}"
+        raise ParameterError("path", path, reason)
     raise ParameterError("path", path, _unknown(path, [*known, *short_forms], force))
+
+
+class MovedFields(NamedTuple):
+    """The fields of a model that a path changes.
+
+    Attributes
+    ----------
+    name
+        Name of the path's value in the expressions.
+    fields
+        By their own paths, as expressions of this name, and of other parameters.
+    """
+
+    name: str
+    fields: dict[str, Expression]
+
+
+def moved_fields(
+    osc: Oscillator, force: Forcing | None, start: Start | None, path: str
+) -> MovedFields:
+    """Return the numbers that change with a parameter, and how.
+
+    Parameters
+    ----------
+    osc, force, start
+        The values that have the parameter; the last two may be None.
+    path
+        Its path, in long or short form.
+
+    Returns
+    -------
+    MovedFields
+        The path itself where it is that of a field.
+
+    Examples
+    --------
+    >>> from percuss.model import cosine, impact_oscillator, parameter
+    >>> w = parameter("w", "1.7")
+    >>> force = cosine(w, amplitude="0.15" * w**2)
+    >>> for field, value in moved_fields(impact_oscillator(), force, None, "w").fields.items():
+    ...     print(field, "=", value)
+    forcing.harmonics.0.amplitude = 0.15*w**2
+    forcing.harmonics.0.omega = w
+    """
+    name, fields = long_form(path, osc, force, start), _fields_of(osc, force, start)
+    if name in fields:
+        value = fields[name]
+        return MovedFields("x", {name: Expression("x", (("x", value),))})
+    if name == _PERIOD and force is not None:
+        value = get_parameter(osc, force, start, name)
+        omega, _ = _one_frequency(force)
+        return MovedFields("x", {omega: Expression("2*pi/x", (("x", value),))})
+    tied = {field: value for field, value in fields.items() if isinstance(value, Expression)}
+    return MovedFields(name, {field: value for field, value in tied.items() if name in value.names})
+
+
+def _by_field(
+    changes: Mapping[str, Phase], fields: Mapping[str, Phase], force: Forcing | None
+) -> dict[str, Phase]:
+    """Return changes of parameters as changes of fields."""
+    by_field = dict(changes)
+    if _PERIOD in by_field and _PERIOD not in fields and force is not None:
+        omega, _ = _one_frequency(force)
+        if omega in by_field:
+            raise ParameterError("path", (_PERIOD, omega), "the same parameter, named twice")
+        by_field[omega] = _frequency_of(by_field.pop(_PERIOD))
+    names = {name: by_field.pop(name) for name in changes if name not in fields and "." not in name}
+    if names:
+        for field, value in fields.items():
+            if isinstance(value, Expression) and not names.keys().isdisjoint(value.names):
+                by_field[field] = value.replaced(names)
+    return by_field
+
+
+def _one_frequency(force: Forcing) -> tuple[str, Any]:
+    """Return path and value of the one frequency of a forcing."""
+    if force.base is not None:
+        return "forcing.omega", force.base
+    return "forcing.harmonics.0.omega", getattr(force.harmonics[0], "omega", None)
+
+
+def _frequency_of(period: Phase) -> Any:
+    """Return the frequency of a period, exactly."""
+    if as_float(period) <= 0.0:
+        raise ParameterError(_PERIOD, period, "not positive")
+    times, plus = angle(period)
+    return pi_times(2) / as_expression(period) if plus else kept(2 / times)
 
 
 def _unknown(path: object, known: list[str], force: Forcing | None) -> str:
@@ -265,6 +382,21 @@ def _of_that_word(path: str, known: list[str]) -> list[str]:
 
 def _parameters(osc: Oscillator, force: Forcing | None, start: Start | None) -> dict[str, Phase]:
     """Return all parameters by their long form."""
+    return _free(_fields_of(osc, force, start))
+
+
+def _free(fields: Mapping[str, Phase]) -> dict[str, Phase]:
+    """Return the fields that depend on no parameter, and the parameters of the others."""
+    free = {path: value for path, value in fields.items() if not _is_tied(value)}
+    return free if len(free) == len(fields) else free | parameters_in(*fields.values())
+
+
+def _is_tied(value: object) -> bool:
+    return isinstance(value, Expression) and bool(value.parameters)
+
+
+def _fields_of(osc: Oscillator, force: Forcing | None, start: Start | None) -> dict[str, Phase]:
+    """Return the numbers of all fields by their paths."""
     parameters: dict[str, Phase] = {
         "oscillator.stiffness": osc.stiffness,
         "oscillator.damping": osc.damping,

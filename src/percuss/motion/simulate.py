@@ -23,6 +23,7 @@ from percuss.kernels.law_columns import (
 )
 from percuss.kernels.sample import evaluate
 from percuss.model.exact import Exact, Phase, as_float, plain
+from percuss.model.expression import Expression, parameters_in
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
@@ -131,6 +132,8 @@ def simulate(
         raise_first(periods_faults(force, periods, t_end))
         t_end = end_after_periods(cast("Forcing", force), start.t0, periods)
     raise_first(limit_faults(start.t0, t_end, max_impacts))
+    if isinstance(x0, Expression) or isinstance(v0, Expression) or isinstance(t0, Expression):
+        parameters_in(*system, start)  # one name has one value
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
     begin, end = as_float(start.t0), math.inf if t_end is None else as_float(t_end)
     _check_times(system.law, begin, end)

@@ -322,7 +322,7 @@ def _is_known(study: StudyDraft, path: str, place: Path, start: Start | None) ->
 
 def _of_model(study: StudyDraft) -> list[str]:
     """Return the paths of the faults of the model."""
-    owners = ("oscillator", "forcing")
+    owners = ("parameters", "oscillator", "forcing")
     return [fault.path for fault in study.faults.faults if fault.path.split(".")[0] in owners]
 
 
@@ -338,6 +338,9 @@ def _fit(
         try:
             replace_parameter(study.oscillator, study.forcing, start, path, value)
         except ParameterError as error:
-            study.faults.add(place, words_of_file(error.reason), shown(number(value)))
+            reason = words_of_file(error.reason)
+            # The value of a parameter is right; what depends on it is not.
+            reason = reason if "." in path else f"there {error.name} = {error.value} is {reason}"
+            study.faults.add(place, reason, shown(number(value)))
             return False
     return True

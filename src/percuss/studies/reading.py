@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 import tomllib
 from collections.abc import Mapping
@@ -19,6 +20,7 @@ from percuss.model.faults import faults as model_faults
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.start import Start
+from percuss.studies.parameters import with_expressions
 from percuss.studies.study import (
     TABLES,
     EngineersModel,
@@ -168,6 +170,7 @@ def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
     faults
         The faults found so far.
     """
+    document = with_expressions(document, faults)
     name = raw_table(document, "study").get("kind", "motion")
     kind = kind_named(name) if name in kind_names() else None
     if kind is None and isinstance(name, str):
@@ -247,14 +250,15 @@ def _check_tables(document: RawTable, kind: type[Question] | None, faults: Study
     known = [*_OF_ALL, *(_table_names(kind) if kind is not None else ())]
     of_some_kinds = {*TABLES.values(), *kind_names(), "certify"} - {"motion"}
     for name, table in document.items():
-        if name in known or name == "record":
+        if name in known or name in ("record", "parameters"):
             if not isinstance(table, Mapping):
                 faults.add((name,), "not a table", shown(table))
         elif kind is not None and name in of_some_kinds:
             reason = f"no table of this kind of study; its tables are {', '.join(known)}"
             faults.add((name,), reason)
         elif kind is not None:
-            faults.add((name,), unknown_key(name, known))
+            is_meant = difflib.get_close_matches(name.lower(), [*known, "parameters"], n=1)
+            faults.add((name,), unknown_key(name, is_meant or known))
     for name in ("oscillator", *(kind.needed if kind is not None else ())):
         if name not in document:
             faults.add((name,), f"missing; a table [{name}] is needed")

@@ -361,7 +361,7 @@ def study_text(study: Study) -> str:
     return toml_text(
         {
             "study": {"kind": study.kind, "title": study.title},
-            **model_tables(study.oscillator, study.forcing),
+            **model_tables(study.oscillator, study.forcing, study.given, study.question),
             **engineers,
             **study.question.tables(),
             **certify,

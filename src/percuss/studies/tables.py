@@ -192,6 +192,9 @@ def shown(value: object) -> str:
     """
     if isinstance(value, bool):
         return "true" if value else "false"
+    if isinstance(value, exact.Computed):
+        number = "" if value.problem() else f" = {float(value):.6g}"
+        return _on_one_line(f'"{value}"{number}')
     return _on_one_line(f'"{value}"' if isinstance(value, str) else repr(value))
 
 

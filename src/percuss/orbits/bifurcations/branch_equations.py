@@ -17,7 +17,8 @@ from percuss.kernels.flight import acceleration_and_jerk, constant_force, place,
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD, Law
 from percuss.kernels.shooting import AT, ShootingProblem, shoot
 from percuss.model.exact import Phase, as_float
-from percuss.model.paths import get_parameter, replace_parameters
+from percuss.model.expression import Expression
+from percuss.model.paths import get_parameter, moved_fields, replace_parameters
 from percuss.model.system import System
 from percuss.numerics import dot, norm
 from percuss.orbits.continuation.correct import WEAK, corrected, tangent_of
@@ -35,7 +36,7 @@ __all__ = [
     "fastest",
     "own_value",
     "range_about",
-    "stop_that_is_moved",
+    "stops_that_are_moved",
 ]
 
 Ranges = Mapping[str, tuple[float, float]]
@@ -195,9 +196,7 @@ class BranchEquations(OrbitEquations):
     def __init__(self, orbit: PeriodicOrbit, path: str, low: float, high: float) -> None:
         super().__init__(orbit, {path: (low, high)})
         self.path, self.low, self.high = path, low, high
-        moved = stop_that_is_moved(path)
-        stops = enumerate(self.system.oscillator.stops)
-        self._others = [] if moved is None else [as_float(s.at) for k, s in stops if k != moved]
+        self._others = _meetings(self.system, path)
         ends = np.roll(self.events[:, AT], -1)
         self._returning = [i for i in range(self.n) if self.events[i, AT] == ends[i]]
         self._hops = [i for i in self._returning if self.walls[i] and self.walls[(i + 1) % self.n]]
@@ -495,13 +494,38 @@ def checked_range(
     return path, first, last, value
 
 
-def stop_that_is_moved(path: str) -> int | None:
-    """Return the index of the stop whose position a path names, None for another parameter.
+def stops_that_are_moved(system: System, path: str) -> tuple[str, dict[int, Expression]]:
+    """Return the places of the stops that a parameter moves, and its name in these expressions.
 
     Examples
     --------
-    >>> stop_that_is_moved("oscillator.stops.1.at")
-    1
+    >>> import percuss as pc
+    >>> gap = pc.parameter("gap", "0.5")
+    >>> system = System(pc.backlash_oscillator(2 * gap, 100), pc.cosine(2))
+    >>> name, places = stops_that_are_moved(system, "gap")
+    >>> {stop: str(place) for stop, place in places.items()}
+    {0: '-2*gap', 1: '2*gap'}
     """
-    match = re.fullmatch(r"oscillator\.stops\.(\d+)\.at", path)
-    return int(match[1]) if match else None
+    name, moved = moved_fields(*system, None, path)
+    found = (
+        (re.fullmatch(r"oscillator\.stops\.(\d+)\.at", field), moved[field]) for field in moved
+    )
+    return name, {int(match[1]): place for match, place in found if match}
+
+
+def _meetings(system: System, path: str) -> list[float]:
+    """Return the values at which a stop that is moved meets another, places taken as linear."""
+    name, moved = stops_that_are_moved(system, path)
+    rates = {stop: float(place.derivative(name)) for stop, place in moved.items()}
+    places = [as_float(stop.at) for stop in system.oscillator.stops]
+    meetings = []
+    for stop, rate in rates.items():
+        for other, at in enumerate(places):
+            if rate == rates.get(other, 0.0):
+                continue
+            if moved[stop].is_parameter and other not in moved:
+                meetings.append(at)
+            else:
+                value = as_float(get_parameter(*system, None, path))
+                meetings.append(value + (at - places[stop]) / (rate - rates.get(other, 0.0)))
+    return meetings

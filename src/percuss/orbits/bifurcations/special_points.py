@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Literal, TypeAlias
@@ -19,7 +19,7 @@ from percuss.orbits.bifurcations.bifurcation_origin import located_origin, origi
 from percuss.orbits.bifurcations.branch_equations import (
     BranchEquations,
     fastest,
-    stop_that_is_moved,
+    stops_that_are_moved,
 )
 from percuss.orbits.bifurcations.grazing import GrazeAnalysis, analysed_graze
 from percuss.orbits.bifurcations.grazing_contact import accumulates
@@ -344,16 +344,33 @@ def coincident_stops(
     tuple or None
         None if there is none.
     """
-    moved = stop_that_is_moved(path)
-    if moved is None or moved not in orbit.sequence:
-        return None
+    name, moved = stops_that_are_moved(orbit.system, path)
+    places, met = [as_float(stop.at) for stop in orbit.oscillator.stops], set(orbit.sequence)
+
+    def place(stop: int, value: float) -> float:
+        return as_float(moved[stop].replaced({name: value})) if stop in moved else places[stop]
+
     coincident = []
-    for other, stop in enumerate(orbit.oscillator.stops):
-        at = as_float(stop.at)
-        is_between = at != first and (at - first) * (at - last) <= 0.0
-        if other != moved and other in orbit.sequence and is_between:
-            coincident.append((abs(at - first), at, other))
+    for stop in moved.keys() & met:
+        for other in met - {stop}:
+            if moved[stop].is_parameter and other not in moved:
+                at: float | None = places[other]
+            else:
+                at = _crossing(lambda v: place(stop, v) - place(other, v), first, last)  # noqa: B023
+            if at is not None and at != first and (at - first) * (at - last) <= 0.0:
+                coincident.append((abs(at - first), at, stop, other))
     if not coincident:
         return None
-    _, at, other = min(coincident)
-    return at, moved, other
+    _, at, stop, other = min(coincident)
+    return at, stop, other
+
+
+def _crossing(distance: Callable[[float], float], first: float, last: float) -> float | None:
+    """Return where a distance changes its sign between two values, None for nowhere."""
+    low, high = first, last
+    is_positive = distance(low) > 0.0
+    if (distance(high) > 0.0) == is_positive:
+        return None
+    while (middle := 0.5 * (low + high)) not in (low, high):
+        low, high = (middle, high) if (distance(middle) > 0.0) == is_positive else (low, middle)
+    return min((low, high), key=lambda value: abs(distance(value)))

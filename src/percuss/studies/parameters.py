@@ -1,0 +1,133 @@
+"""``[parameters]`` of a study file, and the numbers that are expressions of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from percuss.model.exact import Phase, phase_problem
+from percuss.model.expression import (
+    Expression,
+    expression_problem,
+    name_problem,
+    value_problem,
+)
+from percuss.studies.tables import (
+    MISSING,
+    Path,
+    RawTable,
+    StudyFaults,
+    exact_phase,
+    raw_table,
+    shown,
+    words_of_file,
+)
+
+__all__ = ["with_expressions"]
+
+# Tables, and their keys, that may be expressions: the numbers of a motion.
+_TABLES = ("oscillator", "forcing", "start", "run")
+_KEYS = frozenset(
+    [
+        "stiffness",
+        "damping",
+        "mass",
+        "damping_coefficient",
+        "damping_ratio",
+        "at",
+        "restitution",
+        "amplitude",
+        "omega",
+        "phase",
+        "constant",
+        "period",
+        "cos",
+        "sin",
+        "x0",
+        "v0",
+        "t0",
+        "t_end",
+        "periods",
+    ]
+)
+
+_OPERATION = re.compile(r"[\w.)]\s*[-+*/]\s*[A-Za-z(]|[a-z]\(")
+NO_NAMES = "an expression; a parameter is a number, and others are expressions of it"
+NO_TABLE = "; a table [parameters] gives them their values"
+
+
+def with_expressions(document: RawTable, faults: StudyFaults) -> RawTable:
+    """Return a document in which the texts of expressions are expressions; add their faults.
+
+    Parameters
+    ----------
+    document
+        The tables as `tomllib` reads them.
+    faults
+        The faults found so far.
+
+    Returns
+    -------
+    Mapping
+        The document itself where no number is an expression.
+    """
+    numbers = _parameters(document, faults)
+    reader = _Reader(numbers, faults)
+    tables = {
+        name: reader.converted(document[name], (name,)) for name in _TABLES if name in document
+    }
+    if not faults.faults:
+        for name in numbers.keys() - reader.used:
+            faults.add(("parameters", name), "no number of the model uses it")
+    return {**document, **tables} if reader.used or reader.found else document
+
+
+def _parameters(document: RawTable, faults: StudyFaults) -> dict[str, Any]:
+    """Return the parameters; the value of a faulty one is `MISSING`."""
+    numbers: dict[str, Any] = {}
+    table = raw_table(document, "parameters")
+    for name, given in table.items():
+        value = exact_phase(given)
+        problem = name_problem(name) or value_problem(value)
+        if problem is not None:
+            is_expression = expression_problem(value, list(table)) is None
+            reason = NO_NAMES if is_expression and name_problem(name) is None else problem
+            faults.add(("parameters", name), words_of_file(reason), shown(given))
+        numbers[name] = value if problem is None else MISSING
+    return numbers
+
+
+class _Reader:
+    """Turns texts into expressions of some parameters."""
+
+    def __init__(self, numbers: Mapping[str, Phase], faults: StudyFaults) -> None:
+        self.numbers, self.faults = numbers, faults
+        self.used: set[str] = set()
+        self.found = False
+
+    def converted(self, value: Any, path: Path) -> Any:
+        """Return a table or a list with the expressions in it."""
+        if isinstance(value, Mapping):
+            return {key: self.converted(inner, (*path, key)) for key, inner in value.items()}
+        if isinstance(value, list):
+            return [self.converted(inner, (*path, index)) for index, inner in enumerate(value)]
+        keys = [key for key in path if isinstance(key, str)]
+        return self._number(value, path) if keys[-1] in _KEYS else value
+
+    def _number(self, value: Any, path: Path) -> Any:
+        if not isinstance(value, str) or phase_problem(exact_phase(value)) is None:
+            return value
+        problem = expression_problem(value, list(self.numbers))
+        if problem is not None:
+            # A word alone was meant as a number.
+            if self.numbers or _OPERATION.search(value):
+                hint = "" if self.numbers or "parameter" not in problem else NO_TABLE
+                self.faults.add(path, problem.split("; there are none")[0] + hint, shown(value))
+            return value
+        zeros = tuple((name, 0) for name in self.numbers)
+        names = Expression(value, zeros).names
+        self.found = True
+        self.used.update(names)
+        rows = tuple((name, self.numbers[name]) for name in names)
+        return MISSING if any(number is MISSING for _, number in rows) else Expression(value, rows)
