@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from percuss.model import sine as sine
     from percuss.motion import Contacts as Contacts
     from percuss.motion import Crossings as Crossings
+    from percuss.motion import Extrema as Extrema
     from percuss.motion import Grazes as Grazes
     from percuss.motion import Growth as Growth
     from percuss.motion import HarmonicMotion as HarmonicMotion
@@ -112,6 +113,7 @@ __all__ = [
     "Crossings",
     "Curve",
     "CurvePoint",
+    "Extrema",
     "Forcing",
     "FormalOrbitWarning",
     "FoundOrbits",
@@ -238,6 +240,7 @@ _HOMES = {
     "percuss.motion": (
         "Contacts",
         "Crossings",
+        "Extrema",
         "Grazes",
         "Growth",
         "HarmonicMotion",
