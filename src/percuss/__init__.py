@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from percuss.model import sine as sine
     from percuss.motion import Contacts as Contacts
     from percuss.motion import Crossings as Crossings
+    from percuss.motion import Extrema as Extrema
     from percuss.motion import Grazes as Grazes
     from percuss.motion import Growth as Growth
     from percuss.motion import HarmonicMotion as HarmonicMotion
@@ -117,6 +118,7 @@ __all__ = [
     "Curve",
     "CurvePoint",
     "Expression",
+    "Extrema",
     "Forcing",
     "FormalOrbitWarning",
     "FoundOrbits",
@@ -250,6 +252,7 @@ _HOMES = {
     "percuss.motion": (
         "Contacts",
         "Crossings",
+        "Extrema",
         "Grazes",
         "Growth",
         "HarmonicMotion",

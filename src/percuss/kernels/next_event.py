@@ -277,8 +277,17 @@ def next_event(flight: Flight, x: float, walker: Floats, free: Pair, longest: fl
     the bound, what is to be added to s unrounded, a GRAZE with its clearance. No event before
     ``longest`` is NONE.
     """
-    law, region, start, phases, _ = flight
+    law, region = flight.law, flight.region
     reach = (law[region, LOWER] - x, law[region, UPPER] - x)
+    return first_passage(flight, reach, walker, free, longest)
+
+
+@formula
+def first_passage(
+    flight: Flight, reach: Pair, walker: Floats, free: Pair, longest: float
+) -> NextEvent:
+    """Return what `next_event` does, for any two levels ``reach`` of the displacement y."""
+    law, region, start, phases, _ = flight
     step = law[region, STEP]
     s = min(free[0], free[1])
     if s >= longest:

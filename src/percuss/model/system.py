@@ -25,7 +25,15 @@ from percuss.model.forcing import Component, Forcing, Harmonic
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.numerics import exp
 
-__all__ = ["RegionBounds", "System", "kind_faults", "law", "lines", "turns_per_time"]
+__all__ = [
+    "RegionBounds",
+    "System",
+    "kind_faults",
+    "law",
+    "lines",
+    "touching_stops",
+    "turns_per_time",
+]
 
 # The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
 # radians: there the cubic through a step's ends is off by 1/384 of the amplitude at most.
@@ -217,7 +225,7 @@ def _region_row(
 ) -> tuple[Floats, Fraction, Fraction]:
     """Return what a region's row holds whatever the harmonics are, and its K and a."""
     bounds = lines(oscillator)
-    region = _region(oscillator, bounds, number)
+    region = _region(oscillator, number)
     row = np.zeros(at.COLUMNS)
     _fill_bounds(row, oscillator, bounds, number)
     _fill_forces(row, region, bounds, constant)
@@ -225,17 +233,22 @@ def _region_row(
     return row, region.stiffness, region.damping
 
 
-def _region(oscillator: Oscillator, bounds: RegionBounds, number: int) -> _Region:
-    touched = []
-    for i, edges in enumerate(bounds.edges):
-        for k in edges:
-            stop = oscillator.stops[k]
-            is_touched = number >= i if stop.side == "above" else number < i
-            if isinstance(stop, SoftStop) and is_touched:
-                touched.append(stop)
+def _region(oscillator: Oscillator, number: int) -> _Region:
+    stops = [oscillator.stops[k] for k in touching_stops(oscillator, number)]
+    touched = [stop for stop in stops if isinstance(stop, SoftStop)]
     stiffness = sum((as_fraction(s.stiffness) for s in touched), as_fraction(oscillator.stiffness))
     damping = sum((as_fraction(s.damping) for s in touched), as_fraction(oscillator.damping))
     return _Region(number, oscillator, tuple(touched), stiffness, damping)
+
+
+def touching_stops(oscillator: Oscillator, number: int) -> tuple[int, ...]:
+    """Return the indices of the soft stops that are in touch in a region, by its number."""
+    return tuple(
+        k
+        for i, edges in enumerate(lines(oscillator).edges)
+        for k in edges
+        if (number >= i if oscillator.stops[k].side == "above" else number < i)
+    )
 
 
 def _fill_header(

@@ -10,6 +10,7 @@ from percuss.motion.eigenset_forms import eigenset_motion as eigenset_motion
 from percuss.motion.eigenset_forms import harmonic_critical_velocity as harmonic_critical_velocity
 from percuss.motion.eigenset_forms import subset_critical_velocity as subset_critical_velocity
 from percuss.motion.eigenset_forms import subset_forcing as subset_forcing
+from percuss.motion.extremes import Extrema as Extrema
 from percuss.motion.growth import Growth as Growth
 from percuss.motion.growth import growth as growth
 from percuss.motion.impact_times import ImpactTimes as ImpactTimes

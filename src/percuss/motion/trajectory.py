@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Literal
@@ -16,13 +17,14 @@ from percuss.kernels import record as columns
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD
 from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import cycles, evaluate
-from percuss.model.exact import Phase, as_float, reals, whole
+from percuss.model.exact import Phase, as_float, real, reals, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
 from percuss.model.system import System
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.error_bounds import ContactErrors
+from percuss.motion.extremes import Extrema, QuantityName, extremes_of_motion, level_crossings
 from percuss.motion.tables import (
     NO_CONTACTS,
     NO_CROSSINGS,
@@ -41,6 +43,9 @@ __all__ = ["Outcome", "Trajectory"]
 
 Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
+SectionDirection = Literal["up", "down", "both"]
+# The sign of the velocity, 0 for either.
+DIRECTIONS = {"up": 1.0, "down": -1.0, "both": 0.0}
 # A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0
 
@@ -199,7 +204,7 @@ class Trajectory:
         n = int(law[0, N_HARMONICS])
         motion = np.empty((2, len(flat)))
         evaluate(
-            MotionRecord(law, self.x0, self._events, self._marks),
+            self._motion_record,
             flat,
             limit == "after",
             np.empty((n, 2)),
@@ -247,18 +252,24 @@ class Trajectory:
         x, v = self(times)
         return _dataset({"x": ("t", x), "v": ("t", v)}, {"t": times}, str(self.outcome.value))
 
-    def stroboscopic(self) -> Dataset:
-        """Return x and v once every forcing period, from t0 on.
+    def stroboscopic(self, cycle: float | None = None) -> Dataset:
+        """Return x and v once every forcing period.
+
+        Parameters
+        ----------
+        cycle
+            The cycle of the instants, (t / period) mod 1, in [0, 1); default: that of t0.
 
         Returns
         -------
         xarray.Dataset
-            x, v and t over `period`, the number of periods since the start.
+            `t`, `x` and `v` over `period`, their number from 0; at the very instant of an impact
+            v is that after it.
 
         Raises
         ------
         ParameterError
-            If the forcing has no period.
+            If the forcing has no period, or the cycle is not in [0, 1).
 
         Examples
         --------
@@ -266,17 +277,130 @@ class Trajectory:
         >>> run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0=0.51, t_end=20.0)
         >>> dict(run.stroboscopic().sizes)
         {'period': 10}
+        >>> [round(float(t), 3) for t in run.stroboscopic(cycle=0.25).t[:3]]
+        [0.524, 2.618, 4.712]
         """
         period = float(self.system.law[0, PERIOD])
         if period == 0.0:
             reason = "a stroboscopic view needs a periodic forcing; give period= where it has one"
             raise ParameterError("forcing.period", None, reason)
         count = np.arange(int((self.t_end - self.t0) / period) + 2)
-        times = self.t0 + count * period
-        inside = times <= self.t_end + ROUNDED * np.spacing(abs(self.t_end))
-        x, v = self(times[inside])
-        data = {"x": ("period", x), "v": ("period", v), "t": ("period", times[inside])}
-        return _dataset(data, {"period": count[inside]}, str(self.outcome.value))
+        if cycle is None:
+            times = self.t0 + count * period
+        else:
+            part = real("cycle", cycle)
+            if not 0.0 <= part < 1.0:
+                raise ParameterError("cycle", part, "not in [0, 1)")
+            first = math.ceil(self.t0 / period - part)
+            times = (first + count + part) * period
+        slack = ROUNDED * np.spacing(max(abs(self.t0), abs(self.t_end)))
+        inside = (times >= self.t0 - slack) & (times <= self.t_end + slack)
+        times = times[inside]
+        x, v = self(times)
+        data = {"t": ("period", times), "x": ("period", x), "v": ("period", v)}
+        number = np.arange(len(times))
+        return _dataset(data, {"period": number}, str(self.outcome.value))
+
+    def section(self, at: float, direction: SectionDirection = "both") -> Dataset:
+        """Return the passages of a displacement: a Poincaré section.
+
+        None is missed: each flight is searched with the proof that holds for stops. A touch of
+        the level that rounding cannot tell from a passage and back is none. The start is none,
+        nor are the hops in the summed tail of a chatter, and at a wall there is no passage.
+
+        Parameters
+        ----------
+        at
+            The displacement [length].
+        direction
+            "up" with v > 0, "down" with v < 0, or "both".
+
+        Returns
+        -------
+        xarray.Dataset
+            `t` [time], `x` [length] and `v` [length/time] over `crossing`.
+
+        Raises
+        ------
+        ParameterError
+            If the displacement is not a finite number, or there is no such direction.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.Oscillator(), v0=1.0, t_end=10.0)
+        >>> run.section(at=0.5, direction="up").t.values.round(6)
+        array([0.523599, 6.806784])
+        """
+        if direction not in DIRECTIONS:
+            raise ParameterError("direction", direction, f"none of {', '.join(DIRECTIONS)}")
+        level = real("at", at)
+        crossings = level_crossings(self.system, self._motion_record, level, self.t_end)
+        sign = DIRECTIONS[direction]
+        t, v = crossings[sign * crossings[:, 1] >= 0.0].T
+        data = {"t": ("crossing", t), "x": ("crossing", np.full(len(t), level)),
+                "v": ("crossing", v)}  # fmt: skip
+        return _dataset(data, {}, str(self.outcome.value))
+
+    def extremes(
+        self, of: QuantityName, stop: int = 0, between: Sequence[float] | None = None
+    ) -> Extrema:
+        """Return the least and the largest value of a quantity, with their instants.
+
+        Both are exact to rounding: inside a flight the zeros of the derivative are found with the
+        proof that holds for impacts, and at an event both limits count. So the force of a stop
+        with a dashpot has its value just after the entry, and a wall holds a mass at rest with
+        the force that `forces` gives. The impulses of impacts are no forces; `impacts` has them.
+        In the summed tail of a chatter the first hops are as exact as the tail.
+
+        Parameters
+        ----------
+        of
+            "displacement" [length], "velocity" [length/time], "acceleration", "stop_force" or
+            "spring_force" [length/time^2]; forces are per unit mass, with the sign of `forces`.
+        stop
+            Index of the stop whose force it is.
+        between
+            Two instants (first, last); default: the whole run [time].
+
+        Returns
+        -------
+        Extrema
+            `minimum`, `t_minimum`, `maximum`, `t_maximum`; at a plateau its first instant.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such quantity or stop, or the instants are not in the run.
+
+        Examples
+        --------
+        A unit mass runs into a spring of 9 and a dashpot of 2 with speed 1: the force jumps to -2.
+
+        >>> import percuss as pc
+        >>> stop = pc.SoftStop(at=0, side="above", stiffness=9, damping=1)
+        >>> run = pc.simulate(pc.Oscillator(stops=(stop,)), x0=-0.0, v0=1.0, t_end=3.0)
+        >>> run.extremes("stop_force").minimum < -2.0
+        True
+        """
+        span = self._span(between)
+        return extremes_of_motion(self.system, self._motion_record, span, of, stop)
+
+    @property
+    def _motion_record(self) -> MotionRecord:
+        return MotionRecord(self.system.law, self.x0, self._events, self._marks)
+
+    def _span(self, between: Sequence[float] | None) -> tuple[float, float]:
+        """Return the instants between which the run is looked at."""
+        if between is None:
+            return self.t0, self.t_end
+        if not hasattr(between, "__len__") or len(between) != 2:
+            raise ParameterError("between", between, "not a pair of instants (first, last)")
+        first, last = (real("between", t) for t in between)
+        if not self.t0 <= first <= last <= self.t_end:
+            reason = f"not two instants of the run, {self.t0!r} to {self.t_end!r}, in order"
+            raise ParameterError("between", (first, last), reason)
+        return first, last
 
     def forces(self, t: ArrayLike) -> Dataset:
         """Return what acts on the mass at times t, per unit mass.

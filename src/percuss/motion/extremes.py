@@ -1,0 +1,134 @@
+"""The extremes of a motion and where it passes a level, exact from the closed form of its flights."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ParameterError
+from percuss.kernels import law_columns as at
+from percuss.kernels.linear_observables import (
+    GREATEST,
+    LEAST,
+    PROGRESS_ENTRIES,
+    T_GREATEST,
+    T_LEAST,
+    Observable,
+    Scratch,
+    crossings_of_level,
+    derive_law,
+    extremes_of_record,
+)
+from percuss.kernels.record import MotionRecord
+from percuss.model.exact import as_float, whole
+from percuss.model.oscillator import SoftStop
+from percuss.model.system import System, touching_stops
+
+__all__ = ["Extrema", "QuantityName", "extremes_of_motion", "level_crossings", "observable_of"]
+
+QuantityName = Literal["displacement", "velocity", "acceleration", "stop_force", "spring_force"]
+# Searches of one call of the kernels, some 0.1 s, and crossings that it writes.
+AT_ONCE = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Extrema:
+    """The least and the largest value of a quantity in a motion, and when it has them.
+
+    Attributes
+    ----------
+    minimum, maximum
+        In the units of the quantity: length, length/time, or length/time^2 for forces per unit
+        mass and accelerations. With the sign that `Trajectory.forces` gives them.
+    t_minimum, t_maximum
+        Their instants, the first ones [time].
+    """
+
+    minimum: float
+    t_minimum: float
+    maximum: float
+    t_maximum: float
+
+    @property
+    def peak(self) -> float:
+        """The largest magnitude."""
+        return max(abs(self.minimum), abs(self.maximum))
+
+
+def observable_of(system: System, of: str, stop: int = 0) -> Observable:
+    """Return a quantity of the motions of a system as the kernels take it.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such quantity, or no such stop.
+    """
+    if of not in get_args(QuantityName):
+        raise ParameterError("of", of, f"none of {', '.join(get_args(QuantityName))}")
+    law, oscillator = system.law, system.oscillator
+    touched = np.ones(int(law[0, at.N_REGIONS]), dtype=np.int64)
+    reference, bound = 0.0, -1
+    stiffness = as_float(oscillator.stiffness)
+    weights = {
+        "displacement": (1.0, 0.0, 0.0, 0.0),
+        "velocity": (0.0, 1.0, 0.0, 0.0),
+        "acceleration": (0.0, 0.0, 1.0, 0.0),
+        "spring_force": (-stiffness, 0.0, 0.0, 0.0),
+    }.get(of, (0.0, 0.0, 0.0, 0.0))
+    slope = (0.0, *weights[:3])
+    if of == "stop_force":
+        number = whole("stop", stop, 0)
+        if number >= len(oscillator.stops):
+            reason = f"the oscillator has {len(oscillator.stops)} stops, counted from 0"
+            raise ParameterError("stop", stop, reason)
+        its = oscillator.stops[number]
+        touched[:] = [
+            number in touching_stops(oscillator, region) for region in range(len(touched))
+        ]
+        if isinstance(its, SoftStop):
+            reference = as_float(its.at)
+            weights = (-as_float(its.stiffness), -2.0 * as_float(its.damping), 0.0, 0.0)
+            slope = (0.0, *weights[:3])
+        else:
+            bound = system.lines.wall.index(number)
+            # In contact it bears what else acts; there that changes with the force alone.
+            slope = (0.0, 1.0, 0.0, 0.0)
+    derived = law.copy()
+    derive_law(law, slope, derived)
+    return Observable(reference, weights, touched, bound, derived)
+
+
+def extremes_of_motion(
+    system: System, record: MotionRecord, span: tuple[float, float], of: str, stop: int
+) -> Extrema:
+    """Return the extremes of a quantity between two instants; see `Trajectory.extremes`."""
+    observable = observable_of(system, of, stop)
+    best = np.array([math.inf, math.nan, -math.inf, math.nan])
+    progress = np.zeros(PROGRESS_ENTRIES)
+    scratch = _scratch(system)
+    while not extremes_of_record(record, observable, span, progress, best, scratch, AT_ONCE):
+        pass
+    least, t_least, most, t_most = (float(best[i]) for i in (LEAST, T_LEAST, GREATEST, T_GREATEST))
+    return Extrema(least, t_least, most, t_most)
+
+
+def level_crossings(system: System, record: MotionRecord, level: float, t_end: float) -> Floats:
+    """Return (t, v) of each passage of a displacement up to t_end, (n, 2)."""
+    progress = np.zeros(PROGRESS_ENTRIES)
+    scratch = _scratch(system)
+    parts = []
+    while True:
+        part = np.empty((AT_ONCE, 2))
+        count = crossings_of_level(record, level, t_end, progress, part, scratch)
+        parts.append(part[:count].copy())
+        if count < AT_ONCE:
+            return np.concatenate(parts)
+
+
+def _scratch(system: System) -> Scratch:
+    """Return the arrays that the kernels work in."""
+    return Scratch(*np.zeros((5, int(system.law[0, at.N_HARMONICS]), 2)))

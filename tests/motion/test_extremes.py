@@ -1,0 +1,252 @@
+"""The largest and least values of a run, against 40 digits and closed forms."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, cast
+
+import mpmath
+import numpy as np
+import pytest
+from tests.oracle.event_driven import simulate
+from tests.oracle.extremes import extremes
+from tests.oracle.from_model import problem_of
+from tests.oracle.random_problems import random_motion
+
+import percuss as pc
+from percuss.motion.extremes import QuantityName
+
+EPS = 2.0**-52
+# Impacts and soft stops multiply rounding by less than 1e6 in the time and cases chosen.
+AFTER_IMPACTS = 1e-9
+WEIGHTS = {"displacement": (1,), "velocity": (0, 1), "acceleration": (0, 0, 1)}
+
+
+def test_a_mooring_line_pulls_hardest_at_its_entry() -> None:
+    line = pc.SoftStop(at=0.5, side="above", stiffness=400e3, damping=400e3)
+    buoy = pc.Oscillator.from_mass(50e3, stiffness=20e3, damping_coefficient=4e3, stops=(line,))
+    waves = pc.cosine("0.7854", amplitude=40e3, constant=10e3).per_mass(50e3)
+    run = pc.simulate(buoy, waves, periods=200)
+
+    last = run.extremes("stop_force", between=(run.t_end - 40.0, run.t_end))
+
+    # In kN. The dashpot answers to the speed at the entry at once.
+    assert round(-50.0 * last.minimum, 2) == 883.04
+    entries = run.crossings.t[run.crossings.direction == "in"]
+    assert last.t_minimum in entries
+    v = run.crossings.v[run.crossings.t == last.t_minimum][0]
+    assert last.minimum == pytest.approx(-2.0 * 4.0 * v, rel=4 * EPS)
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(0, 40, 2), pytest.param(range(400), marks=pytest.mark.nightly)], ids=len
+)
+def test_extremes_are_those_of_the_oracle(seeds: range) -> None:
+    assert [fault for seed in seeds for fault in _faults(seed)] == []
+
+
+def _faults(seed: int) -> list[str]:
+    case = random_motion(seed)
+    run = pc.simulate(case.oscillator, case.forcing, *case.start, t_end=case.start[2] + 6.0,
+                      max_impacts=100)  # fmt: skip
+    problem = problem_of(case.oscillator, case.forcing)
+    exact = simulate(problem, *case.start, t_end=run.t_end, digits=25)
+    wanted: list[tuple[Any, ...]] = [(name, 0, weights, None) for name, weights in WEIGHTS.items()]
+    wanted += [("spring_force", 0, (-problem.stiffness,), None)]
+    wanted += [
+        ("stop_force", i, (-number_of(stop.stiffness), -2 * number_of(stop.damping)),
+         (stop.at, 1 if stop.side == "above" else -1))
+        for i, stop in enumerate(case.oscillator.stops)
+        if isinstance(stop, pc.SoftStop)
+    ]  # fmt: skip
+    faults = []
+    for name, stop, weights, edge in wanted:
+        ours = run.extremes(name, stop)
+        least, t_least, most, t_most = extremes(exact, weights, run.t_end, edge)
+        size = max(1.0, abs(float(least)), abs(float(most)))
+        for value, t, other, other_t in (
+            (ours.minimum, ours.t_minimum, least, t_least),
+            (ours.maximum, ours.t_maximum, most, t_most),
+        ):
+            if abs(value - float(other)) > AFTER_IMPACTS * size:
+                faults.append(f"{seed} {name} {stop}: {value!r} at {t}, not {other} at {other_t}")
+    return faults
+
+
+def number_of(value: Any) -> Any:
+    return mpmath.mpf(float(value))
+
+
+@pytest.mark.parametrize(
+    ("k", "a"),
+    [(1.0, 0.0), (4.0, 0.05), (4.0, 2.0), (1.0, 3.0), (0.0, 0.0), (0.0, 0.3), (-0.5, 0.1)],
+    ids=["undamped", "light", "critical", "overdamped", "free", "dragged", "growing"],
+)
+@pytest.mark.parametrize("n_harmonics", [0, 1, 3])
+def test_extremes_of_one_flight_are_exact_to_rounding(k: float, a: float, n_harmonics: int) -> None:
+    parts = (
+        pc.Harmonic(1.25, 1.0, 0.5), pc.Harmonic(0.75, 2.5, -1.0), pc.Harmonic(0.5, 7.0, 0.25)
+    )  # fmt: skip
+    force = pc.Forcing(parts[:n_harmonics], constant=-0.125)
+    osc = pc.Oscillator(k, a)
+    run = pc.simulate(osc, force, 0.5, 1.25, 0.0, t_end=7.0)
+    exact = simulate(problem_of(osc, force), 0.5, 1.25, 0, t_end=7.0, digits=40)
+
+    for name, weights in (WEIGHTS | {"spring_force": (-k,)}).items():
+        ours = run.extremes(cast("QuantityName", name))
+        least, t_least, most, t_most = (float(number) for number in
+                                        extremes(exact, weights, 7.0))  # fmt: skip
+        size = max(abs(least), abs(most), 1.0)
+        assert abs(ours.minimum - least) <= 16 * EPS * size
+        assert abs(ours.maximum - most) <= 16 * EPS * size
+        # The instant of a summit has the rounding of the slope over the curvature there.
+        assert abs(ours.t_minimum - t_least) <= 1e-13 or k * weights[0] == 0.0
+        assert abs(ours.t_maximum - t_most) <= 1e-13 or k * weights[0] == 0.0
+
+
+@pytest.mark.parametrize("beyond", [-1e-3, -1e-8, -1e-12, 0.0, 1e-12, 1e-8, 1e-3])
+def test_a_summit_next_to_the_end_of_a_flight_is_not_missed(beyond: float) -> None:
+    # x = sin t has its summit at pi / 2.
+    run = pc.simulate(pc.Oscillator(), v0=1.0, t_end=4.0)
+    end = 0.5 * math.pi + beyond
+
+    before = run.extremes("displacement", between=(0.0, end))
+    after = run.extremes("displacement", between=(end, 4.0))
+
+    assert before.maximum == pytest.approx(math.sin(min(end, 0.5 * math.pi)), abs=EPS)
+    assert after.maximum == pytest.approx(math.sin(max(end, 0.5 * math.pi)), abs=EPS)
+    # At 1e-8 from it the summit is higher by 5e-17 only: the last digit decides.
+    if abs(beyond) >= 1e-3:
+        assert before.t_maximum == pytest.approx(min(end, 0.5 * math.pi), abs=4 * EPS)
+
+
+def test_a_summit_between_two_impacts_in_a_fast_hop() -> None:
+    # A ball thrown up with 1e-6: the hop is 2e-6 / 9.81 long and v^2 / 2 g high.
+    floor = pc.Wall(at=0, side="below", restitution=1)
+    run = pc.simulate(pc.Oscillator(stiffness=0, stops=(floor,)), pc.Forcing(constant=-9.81),
+                      x0=0.0, v0=1e-6, max_impacts=3)  # fmt: skip
+
+    hop = run.extremes("displacement")
+
+    assert hop.maximum == pytest.approx(1e-12 / 19.62, rel=4 * EPS)
+    assert hop.minimum == 0.0
+    assert run.extremes("velocity").minimum == pytest.approx(-1e-6, rel=4 * EPS)
+    assert run.extremes("acceleration").minimum == -9.81
+
+
+def test_a_graze_reaches_the_stop_and_no_further() -> None:
+    # x = sin t touches the edge at 1 exactly.
+    stop = pc.SoftStop(at=1, side="above", stiffness=50, damping=1)
+    run = pc.simulate(pc.Oscillator(stops=(stop,)), v0=1.0, t_end=20.0)
+
+    assert run.extremes("displacement").maximum <= 1.0 + 2 * EPS
+    assert abs(run.extremes("stop_force").minimum) <= 100 * EPS
+
+
+def test_a_plateau_has_its_first_instant() -> None:
+    still = pc.simulate(pc.Oscillator(), t0=2.0, t_end=9.0)
+    assert still.extremes("displacement") == pc.Extrema(0.0, 2.0, 0.0, 2.0)
+    # r = 0: the ball stays on the table from its first impact on.
+    table = pc.Wall(at=0, side="below", restitution=0)
+    ball = pc.Oscillator(stiffness=0, stops=(table,))
+    run = pc.simulate(ball, pc.Forcing(constant=-2), x0=1.0, t_end=9.0)
+
+    assert run.extremes("displacement").t_minimum == run.impacts.t[0] == 1.0
+    assert run.extremes("acceleration") == pc.Extrema(-2.0, 0.0, 0.0, 1.0)
+    assert run.extremes("stop_force") == pc.Extrema(0.0, 0.0, 2.0, 1.0)
+
+
+def test_a_wall_bears_the_force_that_holds_the_mass() -> None:
+    # At rest on the wall from the start, under -2 - cos t + cos(3 t) / 2: the wall bears the
+    # opposite, which is largest and smallest where its derivative sin t - (3 / 2) sin 3 t is 0.
+    wall = pc.Wall(at=0, side="below", restitution="0.5")
+    force = pc.cosine(1, amplitude=-1) + pc.cosine(3, amplitude="0.5") + pc.Forcing(constant=-2)
+    run = pc.simulate(pc.Oscillator(stops=(wall,)), force, t_end=20.0)
+    assert run.contacts.start.tolist() == [0.0]
+
+    held = run.extremes("stop_force")
+
+    with mpmath.workdps(40):
+        # With c = cos t, sin 3 t = sin t (4 c^2 - 1): sin t = 0 or c^2 = 5 / 12.
+        root = mpmath.sqrt(mpmath.mpf(5) / 12)
+        bearing = [2 + c - (4 * c**3 - 3 * c) / 2 for c in (1, -1, root, -root)]
+        least, most = float(min(bearing)), float(max(bearing))
+        t_most = float(mpmath.acos(root))
+    assert held.minimum == pytest.approx(least, rel=4 * EPS)
+    assert held.maximum == pytest.approx(most, rel=4 * EPS)
+    assert held.t_maximum == pytest.approx(t_most, abs=1e-7)
+    assert np.allclose(run.forces(held.t_maximum)["stops"], most, rtol=4 * EPS, atol=0.0)
+
+
+def test_a_wall_bears_most_at_a_limit_where_a_contact_begins() -> None:
+    # r = 0 under gravity that fades: the wall's force falls from the landing on.
+    wall = pc.Wall(at=0, side="below", restitution=0)
+    force = pc.cosine("0.1", amplitude=-1) + pc.Forcing(constant=-1)
+    run = pc.simulate(pc.Oscillator(stiffness=0, stops=(wall,)), force, x0=1.0, t_end=20.0)
+
+    held = run.extremes("stop_force")
+
+    assert held.t_maximum == run.contacts.start[0]
+    assert held.maximum == pytest.approx(1.0 + math.cos(0.1 * held.t_maximum), rel=4 * EPS)
+    # Before the landing nothing touches.
+    assert (held.minimum, held.t_minimum) == (0.0, 0.0)
+
+
+def test_extremes_of_a_chatter_are_those_of_its_hops() -> None:
+    osc = pc.impact_oscillator("0.8", wall=0)
+    run = pc.simulate(osc, pc.cosine("2.7"), v0=1.0, t_end=60.0)
+    assert len(run.contacts) > 0
+    first = run.contacts.n_impacts[0]
+    # At the impact itself the limit before it would count.
+    tail = (np.nextafter(run.impacts.t[first - 1], math.inf), run.contacts.start[0])
+
+    fastest = run.extremes("velocity", between=tail)
+
+    # Its next landing is as fast as its last take-off.
+    assert fastest.minimum == pytest.approx(-run.impacts.v_after[first - 1], rel=1e-6)
+    whole = run.extremes("displacement")
+    t = np.linspace(run.t0, run.t_end, 200_001)
+    assert whole.minimum == 0.0
+    assert run(t)[0].max() <= whole.maximum <= run(t)[0].max() + 1e-6
+
+
+def test_all_values_of_a_run_lie_between_its_extremes() -> None:
+    gap = (pc.SoftStop("0.3", "above", 40, "0.5"), pc.SoftStop("-0.2", "below", 90, "0.25"))
+    run = pc.simulate(pc.Oscillator(1, "0.02", gap), pc.cosine("1.3"), t_end=300.0)
+    t = np.linspace(run.t0, run.t_end, 100_001)
+    x, v = run(t)
+    forces = run.forces(t)
+    sums = sum(forces[name].values for name in ("spring", "damping", "forcing"))
+    sampled = {
+        ("displacement", 0): x, ("velocity", 0): v, ("spring_force", 0): forces.spring.values,
+        ("stop_force", 0): forces.stops.values[0], ("stop_force", 1): forces.stops.values[1],
+        ("acceleration", 0): sums + forces.stops.values.sum(axis=0),
+    }  # fmt: skip
+
+    for (name, stop), values in sampled.items():
+        found = run.extremes(cast("QuantityName", name), stop)
+        slack = 64 * EPS * np.abs(values).max()
+        assert found.minimum <= values.min() + slack, name
+        assert found.maximum >= values.max() - slack, name
+        # 300 samples an oscillation come near, even at a jump.
+        near = 0.05 * np.ptp(values)
+        assert found.minimum == pytest.approx(values.min(), abs=near), name
+        assert found.maximum == pytest.approx(values.max(), abs=near), name
+
+
+@pytest.mark.parametrize(
+    ("of", "stop", "between", "name"),
+    [
+        ("speed", 0, None, "of"),
+        ("stop_force", 1, None, "stop"),
+        ("stop_force", -1, None, "stop"),
+        ("velocity", 0, (0.0, 99.0), "between"),
+        ("velocity", 0, (2.0, 1.0), "between"),
+        ("velocity", 0, 3.0, "between"),
+    ],
+)
+def test_a_wrong_question_is_refused(of: Any, stop: int, between: Any, name: str) -> None:
+    run = pc.simulate(pc.impact_oscillator(), v0=1.0, t_end=5.0)
+
+    with pytest.raises(pc.ParameterError, match=rf"^{name}"):
+        run.extremes(of, stop, between)
