@@ -1,7 +1,8 @@
 """Examines records of the paper with a fault in the engine: python -m tests.paper.engine_fault FAULT OUT [id ...].
 
-In a process of its own, since records keep their motions from one to the next. Without ids all
-records are examined. OUT receives the verdict of each as JSON, or what it raised.
+In a process of its own, since other code keeps laws that have no fault. Without ids all records
+are examined. OUT receives of each, as JSON, the verdict or what it raised, whether it asked the
+engine for a motion, and whether a number is among its evidence.
 """
 
 import json
@@ -9,6 +10,8 @@ import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
+from typing import TypedDict
 
 from percuss.arrays import Floats
 from percuss.kernels import law_columns as at
@@ -39,6 +42,15 @@ def late(table: Floats) -> None:
 
 
 FAULTS: dict[str, Callable[[Floats], None]] = {"lossy": lossy, "shifted": shifted, "late": late}
+NONE = "none"
+
+
+class Examined(TypedDict):
+    """What became of a record: its verdict, and what this rests on."""
+
+    verdict: str
+    asks_engine: bool
+    has_numbers: bool
 
 
 def _harmonics(table: Floats) -> range:
@@ -51,30 +63,58 @@ def _regions(table: Floats) -> range:
     return range(first, first + int(table[0, at.N_REGIONS]) * (1 + n), 1 + n)
 
 
+def _forget() -> None:
+    """Forget the motions and laws that records keep, so that each asks for its own."""
+    for module in _modules():
+        for value in vars(module).values():
+            if callable(clear := getattr(value, "cache_clear", None)):
+                clear()
+
+
+def _modules() -> list[ModuleType]:
+    return [module for name, module in sys.modules.items() if name.startswith("percuss.")]
+
+
 def main(fault: str, out: str, *ids: str) -> None:
-    """Put the fault into every law, examine, write the verdicts."""
+    """Put the fault into every law, examine, write what was found."""
     import percuss.model.law
-    import percuss.model.system
+    from percuss.paper.collection import Item, items, statement_with_id
+    from percuss.paper.evidence import Deduction
+    from percuss.paper.statement import verdict_kind
 
     whole = percuss.model.law.law
+    asked: list[object] = []
 
     def faulty(*model: object) -> Floats:
+        asked.append(model)
         table = whole(*model).copy()
-        FAULTS[fault](table)
+        if fault != NONE:
+            FAULTS[fault](table)
         return table
 
-    vars(percuss.model.law)["law"] = vars(percuss.model.system)["law"] = faulty
+    def examined(item: Item) -> Examined:
+        statement = statement_with_id(item)
+        _forget()
+        asked.clear()
+        try:
+            finding = statement.find()
+        except Exception as error:  # noqa: BLE001  a record that raises has noticed
+            return Examined(
+                verdict=f"raises {type(error).__name__}", asks_engine=True, has_numbers=True
+            )
+        evidence = (*finding.printed, *finding.corrected)
+        numbers = [one for one in evidence if not isinstance(one, Deduction)]
+        return Examined(
+            verdict=verdict_kind(finding), asks_engine=bool(asked), has_numbers=bool(numbers)
+        )
 
-    from percuss.paper.claim import examine
-    from percuss.paper.collection import items, statement_with_id
-
-    found: dict[str, str] = {}
-    for item in items():
-        if item.kind == "statement" and (not ids or item.name in ids):
-            try:
-                found[item.name] = examine(statement_with_id(item)).kind
-            except Exception as error:  # noqa: BLE001  a record that raises has noticed
-                found[item.name] = f"raises {type(error).__name__}"
+    chosen = [one for one in items() if one.kind == "statement" and (not ids or one.name in ids)]
+    for item in chosen:
+        statement_with_id(item)
+    for module in _modules():
+        if vars(module).get("law") is whole:
+            vars(module)["law"] = faulty
+    found = {item.name: examined(item) for item in chosen}
     Path(out).write_text(json.dumps(found, indent=1), encoding="utf-8")
 
 

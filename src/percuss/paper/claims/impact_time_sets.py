@@ -20,10 +20,10 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import (
     certain_run,
+    enclosed,
     impacts_at,
     subset_constant,
 )
-from percuss.paper.claims.certain_motion import enclosed
 from percuss.paper.claims.comparisons import ROUNDING, WALL, apart, near
 from percuss.paper.claims.model_statements import shared_times
 from percuss.paper.evidence import Enclosure, Measurement, compare

@@ -19,7 +19,7 @@ from percuss.paper.claims.bilinear_limit import (
     saturation_speed,
     time_errors,
 )
-from percuss.paper.claims.certain_motion import enclosed
+from percuss.paper.claims.certain import enclosed
 from percuss.paper.claims.comparisons import ROUNDING, near
 from percuss.paper.claims.off_resonance import (
     DETUNING,

@@ -11,13 +11,13 @@ from flint import arb
 
 from percuss import numerics
 from percuss.arrays import Floats
-from percuss.certified import certify
 from percuss.model.exact import pi_times
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
+from percuss.paper.claims.certain import certain_run
 from percuss.paper.models.motions import impact_speeds
 
 __all__ = [
@@ -84,6 +84,11 @@ def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, floa
     tuple
         All in periods of the force; the intervals are balls.
 
+    Raises
+    ------
+    ArithmeticError
+        If the motion is not proven.
+
     Examples
     --------
     >>> round(float(interval_ends(0)[1].mid()), 4)
@@ -92,7 +97,9 @@ def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, floa
     osc = bilinear_oscillator(stiffness_below=BELOW)
     omega = detuning * resonant_frequency(osc)
     force = cosine(omega, phase=pi_times(2 * step, 8))
-    proven = certify(simulate(osc, force, t_end=FIG_2_PERIODS * 2.0 * math.pi / omega))
+    proven = certain_run(simulate(osc, force, t_end=FIG_2_PERIODS * 2.0 * math.pi / omega))
+    if proven is None:
+        raise ArithmeticError(f"the motion of fig 2 is not proven in the phase {step}/8")
     crossings = proven.crossings
     times = [t for t, way in zip(crossings.t.arbs, crossings.direction, strict=True) if way == "in"]
     turns = [t * arb(omega) / (2 * arb.pi()) for t in times]

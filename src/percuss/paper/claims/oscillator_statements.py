@@ -17,8 +17,8 @@ from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import certain_run
-from percuss.paper.claims.certain_motion import enclosed, furthest_apart
+from percuss.paper.claims.certain import certain_run, enclosed
+from percuss.paper.claims.certain_motion import furthest_apart
 from percuss.paper.claims.comparisons import ROUNDING, WALL, apart
 from percuss.paper.evidence import Comparison, Deduction, compare
 from percuss.paper.formula import Formula, ordered, product

@@ -14,8 +14,8 @@ from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.forcing import cosine
 from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.paper.claims.certain import in_ball
-from percuss.paper.claims.comparisons import ROUNDING, near
+from percuss.paper.claims.certain import enclosed, follows, in_ball
+from percuss.paper.claims.comparisons import near
 from percuss.paper.evidence import Comparison, Enclosure, Measurement
 from percuss.paper.models.resonance_losses import (
     cycle_work,
@@ -88,16 +88,13 @@ def _held(n: int, omega: str, losses: tuple[str, str], factor: float) -> list[Co
     what = f"r = {restitution}, a = {damping}, omega = {omega}: velocity at the impact, by the form"
     largest = f"r = {restitution}, a = {damping}, omega = {omega}: modulus of the larger multiplier"
     proven = certify(orbit)
-    if proven.exists and proven.admissible and proven.stability != "undecided":
-        ball = max(proven.multipliers, key=lambda one: abs(one.mid()))
-        return [
-            in_ball(what, proven.impacts.v_before[0], -expected),
-            Enclosure(largest, abs(ball.mid()), ball.radius() + 1e-15, 0.0, 1.0),
-        ]
-    size = float(np.abs(orbit.multipliers).max())
+    is_proven = proven.exists and proven.admissible and proven.stability != "undecided"
+    if not is_proven or not follows(orbit.impacts.v_before, proven.impacts.v_before):
+        return [enclosed(what, None, -expected, -expected), enclosed(largest, None, 0.0, 1.0)]
+    ball = max(proven.multipliers, key=lambda one: abs(one.mid()))
     return [
-        near(what, float(orbit.impacts.v_before[0]), -expected),
-        Measurement(largest, size, 0.0, 1.0, ROUNDING),
+        in_ball(what, proven.impacts.v_before[0], -expected),
+        Enclosure(largest, abs(ball.mid()), ball.radius() + 1e-15, 0.0, 1.0),
     ]
 
 

@@ -14,8 +14,8 @@ from percuss.certified.flight import EnclosedFlight
 from percuss.certified.numbers import precision
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
-from percuss.paper.claims.certain import certain_run
-from percuss.paper.claims.certain_motion import enclosed, furthest_apart
+from percuss.paper.claims.certain import certain_run, enclosed
+from percuss.paper.claims.certain_motion import furthest_apart
 from percuss.paper.claims.comparisons import ROUNDING, WALL
 from percuss.paper.claims.oscillator_statements import EQ5, FORCE, X1, X2, X
 from percuss.paper.evidence import Deduction
