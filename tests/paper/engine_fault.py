@@ -1,20 +1,23 @@
 """Examines records of the paper with a fault in the engine: python -m tests.paper.engine_fault FAULT OUT [id ...].
 
-In a process of its own, since other code keeps laws that have no fault. Without ids all records
-are examined. OUT receives of each, as JSON, the verdict or what it raised, whether it asked the
-engine for a motion, and whether a number is among its evidence.
+In a process of its own, since records keep their motions from one to the next. Without ids all
+records are examined. OUT receives of each, as JSON, the verdict and the evidence.
 """
+
+from __future__ import annotations
 
 import json
 import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
-from typing import TypedDict
+from typing import TYPE_CHECKING, TypeAlias
 
 from percuss.arrays import Floats
 from percuss.kernels import law_columns as at
+
+if TYPE_CHECKING:
+    from percuss.paper.collection import Item
 
 # Far above every tolerance of a record, and far below what takes a steady motion elsewhere.
 LOSS, SHIFT, STIFFER = 1e-3, 1e-3, 1e-4
@@ -43,14 +46,8 @@ def late(table: Floats) -> None:
 
 FAULTS: dict[str, Callable[[Floats], None]] = {"lossy": lossy, "shifted": shifted, "late": late}
 NONE = "none"
-
-
-class Examined(TypedDict):
-    """What became of a record: its verdict, and what this rests on."""
-
-    verdict: str
-    asks_engine: bool
-    has_numbers: bool
+# Verdict, outcomes and numbers of a record.
+Examined: TypeAlias = tuple[str, list[str], list[float]]
 
 
 def _harmonics(table: Floats) -> range:
@@ -63,58 +60,39 @@ def _regions(table: Floats) -> range:
     return range(first, first + int(table[0, at.N_REGIONS]) * (1 + n), 1 + n)
 
 
-def _forget() -> None:
-    """Forget the motions and laws that records keep, so that each asks for its own."""
-    for module in _modules():
-        for value in vars(module).values():
-            if callable(clear := getattr(value, "cache_clear", None)):
-                clear()
+def _examined(item: Item) -> Examined:
+    from percuss.paper.collection import statement_with_id
+    from percuss.paper.evidence import Deduction
+    from percuss.paper.statement import verdict_kind
 
-
-def _modules() -> list[ModuleType]:
-    return [module for name, module in sys.modules.items() if name.startswith("percuss.")]
+    try:
+        finding = statement_with_id(item).find()
+    except Exception as error:  # noqa: BLE001  a record that raises has noticed
+        return f"raises {type(error).__name__}", [], []
+    evidence = (*finding.printed, *finding.corrected)
+    numbers = [one.value for one in evidence if not isinstance(one, Deduction)]
+    return verdict_kind(finding), [one.outcome for one in evidence], numbers
 
 
 def main(fault: str, out: str, *ids: str) -> None:
     """Put the fault into every law, examine, write what was found."""
     import percuss.model.law
-    from percuss.paper.collection import Item, items, statement_with_id
-    from percuss.paper.evidence import Deduction
-    from percuss.paper.statement import verdict_kind
+    from percuss.paper.collection import items, statement_with_id
 
     whole = percuss.model.law.law
-    asked: list[object] = []
 
     def faulty(*model: object) -> Floats:
-        asked.append(model)
         table = whole(*model).copy()
-        if fault != NONE:
-            FAULTS[fault](table)
+        FAULTS[fault](table)
         return table
-
-    def examined(item: Item) -> Examined:
-        statement = statement_with_id(item)
-        _forget()
-        asked.clear()
-        try:
-            finding = statement.find()
-        except Exception as error:  # noqa: BLE001  a record that raises has noticed
-            return Examined(
-                verdict=f"raises {type(error).__name__}", asks_engine=True, has_numbers=True
-            )
-        evidence = (*finding.printed, *finding.corrected)
-        numbers = [one for one in evidence if not isinstance(one, Deduction)]
-        return Examined(
-            verdict=verdict_kind(finding), asks_engine=bool(asked), has_numbers=bool(numbers)
-        )
 
     chosen = [one for one in items() if one.kind == "statement" and (not ids or one.name in ids)]
     for item in chosen:
         statement_with_id(item)
-    for module in _modules():
-        if vars(module).get("law") is whole:
+    for name, module in list(sys.modules.items()):
+        if fault != NONE and name.startswith("percuss.") and vars(module).get("law") is whole:
             vars(module)["law"] = faulty
-    found = {item.name: examined(item) for item in chosen}
+    found = {item.name: _examined(item) for item in chosen}
     Path(out).write_text(json.dumps(found, indent=1), encoding="utf-8")
 
 

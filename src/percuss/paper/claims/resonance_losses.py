@@ -12,10 +12,11 @@ from percuss import numerics
 from percuss.certified import certify
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.model.forcing import cosine
+from percuss.motion.simulate import simulate
 from percuss.orbits.finding.find import find_orbit
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.paper.claims.bilinear_limit import local_orders
-from percuss.paper.claims.certain import enclosed, follows, in_ball
+from percuss.paper.claims.certain import certain_run, enclosed, follows, in_ball
 from percuss.paper.claims.comparisons import (
     DOUBLES,
     ROUNDING,
@@ -58,6 +59,9 @@ ACROSS = np.linspace(-2.5, 2.5, 41)
 # Restitution of a metal on metal; which peaks it leaves.
 REAL = 0.8
 PROMINENT = 1.5
+# Some ten impacts: the start of one of many motions, as ball arithmetic has it.
+START_END = 40.0
+NOT_PROVEN = Finding((), undecided=f"a motion is not proven up to t = {START_END:g}")
 
 
 @cache
@@ -232,6 +236,8 @@ def prominence(restitution: float, damping: float, omega: float) -> float:
 
 def _survive(survivors: tuple[str, ...] = ("2", "4", "6")) -> Finding:
     """See which resonances stand out at a restitution of 0.8."""
+    if certain_run(simulate(lossy(REAL, 0.0), cosine(2.0), v0=5.0, t_end=START_END)) is None:
+        return NOT_PROVEN
     checks, words = [], []
     for text in ("2", "4", "6", "1", "2/3", "4/3", "1/2"):
         found = prominence(REAL, 0.0, float(Fraction(text)))
@@ -253,7 +259,10 @@ def _survive(survivors: tuple[str, ...] = ("2", "4", "6")) -> Finding:
 
 
 def _bilinear(factor: float = 1.0) -> Finding:
-    """Measure peaks of soft and hard bilinear oscillators at two dampings."""
+    """Measure peaks of soft and hard bilinear oscillators at three dampings."""
+    start = simulate(stiff(4.0, 0.01), cosine(stiff_resonance(4.0)), v0=5.0, t_end=START_END)
+    if certain_run(start) is None:
+        return NOT_PROVEN
     checks = []
     for below in (4.0, 25.0, 1e4):
         for m in (1, 2, 3):
