@@ -1,17 +1,23 @@
 """Examines records of the paper with a fault in the engine: python -m tests.paper.engine_fault FAULT OUT [id ...].
 
 In a process of its own, since records keep their motions from one to the next. Without ids all
-records are examined. OUT receives the verdict of each as JSON, or what it raised.
+records are examined. OUT receives of each, as JSON, the verdict and the evidence.
 """
+
+from __future__ import annotations
 
 import json
 import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 from percuss.arrays import Floats
 from percuss.kernels import law_columns as at
+
+if TYPE_CHECKING:
+    from percuss.paper.collection import Item
 
 # Far above every tolerance of a record, and far below what takes a steady motion elsewhere.
 LOSS, SHIFT, STIFFER = 1e-3, 1e-3, 1e-4
@@ -39,6 +45,9 @@ def late(table: Floats) -> None:
 
 
 FAULTS: dict[str, Callable[[Floats], None]] = {"lossy": lossy, "shifted": shifted, "late": late}
+NONE = "none"
+# Verdict, outcomes and numbers of a record.
+Examined: TypeAlias = tuple[str, list[str], list[float]]
 
 
 def _harmonics(table: Floats) -> range:
@@ -51,9 +60,24 @@ def _regions(table: Floats) -> range:
     return range(first, first + int(table[0, at.N_REGIONS]) * (1 + n), 1 + n)
 
 
+def _examined(item: Item) -> Examined:
+    from percuss.paper.collection import statement_with_id
+    from percuss.paper.evidence import Deduction
+    from percuss.paper.statement import verdict_kind
+
+    try:
+        finding = statement_with_id(item).find()
+    except Exception as error:  # noqa: BLE001  a record that raises has noticed
+        return f"raises {type(error).__name__}", [], []
+    evidence = (*finding.printed, *finding.corrected)
+    numbers = [one.value for one in evidence if not isinstance(one, Deduction)]
+    return verdict_kind(finding), [one.outcome for one in evidence], numbers
+
+
 def main(fault: str, out: str, *ids: str) -> None:
-    """Put the fault into every law, examine, write the verdicts."""
+    """Put the fault into every law, examine, write what was found."""
     import percuss.model.system
+    from percuss.paper.collection import items, statement_with_id
 
     whole = percuss.model.system.law
 
@@ -62,18 +86,13 @@ def main(fault: str, out: str, *ids: str) -> None:
         FAULTS[fault](table)
         return table
 
-    vars(percuss.model.system)["law"] = vars(percuss.model.system)["law"] = faulty
-
-    from percuss.paper.claim import examine
-    from percuss.paper.collection import items, statement_with_id
-
-    found: dict[str, str] = {}
-    for item in items():
-        if item.kind == "statement" and (not ids or item.name in ids):
-            try:
-                found[item.name] = examine(statement_with_id(item)).kind
-            except Exception as error:  # noqa: BLE001  a record that raises has noticed
-                found[item.name] = f"raises {type(error).__name__}"
+    chosen = [one for one in items() if one.kind == "statement" and (not ids or one.name in ids)]
+    for item in chosen:
+        statement_with_id(item)
+    for name, module in list(sys.modules.items()):
+        if fault != NONE and name.startswith("percuss.") and vars(module).get("law") is whole:
+            vars(module)["law"] = faulty
+    found = {item.name: _examined(item) for item in chosen}
     Path(out).write_text(json.dumps(found, indent=1), encoding="utf-8")
 
 

@@ -8,14 +8,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import sympy
+from sympy.printing.latex import LatexPrinter
 
 from percuss import numerics
 
-__all__ = ["Formula", "mathtext", "numerically"]
+__all__ = ["Formula", "mathtext", "numerically", "ordered", "product"]
 
 # numerics gives the same bits on every machine.
 MODULES: list[Any] = [
@@ -96,6 +97,65 @@ def numerically(expression: sympy.Expr, *symbols: sympy.Symbol) -> Callable[...,
     return function
 
 
+class _WrittenSum(sympy.Add):  # type: ignore[misc]
+    """A sum that keeps the order of its terms; whatever is made of it is a plain sum."""
+
+    @property
+    def func(self) -> Any:
+        return sympy.Add
+
+
+class _WrittenProduct(sympy.Mul):  # type: ignore[misc]
+    """A product that keeps the order of its factors, as `_WrittenSum` does."""
+
+    @property
+    def func(self) -> Any:
+        return sympy.Mul
+
+
+class _Printer(LatexPrinter):  # type: ignore[misc]
+    """Prints what was written in an order in that order, the rest in SymPy's."""
+
+    def _print_Add(self, expr: sympy.Add, order: str | None = None) -> str:  # noqa: N802
+        return self._in_order(expr, partial(super()._print_Add, order=order))
+
+    def _print_Mul(self, expr: sympy.Mul) -> str:  # noqa: N802
+        return self._in_order(expr, super()._print_Mul)
+
+    def _in_order(self, expr: sympy.Expr, shown: Callable[[sympy.Expr], str]) -> str:
+        is_written = isinstance(expr, (_WrittenSum, _WrittenProduct))
+        outer = self._settings["order"]
+        self._settings["order"] = "none" if is_written else None
+        try:
+            return shown(expr)
+        finally:
+            self._settings["order"] = outer
+
+
+def ordered(*terms: sympy.Expr | int) -> sympy.Expr:
+    """Return a sum that is printed in the order of its terms, where SymPy has another.
+
+    Examples
+    --------
+    >>> a = sympy.Symbol("a")
+    >>> mathtext(1 + a), mathtext(ordered(1, a))
+    ('a + 1', '1 + a')
+    """
+    return _WrittenSum(*terms, evaluate=False)
+
+
+def product(*factors: sympy.Expr | int) -> sympy.Expr:
+    r"""Return a product that is printed in the order of its factors, where SymPy has another.
+
+    Examples
+    --------
+    >>> a, b = sympy.symbols("a b")
+    >>> mathtext(product(b, a))
+    'b \\, a'
+    """
+    return _WrittenProduct(*factors, evaluate=False)
+
+
 def mathtext(formula: sympy.Basic) -> str:
     r"""Return a formula as matplotlib's mathtext sets it: products thin, functions without braces.
 
@@ -109,9 +169,7 @@ def mathtext(formula: sympy.Basic) -> str:
         return r",\ ".join(mathtext(part) for part in formula)
     if isinstance(formula, sympy.Eq) and isinstance(formula.rhs, sympy.Piecewise):
         return f"{mathtext(formula.lhs)} = {_cases(formula.rhs)}"
-    # What was written with evaluate=False keeps its order; the rest has that of SymPy's printer.
-    order = None if formula.doit() == formula else "none"
-    text = sympy.latex(formula, fold_func_brackets=True, mul_symbol=r" \, ", order=order)
+    text = _Printer({"fold_func_brackets": True, "mul_symbol": r" \, "}).doprint(formula)
     text = re.sub(
         r"\\(sin|cos|tan|arctan)(\^\{[^{}]*\})? *\{([^{}]*(?:\{[^{}]*\}[^{}]*)*)\}",
         r"\\\1\2 \3",

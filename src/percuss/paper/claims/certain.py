@@ -1,4 +1,4 @@
-"""Comparisons that are certain where ball arithmetic decides, and numerical where it does not."""
+"""Comparisons in ball arithmetic: certain where it decides, open where it does not."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from flint import arb
 from percuss.arrays import Floats
 from percuss.certified import (
     Ball,
+    Balls,
     CertifiedRun,
     certify,
     critical_velocity,
@@ -21,11 +22,13 @@ from percuss.model.exact import Exact
 from percuss.model.forcing import Forcing
 from percuss.model.start import Start
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.comparisons import ROUNDING, WALL, furthest, near
-from percuss.paper.evidence import Comparison, compare
+from percuss.paper.claims.comparisons import ROUNDING, WALL
+from percuss.paper.evidence import Comparison, Enclosure, compare
 
 __all__ = [
     "certain_run",
+    "enclosed",
+    "follows",
     "impacts_at",
     "in_ball",
     "limit_velocity",
@@ -35,6 +38,10 @@ __all__ = [
 
 # Of a constant that no fraction is: far more digits than are asked of any result.
 CONSTANT_BITS = 512
+# The first events of a run are those that are proven, to this distance (relative where they are
+# above 1); later ones of a chaotic motion may be lost in doubles, and that is why it is proven.
+FIRST, FOLLOWED = 10, 1e-8
+DIGITS = 12
 
 
 def in_ball(
@@ -58,10 +65,30 @@ def limit_velocity(force: Forcing, low: Exact, high: Exact) -> Ball:
     return critical_velocity(WALL, force, low, high)
 
 
+def enclosed(what: str, value: arb | None, low: float, high: float) -> Enclosure:
+    """Return the evidence that a ball gives; None, of what is not proven, leaves it open.
+
+    Examples
+    --------
+    >>> enclosed("a half", arb(0.5), 0.0, 1.0).outcome, enclosed("?", None, 0.0, 1.0).outcome
+    ('agrees', 'open')
+    """
+    if value is None:
+        return Enclosure(what, math.nan, math.inf, low, high)
+    ball = Ball(value)
+    return Enclosure(what, ball.mid(), ball.radius(), low, high)
+
+
 def certain_run(
-    run: Trajectory, start: Start | None = None, over: Mapping[str, Ball] | None = None
+    run: Trajectory,
+    start: Start | None = None,
+    over: Mapping[str, Ball] | None = None,
+    digits: int = DIGITS,
 ) -> CertifiedRun | None:
     """Return a run that is proven up to its end, or None.
+
+    None as well where the engine does not follow the proven motion: what is seen of the run
+    elsewhere would be of another.
 
     Parameters
     ----------
@@ -71,9 +98,30 @@ def certain_run(
         Its exact start; default: the one that it was given.
     over
         A number of its force as a ball; default: that of the model, which may be a double.
+    digits
+        Of each event.
     """
-    proven = certify(run, start=start, over=over)
-    return proven if proven.complete and len(proven.impacts) == len(run.impacts) else None
+    proven = certify(run, digits, start=start, over=over)
+    is_whole = proven.complete and len(proven.impacts) == len(run.impacts)
+    return proven if is_whole and _is_followed(run, proven) else None
+
+
+def _is_followed(run: Trajectory, proven: CertifiedRun) -> bool:
+    columns = (
+        (run.impacts.t, proven.impacts.t),
+        (run.impacts.v_after, proven.impacts.v_after),
+        (run.crossings.t, proven.crossings.t),
+        (run.crossings.v, proven.crossings.v),
+    )
+    return all(follows(seen[:FIRST], sure[:FIRST]) for seen, sure in columns)
+
+
+def follows(seen: Floats, sure: Balls) -> bool:
+    """Return whether numbers of the engine are those that are proven, but for rounding."""
+    if len(seen) != len(sure):
+        return False
+    allowed = FOLLOWED * np.maximum(1.0, np.abs(seen)) + sure.radius()
+    return bool(np.all(np.abs(seen - sure.mid()) <= allowed))
 
 
 @cache
@@ -112,7 +160,7 @@ def impacts_at(
     Returns
     -------
     Comparison
-        Certain where the run can be proven.
+        Open where the run is not proven.
 
     Examples
     --------
@@ -122,8 +170,10 @@ def impacts_at(
     'agrees'
     """
     proven = certain_run(run, start, over)
-    if proven is None or not 0 < len(run.impacts) <= len(expected):
-        return near(what, furthest(run, expected), tolerance=tolerance)
+    if proven is None:
+        return enclosed(what, None, -tolerance, tolerance)
+    if not 0 < len(run.impacts) <= len(expected):
+        return compare(what, math.inf, 0.0, tolerance, 0.0)
     first = expected[: len(run.impacts)]
     times = proven.impacts.t
     # What the radii, and the rounding of what is expected, leave open.

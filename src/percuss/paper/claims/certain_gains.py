@@ -7,12 +7,12 @@ from fractions import Fraction
 
 from flint import arb
 
-from percuss.certified import certify
 from percuss.certified.numbers import ball, precision
 from percuss.model.exact import Exact
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
+from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.comparisons import WALL
 
 __all__ = ["mean_gain", "rate_over_two_impacts", "two_impacts", "two_proven_impacts"]
@@ -37,8 +37,8 @@ def two_proven_impacts(t: Exact, v: Exact) -> State:
     ArithmeticError
         If it is not proven.
     """
-    proven = certify(two_impacts(t, v), digits=DIGITS)
-    if not proven.complete or len(proven.impacts) != 2:
+    proven = certain_run(two_impacts(t, v), digits=DIGITS)
+    if proven is None or len(proven.impacts) != 2:
         raise ArithmeticError(f"the flights from t = {t}, V = {v} are not proven")
     return proven.impacts.t.arbs[1], proven.impacts.v_after.arbs[1]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 from flint import arb
@@ -10,27 +9,13 @@ from flint import arb
 from percuss.arrays import Floats
 from percuss.certified import Ball, CertifiedRun
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import certain_run
+from percuss.paper.claims.certain import certain_run, enclosed
 from percuss.paper.evidence import Enclosure
 
-__all__ = ["MotionPart", "enclosed", "furthest_apart", "sum_within"]
+__all__ = ["MotionPart", "furthest_apart", "sum_within"]
 
 # A factor, a run, and a number of its force that is a ball.
 MotionPart = tuple[float, Trajectory, "Mapping[str, Ball] | None"]
-
-
-def enclosed(what: str, value: arb | None, low: float, high: float) -> Enclosure:
-    """Return the evidence that a ball gives; None, of what is not proven, leaves it open.
-
-    Examples
-    --------
-    >>> enclosed("a half", arb(0.5), 0.0, 1.0).outcome, enclosed("?", None, 0.0, 1.0).outcome
-    ('agrees', 'open')
-    """
-    if value is None:
-        return Enclosure(what, math.nan, math.inf, low, high)
-    ball = Ball(value)
-    return Enclosure(what, ball.mid(), ball.radius(), low, high)
 
 
 def furthest_apart(parts: Sequence[MotionPart], t: Floats, *, velocity: bool = False) -> arb | None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,25 +16,85 @@ from percuss.paper.evidence import Comparison, compare
 from percuss.paper.formula import Formula
 from percuss.paper.statement import Finding, Statement
 
-__all__ = ["ROUNDING", "WALL", "apart", "furthest", "last_unchanged", "latest", "near", "stated"]
+__all__ = [
+    "DOUBLES",
+    "ROUNDING",
+    "WALL",
+    "WithError",
+    "agreement",
+    "apart",
+    "extrapolated",
+    "furthest",
+    "last_of",
+    "last_unchanged",
+    "latest",
+    "stated",
+]
 
 
 WALL = impact_oscillator()
 # Of a hundred impacts of a motion without chaos, and of closed forms evaluated in doubles.
 ROUNDING = 1e-10
+# The error of some hundred impacts of such a motion in doubles.
+DOUBLES = 1e-12
 
 
-def near(
-    what: str, measured: float, expected: float = 0.0, tolerance: float = ROUNDING
-) -> Comparison:
-    """Return the check of a number, by default of a difference that is zero but for rounding.
+@dataclass(frozen=True)
+class WithError:
+    """A number that was measured, and its error."""
+
+    value: float
+    error: float
+
+
+def extrapolated(values: Sequence[float], ratio: float) -> WithError:
+    """Return the limit of a sequence whose distance from it falls by a ratio at each step.
+
+    Parameters
+    ----------
+    values
+        Two or more, from the coarse to the fine.
+    ratio
+        Of the distances of neighbours from the limit, above 1.
+
+    Returns
+    -------
+    WithError
+        The limit from the last two values. Its error is the change from the limit one step
+        before; of two values, all that is removed from the last.
 
     Examples
     --------
-    >>> near("largest difference", 3e-15).outcome
+    >>> extrapolated([1.5, 1.25, 1.125], 2.0)
+    WithError(value=1.0, error=0.0)
+    >>> extrapolated([1.5, 1.25], 2.0)
+    WithError(value=1.0, error=0.25)
+    """
+    limits = [fine + (fine - coarse) / (ratio - 1.0) for coarse, fine in pairwise(values)]
+    before = limits[-2] if len(limits) > 1 else values[-1]
+    return WithError(float(limits[-1]), abs(float(limits[-1] - before)))
+
+
+def last_of(values: Sequence[float] | Floats) -> WithError:
+    """Return the last of a sequence that converges, its last change as the error.
+
+    Examples
+    --------
+    >>> last_of([2.5, 2.25, 2.125])
+    WithError(value=2.125, error=0.125)
+    """
+    return WithError(float(values[-1]), abs(float(values[-1] - values[-2])))
+
+
+def agreement(what: str, found: WithError, expected: float, tolerance: float) -> Comparison:
+    """Return the comparison of a measured number with the one that a statement gives.
+
+    Examples
+    --------
+    >>> agreement("two", WithError(1.999, 0.0005), 2.0, 0.01).outcome
     'agrees'
     """
-    return compare(what, float(measured), float(expected), tolerance)
+    return compare(what, found.value, expected, tolerance, error=found.error)
 
 
 def apart(one: Floats, other: Floats) -> float:

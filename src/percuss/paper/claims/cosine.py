@@ -303,8 +303,6 @@ def _becomes_sine(shift: sympy.Expr = sympy.pi / 2) -> Finding:
     """Examine whether a shift of the origin of time turns (36) into (27)."""
     x, v = simulate(impact_oscillator(), cosine(1), v0=0, t_end=2.0)(0.5 * math.pi)
     run = simulate_all(cosine(1), 0, T_FIGURE)["limit"]
-    speeds = run.impacts.v_after
-    growth = float(speeds[-10:].mean() / speeds[:10].mean())
     shifted = sympy.expand_trig(sympy.cos(TIME + shift))
     force = compared(
         "the shifted force is that of (27)",
@@ -320,14 +318,8 @@ def _becomes_sine(shift: sympy.Expr = sympy.pi / 2) -> Finding:
         (ELAPSED / 2 * sympy.sin(ELAPSED)).subs(ELAPSED, sympy.Abs(shift)),
         {},
     )
-    rising = "velocity late over velocity early, up to t = 900 (sqrt 90 in (27))"
     return Finding(
-        (
-            force,
-            at_origin,
-            compare("x at t = pi/2", float(x), 0.0, 1e-10),
-            compare(rising, growth, math.sqrt(90.0), 1.0),
-        ),
+        (force, at_origin),
         remark=(
             f"At pi/2 the mass is at x = {float(x):.6f} with velocity {float(v):.6f}, off the "
             "stop, and the force turns into -sin t. The origin of time decides nothing: what "

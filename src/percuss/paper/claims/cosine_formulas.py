@@ -8,7 +8,7 @@ from functools import cache
 import sympy
 
 from percuss.paper.evidence import Step
-from percuss.paper.formula import Formula
+from percuss.paper.formula import Formula, ordered
 from percuss.paper.proof import identity, theorem
 
 __all__ = [
@@ -45,7 +45,7 @@ EQ37 = Formula(
     "37",
     "t sin t xk ðtÞ ¼ Ak  2",
     sympy.Eq(_x, (A_K - TIME / 2) * sympy.sin(TIME)),
-    sympy.Eq(_x, (A_K + TIME / 2) * sympy.sin(TIME) + B_K * sympy.cos(TIME)),
+    sympy.Eq(_x, ordered((A_K + TIME / 2) * sympy.sin(TIME), B_K * sympy.cos(TIME))),
     lost="A sign before t/2 is lost; every plus survives in the extraction, so it was a minus.",
 )
 EQ37_VELOCITY = Formula(
@@ -54,14 +54,18 @@ EQ37_VELOCITY = Formula(
     sympy.Eq(_w, (A_K - TIME / 2) * sympy.cos(TIME) - _HALF * sympy.sin(TIME)),
     sympy.Eq(
         _w,
-        (A_K + TIME / 2) * sympy.cos(TIME) + _HALF * sympy.sin(TIME) - B_K * sympy.sin(TIME),
+        ordered(
+            (A_K + TIME / 2) * sympy.cos(TIME),
+            _HALF * sympy.sin(TIME),
+            -B_K * sympy.sin(TIME),
+        ),
     ),
     lost="The signs before t/2 and before 1/2 are lost, so both were minuses.",
 )
 EQ38 = Formula(
     "38",
     "t xk ðtÞ ¼ V k þ ð1Þk sin t, t ¼ tkp, 0 r t r p 2",
-    sympy.Eq(_x, (V_K + SIGN * ELAPSED / 2) * sympy.sin(ELAPSED)),
+    sympy.Eq(_x, ordered(V_K, SIGN * ELAPSED / 2) * sympy.sin(ELAPSED)),
     lost="The minus of (-1)^k is lost.",
 )
 EQ38_VELOCITY = Formula(
@@ -69,18 +73,24 @@ EQ38_VELOCITY = Formula(
     "t ð1Þk cos t sin t (38) x0k ðtÞ ¼ V k þð1Þk 2 2",
     sympy.Eq(
         _w,
-        (V_K + SIGN * ELAPSED / 2) * sympy.cos(ELAPSED) - SIGN / 2 * sympy.sin(ELAPSED),
+        ordered(
+            ordered(V_K, SIGN * ELAPSED / 2) * sympy.cos(ELAPSED),
+            -SIGN / 2 * sympy.sin(ELAPSED),
+        ),
     ),
     sympy.Eq(
         _w,
-        (V_K + SIGN * ELAPSED / 2) * sympy.cos(ELAPSED) + SIGN / 2 * sympy.sin(ELAPSED),
+        ordered(
+            ordered(V_K, SIGN * ELAPSED / 2) * sympy.cos(ELAPSED),
+            SIGN / 2 * sympy.sin(ELAPSED),
+        ),
     ),
     lost="The sign between the two terms is lost, so it was a minus; so is that of (-1)^k, twice.",
 )
 EQ39 = Formula(
     "39",
     "V k þ 1 ¼ V k þ ð1Þk p 2",
-    sympy.Eq(_later, V_K + SIGN * sympy.pi / 2),
+    sympy.Eq(_later, ordered(V_K, SIGN * sympy.pi / 2)),
     lost="The minus of (-1)^k is lost.",
 )
 EQ39_TWICE = Formula("39", "Vkþ2 ¼ Vk", sympy.Eq(_last, V_K))

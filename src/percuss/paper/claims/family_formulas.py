@@ -9,7 +9,7 @@ from __future__ import annotations
 import sympy
 from sympy import Abs, Eq, Ge, Le, Mod, Piecewise, Tuple, cos, pi, sin, sqrt
 
-from percuss.paper.formula import Formula
+from percuss.paper.formula import Formula, ordered
 
 __all__ = [
     "AMPLITUDE",
@@ -81,7 +81,7 @@ EQ13_LONG = Formula(
 EQ13_SHORT = Formula(
     "13",
     "V 0 þ m 2þ 1 1 þ2ð1Þm sin m pþ 1",
-    Eq(AMPLITUDE, -V + KICK * (1 + 2 * (-1) ** m)),
+    Eq(AMPLITUDE, -V + KICK * ordered(1, 2 * (-1) ** m)),
     lost=f"the minus before V0 and that of (-1)^m ({SIGNS}); without the first the amplitude "
     "is wrong",
 )

@@ -12,7 +12,7 @@ from functools import cache
 import sympy
 
 from percuss.paper.evidence import Deduction, Step
-from percuss.paper.formula import Formula, mathtext
+from percuss.paper.formula import Formula, mathtext, ordered, product
 from percuss.paper.proof import identity, leading_terms, sign, theorem
 
 __all__ = [
@@ -62,6 +62,7 @@ ROOT_FACTOR = sympy.Symbol("b", positive=True)
 # The limit of t_k modulo pi.
 PHASE = sympy.Symbol("psi", real=True)
 SIN, COS = sympy.sin(T_K), sympy.cos(T_K)
+_HALF_TURN = sympy.pi / 2
 _A, _B, _V = sympy.symbols("A_k B_k V", real=True)
 _x, _w = sympy.Symbol("{x_k}(t)"), sympy.Symbol("{x_k}'(t)")
 _MOTION = _A * sympy.sin(TIME) + _B * sympy.cos(TIME) - TIME / 2 * sympy.cos(TIME)
@@ -82,28 +83,30 @@ EQ28_VELOCITY = Formula(
     "1 t cos tBk sin t þ sin t x0k ðtÞ ¼ Ak  2 2",
     sympy.Eq(
         _w,
-        (_A - sympy.Rational(1, 2)) * sympy.cos(TIME)
-        - _B * sympy.sin(TIME)
-        + TIME / 2 * sympy.sin(TIME),
+        ordered(
+            (_A - sympy.Rational(1, 2)) * sympy.cos(TIME),
+            -_B * sympy.sin(TIME),
+            TIME / 2 * sympy.sin(TIME),
+        ),
     ),
     lost="The two minuses, before 1/2 and before B_k, are lost.",
 )
 EQ29 = Formula(
     "29",
     "tan xk ¼ cos t k x cos t k þ 2V k k",
-    sympy.Eq(sympy.tan(INTERVAL), INTERVAL * COS / (COS + 2 * V_K)),
-    sympy.Eq(sympy.tan(INTERVAL), INTERVAL * COS / (COS + 2 * V_K + INTERVAL * SIN)),
+    sympy.Eq(sympy.tan(INTERVAL), INTERVAL * COS / ordered(COS, 2 * V_K)),
+    sympy.Eq(sympy.tan(INTERVAL), INTERVAL * COS / ordered(COS, 2 * V_K, INTERVAL * SIN)),
 )
 EQ30 = Formula(
     "30",
     "cos t k ¼ ak cos t k þ2V k",
-    sympy.Eq(FACTOR, COS / (COS + 2 * V_K)),
-    sympy.Eq(FACTOR, COS / (COS + 2 * V_K + INTERVAL * SIN)),
+    sympy.Eq(FACTOR, COS / ordered(COS, 2 * V_K)),
+    sympy.Eq(FACTOR, COS / ordered(COS, 2 * V_K, INTERVAL * SIN)),
 )
 EQ31 = Formula(
     "31",
     "xk ¼ pð1þ ak Þ þOða2k Þ",
-    sympy.Eq(INTERVAL, sympy.pi * (1 + FACTOR)),
+    sympy.Eq(INTERVAL, sympy.pi * ordered(1, FACTOR)),
     order="a_k^2",
 )
 EQ31_FACTOR = Formula(
@@ -118,11 +121,11 @@ EQ32 = Formula(
     "Vkþ1 ¼ Vk þ p 2 ½sin t k þ ðp þ 2sint k Þak  þ Oða2k Þ",
     sympy.Eq(
         sympy.Symbol("V_{k+1}"),
-        V_K + sympy.pi / 2 * (SIN + (sympy.pi + 2 * SIN) * FACTOR),
+        V_K + _HALF_TURN * ordered(SIN, product(ordered(sympy.pi, 2 * SIN), FACTOR)),
     ),
     sympy.Eq(
         sympy.Symbol("V_{k+1}"),
-        V_K + sympy.pi / 2 * (SIN + (sympy.pi / 2 * COS + 2 * SIN) * FACTOR),
+        V_K + _HALF_TURN * ordered(SIN, product(ordered(_HALF_TURN * COS, 2 * SIN), FACTOR)),
     ),
     order="a_k^2",
 )
@@ -131,7 +134,7 @@ EQ33 = Formula(
     "p p=2 cos2 tk þ sin 2tk Vkþ2 ¼ Vk þ þOðV 2 (33) k Þ 2 Vk",
     sympy.Eq(
         sympy.Symbol("V_{k+2}"),
-        V_K + sympy.pi / 2 * (sympy.pi / 2 * COS**2 + sympy.sin(2 * T_K)) / V_K,
+        V_K + _HALF_TURN * ordered(_HALF_TURN * COS**2, sympy.sin(2 * T_K)) / V_K,
     ),
     sympy.Eq(sympy.Symbol("V_{k+2}"), V_K + sympy.pi / 2 * sympy.sin(2 * T_K) / V_K),
     lost="The minus of the exponent in the order is lost.",
@@ -140,7 +143,7 @@ EQ33 = Formula(
 TWO_FLIGHTS = Formula(
     "33",
     "2pð1þ ak ÞV 0 ðt k Þ",
-    sympy.Eq(sympy.Symbol("t_{k+2} - t_k"), 2 * sympy.pi * (1 + FACTOR)),
+    sympy.Eq(sympy.Symbol("t_{k+2} - t_k"), 2 * sympy.pi * ordered(1, FACTOR)),
     sympy.Eq(sympy.Symbol("t_{k+2} - t_k"), 2 * sympy.pi),
 )
 _RATE = sympy.Derivative(_V, TIME, evaluate=False)

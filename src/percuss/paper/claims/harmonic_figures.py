@@ -12,7 +12,7 @@ from sympy import Rational, sin
 from percuss.io.study_text import motion_text
 from percuss.model.forcing import sine
 from percuss.motion.simulate import simulate
-from percuss.paper.claims.certain import certain_run
+from percuss.paper.claims.certain import certain_run, enclosed
 from percuss.paper.claims.comparisons import ROUNDING, WALL, apart
 from percuss.paper.claims.harmonic_formulas import (
     BEFORE,
@@ -33,7 +33,7 @@ from percuss.paper.claims.harmonic_formulas import (
     t,
 )
 from percuss.paper.claims.harmonic_limits import critical_ball, keeps_steps
-from percuss.paper.evidence import Comparison, Deduction, Enclosure, Measurement, compare
+from percuss.paper.evidence import Comparison, Deduction, Enclosure, compare
 from percuss.paper.formula import Formula
 from percuss.paper.proof import identity, sign
 from percuss.paper.statement import Finding, Statement
@@ -128,9 +128,7 @@ def _portraits(above: str = "0.51", below: str = "0.45") -> Finding:
         speeds = certain_run(run)
         what = f"V0 = {v0}: least speed at the wall in six impacts, over V0"
         if speeds is None:
-            numbers.append(
-                Measurement(what, float(run.impacts.v_after.min()) / run.v0, low, high, 1e-12)
-            )
+            numbers.append(enclosed(what, None, low, high))
             continue
         after = speeds.impacts.v_after
         at = int(after.mid().argmin())

@@ -8,7 +8,7 @@ import sympy
 from sympy import Eq, Symbol, cos, pi, sin
 
 from percuss.paper.evidence import Step
-from percuss.paper.formula import Formula
+from percuss.paper.formula import Formula, ordered
 from percuss.paper.proof import identity, positive, theorem
 
 __all__ = [
@@ -58,7 +58,7 @@ LOST = "the blanks before the wave, its factor and the exponent are restored min
 EQ17 = Formula(
     "17",
     "x00 þ x ¼ sin nt, x 40",
-    Eq(Symbol("x''") + Symbol("x"), sin(n * t)),
+    Eq(ordered(Symbol("x''"), Symbol("x")), sin(n * t)),
 )
 EQ18 = Formula(
     "18",

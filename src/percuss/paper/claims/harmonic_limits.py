@@ -30,7 +30,7 @@ from percuss.paper.claims.comparisons import (
 from percuss.paper.claims.harmonic_formulas import EQ23, bound_steps, end_steps, j, n, s, t
 from percuss.paper.claims.harmonic_formulas import V as VELOCITY
 from percuss.paper.evidence import Deduction, Step, compare
-from percuss.paper.formula import Formula
+from percuss.paper.formula import Formula, ordered
 from percuss.paper.proof import argument, identity, sign, theorem
 from percuss.paper.statement import Finding, Statement
 
@@ -57,20 +57,20 @@ LOST = "the blanks before fractions and in exponents are restored minus signs: "
 EQ24 = Formula(
     "24",
     "xðxÞ ¼ V 2p  n2n1 cos x þ ð1Þm n2 1 cos nx ¼ 0, n ¼ 2m þ 1",
-    Eq(Symbol("x"), (V - n / (n**2 - 1)) * cos(xi) + WAVE * cos(n * xi)),
+    Eq(Symbol("x"), ordered((V - n / (n**2 - 1)) * cos(xi), WAVE * cos(n * xi))),
     lost=LOST + "V_2p - n/(n^2-1), (-1)^m, n^2-1",
 )
 EQ24_VELOCITY = Formula(
     "24",
     "x0 ðxÞ ¼ V 2p  n2n1 sin x þ ð1Þm n n2 1 sin nx ¼ 0",
-    Eq(Symbol("x'"), (V - n / (n**2 - 1)) * sin(xi) + n * WAVE * sin(n * xi)),
+    Eq(Symbol("x'"), ordered((V - n / (n**2 - 1)) * sin(xi), n * WAVE * sin(n * xi))),
     lost=LOST + "V_2p - n/(n^2-1), (-1)^m, n^2-1",
 )
 EQ25 = Formula("25", "tan x ¼ n tannx", Eq(tan(xi), n * tan(n * xi)))
 EQ26 = Formula(
     "26",
     "V k ¼ V 2p rV max  1 m cos nx nð1Þ , cos x n2 1",
-    Eq(Symbol("V_{max}"), (n - (-1) ** m * cos(n * xi) / cos(xi)) / (n**2 - 1)),
+    Eq(Symbol("V_{max}"), ordered(n, -((-1) ** m) * cos(n * xi) / cos(xi)) / (n**2 - 1)),
     lost=LOST + "n - (-1)^m, n^2-1",
 )
 

@@ -8,6 +8,7 @@ from functools import cache, partial
 
 import numpy as np
 import sympy
+from flint import arb
 from sympy import Rational, pi, sin
 
 from percuss.arrays import Floats
@@ -17,8 +18,8 @@ from percuss.motion.eigenset_forms import harmonic_critical_velocity
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims import commensurate, harmonic_figures, harmonic_limits
-from percuss.paper.claims.certain import certain_run
-from percuss.paper.claims.comparisons import ROUNDING, WALL, apart, furthest, near
+from percuss.paper.claims.certain import certain_run, enclosed
+from percuss.paper.claims.comparisons import ROUNDING, WALL, apart, furthest
 from percuss.paper.claims.harmonic_formulas import (
     ABOVE,
     BEFORE,
@@ -363,11 +364,8 @@ def _early(number: int, v0: float) -> Comparison:
     run = _impacts(number, v0, 2)
     what = f"n = {number}, V0 = {v0:.4f}: second impact over pi, between 1 and 2"
     proven = certain_run(run)
-    if proven is None:
-        return near(what, run.impacts.t[1] / math.pi, 1.5, 0.5 - 1e-3)
-    ball = proven.impacts.t[1]
-    # In units of pi, with what the division may round.
-    return compare(what, ball.mid() / math.pi, 1.5, 0.5 - 1e-3, ball.radius() + 1e-12)
+    turns = None if proven is None else proven.impacts.t.arbs[1] / arb.pi()
+    return enclosed(what, turns, 1.0 + 1e-3, 2.0 - 1e-3)
 
 
 def _not_sufficient(v0: Rational = STEADY, same: Formula = EQ21) -> Finding:

@@ -22,11 +22,11 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import (
     certain_run,
+    enclosed,
     impacts_at,
     subset_constant,
 )
-from percuss.paper.claims.certain_motion import enclosed
-from percuss.paper.claims.comparisons import ROUNDING, WALL, apart, near
+from percuss.paper.claims.comparisons import ROUNDING, WALL, apart
 from percuss.paper.claims.model_statements import shared_times
 from percuss.paper.evidence import Enclosure, Measurement, compare
 from percuss.paper.statement import Finding, Statement
@@ -41,6 +41,8 @@ SCAN_END = 2000.0 * math.pi
 PERIODIC = ("eigenset", "eigenset_subset", "periodic")
 # An eigenset of a resonance shows its linear growth as an exponent near 1; steady motions have 0.
 RESONANT = 0.5
+# Of a flight whose times tell its velocity.
+LEAST_SINE = 1e-3
 # At half the resonant frequency.
 HALF_SINE, HALF_COSINE = sine(1), cosine(1)
 LATE = 1e6
@@ -75,13 +77,28 @@ def _only_on_the_eigenset(resonant: Sequence[str] = ("2", "4", "6", "8")) -> Fin
     worst = max(_velocity_error(v0) for v0 in ("0.2", "0.3", "0.45"))
     return Finding(
         (
-            near("resonances on commensurate periodic times off the eigenset", len(off)),
-            near(
+            # Counts have no error.
+            compare(
+                "resonances on commensurate periodic times off the eigenset",
+                len(off),
+                0.0,
+                error=0.0,
+            ),
+            compare(
                 "frequencies that resonate on the eigenset and are not among 2, 4, 6, 8, or the "
                 "reverse",
                 len(set(on) ^ set(resonant)),
+                0.0,
+                error=0.0,
             ),
-            near("V from the times of its flight, minus V", worst),
+            compare(
+                "V from the times of its flight, minus V",
+                worst,
+                0.0,
+                ROUNDING,
+                # The division by sin, above 1e-3, enlarges the rounding of times up to 200.
+                error=float(np.spacing(200.0)) / LEAST_SINE,
+            ),
         ),
         remark=(
             f"Of {len(FREQUENCIES) * len(STARTS)} motions {n_periodic} have such times, {len(on)} of "
@@ -98,7 +115,7 @@ def _velocity_error(v0: str) -> float:
     run = simulate(WALL, sine(3), v0=v0, t_end=200.0)
     t0, t1 = run.impacts.t[:-1], run.impacts.t[1:]
     flight = run.impacts.intervals[1:]
-    short = np.abs(numerics.sin(flight)) > 1e-3
+    short = np.abs(numerics.sin(flight)) > LEAST_SINE
     p0, p1, slope = (
         -numerics.sin(3 * t0) / 8,
         -numerics.sin(3 * t1) / 8,
@@ -223,7 +240,14 @@ def _both_phases(growing: Forcing = HALF_SINE, steady: Forcing = HALF_COSINE) ->
                 0.02,
                 error=grown.exponent_error,
             ),
-            near("cos t, V0 = 0.1 ... 5: V_{k+2} - V_k, and t_k - k pi", max(changes), 0.0, 1e-9),
+            compare(
+                "cos t, V0 = 0.1 ... 5: V_{k+2} - V_k, and t_k - k pi",
+                max(changes),
+                0.0,
+                1e-9,
+                # 32,000 impacts, the last at 1e5.
+                error=8.0 * float(np.spacing(1e5)),
+            ),
         ),
         study=motion_text(rising),
     )
@@ -231,12 +255,12 @@ def _both_phases(growing: Forcing = HALF_SINE, steady: Forcing = HALF_COSINE) ->
 
 def _depends_on_phase(phases: Sequence[float] = PHASES) -> Finding:
     """Start at 24 phases with V0 = 1 and count those from which the velocity grows."""
-    exponents = []
-    for phase in phases:
-        run = simulate(WALL, cosine(1, phase=phase), v0=1, t_end=1e5)
-        law = growth(run, since=1e4)
-        exponents.append(law.exponent if law.kind == "grows" else 0.0)
-    values = np.array(exponents)
+    laws = [
+        growth(simulate(WALL, cosine(1, phase=phase), v0=1, t_end=1e5), since=1e4)
+        for phase in phases
+    ]
+    values = np.array([law.exponent if law.kind == "grows" else 0.0 for law in laws])
+    error = max(law.exponent_error for law in laws)
     late = simulate(WALL, cosine(1, phase=0.01), v0=1, t_end=1e5)
     beside = growth(late, since=1e4)
     return Finding(
@@ -246,13 +270,20 @@ def _depends_on_phase(phases: Sequence[float] = PHASES) -> Finding:
                 float((values == 0.0).sum()),
                 low=1.0,
                 high=math.inf,
+                error=0.0,
             ),
         ),
         corrected=(
-            near("share of 24 phases that grow", float((values > 0.0).mean()), 1.0),
-            near("their exponents: least", float(values.min()), 0.5, 0.03),
-            near("their exponents: greatest", float(values.max()), 0.5, 0.03),
-            near("exponent at the phase 0.01 beside cos t", beside.exponent, 0.5, 0.03),
+            compare("share of 24 phases that grow", float((values > 0.0).mean()), 1.0, error=0.0),
+            compare("their exponents: least", float(values.min()), 0.5, 0.03, error=error),
+            compare("their exponents: greatest", float(values.max()), 0.5, 0.03, error=error),
+            compare(
+                "exponent at the phase 0.01 beside cos t",
+                beside.exponent,
+                0.5,
+                0.03,
+                error=beside.exponent_error,
+            ),
         ),
         correction=(
             "only motions that meet the wall exactly where cos t is at an extreme stay bounded; from "

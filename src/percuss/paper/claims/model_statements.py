@@ -16,12 +16,12 @@ from percuss.motion.eigenset_forms import SubsetMotion
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims import multi_harmonics, oscillator_statements, solution_statements
-from percuss.paper.claims.certain import certain_run, impacts_at, subset_constant
-from percuss.paper.claims.certain_motion import MotionPart, enclosed, sum_within
+from percuss.paper.claims.certain import certain_run, enclosed, impacts_at, subset_constant
+from percuss.paper.claims.certain_motion import MotionPart, sum_within
 from percuss.paper.claims.comparisons import ROUNDING, WALL, apart
-from percuss.paper.claims.oscillator_statements import FORCE, X, ordered, product
+from percuss.paper.claims.oscillator_statements import FORCE, X
 from percuss.paper.evidence import Comparison, Deduction, Measurement
-from percuss.paper.formula import Formula
+from percuss.paper.formula import Formula, ordered, product
 from percuss.paper.proof import enclose, identity
 from percuss.paper.statement import Finding, Statement
 

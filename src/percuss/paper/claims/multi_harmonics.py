@@ -16,8 +16,7 @@ from percuss.model.forcing import cosine
 from percuss.model.oscillator import bilinear_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import certain_run
-from percuss.paper.claims.certain_motion import enclosed
+from percuss.paper.claims.certain import certain_run, enclosed
 from percuss.paper.claims.oscillator_statements import resonant_frequency
 from percuss.paper.evidence import Comparison, Deduction, Enclosure, Step
 from percuss.paper.proof import enclose, identity, sign

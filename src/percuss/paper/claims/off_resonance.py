@@ -11,7 +11,6 @@ from flint import arb
 
 from percuss import numerics
 from percuss.arrays import Floats
-from percuss.certified import certify
 from percuss.model.exact import pi_times
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import bilinear_oscillator, impact_oscillator
@@ -19,6 +18,7 @@ from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.impact_times import classify_impact_times
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
+from percuss.paper.claims.certain import certain_run
 from percuss.paper.models.motions import impact_speeds
 
 __all__ = [
@@ -101,12 +101,19 @@ def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, floa
     tuple
         All in periods of the force; the intervals are balls.
 
+    Raises
+    ------
+    ArithmeticError
+        If the motion is not proven.
+
     Examples
     --------
     >>> round(float(interval_ends(0)[1].mid()), 4)
     1.005
     """
-    proven = certify(fig_2_run(step, detuning))
+    proven = certain_run(fig_2_run(step, detuning))
+    if proven is None:
+        raise ArithmeticError(f"the motion of fig 2 is not proven in the phase {step}/8")
     omega = detuning * resonant_frequency(bilinear_oscillator(stiffness_below=BELOW))
     crossings = proven.crossings
     times = [t for t, way in zip(crossings.t.arbs, crossings.direction, strict=True) if way == "in"]

@@ -18,11 +18,11 @@ from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import certain_run
-from percuss.paper.claims.certain_motion import enclosed, furthest_apart
+from percuss.paper.claims.certain import certain_run, enclosed
+from percuss.paper.claims.certain_motion import furthest_apart
 from percuss.paper.claims.comparisons import ROUNDING, WALL, apart
 from percuss.paper.evidence import Comparison, Deduction, compare
-from percuss.paper.formula import Formula
+from percuss.paper.formula import Formula, ordered, product
 from percuss.paper.proof import identity
 from percuss.paper.statement import Finding, Statement
 
@@ -38,8 +38,6 @@ __all__ = [
     "X1",
     "X2",
     "X",
-    "ordered",
-    "product",
     "resonant_frequency",
 ]
 
@@ -56,28 +54,6 @@ RATE_ABOVE, RATE_BELOW, RATE, OWN = sympy.symbols(
 BEFORE, AFTER = sympy.symbols("x'(t_{k}-0) x'(t_{k}+0)", real=True)
 
 
-def ordered(*terms: sympy.Expr) -> sympy.Expr:
-    """Return a sum that is printed in the order of its terms.
-
-    Examples
-    --------
-    >>> sympy.latex(ordered(X2, X), order="none")
-    "x'' + x"
-    """
-    return sympy.Add(*terms, evaluate=False)
-
-
-def product(*factors: sympy.Expr | int) -> sympy.Expr:
-    """Return a product that is printed in the order of its factors.
-
-    Examples
-    --------
-    >>> product(DAMPING, X1)
-    a*x'
-    """
-    return sympy.Mul(*factors, evaluate=False)
-
-
 EQ1 = Formula(
     "1",
     "( 2 o þ , x Z0 ~ ~ x00 þ 2ax0 þ kðxÞx (1) , o þ o o ¼ f ðtÞ, kðxÞ ¼ o2 , x o0",
@@ -92,7 +68,7 @@ EQ2 = Formula(
 RATES = Formula(
     "2",
     "O27 ¼ o27 a2",
-    sympy.Eq(RATE**2, OWN**2 - DAMPING**2),
+    sympy.Eq(RATE**2, ordered(OWN**2, -(DAMPING**2))),
     lost="the minus between the squares",
 )
 EQ4 = Formula(

@@ -10,7 +10,7 @@ import sympy
 
 from percuss.io.study_text import motion_text
 from percuss.paper.claims.bilinear_limit import local_orders
-from percuss.paper.claims.comparisons import near
+from percuss.paper.claims.comparisons import WithError, agreement, extrapolated, last_of
 from percuss.paper.evidence import Deduction, Measurement
 from percuss.paper.formula import mathtext
 from percuss.paper.models.smoothing_errors import (
@@ -37,6 +37,8 @@ __all__ = ["RATE", "STATEMENTS", "STIFF_RADII"]
 
 BEYOND = "beyond the paper"
 STIFF_RADII = (1e-1, 1e-2, 1e-3, 1e-4)
+# Of displacements by Runge and Kutta's method with steps to 1e-14.
+ROUNDING = 1e-11
 
 
 ABOVE, UNDER, RADIUS, TIME = sympy.symbols("k_+ k_- rho t", positive=True)
@@ -120,12 +122,20 @@ def _smoothed(order: float = 2.0, rate: sympy.Expr = RATE) -> Finding:
     errors = crossing_errors()
     orders = local_orders(RADII, errors)[-4:]
     ratio = float((errors[1:] / errors[:-1]).max())
+    mean = WithError(float(orders.mean()), float(np.ptp(orders)))
+    # What steps to 1e-14 leave up to t = 20, over the least error that is measured.
+    rounding = ROUNDING / float(errors.min())
+    used = bound_use(20.0)
     return Finding(
         (
             _bound(rate),
-            Measurement("error over the proved bound, up to t = 20", bound_use(20.0), 0.0, 1.0),
-            Measurement("error over that of the next larger radius: largest", ratio, 0.0, 1.0),
-            near("order in rho, all crossings fast", float(orders.mean()), order, 0.02),
+            Measurement(
+                "error over the proved bound, up to t = 20", used, 0.0, 1.0, rounding * used
+            ),
+            Measurement(
+                "error over that of the next larger radius: largest", ratio, 0.0, 1.0, rounding
+            ),
+            agreement("order in rho, all crossings fast", mean, order, 0.02),
         ),
         remark=f"The error is at most {bound_use(20.0):.1e} of the bound rho (e^(lambda t) - 1).",
         study=motion_text(crossing_run()),
@@ -134,14 +144,14 @@ def _smoothed(order: float = 2.0, rate: sympy.Expr = RATE) -> Finding:
 
 def _smoothed_at_grazing(power: float = 1.5) -> Finding:
     errors = grazing_errors()
-    order = local_orders(RADII, errors)[-1]
-    ratio = (errors / grazing_jump(RADII))[-1]
+    found = last_of(local_orders(RADII, errors))
+    ratio = last_of(errors / grazing_jump(RADII))
     hyperbola = local_orders(RADII, grazing_errors("hyperbola"))[-1]
     return Finding(
         (
             # The next term is smaller by about k- rho, 2e-3 at the smallest radius.
-            near("order in rho", float(order), power, 5e-3),
-            near("jump by (4 sqrt(2)/15) (k- - k+) rho^(3/2)", float(ratio), 1.0, 5e-3),
+            agreement("order in rho", found, power, 5e-3),
+            agreement("jump by (4 sqrt(2)/15) (k- - k+) rho^(3/2)", ratio, 1.0, 5e-3),
         ),
         remark=f"With a hyperbola for the parabola the order is {hyperbola:.2f}, rising to 3/2.",
         study=motion_text(touching_run()),
@@ -156,8 +166,12 @@ def _smoothed_in_time(factor: float = 2.0) -> Finding:
     # Three standard errors of the mean.
     error = 3.0 * float(longer[:, least].std(ddof=1)) / math.sqrt(len(found))
     gained, gained_error = time_gained()
-    # Of ln(10)/lambda; it comes with the factor 2.
-    expected, expected_error = (0.5 * factor * number for number in expected_gain())
+    expected, expected_error = expected_gain()
+    # Of ln(10)/lambda, which is half of what is expected; three standard errors of the quotient.
+    multiple = WithError(
+        2.0 * gained / expected,
+        6.0 * math.hypot(gained_error / expected, gained * expected_error / expected**2),
+    )
     return Finding(
         (
             Measurement(
@@ -167,12 +181,12 @@ def _smoothed_in_time(factor: float = 2.0) -> Finding:
                 high=LONGEST,
                 error=error,
             ),
-            near(
-                "time gained by a tenth of rho (mean over the starts) by 2 ln 10 / lambda",
-                gained / expected,
-                1.0,
-                # Three standard errors of the quotient.
-                3.0 * math.hypot(gained_error / expected, gained * expected_error / expected**2),
+            # The order of the error in rho: a whole number.
+            agreement(
+                "time gained by a tenth of rho (mean over the starts) by ln 10 / lambda",
+                multiple,
+                factor,
+                0.5,
             ),
         ),
         remark=f"A tenth of rho gains {gained:.1f} +- {gained_error:.1f} over {len(found)} starts; "
@@ -186,27 +200,41 @@ def _smoothed_and_stiff(power: float = -1.0 / 3.0) -> Finding:
     stiff = 1e6
     errors = np.array([stiff_errors(stiff, radius)[0] for radius in STIFF_RADII])
     orders = local_orders(np.array(STIFF_RADII), errors)
-    stiffer = np.array([1e6, 1e7])
+    # The next term is smaller by k-^(-1/3).
+    stiffer, falls = np.array([1e5, 1e6, 1e7]), 10.0 ** (1.0 / 3.0)
     at_wall = np.array([stiff_errors(k, 0.01)[1] for k in stiffer])
-    ratio = float(at_wall[-1] / wall_delay(stiffer[-1], 0.01))
+    powers = local_orders(stiffer, at_wall).tolist()
+    delays = [gap / wall_delay(k, 0.01) for gap, k in zip(at_wall, stiffer, strict=True)]
+    # What steps to 1e-14 leave, over the least error that is measured.
+    rounding = ROUNDING / float(np.abs(errors).min())
     return Finding(
         (
             Measurement(
-                "order between rho = 0.1 and 0.01, k- = 1e6", float(orders[0]), -math.inf, 1.9
+                "order between rho = 0.1 and 0.01, k- = 1e6",
+                float(orders[0]),
+                -math.inf,
+                1.9,
+                rounding,
             ),
             Measurement(
                 "rho = 1e-4, k- = 1e6: error over rho^2",
                 float(abs(errors[-1])) / STIFF_RADII[-1] ** 2,
                 0.0,
                 1.0,
+                rounding,
             ),
-            near(
+            agreement(
                 "rho = 0.01: power of k- in the distance from a wall at rho",
-                float(local_orders(stiffer, at_wall)[0]),
+                extrapolated(powers, falls),
                 power,
                 0.01,
             ),
-            near("that distance by the duration of the contact", ratio, 1.0, 0.02),
+            agreement(
+                "that distance by the duration of the contact",
+                extrapolated(delays, falls),
+                1.0,
+                0.02,
+            ),
         ),
         remark=f"Between rho = 0.1 and 0.01 the order is {orders[0]:.2f}: there rho is larger than "
         "V/sqrt(k-).",

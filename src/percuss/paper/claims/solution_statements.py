@@ -16,8 +16,8 @@ from percuss.io.study_text import motion_text
 from percuss.model.forcing import cosine, sine
 from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
-from percuss.paper.claims.certain import certain_run
-from percuss.paper.claims.certain_motion import enclosed, furthest_apart
+from percuss.paper.claims.certain import certain_run, enclosed
+from percuss.paper.claims.certain_motion import furthest_apart
 from percuss.paper.claims.comparisons import ROUNDING, WALL
 from percuss.paper.claims.oscillator_statements import EQ5, FORCE, X1, X2, X
 from percuss.paper.evidence import Deduction

@@ -136,8 +136,7 @@ def growth() -> Dataset:
         data[dimension] = (dimension, runs.counts)
         data[f"typical_{q}"] = (dimension, np.median(runs.typical, axis=0))
         data[f"largest_{q}"] = (dimension, np.median(runs.largest, axis=0))
-        found = runs.exponent("typical")
-        exponents.append((found.value, found.error))
+        exponents.append(runs.exponent("typical"))
     data["exponent"] = ("q", [value for value, _ in exponents])
     data["exponent_error"] = ("q", [error for _, error in exponents])
     omegas = [str(followed[0]) for followed in chosen.values()]

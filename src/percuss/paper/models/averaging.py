@@ -7,6 +7,7 @@ force's amplitude. docs/theory/resonances.md derives all of it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -16,7 +17,16 @@ import numpy as np
 from percuss import numerics
 from percuss.arrays import Floats
 
-__all__ = ["Averaged", "averaged", "fast_flight", "kick", "mean_delays", "order", "strength"]
+__all__ = [
+    "Averaged",
+    "averaged",
+    "fast_flight",
+    "kick",
+    "mean_delays",
+    "order",
+    "strength",
+    "strengths_at",
+]
 
 
 # What is neglected falls as speed^-2, and the two speeds remove that too; rounding grows as
@@ -234,6 +244,18 @@ def averaged(omega: Fraction) -> Averaged:
     coarse, fine = (np.array(_measure(float(omega), p, q, speed)) for speed in _SPEEDS)
     best = (4.0 * fine - coarse) / 3.0
     return Averaged(p, q, float(best[0]), float(best[1]))
+
+
+def strengths_at(omega: Fraction, speeds: Sequence[float]) -> list[float]:
+    """Return the strength as flights at some speeds show it, with an error of order speed^-2.
+
+    Examples
+    --------
+    >>> [round(found / strength(Fraction(4)), 4) for found in strengths_at(Fraction(4), (10.0, 20.0))]
+    [0.9998, 1.0]
+    """
+    p, q = order(omega)
+    return [_measure(float(omega), p, q, speed)[0] for speed in speeds]
 
 
 def _measure(omega: float, p: int, q: int, speed: float) -> tuple[float, float]:

@@ -19,8 +19,8 @@ from percuss.paper.models.averaging import averaged
 
 __all__ = [
     "AWAY",
+    "GROWS",
     "Ensemble",
-    "Exponent",
     "deviation_power",
     "ensemble",
     "first_run",
@@ -35,12 +35,8 @@ __all__ = [
 AWAY = 1e-3
 
 
-@dataclass(frozen=True)
-class Exponent:
-    """An exponent and its standard error."""
-
-    value: float
-    error: float
+# A motion grows if its largest speed does so by this factor in the last decade of impacts.
+GROWS = 1.3
 
 
 @dataclass(frozen=True)
@@ -61,16 +57,20 @@ class Ensemble:
     largest: Floats
     typical: Floats
 
-    def share_growing(self, factor: float = 1.3) -> float:
-        """Return the share of motions whose largest speed grew by a factor in the last decade."""
+    def late_growth(self) -> Floats:
+        """Return by which factor the largest speed of each motion grew in the last decade."""
         decade = int(np.searchsorted(self.counts, self.counts[-1] // 10))
-        return float(np.mean(self.largest[:, -1] > factor * self.largest[:, decade]))
+        return np.asarray(self.largest[:, -1] / self.largest[:, decade])
 
-    def exponent(self, what: str, skip: int = 2) -> Exponent:
+    def share_growing(self, factor: float = GROWS) -> float:
+        """Return the share of motions whose largest speed grew by a factor in the last decade."""
+        return float(np.mean(self.late_growth() > factor))
+
+    def exponent(self, what: str, skip: int = 2) -> tuple[float, float]:
         """Return the power of the number of impacts with which speeds grow.
 
-        It is the slope of the median over the motions in logarithms; its error comes from
-        motions drawn anew, with replacement.
+        It is the slope of the median over the motions in logarithms; its standard error comes
+        from motions drawn anew, with replacement.
 
         Parameters
         ----------
@@ -84,7 +84,7 @@ class Ensemble:
         generator = np.random.default_rng(0)
         motions = len(speeds)
         drawn = [_slope(steps, speeds[generator.integers(0, motions, motions)]) for _ in range(200)]
-        return Exponent(_slope(steps, speeds), float(np.std(drawn)))
+        return _slope(steps, speeds), float(np.std(drawn))
 
 
 def _slope(steps: Floats, speeds: Floats) -> float:
@@ -140,7 +140,7 @@ def ensemble(
     return Ensemble(counts, largest, typical)
 
 
-def energy_rates(motions: int = 16, impacts: int = 20_000) -> tuple[list[float], list[float]]:
+def energy_rates(motions: int = 16, impacts: int = 20_000) -> tuple[Floats, Floats]:
     """Return how fast V^2 grows under cos(t + phase), and the rate its last phase predicts.
 
     Parameters
@@ -152,8 +152,9 @@ def energy_rates(motions: int = 16, impacts: int = 20_000) -> tuple[list[float],
 
     Returns
     -------
-    tuple of list
-        Slope of V^2 over the second half of each motion, and |sin 2 psi| / 2 at its end.
+    tuple of array
+        (2, motions) slopes of V^2 over the second quarter and over the second half of each motion,
+        and (motions,) values of |sin 2 psi| / 2 at its end.
     """
     generator = np.random.default_rng(1)
     slopes, predicted = [], []
@@ -162,10 +163,10 @@ def energy_rates(motions: int = 16, impacts: int = 20_000) -> tuple[list[float],
         hits = run_of(Fraction(1), phase, generator.uniform(0.0, 2.0), impacts).impacts
         # Two flights are one cycle of what averaging leaves out.
         square = 0.5 * (hits.v_after[:-1] ** 2 + hits.v_after[1:] ** 2)
-        gained = square[-1] - square[impacts // 2]
-        slopes.append(float(gained / (hits.t[-2] - hits.t[impacts // 2])))
+        ends = [impacts // 4, impacts // 2, len(square) - 1]
+        slopes.append(np.diff(square[ends]) / np.diff(hits.t[ends]))
         predicted.append(0.5 * abs(numerics.sin(2.0 * (2.0 * math.pi * hits.cycle[-1] + phase))))
-    return slopes, predicted
+    return np.array(slopes).T, np.array(predicted)
 
 
 def run_of(omega: Fraction, phase: float, speed: float, impacts: int) -> Trajectory:
