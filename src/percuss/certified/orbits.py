@@ -70,7 +70,7 @@ def _proof(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
     if len(orbit.itinerary) == 0:
         return steady_proof(system, orbit)
     if not orbit.isolated or not orbit.n_periods:
-        if system.moved is not None:
+        if not system.is_exact:
             reason = "the closed form of a family is of exact numbers, and one is a ball here"
             raise Undecided("precision", reason)
         return family_orbit(system, orbit)

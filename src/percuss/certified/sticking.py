@@ -13,6 +13,7 @@ from fractions import Fraction
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Undecided
+from percuss.certified.ball_law import law_of
 from percuss.certified.contact import Hold
 from percuss.certified.march import Ending, MarchLimits, MarchRecord, march
 from percuss.certified.numbers import ball
@@ -35,7 +36,7 @@ def sticking_proof(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Pro
         If the motion from the middle of a contact is not proven to come back to it.
     """
     frequency = None if orbit.forcing is None else orbit.forcing.frequency
-    if frequency is None:
+    if frequency is None or not law_of(system).has_exact_frequencies:
         raise Undecided("precision", "the period of the forcing is not known exactly")
     contacts = orbit.trajectory(2).contacts
     rows = [
