@@ -12,11 +12,12 @@ from typing import Any, TypeAlias, cast
 from flint import arb, ctx
 
 from percuss.certified.ball_arithmetic import Ball, Undecided
-from percuss.certified.numbers import ball, cos_sin, exact_value, upper
+from percuss.certified.numbers import ball, cos_sin, exact_value, time_ball, upper
 from percuss.certified.system import BallSystem, Region, Tone
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, angle, as_fraction
-from percuss.model.paths import long_form
+from percuss.model.expression import Expression
+from percuss.model.paths import long_form, moved_fields, replace_parameter
 
 __all__ = [
     "BallLaw",
@@ -26,6 +27,7 @@ __all__ = [
     "Over",
     "coarse_bits",
     "constant_of",
+    "in_balls",
     "law_of",
     "lost_bits",
     "range_of",
@@ -67,10 +69,18 @@ def system_for(system: BallSystem, over: Over | None) -> BallSystem:
     ((name, values),) = over.items()
     path = long_form(name, system.oscillator, system.forcing)
     allowed = ["forcing.constant", *(tone.amplitude for tone in system.tones)]
-    if system.forcing is None or path not in allowed:
-        reason = f"no number of the force that may be a ball; these may: {', '.join(allowed)}"
+    moved = moved_fields(system.oscillator, system.forcing, None, path).fields
+    if path in moved:
+        if system.forcing is None or path not in allowed:
+            reason = f"no number of the force that may be a ball; these may: {', '.join(allowed)}"
+            raise ParameterError("over", name, reason)
+    elif any(field.endswith((".at", ".restitution")) for field in moved):
+        reason = "no parameter that may be a ball: the place or restitution of a stop depends on it"
         raise ParameterError("over", name, reason)
     low, high = _ends(path, values)
+    if path not in moved:
+        for end in (low, high):
+            replace_parameter(system.oscillator, system.forcing, None, path, end)
     return dataclasses.replace(system, moved=(path, low, high))
 
 
@@ -154,12 +164,19 @@ class BallLaw:
     system
         The exact system.
     path, value
-        A number that is not the system's but this ball, or series.
+        A parameter that is not the system's but this ball, or series: with a series all that
+        depends on it has its derivative, by the chain rule.
     """
 
     def __init__(self, system: BallSystem, path: str | None = None, value: Number | None = None):
         self.system = system
-        self._path, self._value = path, value
+        # What is no exact number of the system, by path.
+        self._values = {field: in_balls(number, {}) for field, number in system.irrational.items()}
+        if path is not None and value is not None:
+            name, moved = moved_fields(system.oscillator, system.forcing, None, path)
+            self._values |= {
+                field: in_balls(number, {name: value}) for field, number in moved.items()
+            }
         self.tones = [self._tone(tone) for tone in system.tones]
         self.omegas = [omega for omega, _, _ in self.tones]
         self.strength = [upper(constant_of(c)) + upper(constant_of(d)) for _, c, d in self.tones]
@@ -180,22 +197,30 @@ class BallLaw:
         if frequency is None:
             raise Undecided("precision", "the period of the forcing is not known exactly")
         omegas = {tone.omega for tone in self.system.tones}
-        if self._path in omegas:
+        if not omegas.isdisjoint(self._values):
             if len(omegas) > 1:
                 raise Undecided("precision", "with this frequency the forcing has no period")
-            return 2 * n * arb.pi() / self.number(omegas.pop())
+            omega = omegas.pop()
+            # A period that was given may hold several of the harmonic.
+            turns = int(self.system.numbers[omega] / frequency)
+            return 2 * n * turns * arb.pi() / self.number(omega)
         return 2 * n * arb.pi() / ball(frequency)
+
+    @property
+    def has_exact_frequencies(self) -> bool:
+        """Whether all frequencies of the forcing are rational numbers."""
+        return not any(tone.omega in self._values for tone in self.system.tones)
 
     def number(self, path: str) -> Number:
         """Return a number by its path."""
-        if path == self._path and self._value is not None:
-            return self._value
+        if path in self._values:
+            return self._values[path]
         return ball(self.system.numbers[path])
 
     def phasors_at(self, time: Phase) -> list[tuple[arb, arb]]:
         """Return cosine and sine of omega t for each harmonic at an exact time."""
         times, plus = angle(time)
-        if self._path is not None:
+        if self._values:
             return self.phasors(arb.pi() * ball(times) + ball(plus))
         omegas = (self.system.frequency(tone) for tone in self.system.tones)
         return [cos_sin(omega * times, omega * plus) for omega in omegas]
@@ -216,8 +241,8 @@ class BallLaw:
         omega, amplitude = self.number(tone.omega), self.number(tone.amplitude)
         if tone.times != 1:
             omega = omega * tone.times
-        if tone.phase_path and tone.phase_path == self._path and self._value is not None:
-            sine, cosine = self._value.sin_cos()
+        if tone.phase_path in self._values:
+            sine, cosine = self._values[tone.phase_path].sin_cos()
             return omega, amplitude * cosine, -(amplitude * sine)
         cosine, sine = cos_sin(*tone.phase)
         return omega, amplitude * cosine, -(amplitude * sine)
@@ -250,7 +275,9 @@ class BallLaw:
         """Return stiffness, damping and constant force, of rationals as long as none is moved."""
         parts = [f"oscillator.stops.{i}" for i in region.active]
         paths = ["oscillator.stiffness", "oscillator.damping", "forcing.constant"]
-        if not any((self._path or "").startswith(path) for path in (*paths, *parts)):
+        if not any(
+            field.startswith((*paths, *(f"{part}." for part in parts))) for field in self._values
+        ):
             system = self.system
             sums = system.stiffness(region), system.damping(region), system.constant(region)
             return ball(sums[0]), ball(sums[1]), ball(sums[2])
@@ -277,7 +304,7 @@ class BallLaw:
     def _moved(self, name: str, region: Region) -> bool:
         """Return whether the replaced number is part of a region's stiffness or damping."""
         parts = {f"oscillator.{name}", *(f"oscillator.stops.{i}.{name}" for i in region.active)}
-        return self._path in parts
+        return not parts.isdisjoint(self._values)
 
     def _regime(self, region: Region, stiffness: Number, damping: Number) -> tuple[str, Number]:
         if not (self._moved("stiffness", region) or self._moved("damping", region)):
@@ -299,7 +326,7 @@ class BallLaw:
         moved = (
             self._moved("stiffness", region)
             or self._moved("damping", region)
-            or tone.omega == self._path
+            or tone.omega in self._values
         )
         k, a = self.system.stiffness(region), self.system.damping(region)
         if not moved:
@@ -314,6 +341,31 @@ class BallLaw:
         if constant_of(size).contains(0):
             raise Undecided("precision", "a harmonic may be at the natural frequency")
         return detuning / size, -(drag / size)
+
+
+class _BallArithmetic:
+    """Balls, or series of them, as what expressions are evaluated in."""
+
+    def number(self, value: Fraction) -> Number:
+        return ball(value)
+
+    def pi(self) -> Number:
+        return arb.pi()
+
+    def sqrt(self, value: Number) -> Number:
+        return value.sqrt()
+
+    def sin(self, value: Number) -> Number:
+        return value.sin()
+
+    def cos(self, value: Number) -> Number:
+        return value.cos()
+
+
+def in_balls(number: Expression, values: Mapping[str, Number]) -> Number:
+    """Return the value of an expression as a ball, with other values of some parameters."""
+    own = {name: time_ball(value) for name, value in number.parameters}
+    return number.evaluated(_BallArithmetic(), own | dict(values))
 
 
 def constant_of(value: Any) -> arb:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,7 +11,7 @@ from fractions import Fraction
 from flint import arb, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
-from percuss.certified.ball_law import coarse_bits
+from percuss.certified.ball_law import coarse_bits, law_of
 from percuss.certified.numbers import ball, exact_value
 from percuss.certified.properties import admissible_of
 from percuss.certified.shooting import (
@@ -23,7 +24,7 @@ from percuss.certified.shooting import (
     vector_of,
 )
 from percuss.certified.system import BallSystem, system_of
-from percuss.model.paths import replace_parameter
+from percuss.model.paths import moved_fields, replace_parameter
 
 __all__ = [
     "ParameterBranch",
@@ -56,12 +57,23 @@ def system_over(system: BallSystem, path: str, low: Fraction, high: Fraction) ->
         comes or goes, between the two: then what holds at one value is not so at all.
     """
     middle = system_at(system, path, (low + high) / 2)
-    if path not in middle.numbers:
+    name, moved = moved_fields(middle.oscillator, middle.forcing, None, path)
+    # Phases are numbers of tones.
+    known = {*middle.numbers, *(tone.phase_path for tone in middle.tones if name != "x")}
+    if not moved.keys() <= known:
         raise Undecided("precision", f"{path} is no number that can be a ball here")
     if any(_layout(system_at(system, path, end)) != _layout(middle) for end in (low, high)):
         reason = f"stops change their order, or a part of the forcing goes, where {path} moves"
         raise Undecided("precision", reason)
-    return dataclasses.replace(middle, moved=(path, low, high))
+    system = dataclasses.replace(middle, moved=(path, low, high))
+    if path not in moved and not _are_ordered(system):
+        raise Undecided("precision", f"stops may change their order where {path} moves")
+    return system
+
+
+def _are_ordered(system: BallSystem) -> bool:
+    """Return whether the bounds keep their order: expressions may turn between the ends."""
+    return all(low < high for low, high in itertools.pairwise(law_of(system).places))
 
 
 def _layout(system: BallSystem) -> tuple[object, ...]:

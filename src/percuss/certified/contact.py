@@ -47,7 +47,7 @@ MOST_STEPS = 60
 
 def rests_for_ever(law: BallLaw, region: int, x: Fraction) -> bool:
     """Return whether no force ever acts on a mass at rest; False where a number is a range."""
-    if law.system.moved is not None:
+    if not law.system.is_exact:
         return False
     amplitudes = (law.system.strength(tone) for tone in law.system.tones)
     return _force_at_rest(law, region, x) == 0 and not any(amplitudes)
@@ -104,7 +104,7 @@ def _force_at_rest(law: BallLaw, region: int, x: Fraction) -> Fraction:
 
 def _derivative(law: BallLaw, region: int, x: Fraction, time: Phase, order: int) -> Fraction | None:
     """Return a derivative of the force at an exact time, None where it is not surely rational."""
-    if law.system.moved is not None:
+    if not law.system.is_exact:
         return None
     terms = rational_terms(law.system, law.system.tones, time, order)
     if terms is None:
@@ -248,7 +248,7 @@ def _release(system: BallSystem, hold: Hold, end: arb, coarse: int) -> Released:
             push = _push_of(system, hold, since)
         level = Level(hold.bound, -sign, arb(0))
         moving = any(system.strength(tone) for tone in system.tones)
-        if (system.moved is None and not moving) or _holds_for_ever(push, sign):
+        if (system.is_exact and not moving) or _holds_for_ever(push, sign):
             return Released(None, for_ever=True)
         longest = upper(end - since) if end.is_finite() else math.inf
         period = _period(system)
@@ -298,4 +298,4 @@ def _period(system: BallSystem) -> float:
     force = system.forcing
     if force is None or not force.harmonics or force.frequency is None:
         return math.inf
-    return 1.000001 * upper(2 * arb.pi() / ball(force.frequency))
+    return 1.000001 * upper(constant_of(law_of(system).period(1)))

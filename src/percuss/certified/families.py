@@ -49,7 +49,7 @@ def returns_reversed(system: BallSystem, region_number: int, bound: int) -> bool
     """Return whether all flights of a region from a bound to it reverse their velocity, exactly."""
     region = system.regions[region_number]
     k, a = system.stiffness(region), system.damping(region)
-    if a != 0 or not k > 0:
+    if system.irrational or a != 0 or not k > 0:
         return False
     if not system.is_equilibrium(region, system.bounds[bound].at):
         return False

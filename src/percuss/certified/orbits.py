@@ -8,7 +8,7 @@ from fractions import Fraction
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Undecided
-from percuss.certified.ball_law import Over, coarse_bits, system_for, too_wide
+from percuss.certified.ball_law import Over, coarse_bits, law_of, system_for, too_wide
 from percuss.certified.branch import system_at
 from percuss.certified.contact import Hold
 from percuss.certified.families import family_orbit
@@ -75,7 +75,7 @@ def _proof(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
     if len(orbit.itinerary) == 0:
         return steady_proof(system, orbit)
     if not orbit.isolated or not orbit.n_periods:
-        if system.moved is not None:
+        if not system.is_exact:
             reason = "the closed form of a family is of exact numbers, and one is a ball here"
             raise Undecided("precision", reason)
         return family_orbit(system, orbit)
@@ -136,7 +136,7 @@ def _sticking(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
         If the motion from the middle of a contact is not proven to come back to it.
     """
     frequency = None if orbit.forcing is None else orbit.forcing.frequency
-    if frequency is None:
+    if frequency is None or not law_of(system).has_exact_frequencies:
         raise Undecided("precision", "the period of the forcing is not known exactly")
     contacts = orbit.trajectory(2).contacts
     rows = [

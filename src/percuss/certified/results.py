@@ -13,7 +13,7 @@ from flint import arb
 from numpy.typing import ArrayLike, NDArray
 
 from percuss.certified.ball_arithmetic import Ball, Balls
-from percuss.certified.ball_law import range_of
+from percuss.certified.ball_law import law_of, range_of
 from percuss.certified.cloud import BallPair
 from percuss.certified.march import Ending, MarchRecord, moved_in_words
 from percuss.certified.motion import (
@@ -283,7 +283,7 @@ class CertifiedRun:
         {'period': 10}
         """
         frequency = None if self.forcing is None else self.forcing.frequency
-        if frequency is None:
+        if frequency is None or not law_of(self.system).has_exact_frequencies:
             reason = "a stroboscopic view needs a forcing whose period is known exactly"
             raise ParameterError("forcing.period", None, reason)
         last = self._last_time()

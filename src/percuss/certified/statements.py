@@ -348,6 +348,8 @@ class _Eigenset:
 
     def __init__(self, system: BallSystem, v0: Fraction, t0: Phase) -> None:
         self.system, self.v0, self.t0 = system, v0, t0
+        if system.irrational:
+            raise Undecided("precision", "the closed form is of rational numbers")
         if len(system.bounds) != 1 or system.bounds[0].wall is None:
             raise Undecided("precision", "not one wall alone")
         self.sign = 1 if system.regions[0].lower == 0 else -1

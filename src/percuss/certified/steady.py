@@ -63,9 +63,9 @@ def steady_proof(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
     period = law.period(1)
     by = propagator(flight.region, period)
     matrix = (by.a11, by.a12), (by.a21, by.a22)
-    damping = system.damping(system.regions[number])
-    determinant = arb(1) if damping == 0 else (-2 * ball(damping) * period).exp()
-    monodromy = Monodromy.of(matrix, determinant, conservative=damping == 0)
+    region = law.regions[number]
+    determinant = (-2 * region.damping * period).exp() if region.dashpot else arb(1)
+    monodromy = Monodromy.of(matrix, determinant, conservative=not region.dashpot)
     one_minus = 1 - monodromy.trace + determinant
     isolated = bool(one_minus > 0 or one_minus < 0)
     admissible, reason = steady_admissible(system, number, period, place)

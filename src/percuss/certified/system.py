@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 
-from percuss.model.exact import angle, as_fraction
+from percuss.errors import ParameterError
+from percuss.model.exact import Exact, angle, as_fraction
+from percuss.model.expression import Expression, parameters_in
 from percuss.model.forcing import Forcing, FourierTerm
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 
@@ -75,6 +77,8 @@ class BallSystem:
     moved
         The path of a number that stands for all values between two, and these; or None. What else
         depends on it, such as the order of the bounds, is that of ``numbers``.
+    irrational
+        Expressions that are no rational numbers, by their paths; ``numbers`` are next to them.
     """
 
     oscillator: Oscillator
@@ -84,6 +88,12 @@ class BallSystem:
     bounds: tuple[Bound, ...]
     regions: tuple[Region, ...]
     moved: tuple[str, Fraction, Fraction] | None = None
+    irrational: dict[str, Expression] = field(default_factory=dict, repr=False)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether all its numbers are those of ``numbers``, exactly."""
+        return self.moved is None and not self.irrational
 
     def frequency(self, tone: Tone) -> Fraction:
         """Return the exact angular frequency of a tone."""
@@ -118,38 +128,74 @@ class BallSystem:
 
 @lru_cache(maxsize=64)
 def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
-    """Return the exact system of an oscillator under a forcing (None: free motion)."""
-    numbers = {
-        "oscillator.stiffness": as_fraction(osc.stiffness),
-        "oscillator.damping": as_fraction(osc.damping),
-        "forcing.constant": as_fraction(force.constant) if force is not None else Fraction(0),
-    }
+    """Return the exact system of an oscillator under a forcing (None: free motion).
+
+    Raises
+    ------
+    ParameterError
+        If a stop has an irrational place or restitution, or a number may be zero or not.
+    """
+    parameters_in(osc, force)  # one name has one value
+    numbers = _Numbers(
+        {
+            "oscillator.stiffness": osc.stiffness,
+            "oscillator.damping": osc.damping,
+            "forcing.constant": force.constant if force is not None else 0,
+        }
+    )
     for i, stop in enumerate(osc.stops):
         names = ("at", "restitution") if isinstance(stop, Wall) else ("at", "stiffness", "damping")
         for name in names:
-            numbers[f"oscillator.stops.{i}.{name}"] = as_fraction(getattr(stop, name))
+            numbers.add(f"oscillator.stops.{i}.{name}", getattr(stop, name))
     tones = _tones(force, numbers) if force is not None else ()
-    bounds = _bounds(osc, numbers)
-    return BallSystem(osc, force, numbers, tones, bounds, _regions(osc, numbers, bounds))
+    exact = numbers.exact
+    bounds = _bounds(osc, exact)
+    regions = _regions(osc, exact, bounds)
+    return BallSystem(osc, force, exact, tones, bounds, regions, irrational=numbers.irrational)
 
 
-def _tones(force: Forcing, numbers: dict[str, Fraction]) -> tuple[Tone, ...]:
+class _Numbers:
+    """The numbers of a system by their paths, and which of them are irrational."""
+
+    def __init__(self, given: dict[str, Exact]) -> None:
+        self.exact: dict[str, Fraction] = {}
+        self.irrational: dict[str, Expression] = {}
+        for path, value in given.items():
+            self.add(path, value)
+
+    def add(self, path: str, value: Exact) -> None:
+        """Add a number."""
+        number = self.exact[path] = as_fraction(value)
+        if not isinstance(value, Expression) or (value.is_exact and not value.angle()[0]):
+            return
+        if path.endswith((".at", ".restitution")):
+            reason = "irrational; a proof needs stops with rational places and restitutions"
+            raise ParameterError(path, value, reason)
+        if number == 0:
+            raise ParameterError(path, value, "not told from 0 by 4800 bits")
+        self.irrational[path] = value
+
+
+def _tones(force: Forcing, numbers: _Numbers) -> tuple[Tone, ...]:
     tones = []
     if force.base is not None:
-        numbers["forcing.omega"] = as_fraction(force.base)
+        numbers.add("forcing.omega", force.base)
     for i, part in enumerate(force.harmonics):
         if isinstance(part, FourierTerm):
             turns = {"cos": Fraction(0), "sin": Fraction(-1, 2)}
             for name, times in turns.items():
                 path = f"forcing.{name}.{i}"
-                numbers[path] = as_fraction(getattr(part, name))
-                if numbers[path] != 0:
+                numbers.add(path, getattr(part, name))
+                # An expression that is 0 here need not be so where its parameter moves.
+                if numbers.exact[path] != 0 or isinstance(getattr(part, name), Expression):
                     tones.append(Tone("forcing.omega", path, part.n, (times, Fraction(0))))
             continue
         path = f"forcing.harmonics.{i}"
-        numbers[f"{path}.omega"] = as_fraction(part.omega)
-        numbers[f"{path}.amplitude"] = as_fraction(part.amplitude)
+        numbers.add(f"{path}.omega", part.omega)
+        numbers.add(f"{path}.amplitude", part.amplitude)
         phase = f"{path}.phase"
+        if isinstance(part.phase, Expression) and not part.phase.is_exact:
+            numbers.irrational[phase] = part.phase
         tones.append(Tone(f"{path}.omega", f"{path}.amplitude", 1, angle(part.phase), phase))
     return tuple(tones)
 

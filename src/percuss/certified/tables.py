@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from percuss.arrays import Integers
 from percuss.certified.ball_arithmetic import Balls
+from percuss.certified.ball_law import law_of
 from percuss.certified.march import ContactRow, CrossingRow, GrazeRow, ImpactRow, MarchRecord
 from percuss.certified.numbers import ball
 from percuss.certified.system import BallSystem
@@ -174,7 +175,11 @@ def impacts_of(system: BallSystem, rows: list[ImpactRow], start: arb) -> Certifi
     if force is None or force.frequency is None:
         cycles = [arb.nan()] * len(rows)
     else:
-        periods = [t * ball(force.frequency) / (2 * arb.pi()) for t in instants]
+        law = law_of(system)
+        if law.has_exact_frequencies:
+            periods = [t * ball(force.frequency) / (2 * arb.pi()) for t in instants]
+        else:
+            periods = [t / law.period(1) for t in instants]
         cycles = [number - number.mid().floor().mid() for number in periods]
     t, v_before, v_after, stop = _columns_of(ImpactRow, rows)
     intervals = (later - earlier for earlier, later in pairwise([start, *instants]))
