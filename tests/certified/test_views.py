@@ -108,14 +108,14 @@ def test_forces_at_the_edge_of_a_contact_are_those_of_both_sides() -> None:
 def test_tables_are_datasets_with_radii() -> None:
     proven = pc.certify(chaotic(5))
 
-    data = proven.impacts.to_dataset()
+    data = proven.impacts.to_xarray()
 
     np.testing.assert_array_equal(data.t, proven.impacts.t.mid())
     np.testing.assert_array_equal(data.v_after_radius, proven.impacts.v_after.radius())
     assert data.t_radius.long_name == "radius of the time of the impact"
-    assert set(chaotic(5).impacts.to_dataset()) <= set(data)
+    assert set(chaotic(5).impacts.to_xarray()) <= set(data)
     for table in (proven.crossings, proven.contacts, proven.grazes):
-        assert set(table.to_dataset().sizes.values()) == {0}
+        assert set(table.to_xarray().sizes.values()) == {0}
     assert "<th>t_radius</th>" in proven.impacts._repr_html_()
 
 

@@ -267,3 +267,15 @@ def test_chunks_are_of_a_tenth_of_a_second_or_more_and_never_too_many() -> None:
     points, chunks = chunk(40_000_000, 1000)
     assert chunks <= 20_000
     assert points == 2000
+
+
+def test_least_and_largest_displacement_are_the_extremes_of_the_run() -> None:
+    osc, force = pc.impact_oscillator("0.7", wall="-0.2", damping="0.05"), pc.cosine("1.7")
+    names = ["min_displacement", "max_displacement"]
+
+    found = pc.sweep(names, osc, force, over={"forcing.omega": [1.7]}, transient=20, periods=10)
+
+    run = pc.simulate(osc, force, periods=30)
+    exact = run.extremes("displacement", between=(run.t_end * 2 / 3, run.t_end))
+    assert found["min_displacement"].item() == pytest.approx(exact.minimum, abs=1e-12)
+    assert found["max_displacement"].item() == pytest.approx(exact.maximum, abs=1e-12)

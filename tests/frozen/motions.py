@@ -41,7 +41,7 @@ def system(seed: int) -> tuple[pc.Oscillator, pc.Forcing, dict[str, Any]]:
 
 def _events(run: pc.Trajectory) -> list[object]:
     tables = (run.impacts, run.crossings, run.contacts, run.grazes)
-    return [*(table.to_dataset() for table in tables), run.t_end, run.outcome.value]
+    return [*(table.to_xarray() for table in tables), run.t_end, run.outcome.value]
 
 
 def at_random() -> dict[str, str]:

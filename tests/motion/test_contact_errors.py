@@ -117,9 +117,7 @@ def test_bound_is_computed_when_asked_for_and_once(monkeypatch: pytest.MonkeyPat
     assert run.contacts.error_bound[0] == run.contacts.error_bound[0]
     assert calls == [1]
     assert twin.contacts.error_bound.tolist() == run.contacts.error_bound.tolist()
-    assert (
-        run.contacts.to_dataset().error_bound.values.tolist() == run.contacts.error_bound.tolist()
-    )
+    assert run.contacts.to_xarray().error_bound.values.tolist() == run.contacts.error_bound.tolist()
 
 
 def test_plain_python_gives_the_bounds_of_the_compiled_kernel(

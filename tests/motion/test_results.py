@@ -281,9 +281,12 @@ def test_max_impacts_counts_entries_into_soft_stops_and_the_outcome_says_so() ->
 def test_every_table_is_a_dataset_of_its_columns(name: str) -> None:
     table = getattr(run_of_all_kinds(), name)
 
-    dataset = table.to_dataset()
+    dataset = table.to_xarray()
 
     assert dict(dataset.sizes) == {name.removesuffix("s"): len(table)}
     for column, values in dataset.items():
         np.testing.assert_array_equal(values, getattr(table, str(column)))
         assert values.attrs["long_name"]
+    frame = table.to_pandas()
+    assert list(frame.columns) == list(dataset)
+    assert len(frame) == len(table)

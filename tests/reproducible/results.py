@@ -71,7 +71,7 @@ def motions() -> dict[str, object]:
     for name, (osc, force, x0, v0, t_end) in RUNS.items():
         run = pc.simulate(osc, force, x0, v0, t_end=t_end)
         tables = run.impacts, run.crossings, run.contacts
-        found[name] = [table.to_dataset() for table in tables]
+        found[name] = [table.to_xarray() for table in tables]
         found[f"{name}, sampled"] = run(np.linspace(0.0, run.t_end, 500))
     chaos = RUNS["chaos"]
     run = pc.simulate(*chaos[:4], t_end=200.0)

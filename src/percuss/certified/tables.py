@@ -45,7 +45,7 @@ class BallTable(EventTable):
     --------
     >>> import percuss as pc
     >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
-    >>> pc.certify(run).impacts.to_dataset().v_after.values
+    >>> pc.certify(run).impacts.to_xarray().v_after.values
     array([0.5 , 0.25])
     """
 

@@ -143,6 +143,16 @@ def _peak_displacement(result: BatchResult, plan: Plan, window: Window) -> Float
     return np.where(still, np.abs(result.state[:, columns.X]), np.maximum(-lowest, highest))
 
 
+def _min_displacement(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    lowest = result.values[:, observables.LOWEST]
+    return np.where(np.isfinite(lowest), lowest, result.state[:, columns.X])
+
+
+def _max_displacement(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    highest = result.values[:, observables.HIGHEST]
+    return np.where(np.isfinite(highest), highest, result.state[:, columns.X])
+
+
 def _peak_impact_velocity(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
     return result.values[:, observables.PEAK_SPEED].copy()
 
@@ -174,6 +184,12 @@ def _growth(result: BatchResult, plan: Plan, window: Window) -> Floats:
 MEASURES: dict[str, Measure] = {
     "peak_displacement": Measure(
         "length", "largest distance from 0", _peak_displacement, needs_extremes=True
+    ),
+    "min_displacement": Measure(
+        "length", "least displacement", _min_displacement, needs_extremes=True
+    ),
+    "max_displacement": Measure(
+        "length", "largest displacement", _max_displacement, needs_extremes=True
     ),
     "peak_impact_velocity": Measure(
         "length/time",

@@ -83,7 +83,7 @@ def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMP
 
 
 def _of_motion(run: Trajectory, samples: int) -> dict[str, xr.Dataset]:
-    tables = {f"/{name}": _writable(getattr(run, name).to_dataset()) for name in TABLES}
+    tables = {f"/{name}": _writable(getattr(run, name).to_xarray()) for name in TABLES}
     return {"/motion": run.sample(samples), **tables}
 
 

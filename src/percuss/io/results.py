@@ -284,7 +284,7 @@ _KINDS: dict[str, ResultKind] = {
         "a periodic orbit",
         lambda orbit: repr(orbit)[1:-1],
         orbit_text,
-        lambda orbit: {"impacts": orbit.impacts.to_dataset()},
+        lambda orbit: {"impacts": orbit.impacts.to_xarray()},
         {
             "impacts": _table("impacts", IMPACTS),
             "orbit": lambda orbit: orbit_columns([orbit]),

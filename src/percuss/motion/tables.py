@@ -14,7 +14,8 @@ from percuss.arrays import Floats, Integers
 from percuss.motion.html_table import html_table
 
 if TYPE_CHECKING:
-    # A second of import, and only `to_dataset` needs it.
+    # A second of import, and only `to_xarray` and `to_pandas` need it.
+    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = ["COLUMNS", "Contacts", "Crossings", "EventTable", "Grazes", "Impacts"]
@@ -58,14 +59,14 @@ class EventTable:
     __slots__ = ()
     dimension: ClassVar[str]
 
-    def to_dataset(self) -> Dataset:
-        """Return the columns as an xarray.Dataset over the events; ``to_dataframe`` makes it pandas'.
+    def to_xarray(self) -> Dataset:
+        """Return the columns as an xarray.Dataset over the events.
 
         Examples
         --------
         >>> import percuss as pc
         >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
-        >>> run.impacts.to_dataset().v_after.values
+        >>> run.impacts.to_xarray().v_after.values
         array([0.5 , 0.25])
         """
         import xarray
@@ -76,6 +77,18 @@ class EventTable:
                 for name, meaning, values in self._columns()
             }
         )
+
+    def to_pandas(self) -> DataFrame:
+        """Return the columns as a pandas.DataFrame, a row for each event.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> run = pc.simulate(pc.impact_oscillator(restitution=0.5), v0=1.0, max_impacts=2)
+        >>> run.impacts.to_pandas().v_after.tolist()
+        [0.5, 0.25]
+        """
+        return self.to_xarray().to_dataframe()
 
     def __len__(self) -> int:
         """Return the number of events."""

@@ -21,6 +21,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 if TYPE_CHECKING:
     # A second of import.
+    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = ["Branch", "OrbitRows", "branch_of", "counted_kinds"]
@@ -120,6 +121,10 @@ class Branch(OrbitRows):
             "status": np.array([point.status for point in points], dtype=object),
         }
         return html_table(repr(self)[1:-1], columns)
+
+    def to_pandas(self) -> DataFrame:
+        """Return `to_xarray` as a pandas.DataFrame."""
+        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return the table as a dataset, for files and for pandas (`.to_dataframe()`).

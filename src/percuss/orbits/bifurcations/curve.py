@@ -22,6 +22,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 if TYPE_CHECKING:
     # A second of import.
+    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = ["Curve", "CurveDetector", "CurveKind", "CurvePoint", "CurvePointKind", "CurveRow"]
@@ -127,6 +128,10 @@ class Curve(OrbitRows):
             f"<Curve of {self.kind}: {len(self)} orbits, ({', '.join(self.paths)}) from {ends[0]} "
             f"to {ends[1]}; special points: {special}; {self.end_reason}>"
         )
+
+    def to_pandas(self) -> DataFrame:
+        """Return `to_xarray` as a pandas.DataFrame."""
+        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return the table as a dataset, for files and for pandas (`.to_dataframe()`).

@@ -30,6 +30,7 @@ from percuss.progress import Report
 
 if TYPE_CHECKING:
     # A second of import.
+    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = [
@@ -158,6 +159,10 @@ class Response:
             f"{self.high:.6g}, (impacts, periods) {kinds}; {len(self.attractors)} attractors "
             f"compared, {missed}{stopped}>"
         )
+
+    def to_pandas(self) -> DataFrame:
+        """Return `to_xarray` as a pandas.DataFrame."""
+        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return the chart as one table, for files and for pandas (`.to_dataframe()`).

@@ -29,6 +29,7 @@ from percuss.progress import Progress
 
 if TYPE_CHECKING:
     # A second of import.
+    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = [
@@ -464,6 +465,10 @@ class Manifolds:
             f"<Manifolds: {self.section} section {where}, {len(self.saddles)} saddle points; "
             f"{count[0]} points stable, {count[1]} unstable>"
         )
+
+    def to_pandas(self) -> DataFrame:
+        """Return `to_xarray` as a pandas.DataFrame."""
+        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return all points as one dataset, for files and for pandas (`.to_dataframe()`).

@@ -28,6 +28,7 @@ from percuss.orbits.surface.maps import periodic_system
 
 if TYPE_CHECKING:
     # A second of import.
+    from pandas import DataFrame
     from xarray import Dataset
 
 __all__ = [
@@ -428,6 +429,10 @@ class SingularitySet:
         """Return the set in a line."""
         points = sum(len(curve) for curve in self.curves)
         return f"<SingularitySet of stop {self.stop}: {len(self)} curves, {points} points>"
+
+    def to_pandas(self) -> DataFrame:
+        """Return `to_xarray` as a pandas.DataFrame."""
+        return self.to_xarray().to_dataframe()
 
     def to_xarray(self) -> Dataset:
         """Return all points as one dataset, for files and for pandas (`.to_dataframe()`).
