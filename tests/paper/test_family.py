@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from functools import cache
 from pathlib import Path
 
 import mpmath as mp
 import pytest
+from tests.paper.findings import finding
 from tests.paper.numbers_of import difference, numbers
 
 import percuss as pc
@@ -15,7 +15,7 @@ from percuss.paper.claims import family
 from percuss.paper.claims import family_formulas as formulas
 from percuss.paper.claims.above_critical import is_chaotic, neighbours_above
 from percuss.paper.evidence import Deduction
-from percuss.paper.statement import Finding, grade, judge
+from percuss.paper.statement import grade, judge
 
 THEORY = Path(__file__).parents[2] / "docs" / "theory"
 
@@ -57,12 +57,6 @@ CORRECTED = {
     "subset-stability": "changes of V0 alone",
     "eqA3": "without the absolute values",
 }
-
-
-@cache
-def finding(name: str) -> Finding:
-    (statement,) = (one for one in family.STATEMENTS if one.id == name)
-    return statement.find()
 
 
 def test_every_statement_is_listed_once_and_its_theory_exists() -> None:

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 
 import pytest
+from tests.paper.findings import RECORDS, finding
 
-from percuss.paper.collection import items, statement_with_id
-from percuss.paper.statement import Finding, VerdictKind, verdict_kind
+from percuss.paper.statement import Finding, verdict_kind
 
 FAMILIES = sorted(path.stem for path in (Path(__file__).parent / "mutations").glob("[a-z]*.py"))
 MODULES = [importlib.import_module(f"tests.paper.mutations.{name}") for name in FAMILIES]
@@ -23,12 +22,6 @@ MUTATIONS: list[tuple[str, str, Callable[[], Finding]]] = [
     mutation for module in MODULES for mutation in module.MUTATIONS
 ]
 UNMOVED: dict[str, str] = {id: why for module in MODULES for id, why in module.UNMOVED.items()}
-RECORDS = {item.name: item for item in items() if item.kind == "statement"}
-
-
-@cache
-def own_verdict(record: str) -> VerdictKind:
-    return verdict_kind(statement_with_id(RECORDS[record]).find())
 
 
 @pytest.mark.parametrize(
@@ -36,7 +29,7 @@ def own_verdict(record: str) -> VerdictKind:
     [pytest.param(record, find, id=f"{record}: {what}") for record, what, find in MUTATIONS],
 )
 def test_the_verdict_changes(record: str, perturbed: Callable[[], Finding]) -> None:
-    assert verdict_kind(perturbed()) != own_verdict(record)
+    assert verdict_kind(perturbed()) != verdict_kind(finding(record))
 
 
 def test_every_record_is_perturbed_or_says_why_not() -> None:
