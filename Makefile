@@ -27,6 +27,9 @@ demo: .venv/run.stamp
 	done
 	$(BIN)/python examples/graze_and_chatter.py --out demo/graze_and_chatter.png
 
+# The tests begin a hundred processes: without its bytecode each would compile the package anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 # As many tests at a time as there are cores; a worker that has done its share takes from another's.
 TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
 

@@ -85,7 +85,15 @@ def test_what_holds_with_a_correction(name: str) -> None:
     assert CORRECTED[name] in verdict
 
 
-@pytest.mark.parametrize("name", sorted(HOLD | FAILED | set(CORRECTED)))
+# What is measured in motions, and one of each other kind.
+FEW = {"above-critical", "subset-stability", "table1-simulated", "eq6", "eq12", "neutral-element"}
+ALL = sorted(HOLD | FAILED | set(CORRECTED))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=() if one in FEW else pytest.mark.nightly) for one in ALL],
+)
 def test_verdicts_do_not_depend_on_the_run_of_the_command(name: str) -> None:
     (statement,) = (one for one in family.STATEMENTS if one.id == name)
 
