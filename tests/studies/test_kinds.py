@@ -176,7 +176,7 @@ def long_sweep() -> Study:
 kind = "sweep"
 [sweep]
 measure = "peak_displacement"
-transient = 2000
+transient = 8000
 periods = 8
 [over]
 "start.v0" = {{from = -1, to = 1, count = 600}}
