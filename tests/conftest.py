@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 
 import pytest
 from hypothesis import settings
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, expect, sync_playwright
 from tests.children import listen_to_ctrl_c
 
 # The first call of a kernel compiles it, which breaks any per-example deadline.
@@ -16,6 +17,24 @@ settings.register_profile("percuss", deadline=None, derandomize=True)
 settings.load_profile("percuss")
 
 listen_to_ctrl_c()
+
+# How long a page is waited for [ms]: by itself 5 s, which a machine that does much else needs.
+expect.set_options(timeout=60_000)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect without the garbage collector, which takes a quarter of the time and finds nothing.
+
+    What then is there stays to the end, and is not looked through again.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
 
 # A browser that asks nobody anything.
 ALONE = (

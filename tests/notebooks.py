@@ -15,5 +15,5 @@ def executed(cells: Iterable[str]) -> list[Any]:
     notebook = nbformat.v4.new_notebook(  # type: ignore[no-untyped-call]
         cells=[nbformat.v4.new_code_cell(text) for text in cells]  # type: ignore[no-untyped-call]
     )
-    run(NotebookClient(notebook, timeout=100).async_execute(), wait=200)
+    run(NotebookClient(notebook, timeout=300).async_execute(), wait=600)
     return list(notebook.cells)

@@ -77,7 +77,7 @@ def make(target: str, folder: Path) -> subprocess.CompletedProcess[str]:
         pytest.skip("there is no make")
     shutil.copy(ROOT / "Makefile", folder)
     return subprocess.run(
-        ["make", target], cwd=folder, capture_output=True, text=True, check=False, timeout=60
+        ["make", target], cwd=folder, capture_output=True, text=True, check=False, timeout=240
     )
 
 

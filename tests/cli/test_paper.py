@@ -71,7 +71,7 @@ def test_a_folder_that_cannot_be_written_is_one_sentence() -> None:
 def test_ctrl_c_keeps_the_finished_figures_and_a_report(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "percuss", "paper", "--out", "out"]
     with begun(command, cwd=tmp_path) as process:
-        for _ in range(600):
+        for _ in range(2400):
             if list(tmp_path.glob("out/*.svg")):
                 break
             time.sleep(0.1)

@@ -222,7 +222,7 @@ def test_a_scheduler_that_is_gone_ends_the_run_with_a_sentence(tmp_path: Path) -
         address = next(
             match[0] for line in scheduler.stderr if (match := re.search(r"tcp://[\d.:]+", line))
         )
-        client = after.enter_context(distributed.Client(address, timeout=3, set_as_default=False))
+        client = after.enter_context(distributed.Client(address, timeout=120, set_as_default=False))
 
         def lose(done: float, total: float) -> bool:  # noqa: ARG001
             scheduler.kill()

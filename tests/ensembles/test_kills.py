@@ -17,7 +17,7 @@ from tests.ensembles.killed_study import study
 import percuss as pc
 
 ROOT = Path(__file__).parents[2]
-FEW, MANY = 3, 100
+FEW, MANY = 1, 100
 # Within so many seconds from where the work begins a child is killed.
 WITHIN = 1.5
 OTHERS = ("notes.txt", "a.zarr/notes.txt", "a.zarr/impacts_per_period/c/notes.txt")

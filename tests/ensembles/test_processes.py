@@ -158,8 +158,15 @@ if __name__ == "__main__":
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
-@pytest.mark.parametrize("engine", ["threads", "processes"])
-@pytest.mark.parametrize("times", [1, 2])
+@pytest.mark.parametrize(
+    ("times", "engine"),
+    [
+        (1, "processes"),
+        (2, "threads"),
+        pytest.param(1, "threads", marks=pytest.mark.nightly),
+        pytest.param(2, "processes", marks=pytest.mark.nightly),
+    ],
+)
 def test_ctrl_c_is_heard_at_once_and_a_second_one_drops_what_is_at_work(
     engine: str, times: int, tmp_path: Path
 ) -> None:

@@ -17,7 +17,6 @@ from percuss.ensembles.job import Block
 from percuss.ensembles.store import REASON_BYTES, reasons_as_bytes
 
 ROOT = Path(__file__).parents[2]
-KILLS = 3
 
 
 def chunks(path: Path) -> int:
@@ -52,9 +51,10 @@ def kill_again_and_again(study: str, path: Path, kills: int) -> list[int]:
     return seen
 
 
-def test_killed_again_and_again_it_ends_with_the_same_bits(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kills", [1, pytest.param(3, marks=pytest.mark.nightly)])
+def test_killed_again_and_again_it_ends_with_the_same_bits(kills: int, tmp_path: Path) -> None:
     path = tmp_path / "chart.zarr"
-    seen = kill_again_and_again("chart", path, KILLS)
+    seen = kill_again_and_again("chart", path, kills)
     points = pc.status_of_store(path)["points_done"]
     calls: set[float] = set()
 

@@ -125,9 +125,28 @@ class Package:
         return {file.name for file in (self.folder / "__pycache__").glob(f"{name}-*.nb[ci]")}
 
 
+@pytest.fixture(scope="module")
+def called_once(tmp_path_factory: pytest.TempPathFactory) -> Package:
+    """A package whose kernels have been compiled, to be copied."""
+    made = written(tmp_path_factory.mktemp("compiled"))
+    made.call()
+    return made
+
+
+@pytest.fixture
+def compiled(called_once: Package, tmp_path: Path) -> Package:
+    """A package of the test's own whose kernels have been compiled, its files as old as they were."""
+    shutil.copytree(called_once.root, tmp_path, dirs_exist_ok=True)
+    return Package(tmp_path)
+
+
 @pytest.fixture
 def package(tmp_path: Path) -> Package:
-    made = Package(tmp_path)
+    return written(tmp_path)
+
+
+def written(root: Path) -> Package:
+    made = Package(root)
     made.folder.mkdir()
     (made.folder / "__init__.py").touch()
     text = Path(str(compile_module.__file__)).read_text()
@@ -153,6 +172,11 @@ def test_the_second_process_loads_what_the_first_compiled(package: Package) -> N
     assert second.cache == package.folder / "__pycache__"
 
 
+def test_a_copy_finds_what_was_compiled(compiled: Package) -> None:
+    """Or the tests below would compile in any case."""
+    assert compiled.call().hits == 1
+
+
 def test_an_edit_of_a_callee_in_another_file_reaches_the_compiled_caller(package: Package) -> None:
     """The file's time is unchanged, as it is for all files of a wheel built reproducibly."""
     assert package.call(10.0).value == -22.0
@@ -164,45 +188,40 @@ def test_an_edit_of_a_callee_in_another_file_reaches_the_compiled_caller(package
     assert package.call(10.0).hits == 1
 
 
-def test_a_file_added_to_the_kernels_makes_them_compile_anew(package: Package) -> None:
-    package.call()
+def test_a_file_added_to_the_kernels_makes_them_compile_anew(compiled: Package) -> None:
+    (compiled.folder / "added.py").touch()
 
-    (package.folder / "added.py").touch()
-
-    assert package.call().misses == 1
+    assert compiled.call().misses == 1
 
 
-def test_files_compiled_from_older_sources_are_removed(package: Package) -> None:
-    package.call()
-    older = package.cache_files("caller.caller")
-    package.write_leaf(-3.0)
+def test_files_compiled_from_older_sources_are_removed(compiled: Package) -> None:
+    older = compiled.cache_files("caller.caller")
+    compiled.write_leaf(-3.0)
 
-    package.call()
+    compiled.call()
 
-    newer = package.cache_files("caller.caller")
+    newer = compiled.cache_files("caller.caller")
     assert len(older) == len(newer) == 2
     assert not older & newer
 
 
-def test_a_process_killed_while_it_saves_leaves_no_stale_code(package: Package) -> None:
+def test_a_process_killed_while_it_saves_leaves_no_stale_code(compiled: Package) -> None:
     """numba writes the new index first: for a moment it names the old machine code as new."""
-    package.call()
-    package.write_leaf(-3.0)
+    compiled.write_leaf(-3.0)
 
-    assert package.run(KILLED_BEFORE_THE_CODE_IS_WRITTEN).returncode == 9
+    assert compiled.run(KILLED_BEFORE_THE_CODE_IS_WRITTEN).returncode == 9
 
-    assert package.call(10.0).value == -32.0
-    assert package.call(10.0).hits == 1
+    assert compiled.call(10.0).value == -32.0
+    assert compiled.call(10.0).hits == 1
 
 
 @pytest.mark.parametrize(("suffix", "kept"), [("nbi", 0), ("nbi", 100), ("nbc", 1000)])
-def test_a_damaged_cache_file_is_compiled_anew(package: Package, suffix: str, kept: int) -> None:
-    package.call()
-    for file in (package.folder / "__pycache__").glob(f"*.{suffix}"):
+def test_a_damaged_cache_file_is_compiled_anew(compiled: Package, suffix: str, kept: int) -> None:
+    for file in (compiled.folder / "__pycache__").glob(f"*.{suffix}"):
         file.write_bytes(file.read_bytes()[:kept])
 
-    assert package.call(10.0).value == -22.0
-    assert package.call(10.0).hits == 1
+    assert compiled.call(10.0).value == -22.0
+    assert compiled.call(10.0).hits == 1
 
 
 def test_a_full_disk_costs_the_cache_and_not_the_answer(package: Package) -> None:

@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 
 import numpy as np
 import pytest
 from tests.oracle.event_driven import simulate as simulate_precisely
 from tests.oracle.from_model import problem_of
+from tests.paper.findings import finding
 from tests.paper.numbers_of import numbers
 
 import percuss as pc
 from percuss.paper.claims.cosine import STATEMENTS
 from percuss.paper.evidence import Deduction, Enclosure, is_decided
 from percuss.paper.models.runge_kutta import runge_kutta
-from percuss.paper.statement import Finding, grade, judge
+from percuss.paper.statement import grade, judge
 
 BY_ID = {statement.id: statement for statement in STATEMENTS}
-
-
-@cache
-def finding(name: str) -> Finding:
-    return BY_ID[name].find()
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 from tests.paper.engine_fault import FAULTS, NONE
+from tests.paper.findings import finding
 
-from percuss.paper.collection import items, statement_with_id
 from percuss.paper.statement import verdict_kind
 
 ROOT = Path(__file__).parents[2]
@@ -32,11 +32,9 @@ def examined(
 
 @pytest.mark.parametrize("fault", list(FAULTS))
 def test_records_notice_a_fault_of_the_engine(fault: str, tmp_path: Path) -> None:
-    records = {item.name: item for item in items() if item.name in SHORT[fault]}
+    found = examined(fault, tmp_path, *SHORT[fault])
 
-    found = examined(fault, tmp_path, *records)
-
-    own = {name: verdict_kind(statement_with_id(item).find()) for name, item in records.items()}
+    own = {name: verdict_kind(finding(name)) for name in SHORT[fault]}
     assert found.keys() == own.keys() == set(SHORT[fault])
     assert [name for name in own if found[name][0] == own[name]] == []
 

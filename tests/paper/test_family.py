@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from functools import cache
 from pathlib import Path
 
 import mpmath as mp
 import pytest
+from tests.paper.findings import finding
 from tests.paper.numbers_of import difference, numbers
 
 import percuss as pc
@@ -15,7 +15,7 @@ from percuss.paper.claims import family
 from percuss.paper.claims import family_formulas as formulas
 from percuss.paper.claims.above_critical import is_chaotic, neighbours_above
 from percuss.paper.evidence import Deduction
-from percuss.paper.statement import Finding, grade, judge
+from percuss.paper.statement import grade, judge
 
 THEORY = Path(__file__).parents[2] / "docs" / "theory"
 
@@ -59,12 +59,6 @@ CORRECTED = {
 }
 
 
-@cache
-def finding(name: str) -> Finding:
-    (statement,) = (one for one in family.STATEMENTS if one.id == name)
-    return statement.find()
-
-
 def test_every_statement_is_listed_once_and_its_theory_exists() -> None:
     names = [statement.id for statement in family.STATEMENTS]
 
@@ -91,7 +85,15 @@ def test_what_holds_with_a_correction(name: str) -> None:
     assert CORRECTED[name] in verdict
 
 
-@pytest.mark.parametrize("name", sorted(HOLD | FAILED | set(CORRECTED)))
+# What is measured in motions, and one of each other kind.
+FEW = {"above-critical", "subset-stability", "table1-simulated", "eq6", "eq12", "neutral-element"}
+ALL = sorted(HOLD | FAILED | set(CORRECTED))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=() if one in FEW else pytest.mark.nightly) for one in ALL],
+)
 def test_verdicts_do_not_depend_on_the_run_of_the_command(name: str) -> None:
     (statement,) = (one for one in family.STATEMENTS if one.id == name)
 

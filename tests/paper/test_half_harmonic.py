@@ -8,7 +8,6 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 
 import mpmath
@@ -17,6 +16,7 @@ import pytest
 from tests.motion.test_half_harmonic import precise_impact
 from tests.oracle.event_driven import simulate as simulate_precisely
 from tests.oracle.from_model import problem_of
+from tests.paper.findings import finding
 from tests.paper.numbers_of import difference, numbers
 from tests.paper.test_article import TEXT
 
@@ -39,11 +39,6 @@ BY_ID = {
     statement.id: statement
     for statement in (*STATEMENTS, *SUBHARMONIC_STATEMENTS, *poincare.STATEMENTS)
 }
-
-
-@cache
-def finding(name: str) -> Finding:
-    return BY_ID[name].find()
 
 
 def perturbed(name: str, *args: object, **kwargs: object) -> Finding:

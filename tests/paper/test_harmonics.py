@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from functools import cache
 from pathlib import Path
 
 import pytest
+from tests.paper.findings import finding
 from tests.paper.numbers_of import difference, numbers
 
 import percuss as pc
 from percuss.paper.claims import harmonics
-from percuss.paper.statement import Finding, grade, judge
+from percuss.paper.statement import grade, judge
 
 THEORY = Path(__file__).parents[2] / "docs" / "theory"
 
@@ -42,12 +42,6 @@ HOLD = {
     "fig7": "certified",
 }
 CORRECTED = {"eq26": "the largest of the (n-1)/2 roots"}
-
-
-@cache
-def finding(name: str) -> Finding:
-    (statement,) = (one for one in harmonics.STATEMENTS if one.id == name)
-    return statement.find()
 
 
 def test_every_statement_is_listed_once_and_its_theory_exists() -> None:

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from tests.paper.findings import finding
 
 import percuss as pc
 from percuss.paper.claims.bilinear_limit import (
@@ -48,7 +49,7 @@ VERDICTS = {
 
 @pytest.mark.parametrize("statement", STATEMENTS, ids=lambda statement: statement.id)
 def test_the_verdict_of_each_statement(statement: Statement) -> None:
-    verdict, expected = judge(statement.find()), VERDICTS[statement.id]
+    verdict, expected = judge(finding(statement.id)), VERDICTS[statement.id]
     assert verdict.startswith(expected)
     assert expected != "holds" or verdict == "holds"
 

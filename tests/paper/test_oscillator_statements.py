@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy
 from mpmath import mp
+from tests.paper.findings import finding
 from tests.paper.numbers_of import numbers
 from tests.paper.perturbed import record
 
@@ -30,11 +31,11 @@ def test_the_work_on_a_free_cycle_is_the_integral(n: int, ratio: str) -> None:
 
 
 def test_no_motion_at_the_fourth_multiple_changes_its_speed() -> None:
-    finding = record("multi-harmonics").find()
-    (fourth,) = numbers(finding.printed)
+    found = finding("multi-harmonics")
+    (fourth,) = numbers(found.printed)
 
     assert fourth.value == pytest.approx(1.0, abs=1e-12)
-    assert any(isinstance(item, Deduction) for item in finding.printed)
+    assert any(isinstance(item, Deduction) for item in found.printed)
 
 
 @pytest.mark.parametrize(
@@ -55,15 +56,15 @@ def test_no_motion_at_the_fourth_multiple_changes_its_speed() -> None:
     ],
 )
 def test_what_is_deduced(name: str) -> None:
-    assert grade(record(name).find(), general=record(name).general) == "deduced"
+    assert grade(finding(name), general=record(name).general) == "deduced"
 
 
 def test_a_sum_of_motions_is_formed_and_closeness_is_measured() -> None:
     """0.001 sin(t - pi k) and 0.001 cos(t - pi k), at times near their largest."""
-    close = numbers(record("eq16").find().printed)
+    close = numbers(finding("eq16").printed)
     assert [item.value for item in close] == pytest.approx([1e-3] * 4, rel=1e-4)
     assert all(item.value < 1e-3 for item in close)
 
-    below = numbers(record("existence-uniqueness").find().printed)
+    below = numbers(finding("existence-uniqueness").printed)
     exact = (mp.cos(mp.mpf("0.4")) - mp.cos(mp.mpf("0.2"))) / 3
     assert below[0].value == pytest.approx(float(exact), abs=1e-15)

@@ -12,6 +12,7 @@ import pytest
 from mpmath import mp
 from tests.oracle.event_driven import simulate as exact_simulate
 from tests.oracle.from_model import problem_of
+from tests.paper.findings import finding
 
 import percuss as pc
 from percuss.paper.claims.divergence import AFTER, CHAOTIC, STEP, growth_rate, separation
@@ -52,7 +53,7 @@ VERDICTS = {
 
 @pytest.fixture(scope="module")
 def findings() -> dict[str, Finding]:
-    return {statement.id: statement.find() for statement in STATEMENTS}
+    return {statement.id: finding(statement.id) for statement in STATEMENTS}
 
 
 def check_of(finding: Finding, part: str) -> Comparison:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import importlib
 import math
 from fractions import Fraction
-from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.paper.findings import finding
 
 import percuss as pc
 from percuss.errors import ParameterError
@@ -27,14 +27,9 @@ from percuss.paper.models.resonance_losses import (
     single_impact_speed,
     stiff_resonance,
 )
-from percuss.paper.statement import Finding, grade, judge
+from percuss.paper.statement import grade, judge
 
 BY_ID = {statement.id: statement for statement in STATEMENTS}
-
-
-@cache
-def finding(name: str) -> Finding:
-    return BY_ID[name].find()
 
 
 @pytest.mark.parametrize("name", sorted(BY_ID))

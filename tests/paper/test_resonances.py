@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import cache
 
 import mpmath as mp
 import numpy as np
 import pytest
+from tests.paper.findings import finding
 from tests.paper.normal_form import NormalForm
 
 import percuss as pc
@@ -17,7 +17,7 @@ from percuss.paper.figures.resonance_figures import FIGURES, growth, portraits
 from percuss.paper.models.averaging import averaged, fast_flight, kick, mean_delays, order, strength
 from percuss.paper.models.flight_series import energy_gain
 from percuss.paper.models.resonance_runs import ensemble, growing_phase, growing_run
-from percuss.paper.statement import Finding, grade, judge
+from percuss.paper.statement import grade, judge
 
 VERDICTS = {
     "resonance-even": "holds",
@@ -36,11 +36,6 @@ VERDICTS = {
 
 
 BY_ID = {statement.id: statement for statement in STATEMENTS}
-
-
-@cache
-def finding(id: str) -> Finding:
-    return BY_ID[id].find()
 
 
 @pytest.mark.parametrize("id", BY_ID)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from playwright.sync_api import Locator, Page, expect
 
-WAIT = 30_000
+# How long something is waited for that will come [ms].
+WAIT = 240_000
 
 
 def drawn(page: Page) -> str:

@@ -40,7 +40,7 @@ def phone(browser: Browser, address: str) -> Iterator[Page]:
     )
     opened = context.new_page()
     opened.goto(f"http://{address}/")
-    opened.wait_for_selector(".explore[data-drawn]", timeout=60_000)
+    opened.wait_for_selector(".explore[data-drawn]", timeout=240_000)
     yield opened
     context.close()
 

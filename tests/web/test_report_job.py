@@ -35,7 +35,7 @@ def own_address(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 
 def ended(job: ReportJob) -> dict[str, object]:
-    end = time.monotonic() + 30.0
+    end = time.monotonic() + 240.0
     while job.state()["state"] == "working" and time.monotonic() < end:
         time.sleep(0.02)
     return job.state()

@@ -18,6 +18,12 @@ OSC = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
 FORCE = pc.cosine("2.8")
 
 
+@pytest.fixture(autouse=True)
+def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine that does much else finds them all, too."""
+    monkeypatch.setattr(saddles, "PATIENCE", 600.0)
+
+
 def found_of(study: dict[str, Any], running: RunningRequest | None = None) -> list[tuple[Any, Any]]:
     request = PageRequest(3, "saddles", study, {})
     return [read_frame(data) for data in answer_saddles(request, running or RunningRequest())]

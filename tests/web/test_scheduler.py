@@ -19,6 +19,9 @@ from tests.web.test_server import fetched
 from percuss.web.request import RunningRequest
 from percuss.web.scheduler import Scheduler, Task
 
+# Whatever hangs ends here, and fails [s].
+LONGEST = 240.0
+
 
 def test_short_tasks_do_not_wait_for_long_ones() -> None:
     scheduler = Scheduler(1)
@@ -32,10 +35,10 @@ def test_short_tasks_do_not_wait_for_long_ones() -> None:
 
     greedy = [scheduler.submit(partial(much, k=k)) for k in range(10)]
     for _ in range(5):
-        assert scheduler.submit(lambda _task: "little").result(timeout=10) == "little"
+        assert scheduler.submit(lambda _task: "little").result(timeout=LONGEST) == "little"
     assert not any(it.done() for it in greedy)
     # Each gets its part of the time, however slow the machine is.
-    end = time.monotonic() + 60
+    end = time.monotonic() + LONGEST
     while min(turns) <= 2 and time.monotonic() < end:
         time.sleep(0.01)
     is_over.set()
@@ -57,7 +60,7 @@ def test_one_task_runs_at_a_time_and_each_knows_its_own_time() -> None:
         return task.seconds()
 
     began = time.monotonic()
-    seconds = [it.result(timeout=20) for it in [scheduler.submit(work) for _ in range(5)]]
+    seconds = [it.result(timeout=LONGEST) for it in [scheduler.submit(work) for _ in range(5)]]
     assert max(most) == 1
     assert sum(seconds) <= time.monotonic() - began + 0.01
 
@@ -69,15 +72,16 @@ def test_a_task_that_fails_raises_in_its_future_and_frees_its_place() -> None:
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        scheduler.submit(fail).result(timeout=10)
-    assert scheduler.submit(lambda _task: 1).result(timeout=10) == 1
+        scheduler.submit(fail).result(timeout=LONGEST)
+    assert scheduler.submit(lambda _task: 1).result(timeout=LONGEST) == 1
 
 
 def test_a_closed_scheduler_ends_running_and_waiting_tasks() -> None:
     scheduler = Scheduler(1)
-    ended = threading.Event()
+    begun, ended = threading.Event(), threading.Event()
 
     def endless(task: Task) -> None:
+        begun.set()
         running = RunningRequest()
         with running.in_task(task):
             while running.progress(0.0, 1.0)(0.0, 1.0):
@@ -85,10 +89,10 @@ def test_a_closed_scheduler_ends_running_and_waiting_tasks() -> None:
         ended.set()
 
     works = [scheduler.submit(endless) for _ in range(3)]
-    time.sleep(0.2)
+    assert begun.wait(LONGEST)
     scheduler.close()
     assert all(it.cancelled() for it in works)
-    assert ended.wait(10)
+    assert ended.wait(LONGEST)
     assert scheduler.submit(lambda _task: 1).cancelled()
 
 
@@ -130,8 +134,9 @@ def test_ten_clients_with_endless_motions_do_not_hold_up_a_slider(
         return delays
 
     delays = run(talk())
-    # One after another they took 10 to 12 s; a round of slices takes a quarter of a second.
-    assert sorted(delays)[len(delays) // 2] < 3.0
+    # One after another they took 10 to 12 s, whatever the machine does besides, for their time is
+    # bounded by the clock; a round of slices takes a quarter of a second.
+    assert sorted(delays)[len(delays) // 2] < 6.0
 
 
 def test_a_file_is_cancelled_when_its_client_disconnects(
