@@ -131,8 +131,9 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
             '[sweep]\nmeasure = "perod"\n[over]\n"start.x0" = [0]',
             (
                 's.toml:13: sweep.measure = "perod": did you mean "period"? There are '
-                "peak_displacement, peak_impact_velocity, impacts_per_period, period, "
-                "dissipated_energy, largest_lyapunov_exponent or growth_exponent"
+                "peak_displacement, min_displacement, max_displacement, peak_impact_velocity, "
+                "impacts_per_period, period, dissipated_energy, largest_lyapunov_exponent or "
+                "growth_exponent"
             ),
         ),
         (

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 
-from percuss.model.exact import Phase, PiTimes, computed_in, plain
-from percuss.model.expression import Expression, parameters_in
+from percuss.model.exact import Phase, PiTimes, plain
+from percuss.model.expression import Expression, expressions_in, parameters_in
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, Stop, Wall
 from percuss.model.start import Start
@@ -56,7 +56,6 @@ def toml_text(document: Mapping[str, object]) -> str:
     blocks = [
         "\n".join(lines) + "\n"
         for name, table in document.items()
-        if table is not None
         for lines in _blocks(name, table)
     ]
     return "\n".join(blocks)
@@ -198,9 +197,9 @@ def model_tables(oscillator: Oscillator, forcing: Forcing | None, *others: objec
     The others are what else stands in the study and may be expressions.
     """
     tables: TomlTable = {}
-    if any(True for _ in computed_in(oscillator, forcing, *others)):
+    if any(value.names for value in expressions_in(oscillator, forcing, *others)):
         parameters = parameters_in(oscillator, forcing, *others)
-        tables["parameters"] = {name: number(value) for name, value in parameters.items()} or None
+        tables |= {"parameters": {name: number(value) for name, value in parameters.items()}}
     tables["oscillator"] = oscillator_table(oscillator)
     if forcing is not None:
         tables["forcing"] = forcing_table(forcing)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from percuss.model.exact import Phase, phase_problem
+from percuss.model.exact import NOT_A_PHASE, Phase, phase_problem
 from percuss.model.expression import (
     Expression,
     expression_problem,
@@ -91,8 +91,9 @@ def _parameters(document: RawTable, faults: StudyFaults) -> dict[str, Any]:
         value = exact_phase(given)
         problem = name_problem(name) or value_problem(value)
         if problem is not None:
-            is_expression = expression_problem(value, list(table)) is None
-            reason = NO_NAMES if is_expression and name_problem(name) is None else problem
+            # A text that is no number may be an expression of others.
+            is_other = problem == NOT_A_PHASE and expression_problem(value, list(table)) is None
+            reason = NO_NAMES if is_other else problem
             faults.add(("parameters", name), words_of_file(reason), shown(given))
         numbers[name] = value if problem is None else MISSING
     return numbers

@@ -185,7 +185,8 @@ def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
         certify = read(Certify, raw_table(document, "certify"), faults, ("certify",))
     question = None if kind is None else _read_question(kind, document, faults)
     oscillator, forcing, given = read_model(document, faults)
-    if question is None:
+    # With a faulty parameter nothing is known of the numbers that follow from it.
+    if question is None or faults.is_wrong("parameters"):
         return None
     question = question.checked(StudyDraft(document, oscillator, forcing, draw, faults))
     if faults.faults:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from percuss.io.study_text import forcing_table, number, oscillator_table
-from percuss.model.exact import as_float
+from percuss.model.exact import Phase, as_float, phase_problem
+from percuss.model.expression import Expression, expression_problem, parameters_in
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.studies.study import Study
+from percuss.studies.tables import exact_phase
 from percuss.web.request import motion_of
 from percuss.web.saddles import SADDLE_LIMIT
 
@@ -56,8 +60,9 @@ def python_text(study: Study) -> str:
     <BLANKLINE>
     """
     lines = ["import percuss as pc", "from percuss import plotting", ""]
-    lines += _oscillator(study.oscillator)
-    lines += ["force = None"] if study.forcing is None else _forcing(study.forcing)
+    parameters = parameters_in(study.oscillator, study.forcing, study.question)
+    lines += _oscillator(study.oscillator, parameters)
+    lines += ["force = None"] if study.forcing is None else _forcing(study.forcing, parameters)
     if study.kind in _LONG:
         return "\n".join(["import numpy as np", *lines, *_long(study), ""])
     motion = motion_of(study)
@@ -68,7 +73,7 @@ def python_text(study: Study) -> str:
     for name, value in (("t_end", limits.t_end), ("periods", limits.periods)):
         given |= {} if value is None else {name: number(value)}
     given |= {} if limits.max_impacts is None else {"max_impacts": limits.max_impacts}
-    lines.append(f"run = pc.simulate(osc, force, {_arguments(given)})")
+    lines.append(f"run = pc.simulate(osc, force, {_arguments(_in_code(given, parameters))})")
     lines += ["print(run)", 'plotting.plot_motion(run).savefig("motion.png")']
     if study.certify is not None:
         lines.append(f"print(pc.certify(run, digits={study.certify.digits}))")
@@ -121,8 +126,30 @@ def _value(value: Any) -> str:
     return repr(value)
 
 
-def _oscillator(osc: Oscillator) -> list[str]:
-    table: dict[str, Any] = oscillator_table(osc)
+@dataclass(frozen=True)
+class _Code:
+    """A text that stands in the script as it is."""
+
+    text: str
+
+    def __repr__(self) -> str:
+        return self.text
+
+
+def _in_code(value: Any, parameters: Mapping[str, Phase]) -> Any:
+    """Return a part of a study file with its expressions as Python."""
+    if isinstance(value, dict):
+        return {name: _in_code(part, parameters) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_in_code(part, parameters) for part in value]
+    is_text = isinstance(value, str) and phase_problem(exact_phase(value)) is not None
+    if not is_text or expression_problem(value, list(parameters)) is not None:
+        return value
+    return _Code(f"pc.{Expression(value, tuple(parameters.items()))!r}")
+
+
+def _oscillator(osc: Oscillator, parameters: Mapping[str, Phase]) -> list[str]:
+    table: dict[str, Any] = _in_code(oscillator_table(osc), parameters)
     stops = table.pop("stops", None) or []
     rows = [
         (_STOPS[stop["type"]], {k: v for k, v in stop.items() if k != "type"}) for stop in stops
@@ -130,8 +157,8 @@ def _oscillator(osc: Oscillator) -> list[str]:
     return ["osc = pc.Oscillator(", *_lines(table), *_tuple("stops", rows), ")"]
 
 
-def _forcing(force: Forcing) -> list[str]:
-    table: dict[str, Any] = forcing_table(force)
+def _forcing(force: Forcing, parameters: Mapping[str, Phase]) -> list[str]:
+    table: dict[str, Any] = _in_code(forcing_table(force), parameters)
     if "omega" in table:
         return [f"force = pc.fourier({_arguments(table)})"]
     rows = [("Harmonic", row) for row in table.pop("harmonics", None) or []]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -55,7 +56,7 @@ FIELDS = {
     "max_periods": "periods up to",
 }
 # The tables of a study that the page knows.
-TABLES = ("oscillator", "forcing", "start", "run")
+TABLES = ("parameters", "oscillator", "forcing", "start", "run")
 
 
 class BadRequest(Exception):  # noqa: N818 - no error of the program, but of the request
@@ -249,10 +250,21 @@ def motion_of(study: Study) -> Motion:
 def checked_study(tables: Mapping[str, Any]) -> Study:
     """Return the study in some tables, or raise all its faults as a `StudyError`."""
     faults = StudyFaults("study", {})
-    study = build_study(tables, faults)
+    study = build_study(_without_unused(tables), faults)
     if study is None:
         raise StudyError(faults.faults)
     return study
+
+
+def _without_unused(tables: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return tables without parameters that nothing uses: a slider may have replaced the last."""
+    parameters = tables.get("parameters")
+    if not isinstance(parameters, Mapping):
+        return tables
+    rest = {name: table for name, table in tables.items() if name != "parameters"}
+    words = set(re.findall(r"\w+", json.dumps(rest, default=str)))
+    used = {name: value for name, value in parameters.items() if name in words}
+    return {"parameters": used, **rest} if used else rest
 
 
 def digits_of(request: PageRequest) -> int | None:
@@ -267,6 +279,8 @@ def path_of(request: PageRequest, study: Study) -> str:
     path = request.options.get("path")
     if not isinstance(path, str):
         raise BadRequest("the path is not a text")
+    # On the page a parameter is a row of its table.
+    path = path.removeprefix("parameters.")
     return long_form(path, study.oscillator, study.forcing, motion_of(study).start)
 
 

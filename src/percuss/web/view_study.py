@@ -39,7 +39,7 @@ SETTLING = 200
 MOST_VALUES, MOST_POINTS = 8192, 2_000_000
 MOST_STARTS = 1024
 MOST_IMPACTS, MOST_PERIODS = 6, 6
-MODEL = ("oscillator", "forcing")
+MODEL = ("parameters", "oscillator", "forcing")
 NAMES = {
     "diagram": "a diagram needs",
     "response": "a response chart needs",

@@ -83,7 +83,7 @@ def _tables(
     if force is None:
         raise ParameterError("force", None, "the workbench follows a motion for forcing periods")
     motion = Motion(Start(x0, v0), Limits(periods=periods))
-    tables = model_tables(osc, force) | motion.tables()
+    tables = model_tables(osc, force, motion) | motion.tables()
     plain: dict[str, Any] = json.loads(json.dumps(tables))
     return {name: _without_none(table) for name, table in plain.items()}
 

@@ -67,7 +67,7 @@ export class Diagram extends JobView {
 
   /** A value of the range that the parameter cannot have: mark the end that it is nearer to. */
   #mark({ path, reason }) {
-    if (!this.pending || !path.startsWith("over.") || !path.includes(this.pending.path)) return;
+    if (!this.pending || !path.startsWith("over.") || !path.includes(this.pending.path.replace("parameters.", ""))) return;
     const value = Number.parseFloat(reason);
     const { low, high } = this.pending;
     this.ends[Math.abs(value - low) <= Math.abs(value - high) ? "low" : "high"].complain(reason);

@@ -1,5 +1,7 @@
 // The parameters of a study: their names and the ranges of their sliders.
 
+import { get } from "./state.js";
+
 const HARMONIC = { amplitude: 1, omega: 2, phase: 0 };
 const WALL = { type: "wall", at: 0, side: "below", restitution: "0.8" };
 const SOFT = { type: "soft", at: 0, side: "above", stiffness: 10, damping: 0 };
@@ -60,7 +62,10 @@ export function withoutHarmonic(study, index) {
 /** Return the groups of parameters of a study, as the panel shows them. */
 export function parametersOf(study) {
   const oscillator = study.oscillator;
+  const names = Object.keys(study.parameters ?? {});
+  const own = names.map((name) => row(`parameters.${name}`, name, rangeAround(study.parameters[name]), null, "a parameter: what is an expression of it follows"));
   const groups = [
+    ...(own.length > 0 ? [{ title: "Parameters", rows: own }] : []),
     {
       title: "Oscillator",
       rows: [
@@ -111,6 +116,19 @@ export function parametersOf(study) {
   return groups;
 }
 
+/** Return a range of a slider about a value, from 0 where that is near. */
+function rangeAround(value) {
+  const number = numberOf(value);
+  if (!Number.isFinite(number) || number === 0) return [-1, 1];
+  return number > 0 ? [0, 2 * number] : [2 * number, 0];
+}
+
+/** Return whether a value is an expression of parameters, which a slider does not set. */
+export function isTied(study, value) {
+  const words = String(value ?? "").match(/[A-Za-z_]\w*/g) ?? [];
+  return words.some((word) => Object.hasOwn(study.parameters ?? {}, word));
+}
+
 function row(path, label, range, step = null, about = null) {
   return { path, label, range, step, about };
 }
@@ -120,7 +138,8 @@ export function pathsOf(study) {
   const named = (title) => (it) => ({ ...it, name: `${title}: ${it.label}` });
   const groups = parametersOf(study);
   const starts = groups.at(-1).rows.filter((it) => it.path === "start.x0" || it.path === "start.v0");
-  return [...groups.slice(0, -1).flatMap((group) => group.rows.map(named(group.title))), ...starts.map(named("Start"))];
+  const all = [...groups.slice(0, -1).flatMap((group) => group.rows.map(named(group.title))), ...starts.map(named("Start"))];
+  return all.filter((it) => !isTied(study, get(study, it.path)));
 }
 
 /** Return the number that a text stands for: 0.5, "1/3", "-pi/2", "3*pi/4"; NaN if none. */
@@ -135,7 +154,7 @@ export function numberOf(value) {
 
 /** Return whether two studies differ in their starts and lengths alone. */
 export function sameMotion(one, other) {
-  const model = ({ oscillator, forcing }) => JSON.stringify([oscillator, forcing]);
+  const model = ({ parameters, oscillator, forcing }) => JSON.stringify([parameters, oscillator, forcing]);
   return one === other || model(one) === model(other);
 }
 

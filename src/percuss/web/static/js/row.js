@@ -41,6 +41,7 @@ export class Row {
     if (document.activeElement !== this.box) this.box.value = text;
     this.box.title = text;
     const number = numberOf(value ?? 0);
+    this.slider.disabled = isExpression(text);
     if (range !== undefined) this.base = range;
     if (range !== undefined || document.activeElement !== this.slider) this.range = [...this.base];
     if (Number.isFinite(number) && document.activeElement !== this.slider) {
@@ -176,6 +177,11 @@ export class Row {
     this.box.value = next.toFixed(digits);
     set(typed(this.box.value));
   }
+}
+
+/** Return whether a text has names in it besides pi: a slider would replace the expression. */
+function isExpression(text) {
+  return (text.match(/[A-Za-z_]\w*/g) ?? []).some((word) => word !== "pi" && !/^e\d*$/i.test(word));
 }
 
 /** Return a number with as many digits as tell a thousandth of a width. */

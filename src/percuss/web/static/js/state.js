@@ -68,8 +68,8 @@ const isRows = (it) => Array.isArray(it) && it.every(isTable);
 /** Return whether the panel can show a study; the server checks the rest. */
 export function isStudy(study) {
   if (!isTable(study)) return false;
-  const { oscillator, forcing, start, run } = study;
-  return [oscillator, forcing, start, run].every(isTable) && isRows(oscillator.stops ?? []) && isRows(forcing.harmonics ?? []);
+  const { parameters = {}, oscillator, forcing, start, run } = study;
+  return [parameters, oscillator, forcing, start, run].every(isTable) && isRows(oscillator.stops ?? []) && isRows(forcing.harmonics ?? []);
 }
 
 const isRange = (it) => Array.isArray(it) && it.length === 2 && it.every(Number.isFinite) && it[0] < it[1];
