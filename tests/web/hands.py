@@ -29,6 +29,13 @@ def open_preset(page: Page, name: str) -> None:
     wait_for_drawing(page, before)
 
 
+def link_of(page: Page) -> str:
+    """Return the address once it holds all that was set."""
+    page.wait_for_timeout(400)
+    page.wait_for_function("document.querySelector('[data-linking]') === null")
+    return page.url
+
+
 def fact(page: Page, k: int) -> str:
     return page.locator(".facts .card").nth(k).inner_text()
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from tests.web.hands import WAIT, compute, field, fill, middle, set_box, view_of
+from tests.web.hands import WAIT, compute, field, fill, link_of, middle, set_box, view_of
 from tests.web.serving import served
 
 from percuss.web import proof, saddles
@@ -44,8 +44,7 @@ def test_saddles_and_their_manifolds_are_drawn_and_switched(
     assert page.evaluate(BLACK) == drawn
     # It is in the link.
     switch.uncheck()
-    page.wait_for_timeout(400)
-    link = page.url
+    link = link_of(page)
     page.goto("about:blank")
     page.goto(link)
     expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
@@ -81,8 +80,7 @@ def test_a_run_is_certified_and_another_one_is_not(page: Page) -> None:
     expect(rows).to_contain_text("32 impacts up to t = ")
     expect(rows).to_contain_text("25 asked for")
     expect(rows).to_contain_text("double precision has all 32 impacts")
-    page.wait_for_timeout(400)
-    link = page.url
+    link = link_of(page)
 
     set_box(page, "start.v0", "0.51")
     expect(rows).to_be_empty()

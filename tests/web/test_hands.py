@@ -13,6 +13,7 @@ from tests.web.hands import (
     drawn,
     fact,
     limits,
+    link_of,
     middle,
     open_preset,
     pixels,
@@ -53,8 +54,7 @@ def test_the_range_of_a_slider_is_in_the_link_and_goes_with_another_motion(page:
     row.get_by_role("button", name="range of the slider").click()
     row.get_by_label("slider from").fill("0.4")
     row.get_by_label("slider from").blur()
-    page.wait_for_timeout(400)
-    link = page.url
+    link = link_of(page)
     page.goto("about:blank")
     page.goto(link)
     page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)

@@ -16,6 +16,7 @@ from tests.web.hands import (
     field,
     fill,
     limits,
+    link_of,
     middle,
     open_preset,
     view_of,
@@ -104,9 +105,8 @@ def test_a_link_holds_the_zoom_of_each_plot(page: Page) -> None:
     for k in (0, 1):
         over = page.locator(".explore .u-over").nth(k)
         drag(page, middle(over, 0.25, 0.25), middle(over, 0.5, 0.6))
-    page.wait_for_timeout(500)
+    link = link_of(page)
     before = [limits(page, k) for k in range(4)]
-    link = page.url
     page.goto("about:blank")
     page.goto(link)
     page.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
@@ -138,9 +138,8 @@ def test_a_link_to_a_picture_that_was_computed_shows_it(page: Page, kind: str) -
     compute(view)
     over = view.locator(".u-over")
     drag(page, middle(over, 0.25, 0.25), middle(over, 0.5, 0.6))
-    page.wait_for_timeout(500)
+    link = link_of(page)
     seen = view.locator(".canvas").get_attribute("data-limits")
-    link = page.url
     page.goto("about:blank")
     page.goto(link)
     expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)
@@ -150,8 +149,7 @@ def test_a_link_to_a_picture_that_was_computed_shows_it(page: Page, kind: str) -
         assert found[axis] == pytest.approx(ends, rel=1e-6)
     # What is set and not computed waits for its button.
     fill(view, "values" if kind == "diagram" else "starts along a side", "64")
-    page.wait_for_timeout(500)
-    link = page.url
+    link = link_of(page)
     page.goto("about:blank")
     page.goto(link)
     expect(view).to_be_visible(timeout=WAIT)

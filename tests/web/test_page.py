@@ -17,6 +17,7 @@ from tests.web.hands import (
     box_of,
     drawn,
     fact,
+    link_of,
     open_preset,
     pixels,
     row_of,
@@ -57,8 +58,7 @@ def test_a_wrong_value_shows_a_sentence_beside_its_field_and_goes_away(page: Pag
 def test_a_link_opens_the_same_picture(page: Page, browser: Browser) -> None:
     open_preset(page, "gear_rattle")
     set_box(page, "forcing.constant", "0.41")
-    page.wait_for_timeout(500)
-    link = page.url
+    link = link_of(page)
     other = browser.new_page(viewport={"width": 1366, "height": 850})
     other.goto(link)
     other.wait_for_selector(".explore[data-drawn]", timeout=WAIT)

@@ -15,6 +15,7 @@ from tests.web.hands import (
     drawn,
     field,
     fill,
+    link_of,
     middle,
     open_preset,
     set_box,
@@ -81,8 +82,7 @@ def test_a_diagram_stays_what_it_was_computed_from(page: Page) -> None:
     assert study_toml(page) == first
     assert str(first["diagram"]["starts"][0][1]) == "0.5"
     # The link shows the picture too, and Explore where it was.
-    page.wait_for_timeout(400)
-    link = page.url
+    link = link_of(page)
     page.goto("about:blank")
     page.goto(link)
     expect(view.locator(".status")).to_contain_text("done", timeout=WAIT)

@@ -12,6 +12,7 @@ from tests.web.hands import (
     drawn,
     field,
     fill,
+    link_of,
     middle,
     open_preset,
     set_box,
@@ -172,8 +173,7 @@ def test_settings_of_the_long_views_are_in_the_link(page: Page, address: str) ->
     fill(view, "from", "0.25")
     basins = view_of(page, "Basins")
     fill(basins, "v to", "3.5")
-    page.wait_for_timeout(400)
-    link = page.url
+    link = link_of(page)
     page.goto("about:blank")
     page.goto(link)
     page.wait_for_selector("section[aria-label=Basins]:not([hidden])", timeout=WAIT)

@@ -167,11 +167,14 @@ class App {
       return;
     }
     this.linking ??= setTimeout(() => this.#writeLink("replaceState"), LINKING);
+    // Tests wait until the address holds all that was set.
+    this.root.dataset.linking = "";
   }
 
   #writeLink(how) {
     clearTimeout(this.linking);
     this.linking = null;
+    delete this.root.dataset.linking;
     const link = `#${encode(this.store.value)}`;
     if (link === location.hash) return;
     this.written = link;
