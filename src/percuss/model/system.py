@@ -18,7 +18,7 @@ from percuss.arrays import Floats, Integers
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import PI, as_fraction, computed_in
+from percuss.model.exact import PI, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
 from percuss.model.forcing import Component, Forcing, Harmonic
@@ -154,8 +154,7 @@ def lines(oscillator: Oscillator) -> RegionBounds:
 @lru_cache(maxsize=256)
 def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     """Return the law of an oscillator under a forcing (None: free motion)."""
-    if any(True for _ in computed_in(oscillator, forcing)):
-        parameters_in(oscillator, forcing)  # one name has one value
+    parameters_in(oscillator, forcing)  # one name has one value
     components = forcing.components() if forcing is not None else ()
     constant = as_fraction(forcing.constant) if forcing is not None else Fraction(0)
     bounds = lines(oscillator)

@@ -373,9 +373,9 @@ STATEMENTS = (
         reference=BEYOND,
         scope="beyond",
         claim=(
-            "At omega = 1 every motion grows as the square root of time, with a factor that "
-            "depends on "
-            "the phase in which it leaves low speeds."
+            "At omega = 1 a motion grows as the square root of time, with a factor that depends on "
+            "the phase psi in which it leaves low speeds; only where sin 2 psi = 0, as under cos t "
+            "from the stop at t = 0, it does not grow."
         ),
         method="Second-order averaging, held against 16 motions.",
         find=_half,
