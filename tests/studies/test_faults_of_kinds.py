@@ -207,6 +207,7 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
             ),
         ),
         ("lyapunov", "[lyapunov]\nperiods = 3", "s.toml:13: lyapunov.periods = 3: less than 64"),
+        ("orbits", "[orbits]\neffort = 0.05", "s.toml:13: orbits.effort = 0.05: less than 0.1"),
     ],
 )
 def test_one_fault_is_one_sentence_with_its_line_and_path(kind: str, own: str, fault: str) -> None:
