@@ -78,3 +78,13 @@ def test_two_names_of_one_parameter_are_the_same_axis() -> None:
         make_grid(BALL, TABLE, None, {"w": [1.0], "forcing.omega": [2.0]})
     with pytest.raises(pc.ParameterError, match=r"tied to d by oscillator.stops.0.at = -d"):
         make_grid(BALL, TABLE, None, {"oscillator.stops.0.at": [1.0]})
+
+
+def test_a_parameter_with_the_name_of_a_measure_is_no_axis_of_it() -> None:
+    """Both would be columns of one table."""
+    osc = pc.impact_oscillator("0.8", damping=pc.parameter("min_displacement", "0.05"))
+    over = {"min_displacement": ["0.05", "0.1"]}
+    table = pc.sweep("max_displacement", osc, pc.cosine(2), over=over, transient=2, periods=2)
+    assert table.max_displacement.dims == ("min_displacement",)
+    with pytest.raises(pc.ParameterError, match="the name of a measure that is asked for"):
+        pc.sweep("min_displacement", osc, pc.cosine(2), over=over, transient=2, periods=2)

@@ -181,6 +181,29 @@ def test_a_fault_of_a_parameter_names_its_place(old: str, new: str, fault: str) 
     assert any(line.startswith(fault) for line in faults_of(BALL.replace(old, new, 1)))
 
 
+def test_a_parameter_with_the_name_of_the_measure_asked_for_is_a_fault() -> None:
+    text = """[study]
+kind = "sweep"
+[parameters]
+min_displacement = "0.05"
+[oscillator]
+damping = "min_displacement"
+[forcing]
+omega = 2
+cos = [1]
+[sweep]
+measure = ["min_displacement"]
+[over]
+min_displacement = ["0.05", "0.1"]
+"""
+    assert faults_of(text) == [
+        (
+            "study:13: over.min_displacement: the name of a measure that is asked for; give the "
+            "parameter another name"
+        )
+    ]
+
+
 def test_parameters_that_are_no_table_are_a_fault() -> None:
     text = BALL.replace('[parameters]\nw = "1.66"\nA = 1\n', "").replace(
         "\n[study]", "parameters = 3\n[study]", 1
