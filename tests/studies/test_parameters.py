@@ -156,10 +156,10 @@ def test_all_faults_of_parameters_are_told_at_once_with_line_and_path() -> None:
     [
         ("A = 1", "A = 1\nB = 2", "study:8: parameters.B: no number of the model uses it"),
         (
-            "stiffness = 0",
-            'stiffness = 0\ndamping = "1.7 - w"',
-            ('study:31: over.w.1 = "1.79": there oscillator.damping = 1.7-w is negative; it would '
-            "feed energy in"),
+            'restitution = "0.15"',
+            'restitution = "w - 0.7"',
+            ('study:30: over.w.1 = "1.79": there oscillator.stops.0.restitution = w-0.7 is outside '
+            "[0, 1]"),
         ),
         (
             "w = [",

@@ -20,7 +20,6 @@ from percuss.model.exact import (
 from percuss.model.faults import (
     Fault,
     as_tuple,
-    damping_faults,
     dotted,
     faults,
     make_plain,
@@ -95,7 +94,7 @@ class SoftStop:
     stiffness
         Stiffness k_s per unit mass [1/time^2], of any sign.
     damping
-        Damping a_s per unit mass [1/time], >= 0.
+        Damping a_s per unit mass [1/time], of any sign: a negative one feeds energy in.
 
     Raises
     ------
@@ -130,7 +129,7 @@ class Oscillator:
     stiffness
         Stiffness k per unit mass [1/time^2], of any sign; 0 is free flight.
     damping
-        Damping a [1/time], >= 0.
+        Damping a [1/time], of any sign: a negative one feeds energy in.
     stops
         Soft stops, any number, and at most one wall a side. They keep their order, which is
         the ``stop`` index in results.
@@ -179,9 +178,9 @@ class Oscillator:
         stiffness
             Stiffness k [force/length].
         damping_coefficient
-            Coefficient c [force time/length], >= 0; 0 if neither it nor the ratio is given.
+            Coefficient c [force time/length], of any sign; 0 if neither it nor the ratio is given.
         damping_ratio
-            Fraction of critical damping c / (2 sqrt(k m)), >= 0, in place of the coefficient;
+            Fraction of critical damping c / (2 sqrt(k m)), of any sign, in place of the coefficient;
             needs k > 0.
         stops
             Stops in the same units; restitutions and positions stay as they are.
@@ -244,7 +243,7 @@ def impact_oscillator(
     stiffness
         Stiffness k per unit mass [1/time^2].
     damping
-        Damping a [1/time], >= 0.
+        Damping a [1/time], of any sign.
 
     Returns
     -------
@@ -279,7 +278,7 @@ def bilinear_oscillator(
     stiffness_below
         Stiffness per unit mass on x < 0 [1/time^2].
     damping
-        Damping a on either side [1/time], >= 0.
+        Damping a on either side [1/time], of any sign.
 
     Returns
     -------
@@ -322,11 +321,11 @@ def backlash_oscillator(
     stiffness
         Stiffness k_s of each stop per unit mass [1/time^2].
     damping
-        Damping a everywhere [1/time], >= 0.
+        Damping a everywhere [1/time], of any sign.
     stiffness_inside
         Stiffness k everywhere [1/time^2], to which the stops add.
     stop_damping
-        Damping a_s of each stop [1/time], >= 0.
+        Damping a_s of each stop [1/time], of any sign.
 
     Returns
     -------
@@ -377,7 +376,7 @@ def _(value: SoftStop, prefix: str | None = None) -> list[Fault]:
         *number_faults(dotted(prefix, "at"), value.at),
         *_side_faults(dotted(prefix, "side"), value.side),
         *scale_faults(dotted(prefix, "stiffness"), value.stiffness),
-        *damping_faults(dotted(prefix, "damping"), value.damping),
+        *scale_faults(dotted(prefix, "damping"), value.damping),
     ]
 
 
@@ -386,7 +385,7 @@ def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
     prefix = "oscillator" if prefix is None else prefix
     problems = [
         *scale_faults(dotted(prefix, "stiffness"), value.stiffness),
-        *damping_faults(dotted(prefix, "damping"), value.damping),
+        *scale_faults(dotted(prefix, "damping"), value.damping),
     ]
     if not isinstance(value.stops, tuple):
         return [*problems, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
@@ -452,18 +451,19 @@ def _side_faults(name: str, side: object) -> list[Fault]:
 def _damping_of_coefficient(coefficient: Exact | None, per_mass: Any) -> Exact:
     if coefficient is None:
         return 0.0
-    raise_first(damping_faults("damping_coefficient", plain(coefficient)))
+    raise_first(scale_faults("damping_coefficient", plain(coefficient)))
     damping: Exact = scaled(coefficient, per_mass / 2)
     return damping
 
 
 def _damping_of_ratio(ratio: Exact, stiffness: Exact, per_mass: Any) -> Exact:
-    raise_first(damping_faults("damping_ratio", plain(ratio)))
+    raise_first(scale_faults("damping_ratio", plain(ratio)))
     if as_fraction(stiffness) <= 0:
         reason = f"needs a stiffness above 0, not {stiffness}; give damping_coefficient"
         raise ParameterError("damping_ratio", ratio, reason)
-    damping: Exact = square_root(operand(ratio) ** 2 * operand(stiffness) * per_mass)
-    return damping
+    size: Exact = square_root(operand(ratio) ** 2 * operand(stiffness) * per_mass)
+    negative: Exact = kept(-operand(size))
+    return negative if as_fraction(ratio) < 0 else size
 
 
 def _stop_per_mass(stop: Stop, per_mass: Any) -> Stop:
