@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from percuss.model import impact_oscillator as impact_oscillator
     from percuss.model import parameter as parameter
     from percuss.model import pi_times as pi_times
+    from percuss.model import restitution_table as restitution_table
     from percuss.model import sine as sine
     from percuss.motion import Contacts as Contacts
     from percuss.motion import Crossings as Crossings
@@ -187,6 +188,7 @@ __all__ = [
     "pi_times",
     "resonant_frequency",
     "response_curve",
+    "restitution_table",
     "save_csv",
     "save_netcdf",
     "simulate",
@@ -247,6 +249,7 @@ _HOMES = {
         "impact_oscillator",
         "parameter",
         "pi_times",
+        "restitution_table",
         "sine",
     ),
     "percuss.motion": (

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from tests.oracle.event_driven import simulate
 from tests.oracle.from_model import problem_of
-from tests.oracle.random_problems import FORCE_FREE, Motion, random_motion, self_excited_motion
+from tests.oracle.random_problems import (
+    FORCE_FREE,
+    Motion,
+    chattering_motion,
+    random_motion,
+    self_excited_motion,
+    with_tables,
+)
 
 import percuss as pc
 
@@ -40,6 +47,16 @@ def test_motions_that_are_fed_with_energy_are_those_of_the_oracle(seeds: range) 
     found = [fault for seed in seeds for fault in _differences(self_excited_motion(seed))]
 
     assert found == []
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(10), pytest.param(range(400), marks=pytest.mark.nightly)], ids=len
+)
+def test_restitutions_over_the_speed_are_those_of_the_oracle(seeds: range) -> None:
+    motions = [with_tables(random_motion(seed), seed) for seed in seeds]
+    motions += [with_tables(chattering_motion(seed), seed) for seed in seeds]
+
+    assert [fault for motion in motions for fault in _differences(motion)] == []
 
 
 @pytest.mark.parametrize("name", FORCE_FREE)

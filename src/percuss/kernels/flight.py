@@ -47,7 +47,6 @@ from percuss.kernels.law_columns import (
     HALF_TURNS_LOW,
     LOWER,
     LOWER_FORCE,
-    LOWER_RESTITUTION,
     NEAR,
     NUMBER,
     OMEGA,
@@ -65,7 +64,6 @@ from percuss.kernels.law_columns import (
     TWICE_PER_RATE,
     UPPER,
     UPPER_FORCE,
-    UPPER_RESTITUTION,
     Law,
 )
 
@@ -289,13 +287,6 @@ def quotient(a_re: float, a_im: float, b_re: float, b_im: float) -> tuple[float,
 def place(law: Law, region: int, bound: int) -> float:
     """Return the position of a bound of a region."""
     return law[region, LOWER if bound == int(law[region, NUMBER]) else UPPER]
-
-
-@kernel
-def restitution_at(law: Law, region: int, bound: int) -> float:
-    """Return the restitution of a wall of a region."""
-    lower = bound == int(law[region, NUMBER])
-    return law[region, LOWER_RESTITUTION if lower else UPPER_RESTITUTION]
 
 
 @kernel

@@ -10,8 +10,8 @@ walls, edges of soft stops, or at infinity.
 A law is one C-contiguous float64 array, so that each kernel is compiled once, whatever the number
 of stops and harmonics (docs/decisions/003-one-array-for-the-law.md). Row 0 holds what is common to
 all; then comes one row for each harmonic; then, for each region upwards, a row of its own followed
-by one row for each harmonic with the response of the region to it. A region is given by the number
-of its row; the row of its response to harmonic j is ``region + 1 + j``.
+by one row for each harmonic with the response of the region to it; last come the knots of tables
+of restitution, if there are any. A region is given by the number of its row; the row of its response to harmonic j is ``region + 1 + j``.
 """
 
 from __future__ import annotations
@@ -66,4 +66,11 @@ GAP_RE, GAP_IM = 3, 4  # i w minus that root
 X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN = 5, 6, 7, 8  # (x, v) after a step, from the force's
 STEP_COS, STEP_SIN = 9, 10  # two parts at its start; and the turn of its phase
 
-COLUMNS = 36
+# Where a wall's restitution is a table, the row of its first knot; else 0.
+LOWER_TABLE, UPPER_TABLE = 36, 37
+
+# Columns of a knot of a table of restitution over the speed; these rows come last.
+KNOT_SPEED, KNOT_RESTITUTION = 0, 1
+KNOTS_LEFT = 2  # how many of the table follow
+
+COLUMNS = 38

@@ -27,6 +27,7 @@ from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
     LOWER,
     N_HARMONICS,
+    N_REGIONS,
     NUMBER,
     OMEGA,
     QUICKEST,
@@ -179,7 +180,8 @@ def _places(run: Trajectory, law: Law, marks: Integers) -> Floats:
 def _constant_forces(law: Law) -> dict[int, float]:
     """Return, for each region's row, the constant G of x'' + 2 a x' + K x = G + harmonics."""
     n = int(law[0, N_HARMONICS])
-    rows = range(FIRST_HARMONIC + n, len(law), 1 + n)
+    first = FIRST_HARMONIC + n
+    rows = range(first, first + int(law[0, N_REGIONS]) * (1 + n), 1 + n)
     return {row: _constant(law, row) for row in rows}
 
 

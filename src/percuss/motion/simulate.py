@@ -18,6 +18,7 @@ from percuss.kernels.law_columns import (
     GROWTH,
     HALF_TURNS,
     N_HARMONICS,
+    N_REGIONS,
     TURNS,
     Law,
 )
@@ -158,7 +159,8 @@ def simulate(
 def _check_times(law: Law, t0: float, t_end: float) -> None:
     """Refuse times so late that a phase there has no digits left."""
     n = int(law[0, N_HARMONICS])
-    free = [2.0 * half for half in law[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS].tolist()]
+    last = FIRST_HARMONIC + n + int(law[0, N_REGIONS]) * (1 + n)
+    free = [2.0 * half for half in law[FIRST_HARMONIC + n : last : 1 + n, HALF_TURNS].tolist()]
     fastest = max(free + law[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS].tolist())
     for name, time in (("t0", t0), ("t_end", t_end)):
         if abs(time) < math.inf and abs(time) * fastest > MOST_PERIODS:
