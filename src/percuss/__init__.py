@@ -91,6 +91,7 @@ if TYPE_CHECKING:
     from percuss.orbits import Manifolds as Manifolds
     from percuss.orbits import PeriodicOrbit as PeriodicOrbit
     from percuss.orbits import Response as Response
+    from percuss.orbits import SectionMap as SectionMap
     from percuss.orbits import SingularityCurve as SingularityCurve
     from percuss.orbits import SingularitySet as SingularitySet
     from percuss.orbits import SpecialPoint as SpecialPoint
@@ -104,6 +105,7 @@ if TYPE_CHECKING:
     from percuss.orbits import impact_map as impact_map
     from percuss.orbits import manifolds as manifolds
     from percuss.orbits import response_curve as response_curve
+    from percuss.orbits import section_map as section_map
     from percuss.orbits import singularity_set as singularity_set
     from percuss.orbits import stroboscopic_map as stroboscopic_map
     from percuss.orbits import switch_branch as switch_branch
@@ -143,6 +145,7 @@ __all__ = [
     "PercussError",
     "PeriodicOrbit",
     "Response",
+    "SectionMap",
     "SingularityCurve",
     "SingularitySet",
     "SoftStop",
@@ -191,6 +194,7 @@ __all__ = [
     "restitution_table",
     "save_csv",
     "save_netcdf",
+    "section_map",
     "simulate",
     "sine",
     "singularity_set",
@@ -287,6 +291,7 @@ _HOMES = {
         "Manifolds",
         "PeriodicOrbit",
         "Response",
+        "SectionMap",
         "SingularityCurve",
         "SingularitySet",
         "SpecialPoint",
@@ -301,6 +306,7 @@ _HOMES = {
         "impact_map",
         "manifolds",
         "response_curve",
+        "section_map",
         "singularity_set",
         "stroboscopic_map",
         "switch_branch",

@@ -54,6 +54,7 @@ from percuss.kernels.observables import (
     END_V,
     END_X,
     N_OBSERVABLES,
+    PASSAGES,
     SINCE,
     STROBES,
     TANGENTS,
@@ -67,6 +68,7 @@ from percuss.kernels.observables import (
     observe_event,
     observe_flight,
     observe_impact,
+    observe_passages,
     strobe,
     strobe_neighbour,
 )
@@ -131,7 +133,7 @@ class Batch(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays that members use in turn: buffers of a record, and (3, n_harmonics, 2) for phases."""
+    """Arrays that members use in turn: buffers of a record, and (6, n_harmonics, 2) for phases."""
 
     events: Floats
     marks: Integers
@@ -173,7 +175,8 @@ def member_of(batch: Batch, workspace: Workspace, i: int) -> Member:
         workspace.marks,
         workspace.grazes,
     )
-    return Member(run, batch.plans[i], batch.values[i], batch.points[i])
+    search = workspace.phases[3:6]
+    return Member(run, batch.plans[i], batch.values[i], batch.points[i], search)
 
 
 @kernel
@@ -309,6 +312,9 @@ def observe_stretch(
         strobe(member, flight, x, in_contact, before)
     if options.section == TANGENTS:
         strobe_neighbour(member, region, start, before)
+    if options.section == PASSAGES:
+        set_phases(law, start[0], start[1], phases)
+        observe_passages(member, flight, x, in_contact, end[0])
     if options.with_extremes and not in_contact:
         set_phases(law, start[0], start[1], phases)
         span = (max(0.0, since - start[0]), (end[0] - start[0]) - start[1])
@@ -467,7 +473,7 @@ def count_impact(member: Member, options: Options, block: Floats, slot: int) -> 
     until = block[NEXT_AT * SLOTS + slot]
     if block[DONE * SLOTS + slot] == 1.0 or until < block[COUNTED_FROM * SLOTS + slot]:
         return True
-    if options.section == TANGENTS or options.with_extremes:
+    if options.section in (TANGENTS, PASSAGES) or options.with_extremes:
         return False
     if values.shape[0] > N_OBSERVABLES:
         note_peak(until, abs(block[BEFORE * SLOTS + slot]), values)
