@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from percuss.model import Oscillator as Oscillator
     from percuss.model import SoftStop as SoftStop
     from percuss.model import Start as Start
+    from percuss.model import Units as Units
     from percuss.model import Wall as Wall
     from percuss.model import backlash_oscillator as backlash_oscillator
     from percuss.model import ball_on_table as ball_on_table
@@ -151,6 +152,7 @@ __all__ = [
     "StudyError",
     "SubsetMotion",
     "Trajectory",
+    "Units",
     "VelocityGap",
     "Wall",
     "__version__",
@@ -236,6 +238,7 @@ _HOMES = {
         "Oscillator",
         "SoftStop",
         "Start",
+        "Units",
         "Wall",
         "backlash_oscillator",
         "ball_on_table",

@@ -15,7 +15,10 @@ DIGITS = 300
 
 
 def problem_of(oscillator: pc.Oscillator, force: pc.Forcing | None = None) -> Problem:
-    """Return the same equation for `event_driven.simulate`."""
+    """Return the same equation, per unit mass, for `event_driven.simulate`."""
+    if oscillator.mass is not None:
+        force = None if force is None else force.acceleration_of(oscillator.mass)
+        oscillator = oscillator.of_unit_mass()
     stops: list[Wall | Soft] = []
     for stop in oscillator.stops:
         at = as_fraction(stop.at)

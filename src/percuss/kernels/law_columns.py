@@ -28,6 +28,8 @@ PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW = 2, 3, 4
 # From here on: sum_j force_j w_j**m for m = 0, 1, ..., a bound of the force's m-th derivative.
 FORCE_BOUND = 5
 N_FORCE_BOUNDS = 14
+# The mass: all else is per unit mass, and forces, impulses and energies are that times the mass.
+MASS = 19
 
 # Columns of a harmonic's row, the rows from FIRST_HARMONIC on.
 FIRST_HARMONIC = 1

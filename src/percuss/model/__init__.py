@@ -41,3 +41,4 @@ from percuss.model.start import Start as Start
 from percuss.model.start import end_after_periods as end_after_periods
 from percuss.model.start import periods_faults as periods_faults
 from percuss.model.start import start_faults as start_faults
+from percuss.model.units import Units as Units

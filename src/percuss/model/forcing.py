@@ -157,6 +157,8 @@ class Forcing:
         number within 1e-9. May be a multiple of pi.
     base
         Base frequency of a sum made by `fourier`, which sets it.
+    is_per_mass
+        Whether it is per unit mass for an oscillator that has a mass, too; `per_mass` sets it.
 
     Attributes
     ----------
@@ -179,6 +181,7 @@ class Forcing:
     constant: Exact = 0.0
     given_period: Phase | None = field(default=None, metadata={"given_as": "period"})
     base: Exact | None = None
+    is_per_mass: bool = False
 
     def __init__(
         self,
@@ -187,36 +190,52 @@ class Forcing:
         period: Phase | None = None,
         *,
         base: Exact | None = None,
+        is_per_mass: bool = False,
     ) -> None:
         object.__setattr__(self, "harmonics", as_tuple(harmonics))
         object.__setattr__(self, "constant", plain(constant))
         object.__setattr__(self, "given_period", plain(period))
         object.__setattr__(self, "base", plain(base))
+        object.__setattr__(self, "is_per_mass", is_per_mass)
         raise_first(faults(self, ""))
 
     def __repr__(self) -> str:
         if self.base is not None:
             terms = cast("tuple[FourierTerm, ...]", self.harmonics)
             cos, sin = tuple(term.cos for term in terms), tuple(term.sin for term in terms)
-            return f"fourier({self.base!r}, cos={cos!r}, sin={sin!r}, constant={self.constant!r})"
-        period = "" if self.given_period is None else f", period={self.given_period!r}"
-        return f"Forcing(harmonics={self.harmonics!r}, constant={self.constant!r}{period})"
+            text = f"fourier({self.base!r}, cos={cos!r}, sin={sin!r}, constant={self.constant!r})"
+            return f"{text}.per_mass(1)" if self.is_per_mass else text
+        more = "" if self.given_period is None else f", period={self.given_period!r}"
+        more += ", is_per_mass=True" if self.is_per_mass else ""
+        return f"Forcing(harmonics={self.harmonics!r}, constant={self.constant!r}{more})"
 
     def __add__(self, other: Forcing) -> Forcing:
         """Return the sum of two forcings, exactly.
 
         It keeps a period that both have, and that of the one with harmonics if the other is
-        constant; otherwise it has none.
+        constant; otherwise it has none. Both are forces, or both per unit mass.
         """
         if not isinstance(other, Forcing):
             return NotImplemented
+        if self.is_per_mass != other.is_per_mass:
+            reason = (
+                "a force and a force per unit mass have no sum; take per_mass of both or neither"
+            )
+            raise ParameterError("force", other, reason)
         constant = kept(operand(self.constant) + operand(other.constant))
         for force, added in ((self, other), (other, self)):
             if not added.harmonics:
-                return Forcing(force.harmonics, constant, force.given_period, base=force.base)
+                return Forcing(
+                    force.harmonics,
+                    constant,
+                    force.given_period,
+                    base=force.base,
+                    is_per_mass=self.is_per_mass,
+                )
         parts = [part for force in (self, other) for part in _plain_harmonics(force)]
         periods = {_exact_period(force) for force in (self, other)}
-        return Forcing(parts, constant, periods.pop() if parts and len(periods) == 1 else None)
+        period = periods.pop() if parts and len(periods) == 1 else None
+        return Forcing(parts, constant, period, is_per_mass=self.is_per_mass)
 
     @property
     def period(self) -> float | None:
@@ -255,12 +274,15 @@ class Forcing:
         return _components(self)
 
     def per_mass(self, mass: Exact) -> Forcing:
-        """Return a force in the engineers' units divided by the mass it acts on.
+        """Return a force divided by a mass, and marked as per unit mass.
+
+        An oscillator without a mass takes it as any force. One that has a mass takes it as the
+        acceleration that it is: its own mass does not divide it again.
 
         Parameters
         ----------
         mass
-            Mass [mass], > 0.
+            Mass [mass], > 0; 1 marks a force that is per unit mass already.
 
         Returns
         -------
@@ -270,18 +292,42 @@ class Forcing:
         Raises
         ------
         ParameterError
-            If the mass is no number above zero.
+            If the mass is no number above zero, or the force is per unit mass already.
 
         Examples
         --------
-        >>> cosine(3.0, amplitude=5.0).per_mass(2.0)
-        Forcing(harmonics=(Harmonic(amplitude=2.5, omega=3.0, phase=0.0),), constant=0.0)
+        >>> force = cosine(3.0, amplitude=5.0).per_mass(2.0)
+        >>> force.harmonics, force.is_per_mass
+        ((Harmonic(amplitude=2.5, omega=3.0, phase=0.0),), True)
         """
         raise_first(positive_faults("mass", plain(mass)))
+        if self.is_per_mass:
+            raise ParameterError("mass", mass, "the force is per unit mass already")
         factor = 1 / operand(mass)
         parts = tuple(_scaled_part(part, factor) for part in self.harmonics)
         constant = scaled(self.constant, factor)
-        return Forcing(parts, constant, self.given_period, base=self.base)
+        return Forcing(parts, constant, self.given_period, base=self.base, is_per_mass=True)
+
+    def acceleration_of(self, mass: Exact | None) -> Forcing:
+        """Return what a force does to a mass: the force per unit mass.
+
+        Parameters
+        ----------
+        mass
+            Mass of the oscillator that it acts on; None for one of unit mass.
+
+        Returns
+        -------
+        Forcing
+            The force divided by the mass; itself without one, and if it is per unit mass already.
+
+        Examples
+        --------
+        >>> force = cosine(3.0, amplitude=5.0)
+        >>> force.acceleration_of(2.0) == force.per_mass(2.0).acceleration_of(2.0)
+        True
+        """
+        return self if mass is None or self.is_per_mass else self.per_mass(mass)
 
 
 def cosine(
@@ -431,6 +477,9 @@ def _(value: FourierTerm, prefix: str | None = None) -> list[Fault]:
 def _(value: Forcing, prefix: str | None = None) -> list[Fault]:
     prefix = "forcing" if prefix is None else prefix
     problems = number_faults(dotted(prefix, "constant"), value.constant)
+    if not isinstance(value.is_per_mass, bool):
+        name = dotted(prefix, "is_per_mass")
+        problems.append(Fault(name, value.is_per_mass, "neither true nor false"))
     if value.base is not None:
         problems += frequency_faults(dotted(prefix, "omega"), value.base)
     if not isinstance(value.harmonics, tuple):

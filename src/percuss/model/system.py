@@ -22,7 +22,7 @@ from percuss.model.exact import PI, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
 from percuss.model.forcing import Component, Forcing, Harmonic
-from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.oscillator import Oscillator, SoftStop, Wall, mass_of
 from percuss.numerics import exp
 
 __all__ = [
@@ -106,6 +106,18 @@ class System(_SystemFields):
         return law(self.oscillator, self.forcing)
 
     @cached_property
+    def of_unit_mass(self) -> System:
+        """The oscillator and the forcing divided by the mass; itself without one."""
+        if self.oscillator.mass is None:
+            return self
+        return System(*_of_unit_mass(self.oscillator, self.forcing))
+
+    @property
+    def mass(self) -> float:
+        """What forces per unit mass are multiplied by: the mass, or 1 without one."""
+        return float(self.law[0, at.MASS])
+
+    @cached_property
     def lines(self) -> RegionBounds:
         """The bounds of the regions between the stops."""
         return lines(self.oscillator)
@@ -155,12 +167,15 @@ def lines(oscillator: Oscillator) -> RegionBounds:
 def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     """Return the law of an oscillator under a forcing (None: free motion)."""
     parameters_in(oscillator, forcing)  # one name has one value
+    mass = mass_of(oscillator)
+    oscillator, forcing = _of_unit_mass(oscillator, forcing)
     components = forcing.components() if forcing is not None else ()
     constant = as_fraction(forcing.constant) if forcing is not None else Fraction(0)
     bounds = lines(oscillator)
     n, n_regions = len(components), len(bounds.at) - 1
     rows = np.zeros((at.FIRST_HARMONIC + n + n_regions * (1 + n), at.COLUMNS))
     _fill_header(rows[0], forcing, components, n_regions)
+    rows[0, at.MASS] = 1.0 if mass is None else mass
     for j, component in enumerate(components):
         _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
     # A harmonic of zero amplitude does not shorten the step.
@@ -175,6 +190,13 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
         _mark_simple(rows[first], rows[first + 1 : first + 1 + n])
     fill_steps(rows)
     return rows
+
+
+def _of_unit_mass(
+    oscillator: Oscillator, forcing: Forcing | None
+) -> tuple[Oscillator, Forcing | None]:
+    force = None if forcing is None else forcing.acceleration_of(oscillator.mass)
+    return oscillator.of_unit_mass(), force
 
 
 def _pair(numerator: int, denominator: int) -> tuple[float, float]:

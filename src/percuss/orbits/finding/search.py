@@ -209,8 +209,7 @@ def signs_after(law: Law, events: Integers) -> Floats:
 
 def scale_of_speed(system: System) -> float:
     """Return the order of the velocities that forcing, springs and gaps cause."""
-    osc, force = system
-    law = system.law
+    (osc, force), law = system.of_unit_mass, system.law
     n = int(law[0, at.N_HARMONICS])
     rows = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]
     speed = float((rows[:, at.AMPLITUDE] / rows[:, at.OMEGA]).sum()) if n else 0.0

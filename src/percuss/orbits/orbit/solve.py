@@ -32,6 +32,7 @@ from percuss.kernels.shooting import (
     iterate,
 )
 from percuss.kernels.tangent import neighbours
+from percuss.model.oscillator import mass_of
 from percuss.model.system import System
 from percuss.motion.tables import Impacts
 from percuss.numerics import (
@@ -381,4 +382,6 @@ def impacts_of_record(system: System, events: Floats, marks: Integers) -> Impact
         stop=np.array([met[i] for i in rows], dtype=np.int64),
         cycle=cycle,
         intervals=t - before,
+        mass=mass_of(system.oscillator),
+        units=system.oscillator.units,
     )
