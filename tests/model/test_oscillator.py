@@ -71,8 +71,8 @@ def test_a_force_is_divided_by_the_mass_too() -> None:
         ({"mass": -2, "stiffness": 1.0}, "mass = -2: not positive"),
         ({"mass": 1.0, "stiffness": math.nan}, "stiffness = nan: not finite"),
         (
-            {"mass": 1.0, "stiffness": 1.0, "damping_coefficient": -0.1},
-            "damping_coefficient = -0.1: negative",
+            {"mass": 1.0, "stiffness": 1.0, "damping_coefficient": math.inf},
+            "damping_coefficient = inf: not finite",
         ),
         ({"mass": 1.0, "stiffness": 0.0, "damping_ratio": 0.1}, "needs a stiffness above 0, not 0"),
         (
@@ -152,3 +152,11 @@ def test_stops_keep_their_order_and_may_be_given_as_a_list() -> None:
     stops = [SoftStop(2.0, "above", -3.0), Wall(-1.0, "below"), SoftStop(1.0, "above", 5.0)]
 
     assert Oscillator(stops=stops).stops == tuple(stops)  # type: ignore[arg-type]
+
+
+def test_negative_damping_keeps_its_sign_in_engineers_units() -> None:
+    by_ratio = Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_ratio="-0.25")
+    by_coefficient = Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_coefficient=-5)
+
+    assert by_ratio.damping == by_coefficient.damping == -5
+    assert by_ratio.of_unit_mass().damping == -1.25

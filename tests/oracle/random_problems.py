@@ -48,6 +48,28 @@ def random_motion(seed: int) -> Motion:
     )
 
 
+def self_excited_motion(seed: int) -> Motion:
+    """Return a motion with negative damping, of the oscillator, of soft stops or of both."""
+    rng = np.random.default_rng([5, seed])
+    motion = random_motion(seed + 2_000_000)
+    k, a = [
+        (1.0, rng.uniform(0.01, 0.3)),
+        (rng.uniform(0.2, 9), rng.uniform(0, 0.5)),
+        (0.25, 0.5),
+        (rng.uniform(0.05, 0.3), rng.uniform(0.6, 0.8)),
+        (0.0, rng.uniform(0.01, 0.5)),
+        (-rng.uniform(0, 0.5), rng.uniform(0, 0.5)),
+    ][rng.integers(0, 6)]
+    stops = tuple(
+        stop
+        if isinstance(stop, pc.Wall) or rng.random() < 0.3
+        else pc.SoftStop(stop.at, stop.side, stop.stiffness, -float(rng.uniform(0, 0.5)))
+        for stop in motion.oscillator.stops
+    )
+    osc = pc.Oscillator(float(k), float(a if stops and rng.random() < 0.3 else -a), stops)
+    return Motion(osc, motion.forcing, motion.start)
+
+
 def _stops(rng: np.random.Generator, low: float, high: float) -> list[pc.Wall | pc.SoftStop]:
     stops: list[pc.Wall | pc.SoftStop] = []
     if rng.random() < 0.75:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.oracle.event_driven import simulate
 from tests.oracle.from_model import problem_of
-from tests.oracle.random_problems import FORCE_FREE, Motion, random_motion
+from tests.oracle.random_problems import FORCE_FREE, Motion, random_motion, self_excited_motion
 
 import percuss as pc
 
@@ -29,6 +29,15 @@ TOLERANCE = 1e-9
 )
 def test_events_and_motion_are_those_of_the_oracle(seeds: range) -> None:
     found = [fault for seed in seeds for fault in _differences(random_motion(seed))]
+
+    assert found == []
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(12), pytest.param(range(500), marks=pytest.mark.nightly)], ids=len
+)
+def test_motions_that_are_fed_with_energy_are_those_of_the_oracle(seeds: range) -> None:
+    found = [fault for seed in seeds for fault in _differences(self_excited_motion(seed))]
 
     assert found == []
 

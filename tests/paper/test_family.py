@@ -30,6 +30,7 @@ HOLD = {
     "property1",
     "eq16",
     "derivatives-at-impacts",
+    "periods-coincide",
     "eq10",
     "eq11",
     "eq13-short",
@@ -44,15 +45,16 @@ HOLD = {
     "fig3-4",
     "figA1",
 }
-FAILED = {"existence-uniqueness", "neutral-element"}
+FAILED: set[str] = set()
 CORRECTED = {
     "multi-harmonics": "J_n = 0",
     "eq15": "x_part(0) cos t",
     "eq12": "(1 - m)(m + 3)",
     "eq13-long": "minus in place of plus",
     "family-commensurate": "V0 = 1/sqrt(3)",
-    "periods-coincide": "not by Y_m",
-    "above-critical": "chaotic",
+    "existence-uniqueness": "do not tend to 0",
+    "neutral-element": "acts on the solutions",
+    "above-critical": "quasi-periodic",
     "family-period": "V0 = V*/2",
     "subset-stability": "changes of V0 alone",
     "eqA3": "without the absolute values",
@@ -109,7 +111,6 @@ DEDUCED = (
     "family-period",
     "family-commensurate",
     "family-valid",
-    "periods-coincide",
     "eqA3",
     "eqA4",
     "eqA5",

@@ -17,9 +17,10 @@ from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.model.start import Start
 from percuss.paper.article import article_source, passages
-from percuss.paper.chain import LINES, falls_with
+from percuss.paper.chain import LINES
 from percuss.paper.claim import Claim, examine
 from percuss.paper.collection import items, statement_with_id
+from percuss.paper.dependence import falls_with
 from percuss.paper.evidence import Deduction, Step, compare
 from percuss.paper.figure_files import Drawn
 from percuss.paper.findings import HEADLINES, Headline, told

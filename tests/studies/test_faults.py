@@ -204,7 +204,7 @@ def test_all_faults_of_a_file_are_reported_at_once_in_the_order_of_lines() -> No
     text = """\
 [oscillator]
 stifness = 1
-damping = -0.1
+damping = inf
 stops = [
   {type = "wall", at = 0.5, side = "below", restitution = 2},
   {type = "spring", at = 1},

@@ -263,6 +263,8 @@ class BallLaw:
         regime, rate = self._regime(region, stiffness, damping)
         pace = upper(constant_of(stiffness)) ** 0.5 * 1.000001
         growth = (pace * pace - float(constant_of(stiffness).lower())) / (2.0 * pace) * 1.0001
+        # Negative damping makes the norm grow by exp(2 abs(a) s) at most.
+        growth += max(0.0, -2.0 * float(constant_of(damping).lower())) * 1.0001
         gains = tuple(
             self._gain(tone, omega, region, stiffness, damping)
             for tone, omega in zip(self.system.tones, self.omegas, strict=True)

@@ -134,7 +134,7 @@ def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
     Raises
     ------
     ParameterError
-        If a stop has an irrational place or restitution, or a number may be zero or not.
+        If a stop has an irrational place, or a number may be zero or not.
     """
     parameters_in(osc, force)  # one name has one value
     unit, push = System(osc, force).of_unit_mass
@@ -170,8 +170,8 @@ class _Numbers:
         number = self.exact[path] = as_fraction(value)
         if not isinstance(value, Expression) or (value.is_exact and not value.angle()[0]):
             return
-        if path.endswith((".at", ".restitution")):
-            reason = "irrational; a proof needs stops with rational places and restitutions"
+        if path.endswith(".at"):
+            reason = "irrational; a proof needs stops at rational places"
             raise ParameterError(path, value, reason)
         if number == 0:
             raise ParameterError(path, value, "not told from 0 by 4800 bits")

@@ -145,7 +145,7 @@ def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
 
     Examples
     --------
-    >>> commonest(["x0 = -1: below the wall", "x0 = -2: below the wall", "damping = -1: negative"])
+    >>> commonest(["x0 = -1: below the wall", "x0 = -2: below the wall", "mass = -1: not positive"])
     ('x0 = -1: below the wall', 2, 1)
     """
     lines = [(text.strip().splitlines() or [""])[-1] for text in reasons]

@@ -34,12 +34,12 @@ from percuss.kernels.flight import (
 from percuss.kernels.law_columns import (
     DAMPING,
     FORCE_BOUND,
+    GROWTH,
     LOWER,
     NUMBER,
     ORIGIN,
     ORIGIN_FORCE,
     QUICKEST,
-    SLOW_ROOT,
     STEP,
     STIFFNESS,
     UPPER,
@@ -312,8 +312,14 @@ def move_by(errors: Errors, y: float, v: float) -> None:
 
 @kernel
 def growth_of_errors(law: Law, region: int, s: float) -> float:
-    """Return the factor by which an error of a displacement may grow in a time s."""
-    return exponential(law[region, SLOW_ROOT] * s) if law[region, STIFFNESS] < 0.0 else 1.0
+    """Return the factor by which an error of a displacement may grow in a time s.
+
+    With negative damping c + a S, S / s and 2 D / s^2 are below exp(2 GROWTH s).
+    """
+    if law[region, GROWTH] == 0.0:
+        return 1.0
+    doubled = 2.0 if law[region, DAMPING] < 0.0 else 1.0
+    return exponential(doubled * law[region, GROWTH] * s)
 
 
 @kernel
@@ -336,7 +342,7 @@ def carry_over_event(
     time_error = 1.5 * far / speed if speed > 0.0 else math.inf
     if not time_error * law[region, QUICKEST] <= PHASE:
         return False
-    pull = 2.0 * law[region, DAMPING] * fast + abs(law[region, STIFFNESS]) * far + shift
+    pull = 2.0 * abs(law[region, DAMPING]) * fast + abs(law[region, STIFFNESS]) * far + shift
     jerk = jerk_near(law, region, speed + fast, abs(second) + pull, time_error)
     bend = abs(second) + pull + jerk * time_error
     if not fast + bend * time_error <= PART * speed:

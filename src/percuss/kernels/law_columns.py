@@ -44,7 +44,7 @@ STIFFNESS, DAMPING = 7, 8  # K and a
 OVERDAMPED = 9  # 1 where a**2 > K, else 0
 RATE = 10  # sqrt(abs(K - a**2)): a frequency, or half the difference of two real roots
 HALF_TURNS, HALF_TURNS_LOW = 11, 12  # RATE / (4 pi): half the phase of the free motion, in turns
-SLOW_ROOT, FAST_ROOT = 13, 14  # the real characteristic roots where overdamped
+SLOW_ROOT, FAST_ROOT = 13, 14  # the larger and the smaller real root where overdamped
 QUICKEST = 15  # the largest rate of the free motion
 ORIGIN, ORIGIN_FORCE = 16, 17  # a point of the region and the constant force G - K x there
 LOWER_FORCE, UPPER_FORCE = 18, 19  # the constant force at the bounds
@@ -56,6 +56,7 @@ TWICE_PER_RATE, PER_STIFFNESS = 29, 30  # 2 / RATE and 1 / K, 0 where infinite
 # 1 where there is one harmonic and nothing singular, and where moreover one wall is all there is.
 SIMPLE, HARMONIC = 31, 32
 LOWER_ENTRY, UPPER_ENTRY = 33, 34  # 1 where passing the edge from here enters a soft stop
+GROWTH = 35  # the rate of the fastest growing part of the free motion; 0 where none grows
 
 # Values of a bound's kind: at infinity, a wall, the edge of a soft stop.
 NOTHING, WALL, EDGE = 0.0, 1.0, 2.0
@@ -67,4 +68,4 @@ GAP_RE, GAP_IM = 3, 4  # i w minus that root
 X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN = 5, 6, 7, 8  # (x, v) after a step, from the force's
 STEP_COS, STEP_SIN = 9, 10  # two parts at its start; and the turn of its phase
 
-COLUMNS = 35
+COLUMNS = 36

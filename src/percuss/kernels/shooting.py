@@ -80,7 +80,8 @@ def shoot(problem: ShootingProblem, unknowns: Floats, residual: Floats, jacobian
     events 0, 1, ..., and the velocities after these events. Residuals 2 i and 2 i + 1 are the
     distance by which the flight from event i misses the place of the next, and the velocity
     after the next less what the event makes of the one before; the last is the sum of the
-    durations less ``period``.
+    durations less ``period``. A ``period`` of 0 is that of free motion, which is unknown: in place
+    of the last equation event 0 stays where it is.
     """
     law, itinerary, period, phases, arrival = problem
     n = itinerary.shape[0]
@@ -117,6 +118,10 @@ def shoot(problem: ShootingProblem, unknowns: Floats, residual: Floats, jacobian
         total += s
         t, t_low = later(t, t_low, s)
     residual[2 * n] = total
+    if period == 0.0:
+        residual[2 * n] = 0.0
+        for k in range(1 + 2 * n):
+            jacobian[2 * n, k] = 1.0 if k == 0 else 0.0
 
 
 @kernel
@@ -218,19 +223,11 @@ def scales(unknowns: Floats, n: int) -> tuple[float, float]:
 def equations(
     problem: ShootingProblem, unknowns: Floats, residual: Floats, matrix: Floats
 ) -> float:
-    """Write scaled residuals and the Jacobian by scaled unknowns; return the largest residual.
-
-    A ``period`` of 0 is that of free motion, which is unknown: event 0 then stays where it is.
-    """
-    itinerary, period = problem.itinerary, problem.period
-    n = itinerary.shape[0]
+    """Write scaled residuals and the Jacobian by scaled unknowns; return the largest residual."""
+    n = problem.itinerary.shape[0]
     shoot(problem, unknowns, residual, matrix)
     time, speed = scales(unknowns, n)
     last = 2 * n
-    if period == 0.0:
-        residual[last] = 0.0
-        for k in range(last + 1):
-            matrix[last, k] = 1.0 if k == 0 else 0.0
     size = 0.0
     for i in range(last + 1):
         scale = time

@@ -21,7 +21,6 @@ from percuss.model.exact import (
 from percuss.model.faults import (
     Fault,
     as_tuple,
-    damping_faults,
     dotted,
     draft,
     faults,
@@ -100,7 +99,7 @@ class SoftStop:
     stiffness
         Stiffness k_s per unit mass [1/time^2], of any sign.
     damping
-        Damping a_s per unit mass [1/time], >= 0.
+        Damping a_s per unit mass [1/time], of any sign: a negative one feeds energy in.
 
     Raises
     ------
@@ -139,7 +138,8 @@ class Oscillator:
         Stiffness k per unit mass [1/time^2], of any sign; 0 is free flight. With a mass
         [force/length].
     damping
-        Damping a [1/time], >= 0. With a mass the coefficient c [force time/length].
+        Damping a [1/time], of any sign: a negative one feeds energy in. With a mass the
+        coefficient c [force time/length].
     stops
         Soft stops, any number, and at most one wall a side. They keep their order, which is
         the ``stop`` index in results.
@@ -203,10 +203,10 @@ class Oscillator:
         stiffness
             Stiffness k [force/length].
         damping_coefficient
-            Coefficient c [force time/length], >= 0; 0 if neither it nor the ratio is given.
+            Coefficient c [force time/length], of any sign; 0 if neither it nor the ratio is given.
         damping_ratio
-            Fraction of critical damping c / (2 sqrt(k m)), >= 0, in place of the coefficient,
-            which it is turned into; needs k > 0.
+            Fraction of critical damping c / (2 sqrt(k m)), of any sign, in place of the
+            coefficient, which it is turned into; needs k > 0.
         stops
             Stops in the same units.
         units
@@ -233,7 +233,7 @@ class Oscillator:
         raise_first(number_faults("stiffness", plain(stiffness)))
         if damping_ratio is None:
             damping: Exact = 0.0 if damping_coefficient is None else damping_coefficient
-            raise_first(damping_faults("damping_coefficient", plain(damping)))
+            raise_first(scale_faults("damping_coefficient", plain(damping)))
         elif damping_coefficient is None:
             damping = _damping_of_ratio(damping_ratio, stiffness, mass)
         else:
@@ -305,7 +305,7 @@ def impact_oscillator(
     stiffness
         Stiffness k per unit mass [1/time^2].
     damping
-        Damping a [1/time], >= 0.
+        Damping a [1/time], of any sign.
 
     Returns
     -------
@@ -340,7 +340,7 @@ def bilinear_oscillator(
     stiffness_below
         Stiffness per unit mass on x < 0 [1/time^2].
     damping
-        Damping a on either side [1/time], >= 0.
+        Damping a on either side [1/time], of any sign.
 
     Returns
     -------
@@ -383,11 +383,11 @@ def backlash_oscillator(
     stiffness
         Stiffness k_s of each stop per unit mass [1/time^2].
     damping
-        Damping a everywhere [1/time], >= 0.
+        Damping a everywhere [1/time], of any sign.
     stiffness_inside
         Stiffness k everywhere [1/time^2], to which the stops add.
     stop_damping
-        Damping a_s of each stop [1/time], >= 0.
+        Damping a_s of each stop [1/time], of any sign.
 
     Returns
     -------
@@ -438,7 +438,7 @@ def _(value: SoftStop, prefix: str | None = None) -> list[Fault]:
         *number_faults(dotted(prefix, "at"), value.at),
         *_side_faults(dotted(prefix, "side"), value.side),
         *scale_faults(dotted(prefix, "stiffness"), value.stiffness),
-        *damping_faults(dotted(prefix, "damping"), value.damping),
+        *scale_faults(dotted(prefix, "damping"), value.damping),
     ]
 
 
@@ -447,7 +447,7 @@ def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
     prefix = "oscillator" if prefix is None else prefix
     problems = [
         *scale_faults(dotted(prefix, "stiffness"), value.stiffness),
-        *damping_faults(dotted(prefix, "damping"), value.damping),
+        *scale_faults(dotted(prefix, "damping"), value.damping),
     ]
     if value.mass is not None:
         problems += positive_faults(dotted(prefix, "mass"), value.mass)
@@ -539,12 +539,13 @@ def _side_faults(name: str, side: object) -> list[Fault]:
 
 
 def _damping_of_ratio(ratio: Exact, stiffness: Exact, mass: Exact) -> Exact:
-    raise_first(damping_faults("damping_ratio", plain(ratio)))
+    raise_first(scale_faults("damping_ratio", plain(ratio)))
     if as_fraction(stiffness) <= 0:
         reason = f"needs a stiffness above 0, not {stiffness}; give damping_coefficient"
         raise ParameterError("damping_ratio", ratio, reason)
-    damping: Exact = square_root(4 * operand(ratio) ** 2 * operand(stiffness) * operand(mass))
-    return damping
+    size: Exact = square_root(4 * operand(ratio) ** 2 * operand(stiffness) * operand(mass))
+    negative: Exact = kept(-operand(size))
+    return negative if as_fraction(ratio) < 0 else size
 
 
 def _stop_per_mass(stop: Stop, per_mass: Any) -> Stop:

@@ -38,7 +38,7 @@ __all__ = [
 # The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
 # radians: there the cubic through a step's ends is off by 1/384 of the amplitude at most.
 STEP_PHASE = 1.0
-# With K < 0 the bound over a step holds a factor exp(phase).
+# Where the free motion grows the bound over a step holds a factor exp(phase).
 GROWING_STEP_PHASE = 0.5
 # A harmonic is near a root when the inverse of its gain is this small a part of its own terms.
 NEAR_PART = Fraction(1, 16)
@@ -344,31 +344,36 @@ def _fill_motion(row: Floats, region: _Region) -> None:
     row[at.HALF_TURNS], row[at.HALF_TURNS_LOW] = turns_per_time(rate, 4)
     row[at.TWICE_PER_RATE] = 2.0 / row[at.RATE] if rate else 0.0
     row[at.PER_STIFFNESS] = float(1 / stiffness) if stiffness else 0.0
+    row[at.GROWTH] = max(0.0, -a)
     if discriminant < 0:
         row[at.OVERDAMPED] = 1.0
-        row[at.SLOW_ROOT] = float(-stiffness / (damping + rate))
-        row[at.FAST_ROOT] = float(-(damping + rate))
-    row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * a)
+        # The root of the larger size cancels nothing, and the product of both is the stiffness.
+        largest = -(damping + rate) if damping >= 0 else rate - damping
+        roots = float(largest), float(stiffness / largest)
+        row[at.SLOW_ROOT], row[at.FAST_ROOT] = max(roots), min(roots)
+        row[at.GROWTH] = max(0.0, *roots)
+    row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * abs(a))
 
 
 def _fill_steps_of_search(row: Floats, omega: float) -> None:
     """Fill the length of a search step, and the constants of ``derivative_bound``.
 
-    For K >= 0 the energy norm of (x, v) does not grow without force; for K < 0 the norm
-    max(p abs(x), abs(v)) with p = a + sqrt(a^2 + abs(K)) grows by exp(p s) at most
-    (docs/theory/first-event.md).
+    For K >= 0 the energy norm of (x, v) does not grow without force, but for a < 0 by
+    exp(2 abs(a) s) at most; for K < 0 the norm max(p abs(x), abs(v)) with
+    p = abs(a) + sqrt(a^2 + abs(K)) grows by exp(p s) at most (docs/theory/first-event.md).
     """
-    k, a = float(row[at.STIFFNESS]), float(row[at.DAMPING])
+    k, a = float(row[at.STIFFNESS]), abs(float(row[at.DAMPING]))
     fastest = max(float(row[at.QUICKEST]), omega)
     if fastest > 0.0:
-        row[at.STEP] = (GROWING_STEP_PHASE if k < 0.0 else STEP_PHASE) / fastest
+        row[at.STEP] = (GROWING_STEP_PHASE if row[at.GROWTH] > 0.0 else STEP_PHASE) / fastest
     if k < 0.0:
         pace = a + math.sqrt(a * a - k)
         growth = exp(pace * float(row[at.STEP]))
         row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * pace, growth * pace
     else:
         pace = 2.0 * a + math.sqrt(k)
-        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = pace * math.sqrt(k), pace
+        growth = exp(2.0 * a * float(row[at.STEP])) if row[at.GROWTH] > 0.0 else 1.0
+        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * math.sqrt(k), growth * pace
 
 
 def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
@@ -381,19 +386,20 @@ def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: F
     if square > 0:
         row[at.GAIN_RE], row[at.GAIN_IM] = p * bottom / square, -q * bottom / square
     # Far from a root for certain: the exact comparison is not needed.
-    k, a, w = float(stiffness), float(damping), float(omega)
+    k, a, w = float(stiffness), abs(float(damping)), float(omega)
     if abs(k - w * w) + 2.0 * a * w > FAR_PART * (2.0 * a * a + w * w + abs(k)):
         return
     real, imaginary = stiffness - omega**2, 2 * damping * omega
     discriminant = stiffness - damping**2
-    if abs(real) + imaginary > NEAR_PART * (damping**2 + omega**2 + abs(discriminant)):
+    if abs(real) + abs(imaginary) > NEAR_PART * (damping**2 + omega**2 + abs(discriminant)):
         return
     # (i w - r1) (i w - r2) is the gain; divided by the far factor it leaves the gap, unrounded.
+    # Of two real roots the near one is that of the smaller size.
     row[at.NEAR] = 1.0
     rate = float(_root(abs(discriminant)))
     far = complex(float(damping), float(omega) + rate)
     if discriminant < 0:
-        far = complex(float(damping) + rate, float(omega))
+        far = complex(float(damping) + math.copysign(rate, float(damping)), float(omega))
     gap = complex(float(real), float(imaginary)) / far
     row[at.GAP_RE], row[at.GAP_IM] = gap.real, gap.imag
 
@@ -402,5 +408,6 @@ def _mark_simple(row: Floats, responses: Floats) -> None:
     """Mark a region where one harmonic, away from resonance, meets an oscillating mass."""
     kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
     if len(responses) == 1 and responses[0, at.NEAR] == 0.0:
-        row[at.SIMPLE] = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
+        oscillates = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
+        row[at.SIMPLE] = oscillates and row[at.GROWTH] == 0.0
         row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING}

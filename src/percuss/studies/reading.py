@@ -15,7 +15,7 @@ from pydantic import ValidationError as ShapeError
 
 from percuss.errors import ParameterError, StudyError
 from percuss.io.record import load_record
-from percuss.model.faults import Fault, damping_faults, draft, positive_faults, unit_problem
+from percuss.model.faults import Fault, draft, positive_faults, scale_faults, unit_problem
 from percuss.model.faults import faults as model_faults
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
@@ -451,7 +451,7 @@ def _with_mass(
     """Return the oscillator with its mass and its damping, and add the faults of these."""
     faults.add_from_model(positive_faults("oscillator.mass", table["mass"]))
     for name, value in dampings.items():
-        faults.add_from_model(damping_faults(f"oscillator.{name}", value))
+        faults.add_from_model(scale_faults(f"oscillator.{name}", value))
     if "stiffness" not in table:
         faults.add(("oscillator", "stiffness"), "missing; with a mass it has no default")
     if "damping" in table:

@@ -47,7 +47,7 @@ from percuss.numerics import (
 )
 from percuss.orbits.orbit.itinerary import Itinerary, entries_of, events_of_record, is_wall
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.stability import multipliers_of, stability_of
+from percuss.orbits.orbit.stability import multipliers_of, stability_of, stability_of_cycle
 from percuss.orbits.orbit.turning_points import margin_of, penetrations_of, turns_of
 
 __all__ = ["Solution", "impacts_of_record", "orbit_of_solution", "solve"]
@@ -248,6 +248,9 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
     x0 = place(law, region, bound)
     monodromy = _monodromy(law, events, marks)
     determinant, conservative = _determinant(law, itinerary)
+    stability = stability_of(monodromy, determinant, conservative=conservative)
+    if not itinerary.n_periods:
+        stability = stability_of_cycle(determinant, conservative=conservative)
     turns = turns_of(law, events, marks, x0, float(events[-1, columns.EVENT_T]))
     impacts = impacts_of_record(system, events, marks)
     penetrations = penetrations_of(system.oscillator, turns)
@@ -262,8 +265,8 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
         n_periods=itinerary.n_periods,
         period=period,
         monodromy=monodromy,
-        multipliers=multipliers_of(monodromy, determinant),
-        stability=stability_of(monodromy, determinant, conservative=conservative),
+        multipliers=multipliers_of(monodromy, determinant, is_free=not itinerary.n_periods),
+        stability=stability,
         # A flight of negative duration solves the equations formally, too.
         admissible=len(penetrations) == 0 and not (itinerary.durations < 0.0).any(),
         grazing_margin=margin_of(turns),

@@ -29,6 +29,7 @@ __all__ = [
     "EQ33",
     "EQ34",
     "EQ35",
+    "EQ35_FACTOR",
     "FACTOR",
     "INTERVAL",
     "LANDING",
@@ -159,6 +160,14 @@ EQ35 = Formula(
     "35",
     "pffiffi VðtÞ ¼ b t",
     sympy.Eq(sympy.Symbol("V(t)"), ROOT_FACTOR * sympy.sqrt(TIME)),
+)
+
+# What (34) gives for b, and what is right.
+EQ35_FACTOR = Formula(
+    "35",
+    "",
+    sympy.Eq(ROOT_FACTOR, sympy.sqrt(2 * MEAN / sympy.pi)),
+    sympy.Eq(ROOT_FACTOR, sympy.sqrt(sympy.sin(2 * PHASE) / 2)),
 )
 
 # x and x' a time tau after an impact, t = t_k + tau.

@@ -29,7 +29,7 @@ from percuss.paper.claims.comparisons import (
 )
 from percuss.paper.claims.harmonic_formulas import EQ23, bound_steps, end_steps, j, n, s, t
 from percuss.paper.claims.harmonic_formulas import V as VELOCITY
-from percuss.paper.evidence import Deduction, Step, compare
+from percuss.paper.evidence import Deduction, Step, compare, counted
 from percuss.paper.formula import Formula, ordered
 from percuss.paper.proof import argument, identity, sign, theorem
 from percuss.paper.statement import Finding, Statement
@@ -352,7 +352,7 @@ def _which_root(limit: Formula = EQ26, *, every: bool = True) -> Finding:
         what = f"n = {one}: V_max of starts on either side, that of (26) at xi = {roots[-1]:.6f}"
         right.append(in_ball(what, critical_ball(one), value))
         what = f"n = {one}: number of roots of (25) in [0, pi/2)"
-        numbers.append(compare(what, len(roots), (one - 1) // 2))
+        numbers.append(counted(what, len(roots), (one - 1) // 2))
     refuted = (Deduction("a root of (25) that does not give V_max", wrong, "differs"),)
     return Finding(
         (*(refuted if every else ()), *(() if every else right)),

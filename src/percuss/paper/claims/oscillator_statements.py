@@ -366,7 +366,6 @@ STATEMENTS: tuple[Statement, ...] = (
         claim="With w- to infinity (1) turns into (3) with the impacts (4).",
         formula=EQ4,
         method="motions for w-^2 = 1e10 and 1e12 beside that of the limit, up to t = 20",
-        general=True,
         find=_limit,
     ),
     _of(

@@ -245,10 +245,11 @@ def _smoothed_and_stiff(power: float = -1.0 / 3.0) -> Finding:
 STATEMENTS = (
     Statement(
         id="smoothed-converges",
-        reference="introduction",
+        reference=BEYOND,
+        scope="beyond",
         claim=(
             "The motion with a smoothed force law tends to that of the bilinear oscillator as the "
-            "radius rho of the rounding tends to zero (which the paper calls unclear)."
+            "radius rho of the rounding tends to zero, which the article calls unclear."
         ),
         method="Deduced at fixed t and k- with Gronwall's inequality; measured for ten radii, k- = 20.",
         find=_smoothed,

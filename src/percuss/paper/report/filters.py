@@ -8,12 +8,13 @@ from html import escape
 from typing import get_args
 
 from percuss.paper.claim import Claim
+from percuss.paper.findings import errors_of_their_own
 from percuss.paper.report.claims import record_details
-from percuss.paper.report.prose import prose
+from percuss.paper.report.prose import prose, sentence
 from percuss.paper.sections import SECTIONS
 from percuss.paper.statement import Grade, VerdictKind
 
-__all__ = ["RecordEntry", "counts", "records"]
+__all__ = ["RecordEntry", "counts", "failures", "records"]
 
 RecordEntry = tuple[Claim, str]
 COUNTS: dict[VerdictKind, str] = {
@@ -43,7 +44,8 @@ def counts(entries: Sequence[RecordEntry]) -> str:
         f"<span>{words}{printed if kind == 'holds' else ''}</span></a>"
         for kind, words in COUNTS.items()
     )
-    grades = Counter(claim.grade for claim, _ in entries)
+    claims = [claim for claim, _ in entries]
+    grades = Counter(claim.grade for claim in claims)
     words = ", ".join(
         f'<a href="?evidence={name}#records">{grades[name]} {name}</a>'
         for name in GRADES
@@ -52,8 +54,33 @@ def counts(entries: Sequence[RecordEntry]) -> str:
     noun = "statement" if len(entries) == 1 else "statements"
     return (
         f'<p class="of">Of <a href="?#records">{len(entries)} {noun}</a></p>'
-        f'<div class="counts">{cells}</div><p class="small">The verdicts are {words}.</p>'
+        f'<div class="counts">{cells}</div>{_errors(claims)}'
+        f'<p class="small">The verdicts are {words}.</p>'
     )
+
+
+def _errors(claims: Sequence[Claim]) -> str:
+    """Return how many errors the article has: those that no other statement hands on."""
+    wrong = [claim for claim in claims if claim.kind in ("fails", "corrected")]
+    own = errors_of_their_own(claims)
+    if not own:
+        return ""
+    said = f"{len(own)} errors" if len(own) > 1 else "one error"
+    rest = len(wrong) - len(own)
+    noun = "statements repeat" if rest > 1 else "statement repeats"
+    more = f": the other {rest} {noun} an error on which the article rests them" if rest else ""
+    return f'<p class="small">Behind these {len(wrong)} stand {said} independent of each other{more}.</p>'
+
+
+def failures(entries: Sequence[RecordEntry]) -> str:
+    """Return the statements that fail, each with what is true instead; empty where none does."""
+    rows = "".join(
+        f'<li><a href="#{escape(claim.id)}">{escape(claim.reference)}</a> '
+        f"{prose(claim.claim)} <b>Instead:</b> {prose(sentence(claim.finding.instead))}</li>"
+        for claim, _ in entries
+        if claim.kind == "fails"
+    )
+    return f'<section id="failures"><h2>What fails</h2><ul>{rows}</ul></section>' if rows else ""
 
 
 def records(entries: Sequence[RecordEntry]) -> str:

@@ -70,7 +70,7 @@ export function parametersOf(study) {
       title: "Oscillator",
       rows: [
         row("oscillator.stiffness", "stiffness k", [-1, 4], null, "of the spring; 0: free flight"),
-        row("oscillator.damping", "damping a", [0, 1], null, "a ≥ 0; the term is 2 a x′"),
+        row("oscillator.damping", "damping a", [0, 1], null, "the term is 2 a x′; a negative one feeds energy in"),
       ],
     },
   ];
