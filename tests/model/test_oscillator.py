@@ -159,3 +159,4 @@ def test_negative_damping_keeps_its_sign_in_engineers_units() -> None:
     by_coefficient = Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_coefficient=-5)
 
     assert by_ratio.damping == by_coefficient.damping == -5
+    assert by_ratio.of_unit_mass().damping == -1.25
