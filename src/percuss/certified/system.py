@@ -10,6 +10,7 @@ from functools import lru_cache
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, angle, as_fraction
 from percuss.model.expression import Expression, parameters_in
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing, FourierTerm
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.system import System
@@ -137,6 +138,7 @@ def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
         If a stop has an irrational place, or a number may be zero or not.
     """
     parameters_in(osc, force)  # one name has one value
+    refuse_record(force, "a proof")
     unit, push = System(osc, force).of_unit_mass
     numbers = _Numbers(
         {

@@ -13,6 +13,7 @@ import numpy as np
 from percuss.errors import ConvergenceError, FormalOrbitWarning, ParameterError
 from percuss.kernels.law_columns import DAMPING
 from percuss.model.exact import as_float, plain, whole
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.system import System
@@ -270,6 +271,7 @@ def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
 
 def _check(system: System, n_impacts: float, sequence: Sequence[int] | None) -> None:
     osc, force = system
+    refuse_record(force, "a periodic orbit")
     if force is not None and force.harmonics and force.period is None:
         reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)
