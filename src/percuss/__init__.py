@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from percuss.model import pi_times as pi_times
     from percuss.model import pulses as pulses
     from percuss.model import record as record
+    from percuss.model import restitution_table as restitution_table
     from percuss.model import sine as sine
     from percuss.model import square_wave as square_wave
     from percuss.model import triangle_wave as triangle_wave
@@ -195,6 +196,7 @@ __all__ = [
     "record",
     "resonant_frequency",
     "response_curve",
+    "restitution_table",
     "save_csv",
     "save_netcdf",
     "simulate",
@@ -260,6 +262,7 @@ _HOMES = {
         "pi_times",
         "pulses",
         "record",
+        "restitution_table",
         "sine",
         "square_wave",
         "triangle_wave",

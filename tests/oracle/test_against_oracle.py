@@ -16,6 +16,7 @@ from tests.oracle.random_problems import (
     random_motion,
     self_excited_motion,
     with_record,
+    with_tables,
 )
 
 import percuss as pc
@@ -62,6 +63,16 @@ def test_events_and_motion_under_a_record_are_those_of_the_oracle(
     found = [fault for motion in motions for fault in _differences(motion)]
 
     assert found == []
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(10), pytest.param(range(400), marks=pytest.mark.nightly)], ids=len
+)
+def test_restitutions_over_the_speed_are_those_of_the_oracle(seeds: range) -> None:
+    motions = [with_tables(random_motion(seed), seed) for seed in seeds]
+    motions += [with_tables(chattering_motion(seed), seed) for seed in seeds]
+
+    assert [fault for motion in motions for fault in _differences(motion)] == []
 
 
 @pytest.mark.parametrize("name", FORCE_FREE)

@@ -16,6 +16,7 @@ from percuss.model.exact import Phase, PiTimes, plain
 from percuss.model.expression import Expression, expressions_in, parameters_in
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, Stop, Wall
+from percuss.model.restitution import Restitution, RestitutionTable
 from percuss.model.start import Start
 from percuss.model.units import Units
 
@@ -151,11 +152,17 @@ def _pi_text(value: PiTimes) -> str:
 def stop_table(stop: Stop) -> TomlTable:
     """Return a stop as a ``[[oscillator.stops]]`` table."""
     if isinstance(stop, Wall):
-        law: TomlTable = {"restitution": number(stop.restitution)}
+        law: TomlTable = {"restitution": _restitution(stop.restitution)}
     else:
         law = {"stiffness": number(stop.stiffness), "damping": number(stop.damping)}
     kind = "wall" if isinstance(stop, Wall) else "soft"
     return {"type": kind, "at": number(stop.at), "side": stop.side, **law}
+
+
+def _restitution(value: Restitution) -> object:
+    if not isinstance(value, RestitutionTable):
+        return number(value)
+    return {"speeds": list(map(number, value.speeds)), "values": list(map(number, value.values))}
 
 
 def oscillator_table(oscillator: Oscillator) -> TomlTable:

@@ -19,7 +19,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.flight import Flight, constant_force, restitution_at, set_phases
+from percuss.kernels.flight import Flight, constant_force, set_phases
 from percuss.kernels.law_columns import (
     HARMONIC,
     LOWER,
@@ -101,6 +101,7 @@ from percuss.kernels.record import (
     V,
     X,
 )
+from percuss.kernels.restitution import kept_of_area
 from percuss.kernels.tangent import event_saltation
 
 # Rows of the buffer of events, and of the one for grazes, which are only counted.
@@ -326,7 +327,8 @@ def carry_neighbour(member: Member, flight: Flight, row: int) -> None:
     jump = event_saltation(law, event, (t, t_low), events[row, V_BEFORE], phases)
     restitution = 1.0
     if kind == IMPACT:
-        restitution = restitution_at(law, region, int(marks[row, BOUND]))
+        speed = abs(events[row, V_BEFORE])
+        restitution = kept_of_area(law, region, int(marks[row, BOUND]), speed)
     if kind == CONTACT:
         restitution = 0.0
     s = (t - start[0]) + (t_low - start[1])

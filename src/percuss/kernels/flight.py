@@ -49,7 +49,6 @@ from percuss.kernels.law_columns import (
     HALF_TURNS_LOW,
     LOWER,
     LOWER_FORCE,
-    LOWER_RESTITUTION,
     NEAR,
     NUMBER,
     OMEGA,
@@ -67,7 +66,6 @@ from percuss.kernels.law_columns import (
     TWICE_PER_RATE,
     UPPER,
     UPPER_FORCE,
-    UPPER_RESTITUTION,
     Law,
 )
 from percuss.kernels.pieces import is_record, record_at
@@ -349,13 +347,6 @@ def quotient(a_re: float, a_im: float, b_re: float, b_im: float) -> tuple[float,
 def place(law: Law, region: int, bound: int) -> float:
     """Return the position of a bound of a region."""
     return law[region, LOWER if bound == int(law[region, NUMBER]) else UPPER]
-
-
-@kernel
-def restitution_at(law: Law, region: int, bound: int) -> float:
-    """Return the restitution of a wall of a region."""
-    lower = bound == int(law[region, NUMBER])
-    return law[region, LOWER_RESTITUTION if lower else UPPER_RESTITUTION]
 
 
 @kernel

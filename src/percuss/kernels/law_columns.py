@@ -13,8 +13,9 @@ all; then comes one row for each harmonic; then, for each region upwards, a row 
 by one row for each harmonic with the response of the region to it. A region is given by the number
 of its row; the row of its response to harmonic j is ``region + 1 + j``.
 
-A record, a force that is linear between knots, takes the last of the harmonics' rows, and its
-knots lie behind the regions (`pieces`).
+A record, a force that is linear between knots, takes the last of the harmonics' rows. Behind the
+regions come the knots of tables of restitution (`restitution`), and last those of the record
+(`pieces`).
 """
 
 from __future__ import annotations
@@ -75,9 +76,16 @@ X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN = 5, 6, 7, 8  # (x, v) after a step, from
 # two parts at its start; and the turn of its phase, both sines of which a record has apart
 STEP_COS, STEP_SIN, STEP_SIN_OF_COS = 9, 10, 11
 
-COLUMNS = 36
+# Where a wall's restitution is a table, the row of its first knot; else 0.
+LOWER_TABLE, UPPER_TABLE = 36, 37
 
-# Entries of a knot: its instant as the sum of two; the force and its slope from there on.
+COLUMNS = 38
+
+# Columns of a knot of a table of restitution over the speed.
+KNOT_SPEED, KNOT_RESTITUTION = 0, 1
+KNOTS_LEFT = 2  # how many of the table follow
+
+# Entries of a knot of a record: its instant as the sum of two; the force and its slope from there.
 KNOT_T, KNOT_T_LOW, KNOT_FORCE, KNOT_SLOPE = 0, 1, 2, 3
 KNOT_ENTRIES, KNOTS_A_ROW = 4, 8
 # What stands for the frequency in the row of a record.

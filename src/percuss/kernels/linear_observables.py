@@ -29,7 +29,6 @@ from percuss.kernels.flight import (
     four_derivatives,
     move,
     place,
-    restitution_at,
     set_phases,
 )
 from percuss.kernels.law_columns import (
@@ -74,6 +73,7 @@ from percuss.kernels.record import (
     place_of_event,
     time_since_event,
 )
+from percuss.kernels.restitution import restitution_at
 from percuss.kernels.sample import tail_hop
 
 # The weights of x - reference, x', x'' and x'''.
@@ -534,7 +534,9 @@ def extremes_in_stretch(
         return until, 0.0
     is_last = row + 1 >= record.events.shape[0]
     if marks[row, KIND] == IMPACT and not is_last and marks[row + 1, KIND] == CONTACT:
-        restitution = restitution_at(record.law, region, int(marks[row, BOUND]))
+        restitution = restitution_at(
+            record.law, region, int(marks[row, BOUND]), abs(record.events[row, V_AFTER])
+        )
         note_tail(record, row, flight, x, restitution, observable, best)
         return until, 0.0
     if since[0] == 0.0:

@@ -22,7 +22,6 @@ from percuss.kernels.flight import (
     constant_force,
     move,
     place,
-    restitution_at,
     set_phases,
     uncertainty,
 )
@@ -34,6 +33,7 @@ from percuss.kernels.law_columns import (
     Law,
 )
 from percuss.kernels.linear import eliminate
+from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.tangent import delayed_start, propagator
 
 # Columns of an itinerary: number of the bound, row of the region before the event and after it.
@@ -66,10 +66,17 @@ class ShootingProblem(NamedTuple):
 
 
 @kernel
-def factor(law: Law, region: int, bound: int) -> float:
-    """Return the velocity after an event at a bound of a region as a part of that before."""
+def factor(law: Law, region: int, bound: int, v: float) -> float:
+    """Return the velocity after an event at a bound of a region as a part of that before, v."""
     kind = law[region, LOWER_KIND if bound == int(law[region, NUMBER]) else UPPER_KIND]
-    return -restitution_at(law, region, bound) if kind == WALL else 1.0
+    return -restitution_at(law, region, bound, abs(v)) if kind == WALL else 1.0
+
+
+@kernel
+def factor_of_error(law: Law, region: int, bound: int, v: float) -> float:
+    """Return the derivative of the velocity after an event by that before, v."""
+    kind = law[region, LOWER_KIND if bound == int(law[region, NUMBER]) else UPPER_KIND]
+    return -kept_of_error(law, region, bound, abs(v)) if kind == WALL else 1.0
 
 
 @kernel
@@ -102,9 +109,10 @@ def shoot(problem: ShootingProblem, unknowns: Floats, residual: Floats, jacobian
         acceleration, _ = acceleration_and_jerk(law, region, start[3], arrival, y, v)
         _, x_of_v, _, v_of_v = propagator(law, region, s)
         x_of_t, v_of_t = delayed_start(law, region, phases, s)
-        kept = factor(law, region, itinerary[following, AT])
+        bound = itinerary[following, AT]
+        kept = factor_of_error(law, region, bound, v)
         residual[2 * i] = y - (place(law, region, itinerary[following, AT]) - x)
-        residual[2 * i + 1] = unknowns[1 + n + following] - kept * v
+        residual[2 * i + 1] = unknowns[1 + n + following] - factor(law, region, bound, v) * v
         for k in range(1 + i):
             # Event 0 and each duration before this flight shift it.
             jacobian[2 * i, k] = x_of_t

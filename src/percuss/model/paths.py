@@ -29,6 +29,7 @@ from percuss.model.faults import draft, faults, raise_first
 from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Forcing, ForcingTerm, FourierTerm
 from percuss.model.oscillator import Oscillator
+from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
 
 __all__ = [
@@ -456,6 +457,8 @@ def _fields_of(osc: Oscillator, force: Forcing | None, start: Start | None) -> d
     for index, stop in enumerate(osc.stops):
         fields = _fields(stop)
         del fields["side"]
+        if isinstance(fields.get("restitution"), RestitutionTable):
+            del fields["restitution"]
         parameters |= {f"oscillator.stops.{index}.{name}": value for name, value in fields.items()}
     if force is not None:
         parameters |= _forcing_parameters(force)

@@ -7,6 +7,7 @@ floats, so that a phase after a million periods has all its digits.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -23,7 +24,13 @@ from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
 from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Component, Forcing, Harmonic
-from percuss.model.oscillator import Oscillator, SoftStop, Wall, mass_of
+from percuss.model.oscillator import Oscillator, Side, SoftStop, Wall, mass_of
+from percuss.model.restitution import (
+    Restitution,
+    RestitutionTable,
+    restitution_at_rest,
+    restitution_knots,
+)
 from percuss.numerics import exp
 
 __all__ = [
@@ -176,13 +183,16 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     constant = as_fraction(forcing.constant) if forcing is not None else Fraction(0)
     bounds = lines(oscillator)
     n, n_regions = len(components) + (record is not None), len(bounds.at) - 1
-    behind = at.FIRST_HARMONIC + n + n_regions * (1 + n)
+    walls = [stop for stop in oscillator.stops if isinstance(stop, Wall)]
+    tables = {wall.side: wall.restitution for wall in walls if _has_table(wall)}
+    first_of_tables = at.FIRST_HARMONIC + n + n_regions * (1 + n)
+    first_of_record = first_of_tables + sum(len(restitution_knots(it)) for it in tables.values())
     n_knots = 0 if record is None else len(record.t) - record.repeat
-    rows = np.zeros((behind + -(-n_knots // at.KNOTS_A_ROW), at.COLUMNS))
+    rows = np.zeros((first_of_record + -(-n_knots // at.KNOTS_A_ROW), at.COLUMNS))
     _fill_header(rows[0], forcing, components, n_regions)
     rows[0, at.MASS] = 1.0 if mass is None else mass
     if record is not None:
-        rows[0, at.N_HARMONICS], rows[0, at.FIRST_KNOT] = n, behind
+        rows[0, at.N_HARMONICS], rows[0, at.FIRST_KNOT] = n, first_of_record
         _fill_record(rows, record)
     for j, component in enumerate(components):
         _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
@@ -192,6 +202,8 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
         first = at.FIRST_HARMONIC + n + number * (1 + n)
         row, stiffness, damping = _region_row(oscillator, constant, number)
         rows[first] = row
+        if tables:
+            _fill_tables(rows, first, tables, first_of_tables)
         _fill_steps_of_search(rows[first], quickest)
         if record is not None and rows[first, at.STEP] == 0.0:
             # No rate sets a step: the motion is a cubic on each piece.
@@ -414,7 +426,33 @@ def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: RegionBounds, numb
         if wall is not None:
             stop = oscillator.stops[wall]
             row[kind] = at.WALL
-            row[restitution] = float(as_fraction(stop.restitution)) if isinstance(stop, Wall) else 0
+            row[restitution] = (
+                restitution_at_rest(stop.restitution) if isinstance(stop, Wall) else 0
+            )
+
+
+def _has_table(wall: Wall) -> bool:
+    return isinstance(wall.restitution, RestitutionTable)
+
+
+def _fill_tables(
+    rows: Floats, region: int, tables: Mapping[Side, Restitution], first_knot: int
+) -> None:
+    """Fill the knots of the tables of restitution, and where they are in the row of a region."""
+    columns: dict[Side, tuple[int, int]] = {
+        "below": (at.LOWER_KIND, at.LOWER_TABLE),
+        "above": (at.UPPER_KIND, at.UPPER_TABLE),
+    }
+    knot = first_knot
+    for side, table in tables.items():
+        kind, place = columns[side]
+        if rows[region, kind] == at.WALL:
+            rows[region, place] = knot
+        knots = restitution_knots(table)
+        for i, (speed, value) in enumerate(knots):
+            rows[knot, at.KNOT_SPEED], rows[knot, at.KNOT_RESTITUTION] = float(speed), float(value)
+            rows[knot, at.KNOTS_LEFT] = len(knots) - 1 - i
+            knot += 1
 
 
 def _fill_forces(row: Floats, region: _Region, bounds: RegionBounds, constant: Fraction) -> None:
@@ -502,7 +540,8 @@ def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: F
 def _mark_simple(row: Floats, responses: Floats) -> None:
     """Mark a region where one harmonic, away from resonance, meets an oscillating mass."""
     kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
+    has_table = row[at.LOWER_TABLE] + row[at.UPPER_TABLE] > 0.0
     if len(responses) == 1 and responses[0, at.NEAR] == 0.0:
         oscillates = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
         row[at.SIMPLE] = oscillates and row[at.GROWTH] == 0.0
-        row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING}
+        row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING} and not has_table

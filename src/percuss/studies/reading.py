@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from pydantic import ValidationError as ShapeError
 
 from percuss.errors import ParameterError, StudyError
@@ -19,6 +19,7 @@ from percuss.model.faults import Fault, draft, positive_faults, scale_faults, un
 from percuss.model.faults import faults as model_faults
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
 from percuss.model.units import Units
 from percuss.studies.parameters import with_expressions
@@ -70,7 +71,7 @@ _PLACE = re.compile(r"\s*\(at (?:line (?P<line>\d+), column \d+|end of document)
 _OF_ALL = ("study", "oscillator", "forcing", "save", "draw")
 _SAVE, _DRAW = ("netcdf", "csv"), ("png", "svg", "length_unit", "time_unit")
 
-ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic)
+ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic, RestitutionTable)
 
 _FOURIER = ("omega", "cos", "sin")
 _DAMPINGS = ("damping_coefficient", "damping_ratio")
@@ -284,11 +285,19 @@ class _Shape(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
 
 
+class _TableShape(_Shape):
+    speeds: list[NumberKey]
+    values: list[NumberKey]
+
+
 class _WallShape(_Shape):
     type: Literal["wall"]
     at: NumberKey
     side: Literal["above", "below"]
-    restitution: NumberKey = 1.0
+    restitution: Annotated[
+        Annotated[NumberKey, Tag("number")] | Annotated[_TableShape, Tag("table")],
+        Discriminator(lambda value: "table" if isinstance(value, Mapping) else "number"),
+    ] = 1.0
 
 
 class _SoftShape(_Shape):
@@ -381,6 +390,9 @@ def _check_shape(name: str, table: RawTable, faults: StudyFaults) -> None:
             if place[:1] == ("stops",) and place[2:3] in (("wall",), ("soft",)):
                 # pydantic puts the type of a stop into its path.
                 known, place = _STOPS[place[2]], (*place[:2], *place[3:])
+                if place[2:3] == ("restitution",):
+                    # And whether it read a number or a table.
+                    known, place = _TableShape, (*place[:3], *place[4:])
             elif place[:1] == ("harmonics",) and len(place) > 1:
                 known = _HarmonicShape
             elif place[:1] == ("units",) and len(place) > 1:
@@ -479,6 +491,10 @@ def _stop(row: Any) -> Wall | SoftStop:
     if kind == "soft":
         return _drafted(SoftStop, row, {**needed, "stiffness": MISSING, "damping": 0.0})
     # A stop of another type has a fault already; as a wall without a place it gets no second one.
+    given = row.get("restitution") if isinstance(row, Mapping) else None
+    if isinstance(given, Mapping):
+        table = _drafted(RestitutionTable, given, {"speeds": MISSING, "values": MISSING})
+        row = {**row, "restitution": table}
     return _drafted(Wall, row, {**needed, "restitution": 1.0})
 
 

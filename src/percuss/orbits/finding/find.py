@@ -16,6 +16,7 @@ from percuss.model.exact import as_float, plain, whole
 from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.restitution import is_elastic
 from percuss.model.system import System
 from percuss.numerics import log
 from percuss.orbits.finding.refine_guess import (
@@ -296,7 +297,7 @@ def _check_energy(system: System) -> None:
         system.oscillator,
         [float(system.law[row, DAMPING]) for row in regions(system.law)],
     )
-    elastic = all(as_float(stop.restitution) == 1 for stop in osc.stops if isinstance(stop, Wall))
+    elastic = all(is_elastic(stop.restitution) for stop in osc.stops if isinstance(stop, Wall))
     if as_float(osc.damping) > 0.0 and min(dampings) >= 0.0:
         reason = "free motion loses energy all the time and never returns"
     elif as_float(osc.damping) < 0.0 and max(dampings) <= 0.0 and elastic:
