@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from percuss.model import pi_times as pi_times
     from percuss.model import pulses as pulses
     from percuss.model import record as record
+    from percuss.model import sea_state as sea_state
     from percuss.model import sine as sine
     from percuss.model import square_wave as square_wave
     from percuss.model import triangle_wave as triangle_wave
@@ -195,6 +196,7 @@ __all__ = [
     "response_curve",
     "save_csv",
     "save_netcdf",
+    "sea_state",
     "simulate",
     "sine",
     "singularity_set",
@@ -257,6 +259,7 @@ _HOMES = {
         "pi_times",
         "pulses",
         "record",
+        "sea_state",
         "sine",
         "square_wave",
         "triangle_wave",

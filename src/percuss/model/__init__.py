@@ -38,6 +38,7 @@ from percuss.model.paths import moved_fields as moved_fields
 from percuss.model.paths import parameter_paths as parameter_paths
 from percuss.model.paths import replace_parameter as replace_parameter
 from percuss.model.paths import replace_parameters as replace_parameters
+from percuss.model.sea_state import sea_state as sea_state
 from percuss.model.start import Start as Start
 from percuss.model.start import end_after_periods as end_after_periods
 from percuss.model.start import periods_faults as periods_faults

@@ -232,9 +232,11 @@ class Forcing:
         period = periods.pop() if len(periods) == 1 else None
         for force, added in ((self, other), (other, self)):
             if not added.harmonics:
-                return Forcing(force.harmonics, constant, period, base=force.base, record=record)
+                # A Fourier sum has its period from its base.
+                own = None if force.base is not None else period
+                return Forcing(force.harmonics, constant, own, base=force.base, record=record)
         parts = [part for force in (self, other) for part in _plain_harmonics(force)]
-        return Forcing(parts, constant, period, record=record)
+        return Forcing(parts, constant, period if parts else None, record=record)
 
     @property
     def is_constant(self) -> bool:
