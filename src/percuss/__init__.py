@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from percuss.model import pulses as pulses
     from percuss.model import record as record
     from percuss.model import restitution_table as restitution_table
+    from percuss.model import sea_state as sea_state
     from percuss.model import sine as sine
     from percuss.model import square_wave as square_wave
     from percuss.model import triangle_wave as triangle_wave
@@ -199,6 +200,7 @@ __all__ = [
     "restitution_table",
     "save_csv",
     "save_netcdf",
+    "sea_state",
     "simulate",
     "sine",
     "singularity_set",
@@ -263,6 +265,7 @@ _HOMES = {
         "pulses",
         "record",
         "restitution_table",
+        "sea_state",
         "sine",
         "square_wave",
         "triangle_wave",

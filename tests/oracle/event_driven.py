@@ -143,8 +143,9 @@ def simulate(
 
 
 def _working(digits: int) -> int:
-    # Exponents moved apart by 10^-digits cost up to two times as many digits, twice over.
-    return 4 * digits + 20
+    # Exponents moved apart by 10^-digits cost up to two times as many digits, twice over, and a
+    # slope once more.
+    return 6 * digits + 20
 
 
 class _March:

@@ -41,6 +41,7 @@ from percuss.model.paths import replace_parameters as replace_parameters
 from percuss.model.restitution import Restitution as Restitution
 from percuss.model.restitution import RestitutionTable as RestitutionTable
 from percuss.model.restitution import restitution_table as restitution_table
+from percuss.model.sea_state import sea_state as sea_state
 from percuss.model.start import Start as Start
 from percuss.model.start import end_after_periods as end_after_periods
 from percuss.model.start import periods_faults as periods_faults

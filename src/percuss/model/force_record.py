@@ -241,7 +241,9 @@ def _order_faults(value: ForceRecord, prefix: str) -> list[Fault]:
     return problems
 
 
-def refuse_record(force: object, answer: str) -> None:
+def refuse_record(
+    force: object, answer: str, instead: str = "give harmonics, as fourier does"
+) -> None:
     """Raise a ParameterError where an answer is not to be had for a forcing with a record.
 
     Parameters
@@ -250,8 +252,10 @@ def refuse_record(force: object, answer: str) -> None:
         The forcing, or None.
     answer
         What is asked for, the subject of the sentence.
+    instead
+        What to do.
     """
     value = getattr(force, "record", None)
     if value is not None:
-        reason = f"{answer} is not to be had under a record; give harmonics, as fourier does"
+        reason = f"{answer} is not to be had under a record; {instead}"
         raise ParameterError("forcing.record", value, reason)

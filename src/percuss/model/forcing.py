@@ -245,7 +245,8 @@ class Forcing:
         period = periods.pop() if len(periods) == 1 else None
         for force, added in pairs:
             if not added.harmonics:
-                return force._with(constant, period, record)
+                # A Fourier sum has its period from its base.
+                return force._with(constant, period if force.base is None else None, record)
         parts = [part for force in (self, other) for part in _plain_harmonics(force)]
         # Of harmonics that are all zero none is left.
         period = period if parts or record is not None else None

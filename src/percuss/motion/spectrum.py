@@ -276,7 +276,7 @@ def _exact(
     run: Trajectory, omega: Floats, low: float, high: float, window: WindowName, of: Quantity
 ) -> Complexes:
     """Return X: the Hann window is three exponentials, so it takes three integrals."""
-    refuse_record(run.forcing, "the exact transform of a motion")
+    refuse_record(run.forcing, "an exact spectrum", 'method="fft" takes it from samples')
     if window == "none":
         transform = _plain(run, omega, low, high, of)
     else:
