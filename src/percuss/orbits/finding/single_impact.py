@@ -86,7 +86,9 @@ class SingleImpact:
 def has_closed_form(system: System, stop: int) -> bool:
     """Return whether `single_impact` has a formula for impacts on a stop."""
     osc, force = system
-    return force is not None and len(force.components()) == 1 and isinstance(osc.stops[stop], Wall)
+    if force is None or force.record is not None:
+        return False
+    return len(force.components()) == 1 and isinstance(osc.stops[stop], Wall)
 
 
 def single_impact(
