@@ -128,9 +128,10 @@ def test_what_is_not_to_be_had_under_a_record_says_so() -> None:
     run = pc.simulate(osc, force, v0=1.0, t_end=3.0)
     for call in (
         lambda: pc.certify(run, digits=10),
-        lambda: pc.find_orbit(osc, force),
+        lambda: pc.find_orbit(osc, force, n_impacts=math.inf),
         lambda: pc.spectrum(run),
-        lambda: pc.impact_map(osc, force),
+        lambda: pc.singularity_set(osc, force),
+        lambda: pc.response_curve(osc, force, over={"forcing.record.omega": (2, 3)}),
     ):
         with pytest.raises(pc.ParameterError, match="not to be had under a record"):
             call()

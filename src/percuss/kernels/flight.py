@@ -68,7 +68,7 @@ from percuss.kernels.law_columns import (
     UPPER_FORCE,
     Law,
 )
-from percuss.kernels.pieces import is_record, record_at
+from percuss.kernels.pieces import is_record, next_knot, record_at, time_to_knot
 
 # Below this phase the power series is used: there the closed forms lose digits to cancellation,
 # and above it the series needs more than its terms.
@@ -439,6 +439,29 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
         omega = law[harmonic, OMEGA]
         v += in_phase * (impulse - omega * to_sin) + quadrature * omega * to_cos
     return v0 * impulse + y, v0 * even + v
+
+
+@kernel
+def move_over_knots(flight: Flight, s: float) -> tuple[float, float]:
+    """Return (y, v) as `move` does, a time s after the start, over any knots of a record."""
+    law, region, start, _, arrival = flight
+    t, t_low, v, force = start
+    y = 0.0
+    left = s
+    piece = flight
+    to_knot = time_to_knot(law, t, t_low)
+    while to_knot < left:
+        moved, v = move(piece, to_knot)
+        y += moved
+        t, t_low = next_knot(law, t, t_low)
+        left = s - ((t - start[0]) + (t_low - start[1]))
+        set_phases(law, t, t_low, arrival)
+        # Phases may be read and written in one array: each is read before it is written.
+        pull = force - law[region, STIFFNESS] * y
+        piece = Flight(law, region, (t, t_low, v, pull), arrival, arrival)
+        to_knot = time_to_knot(law, t, t_low)
+    moved, v = move(piece, left)
+    return y + moved, v
 
 
 @kernel

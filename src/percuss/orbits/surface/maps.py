@@ -19,7 +19,6 @@ from percuss.kernels.law_columns import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIO
 from percuss.kernels.shooting import factor_of_error
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
-from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.start import start_faults
@@ -343,7 +342,6 @@ def stroboscopic_map(osc: Oscillator, force: Forcing, *, cycle: float = 0.0) -> 
 def periodic_system(osc: Oscillator, force: Forcing | None, what: str) -> System:
     """Return the system of two arguments; ParameterError if the forcing has no period."""
     system = System.of(osc, force)
-    refuse_record(force, what)
     if system.period is None:
         reason = f"{what} needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)
