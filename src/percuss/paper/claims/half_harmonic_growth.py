@@ -81,14 +81,14 @@ LATE, LATER = slice(1000, None), slice(2000, None)
 
 @cache
 def first_impacts(v0: float = 0.0, restitution: str = "1") -> Trajectory:
-    """Return the first thousand impacts under sin t from the stop at t = 0."""
+    """Return the first thousand impacts under sin t from the wall at t = 0."""
     osc = impact_oscillator(restitution)
     return simulate(osc, sine(1), v0=v0, max_impacts=PROVEN_IMPACTS)
 
 
 @cache
 def impacts(v0: float, restitution: str = "1") -> tuple[Floats, Floats, Floats]:
-    """Return times, velocities and phases of 200,000 impacts under sin t from the stop at t = 0."""
+    """Return times, velocities and phases of 200,000 impacts under sin t from the wall at t = 0."""
     run = simulate(impact_oscillator(restitution), sine(1), v0=v0, max_impacts=LONG)
     return run.impacts.t, run.impacts.v_after, 2.0 * math.pi * run.impacts.cycle
 
@@ -123,7 +123,7 @@ def unbounded_steps(v0: float = 0.0, restitution: str = "1") -> tuple[Step, ...]
     v0
         Velocity at t = 0.
     restitution
-        Of the stop; the proof closes for 1 alone.
+        Of the wall; the proof closes for 1 alone.
     """
     eps, tau = EPS, sympy.Symbol("tau", real=True)
     height = sympy.sin(tau) * (2 + eps * COS + eps * tau * SIN) - eps * tau * COS * sympy.cos(tau)
@@ -518,7 +518,7 @@ GROWTH_STATEMENTS = (
     _statement(
         "eq27",
         "(27)",
-        "x'' + x = sin t, from rest on the stop, exhibits resonance.",
+        "x'' + x = sin t, from rest on the wall, exhibits resonance.",
         _resonance,
         EQ27,
         "1000 impacts enclosed, then bounds of two impacts for all larger velocities",
