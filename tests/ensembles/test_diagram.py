@@ -63,6 +63,23 @@ def test_passages_are_those_of_the_section_of_a_run(
             assert len(t) > 20
 
 
+def test_passages_under_a_record_are_those_of_the_section_of_a_run() -> None:
+    force = pc.square_wave("2.5") + pc.cosine("2.5", amplitude="0.1")
+    found = pc.bifurcation_diagram(
+        SOFT, force, over={"oscillator.damping": ["0.05", "0.1"]}, starts=[(0.0, 1.0)],
+        follow=(), transient=20, points=30, section={"at": 0.1, "direction": "down"},
+    )  # fmt: skip
+
+    for i, damping in enumerate(("0.05", "0.1")):
+        osc = pc.Oscillator(1, damping, SOFT.stops)
+        period = float(force.period or 0.0)
+        passages = pc.simulate(osc, force, v0=1.0, t_end=49 * period).section(0.1, "down")
+        v = passages.v.values[passages.t.values >= 20 * period][-30:]
+        ours = found.v.isel(branch=0).values[i]
+        np.testing.assert_allclose(ours[np.isfinite(ours)], v, rtol=0, atol=1e-9)
+        assert len(v) >= 15
+
+
 def test_many_motions_have_the_passages_of_each_alone() -> None:
     """Together they go in lockstep; the bits are those of one by one."""
     keywords: dict[str, Any] = {

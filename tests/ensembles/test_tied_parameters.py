@@ -54,8 +54,8 @@ def test_a_diagram_over_a_tied_parameter_is_that_of_models_made_at_each_value() 
 
 
 def test_a_value_without_a_model_is_a_point_without_an_answer() -> None:
-    osc = pc.impact_oscillator(0.8, damping="0.6" - D)
-    with pytest.warns(UserWarning, match=r"d = 0.7.* expression\('0.6-d', d='0.7'\): negative"):
+    osc = pc.impact_oscillator("0.6" - D)
+    with pytest.warns(UserWarning, match=r"d = 0.7.* expression\('0.6-d', d='0.7'\): outside"):
         data = pc.sweep(
             "peak_displacement", osc, pc.cosine(2.0), start=(0.0, 1.0), over={"d": ["0.5", "0.7"]}
         )

@@ -9,6 +9,7 @@ import numpy as np
 
 import percuss as pc
 from percuss.model import Side
+from percuss.model.force_record import Outside, RecordKind
 
 
 @dataclass(frozen=True)
@@ -199,3 +200,21 @@ def hard_motion(seed: int) -> Motion:
     elif kind == 4 and osc.stops:
         x, v = float(osc.stops[0].at), 0.0
     return Motion(osc, force, (x, v, t))
+
+
+def with_record(motion: Motion, seed: int) -> Motion:
+    """Return a motion with a record added to its force, once or repeated, of any spacing."""
+    rng = np.random.default_rng([13, seed])
+    spacing = float(10.0 ** rng.uniform(-2.0, 0.5))
+    n = int(rng.integers(2, 40))
+    t = motion.start[2] + float(rng.uniform(-2, 3)) + np.cumsum(rng.exponential(spacing, n))
+    f = rng.normal(size=n) * float(rng.choice([0.3, 1.0, 3.0]))
+    if rng.random() < 0.3:
+        # Plateaus, ramps that meet, and forces of exactly zero.
+        f = np.round(f)
+    kind: RecordKind = "linear" if rng.random() < 0.6 else "hold"
+    repeat = bool(rng.random() < 0.3 and t[-1] - t[0] > 0.5)
+    outside: Outside = "end" if rng.random() < 0.5 else "zero"
+    record = pc.record(t - t[0] if repeat else t, f, kind, repeat, outside)
+    force = motion.forcing if rng.random() < 0.5 else pc.Forcing()
+    return Motion(motion.oscillator, force + record, motion.start)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,10 @@ from tests.oracle.random_problems import (
     FORCE_FREE,
     Motion,
     chattering_motion,
+    hard_motion,
     random_motion,
     self_excited_motion,
+    with_record,
     with_tables,
 )
 
@@ -45,6 +48,19 @@ def test_events_and_motion_are_those_of_the_oracle(seeds: range) -> None:
 )
 def test_motions_that_are_fed_with_energy_are_those_of_the_oracle(seeds: range) -> None:
     found = [fault for seed in seeds for fault in _differences(self_excited_motion(seed))]
+
+    assert found == []
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(1, 13, 2), pytest.param(range(34), marks=pytest.mark.nightly)], ids=len
+)
+@pytest.mark.parametrize("motion_of", [random_motion, chattering_motion, hard_motion])
+def test_events_and_motion_under_a_record_are_those_of_the_oracle(
+    motion_of: Callable[[int], Motion], seeds: range
+) -> None:
+    motions = [with_record(motion_of(seed), seed) for seed in seeds]
+    found = [fault for motion in motions for fault in _differences(motion)]
 
     assert found == []
 

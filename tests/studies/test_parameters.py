@@ -237,9 +237,14 @@ v0 = 0
 t_end = 1
 """
     study = parse_study(text)
-    assert float(study.oscillator.stiffness) == 25.0
+    assert float(study.oscillator.stiffness) == 50.0
+    assert float(study.oscillator.of_unit_mass().stiffness) == 25.0
     assert parse_study(study.text()) == study
     assert 'mass = "m"' in study.text()
+    named = text.replace(
+        'mass = "m"', 'mass = "m"\nunits = {length = "m", time = "s", mass = "kg"}'
+    )
+    assert parse_study(named).oscillator.units == pc.Units("m", "s", "kg")
 
 
 def test_numbers_without_parameters_are_what_they_were() -> None:

@@ -12,7 +12,7 @@ from percuss.ensembles.threads import check_wanted, stop_flag
 from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law_columns import N_HARMONICS
+from percuss.kernels.law_columns import MASS, N_HARMONICS
 from percuss.motion.reach import free_until
 
 __all__ = [
@@ -90,6 +90,8 @@ class BatchResult:
         fewer.
     peaks
         (n, m) array, the greatest impact speed in each interval of the plan; 0 without any.
+    masses
+        (n,) array, the mass of each oscillator, 1 without one.
     """
 
     status: Integers
@@ -98,6 +100,7 @@ class BatchResult:
     values: Floats
     points: Floats
     peaks: Floats = field(default_factory=lambda: np.empty((0, 0)))
+    masses: Floats = field(default_factory=lambda: np.ones(1))
 
 
 # Searches of a motion in the batch before it is treated alone, and how often that is repeated.
@@ -166,7 +169,8 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
                 break
     _put_in_order(points, values)
     peaks = values[:, observables.EDGES + edges.shape[1] :]
-    return BatchResult(status, states, counters[:, columns.N_IMPACTS].copy(), values, points, peaks)
+    n_impacts, masses = counters[:, columns.N_IMPACTS].copy(), laws[which, 0, MASS]
+    return BatchResult(status, states, n_impacts, values, points, peaks, masses)
 
 
 def _workspace(laws: Floats) -> batch.Workspace:

@@ -20,6 +20,8 @@ from percuss.ensembles.grid import Group, whole
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import PERIOD
+from percuss.model.oscillator import Oscillator
+from percuss.model.units import in_units
 from percuss.motion.growth import fit_power_law
 from percuss.numerics import geometric
 
@@ -63,7 +65,7 @@ class Measure:
     Attributes
     ----------
     units
-        Its dimensions in length and time.
+        Its dimensions in length, time and mass.
     meaning
         Its meaning, in a line.
     value
@@ -83,6 +85,15 @@ class Measure:
     needs_peaks: bool = False
     needs_tangent: bool = False
     without: str = ""
+
+    def meaning_for(self, osc: Oscillator) -> str:
+        """Return its meaning for an oscillator, with a mass or without."""
+        return self.meaning if osc.mass is None else self.meaning.replace(" per unit mass", "")
+
+    def unit_of(self, osc: Oscillator) -> str:
+        """Return its unit, or where an oscillator has no units its dimensions."""
+        dimensions = self.units if osc.mass is not None else self.units.removeprefix("mass ")
+        return in_units(osc.units, dimensions)
 
 
 def period_of(points: Floats, longest: int) -> Integers:
@@ -163,7 +174,7 @@ def _impacts(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa
 
 def _dissipated(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
     lost = result.values[:, observables.LOST] + result.values[:, observables.DRAGGED]
-    return np.asarray(lost / window.periods)
+    return np.asarray(result.masses * lost / window.periods)
 
 
 def _largest(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
@@ -209,7 +220,7 @@ MEASURES: dict[str, Measure] = {
         needs_strobes=True,
     ),
     "dissipated_energy": Measure(
-        "length^2/time^2",
+        "mass length^2/time^2",
         "energy per unit mass that impacts and dashpots take in a forcing period",
         _dissipated,
         needs_extremes=True,

@@ -245,7 +245,10 @@ class Measured(OverGrid):
     def columns(self) -> dict[str, Column]:
         """One number for each measure."""
         return {
-            name: Column(units=MEASURES[name].units, meaning=MEASURES[name].meaning)
+            name: Column(
+                units=MEASURES[name].unit_of(self.grid.osc),
+                meaning=MEASURES[name].meaning_for(self.grid.osc),
+            )
             for name in self.names
         }
 

@@ -28,6 +28,7 @@ from percuss.kernels.law_columns import (
     UPPER,
     WALL,
 )
+from percuss.kernels.linear_observables import AT_KNOT
 from percuss.kernels.lockstep import (
     AT,
     AT_LOW,
@@ -55,6 +56,7 @@ from percuss.kernels.observables import (
     END_X,
     N_OBSERVABLES,
     PASSAGES,
+    SEARCHED,
     SINCE,
     STROBES,
     TANGENTS,
@@ -84,6 +86,7 @@ from percuss.kernels.record import (
     HUGE,
     IMPACT,
     KIND,
+    KNOT,
     MOVING,
     N_EVENTS,
     N_GRAZES,
@@ -287,6 +290,7 @@ def observe_stretches(
             if options.section == TANGENTS and (not in_contact or marks[row, KIND] == CONTACT):
                 carry_neighbour(member, past, row)
             observe_event(member, region, row, options.section)
+            member.values[SEARCHED + AT_KNOT] = 1.0 if marks[row, KIND] == KNOT else 0.0
             x = run.state[X]
             force = constant_force(law, region, x)
             start = (events[row, EVENT_T], events[row, EVENT_T_LOW], events[row, V_AFTER], force)

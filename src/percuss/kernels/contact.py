@@ -28,9 +28,13 @@ from percuss.kernels.law_columns import (
     DAMPING,
     FIRST_HARMONIC,
     FORCE_BOUND,
+    KNOT_FORCE,
+    KNOT_SLOPE,
     LOWER,
     N_HARMONICS,
+    N_KNOTS,
     NUMBER,
+    OUTSIDE_FORCE,
     PERIOD,
     QUICKEST,
     SINE,
@@ -39,6 +43,7 @@ from percuss.kernels.law_columns import (
     UPPER,
     Law,
 )
+from percuss.kernels.pieces import is_record, knot_entry, knot_time, piece_at
 from percuss.kernels.restitution import slow_restitution
 
 # 2 pi less its double.
@@ -110,6 +115,9 @@ def fine_force(law: Law, force: float, instant: Pair, order: int) -> float:
     total = (force if order == 0 else 0.0, 0.0)
     for j in range(int(law[0, N_HARMONICS])):
         harmonic = FIRST_HARMONIC + j
+        if is_record(law, j):
+            total = plus(total, fine_record(law, instant, order))
+            continue
         cosine, sine = fine_cos_sin(
             law[harmonic, TURNS], law[harmonic, TURNS_LOW], instant[0], instant[1]
         )
@@ -127,6 +135,20 @@ def fine_force(law: Law, force: float, instant: Pair, order: int) -> float:
             part = times(part, omega)
         total = plus(total, part)
     return total[0] + total[1]
+
+
+@kernel
+def fine_record(law: Law, instant: Pair, order: int) -> Pair:
+    """Return the derivative of that order of the record's force as a pair."""
+    k, turn = piece_at(law, instant[0], instant[1])
+    if order > 1 or k < 0:
+        return (law[0, OUTSIDE_FORCE] if order == 0 else 0.0), 0.0
+    slope = knot_entry(law, k, KNOT_SLOPE)
+    if order == 1:
+        return slope, 0.0
+    begin = knot_time(law, k, turn)
+    since = plus(instant, (-begin[0], -begin[1]))
+    return plus((knot_entry(law, k, KNOT_FORCE), 0.0), times((slope, 0.0), since))
 
 
 @kernel
@@ -273,17 +295,26 @@ def release_time(
         slope = -sign * slope
         # Where the force falls by more than the tolerance in one ulp of s, that ulp decides.
         doubt = tolerance + abs(slope) * ULP * s
+        if pressing > doubt and bend == 0.0:
+            # Under a record alone the force is linear up to the next knot.
+            s = s - pressing / slope if slope < 0.0 else longest + max(longest, 1.0)
+            if s > longest:
+                break
+            return True, s, 0.0
         if pressing > doubt:
             # Divided first: the squares of small forces would underflow.
             back = slope / bend
             s += back + math.sqrt(back * back + 2.0 * (pressing / bend))
             continue
         # The slope keeps its sign to the zero and as far beyond as doubles leave it open.
-        back = slope / bend
-        if slope < -steep and back * back > SIMPLE_ZERO * ((abs(pressing) + tolerance) / bend):
+        back = slope / bend if bend > 0.0 else math.inf
+        room = (abs(pressing) + tolerance) / bend if bend > 0.0 else 0.0
+        if slope < -steep and back * back > SIMPLE_ZERO * room:
             return True, max(begin, s - pressing / slope), 0.0
         # Some time later in any case: as far as doubles would not see a force that touches zero.
-        least = s + math.sqrt(8.0 * (tolerance / bend))
+        least = s
+        if bend > 0.0 or law[0, N_KNOTS] == 0.0:
+            least = s + math.sqrt(8.0 * (tolerance / bend))
         released, s, free = fine_release(law, sign, force, instant, s, longest, doubt)
         if released or s > longest:
             return released, s, free

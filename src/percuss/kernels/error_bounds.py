@@ -51,6 +51,7 @@ from percuss.kernels.record import (
     EVENT_T_LOW,
     IMPACT,
     KIND,
+    KNOT,
     NEXT_REGION,
     RELEASE,
     SLOW_LANDING,
@@ -132,6 +133,9 @@ def contact_errors(
         elif kind == SLOW_LANDING:
             # The window of the landing holds the rounding of its own flight, and of none before.
             known = known and errors[1][0] == 0 and place == 0.0
+        elif kind == KNOT:
+            # Errors are compared at equal times since an event, and a knot has its own instant.
+            known = False
         elif known:
             known = carry_along_flight(record, row, (place, doubt), phases, arrival, errors)
             place = 0.0

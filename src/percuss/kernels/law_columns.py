@@ -10,8 +10,12 @@ walls, edges of soft stops, or at infinity.
 A law is one C-contiguous float64 array, so that each kernel is compiled once, whatever the number
 of stops and harmonics (docs/decisions/003-one-array-for-the-law.md). Row 0 holds what is common to
 all; then comes one row for each harmonic; then, for each region upwards, a row of its own followed
-by one row for each harmonic with the response of the region to it; last come the knots of tables
-of restitution, if there are any. A region is given by the number of its row; the row of its response to harmonic j is ``region + 1 + j``.
+by one row for each harmonic with the response of the region to it. A region is given by the number
+of its row; the row of its response to harmonic j is ``region + 1 + j``.
+
+A record, a force that is linear between knots, takes the last of the harmonics' rows. Behind the
+regions come the knots of tables of restitution (`restitution`), and last those of the record
+(`pieces`).
 """
 
 from __future__ import annotations
@@ -28,6 +32,11 @@ PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW = 2, 3, 4
 # From here on: sum_j force_j w_j**m for m = 0, 1, ..., a bound of the force's m-th derivative.
 FORCE_BOUND = 5
 N_FORCE_BOUNDS = 14
+# The mass: all else is per unit mass, and forces, impulses and energies are that times the mass.
+MASS = 19
+# The number of knots of the record, the row of the first; the force before it; and the time after
+# which it begins again, as the sum of two, 0 where it does not.
+N_KNOTS, FIRST_KNOT, OUTSIDE_FORCE, REPEAT, REPEAT_LOW = 20, 21, 22, 23, 24
 
 # Columns of a harmonic's row, the rows from FIRST_HARMONIC on.
 FIRST_HARMONIC = 1
@@ -64,13 +73,20 @@ GAIN_RE, GAIN_IM = 0, 1  # 1 / (K - w**2 + 2 i a w), of the steady motion; 0 whe
 NEAR = 2  # 1 where i w lies so near to a characteristic root that the steady motion is useless
 GAP_RE, GAP_IM = 3, 4  # i w minus that root
 X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN = 5, 6, 7, 8  # (x, v) after a step, from the force's
-STEP_COS, STEP_SIN = 9, 10  # two parts at its start; and the turn of its phase
+# two parts at its start; and the turn of its phase, both sines of which a record has apart
+STEP_COS, STEP_SIN, STEP_SIN_OF_COS = 9, 10, 11
 
 # Where a wall's restitution is a table, the row of its first knot; else 0.
 LOWER_TABLE, UPPER_TABLE = 36, 37
 
-# Columns of a knot of a table of restitution over the speed; these rows come last.
+COLUMNS = 38
+
+# Columns of a knot of a table of restitution over the speed.
 KNOT_SPEED, KNOT_RESTITUTION = 0, 1
 KNOTS_LEFT = 2  # how many of the table follow
 
-COLUMNS = 38
+# Entries of a knot of a record: its instant as the sum of two; the force and its slope from there.
+KNOT_T, KNOT_T_LOW, KNOT_FORCE, KNOT_SLOPE = 0, 1, 2, 3
+KNOT_ENTRIES, KNOTS_A_ROW = 4, 8
+# What stands for the frequency in the row of a record.
+RECORD_OMEGA = -1.0

@@ -35,18 +35,26 @@ from percuss.kernels.law_columns import (
     AMPLITUDE,
     COSINE,
     FIRST_HARMONIC,
+    FIRST_KNOT,
     FORCE_BOUND,
+    KNOT_ENTRIES,
+    KNOT_FORCE,
+    KNOT_SLOPE,
+    KNOTS_A_ROW,
     LOWER,
     N_FORCE_BOUNDS,
     N_HARMONICS,
+    N_KNOTS,
     NUMBER,
     OMEGA,
+    OUTSIDE_FORCE,
     SINE,
     STIFFNESS,
     UPPER,
     Law,
 )
 from percuss.kernels.next_event import first_passage
+from percuss.kernels.pieces import is_record, next_knot, time_to_knot
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -55,6 +63,7 @@ from percuss.kernels.record import (
     EVENT_T_LOW,
     IMPACT,
     KIND,
+    KNOT,
     NEXT_REGION,
     SLOW_LANDING,
     V_AFTER,
@@ -74,9 +83,9 @@ Derivatives: TypeAlias = tuple[float, float, float, float, float, float]
 # Entries of the extremes.
 LEAST, T_LEAST, GREATEST, T_GREATEST = range(4)
 # Entries of the progress of a search: the row of the record, the time since its event, the side of
-# a level, and the level.
-ROW, SINCE, SINCE_LOW, SIDE, LEVEL = range(5)
-PROGRESS_ENTRIES = 5
+# a level, the level, and 1 where the event is a knot of a record.
+ROW, SINCE, SINCE_LOW, SIDE, LEVEL, AT_KNOT = range(6)
+PROGRESS_ENTRIES = 6
 # Columns of the crossings of a level.
 CROSSING_T, CROSSING_V = range(2)
 # The last step to a zero is this small a part of the way to it, or the search knows better.
@@ -118,6 +127,9 @@ def derive_law(law: Law, weights: Weights, derived: Law) -> None:
     for j in range(int(law[0, N_HARMONICS])):
         row = FIRST_HARMONIC + j
         omega = law[row, OMEGA]
+        if is_record(law, j):
+            derive_record(law, a, b, derived)
+            continue
         # A derivative turns (cosine, sine) to (omega sine, -omega cosine).
         even = a - c * omega * omega
         odd = (b - d * omega * omega) * omega
@@ -130,6 +142,25 @@ def derive_law(law: Law, weights: Weights, derived: Law) -> None:
         for order in range(N_FORCE_BOUNDS):
             derived[0, FORCE_BOUND + order] += size
             size *= omega
+
+
+@kernel
+def derive_record(law: Law, a: float, b: float, derived: Law) -> None:
+    """Write a times the record plus b times its slope into ``derived``."""
+    steepest = 0.0
+    derived[0, OUTSIDE_FORCE] = a * law[0, OUTSIDE_FORCE]
+    for k in range(int(law[0, N_KNOTS])):
+        row = int(law[0, FIRST_KNOT]) + k // KNOTS_A_ROW
+        first = KNOT_ENTRIES * (k % KNOTS_A_ROW)
+        slope = law[row, first + KNOT_SLOPE]
+        derived[row, first + KNOT_FORCE] = a * law[row, first + KNOT_FORCE] + b * slope
+        derived[row, first + KNOT_SLOPE] = a * slope
+        steepest = max(steepest, abs(slope))
+    row = FIRST_HARMONIC + int(law[0, N_HARMONICS]) - 1
+    size = abs(a) * law[row, AMPLITUDE] + abs(b) * steepest
+    derived[row, AMPLITUDE] = size
+    derived[0, FORCE_BOUND] += size
+    derived[0, FORCE_BOUND + 1] += abs(a) * steepest
 
 
 @formula
@@ -184,6 +215,10 @@ def next_zero(
     force = a * (start[3] - law[region, STIFFNESS] * y) - law[region, STIFFNESS] * rest
     t, t_low = later(start[0], start[1] + left[1], left[0])
     copy_phases(arrival, scratch.begin)
+    for j in range(scratch.begin.shape[0]):
+        if is_record(law, j):
+            scratch.begin[j, 0] = a * arrival[j, 0] + b * arrival[j, 1]
+            scratch.begin[j, 1] = a * arrival[j, 1]
     search = Flight(derived, region, (t, t_low, slope, force), scratch.begin, scratch.end)
     longest = right - left[0]
     sign = 1.0 if value > 0.0 else -1.0
@@ -355,9 +390,8 @@ def extremes_in_contact(
     The wall of the observable bears all other forces; its extremes are the zeros of the force's
     derivative, which are found as a release is. After a period they repeat themselves.
     """
-    law, region, start, _, arrival = flight
+    law, region, start, phases, arrival = flight
     a = observable.weights[0]
-    derived = observable.derived
     s, until = span
     if bound != observable.bound:
         acts = observable.touched[int(law[region, NUMBER])] == 1
@@ -365,6 +399,38 @@ def extremes_in_contact(
         note_value(best, held, later(start[0], start[1], s)[0])
         return
     force = constant_force(law, region, x)
+    begin = (start[0], start[1])
+    now = later(start[0], start[1], s)
+    to_knot = time_to_knot(law, now[0], now[1])
+    while s + to_knot < until:
+        end = s + to_knot
+        extremes_of_wall(flight, force, observable.derived, begin, (s, end), best)
+        # At a knot the force of the wall may jump: its limit from before.
+        instant = later(begin[0], begin[1], s)
+        knot = next_knot(law, instant[0], instant[1])
+        set_phases(law, instant[0], instant[1], phases)
+        set_phases(law, knot[0], knot[1], arrival)
+        for j in range(arrival.shape[0]):
+            if is_record(law, j):
+                arrival[j, 0] = phases[j, 0] + phases[j, 1] * to_knot
+        note_value(best, -(force + force_and_slopes(law, arrival)[0]), knot[0])
+        until -= (knot[0] - begin[0]) + (knot[1] - begin[1])
+        begin = knot
+        s = 0.0
+        to_knot = time_to_knot(law, knot[0], knot[1])
+    extremes_of_wall(flight, force, observable.derived, begin, (s, until), best)
+
+
+@kernel
+def extremes_of_wall(
+    flight: Flight, force: float, derived: Law, start: Pair, span: Pair, best: Floats
+) -> None:
+    """Note what a wall bears of a constant force and the drive, within one piece of a record.
+
+    ``span`` is counted from the instant ``start``.
+    """
+    law, arrival = flight.law, flight.arrival
+    s, until = span
     while True:
         instant = later(start[0], start[1], s)
         set_phases(law, instant[0], instant[1], arrival)
@@ -483,6 +549,14 @@ def extremes_in_stretch(
 
 
 @kernel
+def heading_side(clearance: float, v: float) -> float:
+    """Return the side of a level on which a motion is, or goes to from the level itself."""
+    if clearance == 0.0:
+        return 1.0 if v > 0.0 else -1.0
+    return 1.0 if clearance > 0.0 else -1.0
+
+
+@kernel
 def begin_search(progress: Floats) -> None:
     """Begin the search of a stretch; the side of the level stays."""
     progress[SINCE] = 0.0
@@ -516,6 +590,12 @@ def next_passage(
     s = (progress[SINCE], progress[SINCE_LOW])
     if in_contact or not s[0] < until:
         return False, 0.0, 0.0
+    if progress[AT_KNOT] == 1.0 and s[0] == 0.0:
+        # A passage that rounding puts between the two flights that a knot parts.
+        side = heading_side(shift, start[2])
+        if progress[SIDE] * side < 0.0:
+            progress[SIDE] = side
+            return True, start[0], start[2]
     at_zero = s[0] > 0.0 or shift == 0.0
     s, side = next_zero(flight, law, shift, (1.0, 0.0, 0.0, 0.0), (s, until, at_zero), scratch)
     progress[SIDE] = side
@@ -553,6 +633,7 @@ def crossings_of_level(
             until = time_since_event(events, row + 1)
         flight = flight_after(record, row, scratch.phases, scratch.arrival)
         in_contact = marks[row, KIND] == CONTACT
+        progress[AT_KNOT] = 1.0 if marks[row, KIND] == KNOT else 0.0
         passes = True
         while passes:
             if count == found.shape[0]:

@@ -166,12 +166,16 @@ def delayed_start(law: Law, region: int, phases: Floats, s: float) -> tuple[floa
     start. It is the response to the rate of the force: no difference of large terms in short
     flights.
     """
-    impulse, even, _ = free_response(law, region, s)
+    impulse, even, rise = free_response(law, region, s)
     dy = 0.0
     dv = 0.0
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         omega = law[harmonic, OMEGA]
+        if omega < 0.0:
+            dy += phases[j, 1] * rise
+            dv += phases[j, 1] * impulse
+            continue
         turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
         to_cos, to_sin = harmonic_response(law, region, j, s, impulse, even, turn)
         in_phase = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]

@@ -42,8 +42,9 @@ class Extrema:
     Attributes
     ----------
     minimum, maximum
-        In the units of the quantity: length, length/time, or length/time^2 for forces per unit
-        mass and accelerations. With the sign that `Trajectory.forces` gives them.
+        In the units of the quantity: length, length/time, length/time^2 for accelerations, and
+        mass length/time^2 for forces, per unit mass where there is no mass. With the sign that
+        `Trajectory.forces` gives them.
     t_minimum, t_maximum
         Their instants, the first ones [time].
     """
@@ -60,7 +61,7 @@ class Extrema:
 
 
 def observable_of(system: System, of: str, stop: int = 0) -> Observable:
-    """Return a quantity of the motions of a system as the kernels take it.
+    """Return a quantity of the motions of a system as the kernels take it, per unit mass.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def observable_of(system: System, of: str, stop: int = 0) -> Observable:
     """
     if of not in get_args(QuantityName):
         raise ParameterError("of", of, f"none of {', '.join(get_args(QuantityName))}")
-    law, oscillator = system.law, system.oscillator
+    law, oscillator = system.law, system.of_unit_mass.oscillator
     touched = np.ones(int(law[0, at.N_REGIONS]), dtype=np.int64)
     reference, bound = 0.0, -1
     stiffness = as_float(oscillator.stiffness)
@@ -113,7 +114,8 @@ def extremes_of_motion(
     while not extremes_of_record(record, observable, span, progress, best, scratch, AT_ONCE):
         pass
     least, t_least, most, t_most = (float(best[i]) for i in (LEAST, T_LEAST, GREATEST, T_GREATEST))
-    return Extrema(least, t_least, most, t_most)
+    factor = system.mass if of.endswith("force") else 1.0
+    return Extrema(factor * least, t_least, factor * most, t_most)
 
 
 def level_crossings(system: System, record: MotionRecord, level: float, t_end: float) -> Floats:

@@ -18,7 +18,6 @@ from percuss.kernels.law_columns import (
     GROWTH,
     HALF_TURNS,
     N_HARMONICS,
-    N_REGIONS,
     TURNS,
     Law,
 )
@@ -29,7 +28,7 @@ from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, end_after_periods, limit_faults, periods_faults, wall_faults
-from percuss.model.system import System
+from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.progress import RunProgress
@@ -159,8 +158,7 @@ def simulate(
 def _check_times(law: Law, t0: float, t_end: float) -> None:
     """Refuse times so late that a phase there has no digits left."""
     n = int(law[0, N_HARMONICS])
-    last = FIRST_HARMONIC + n + int(law[0, N_REGIONS]) * (1 + n)
-    free = [2.0 * half for half in law[FIRST_HARMONIC + n : last : 1 + n, HALF_TURNS].tolist()]
+    free = [2.0 * half for half in law[region_rows(law), HALF_TURNS].tolist()]
     fastest = max(free + law[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS].tolist())
     for name, time in (("t0", t0), ("t_end", t_end)):
         if abs(time) < math.inf and abs(time) * fastest > MOST_PERIODS:

@@ -87,9 +87,10 @@ class SingleImpact:
 def has_closed_form(system: System, stop: int) -> bool:
     """Return whether `single_impact` has a formula for impacts on a stop."""
     osc, force = system
+    if force is None or force.record is not None or len(force.components()) != 1:
+        return False
     wall = osc.stops[stop]
-    one_number = isinstance(wall, Wall) and not isinstance(wall.restitution, RestitutionTable)
-    return force is not None and len(force.components()) == 1 and one_number
+    return isinstance(wall, Wall) and not isinstance(wall.restitution, RestitutionTable)
 
 
 def single_impact(

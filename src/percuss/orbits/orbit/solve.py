@@ -16,7 +16,7 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
-from percuss.kernels.flight import Flight, constant_force, move, place, set_phases
+from percuss.kernels.flight import Flight, constant_force, move_over_knots, place, set_phases
 from percuss.kernels.law_columns import DAMPING, N_HARMONICS, PERIOD, Law
 from percuss.kernels.restitution import kept_of_area
 from percuss.kernels.sample import cycles
@@ -33,6 +33,7 @@ from percuss.kernels.shooting import (
     iterate,
 )
 from percuss.kernels.tangent import neighbours
+from percuss.model.oscillator import mass_of
 from percuss.model.system import System
 from percuss.motion.tables import Impacts
 from percuss.numerics import (
@@ -326,7 +327,8 @@ def _record(law: Law, itinerary: Itinerary) -> tuple[Floats, Integers]:
         force = constant_force(law, region, place(law, region, int(rows[i, AT])))
         set_phases(law, t, t_low, phases)
         s = float(itinerary.durations[i])
-        _, before = move(Flight(law, region, (t, t_low, v, force), phases, arrival), s)
+        flight = Flight(law, region, (t, t_low, v, force), phases, arrival)
+        _, before = move_over_knots(flight, s)
         t, t_low = later(t, t_low, s)
         v = float(itinerary.velocities[following])
         events[i + 1] = t, t_low, before, v
@@ -390,4 +392,6 @@ def impacts_of_record(system: System, events: Floats, marks: Integers) -> Impact
         stop=np.array([met[i] for i in rows], dtype=np.int64),
         cycle=cycle,
         intervals=t - before,
+        mass=mass_of(system.oscillator),
+        units=system.oscillator.units,
     )

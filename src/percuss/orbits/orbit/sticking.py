@@ -16,7 +16,7 @@ from percuss.arrays import Flags, Floats, Integers
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
 from percuss.kernels.flight import place
-from percuss.kernels.law_columns import PERIOD, Law
+from percuss.kernels.law_columns import N_KNOTS, PERIOD, Law
 from percuss.kernels.sample import cycles
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Wall
@@ -73,6 +73,9 @@ def sticking_orbits(system: System, max_periods: int) -> list[PeriodicOrbit]:
     [<PeriodicOrbit: sticking in 1 forcing period, T = 6.28319, asymptotic, \
 abs(multipliers) 0, 0>]
     """
+    if system.law[0, N_KNOTS] > 0.0:
+        # Not looked for under a record, whose jumps may release a mass that the force presses.
+        return []
     runs = Propagator(system)
     orbits: list[PeriodicOrbit] = []
     known: list[Release] = []

@@ -57,6 +57,9 @@ def is_symmetric_system(osc: Oscillator, force: Forcing | None) -> bool:
         return True
     if as_fraction(force.constant) != 0 or (force.harmonics and force.period is None):
         return False
+    if force.record is not None:
+        # Not looked for: an orbit is then told as any other.
+        return False
     return all(_is_odd(part.omega, force) for part in force.components() if part.cos or part.sin)
 
 

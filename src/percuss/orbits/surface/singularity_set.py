@@ -17,6 +17,7 @@ from percuss.kernels import law_columns as at
 from percuss.kernels.flight import constant_force
 from percuss.kernels.law_columns import Law
 from percuss.model.exact import as_float, real, whole
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.restitution import restitution_at_rest
@@ -540,6 +541,7 @@ def singularity_set(
     (True, True)
     """
     system = periodic_system(osc, force, "a singularity set")
+    refuse_record(force, "a singularity set")
     stop, n_iterates = whole("stop", stop, 0), whole("n_iterates", n_iterates, 1)
     spacing = real("spacing", spacing)
     longest = None if longest is None else real("longest", longest)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
-from percuss.paper.chain import DEPENDS, LINES, ChainLine, falls_with
+from percuss.paper.chain import LINES, ChainLine
 from percuss.paper.claim import Claim
+from percuss.paper.dependence import DEPENDS, falls_with
 from percuss.paper.report.claims import badge, formula_pair
 from percuss.paper.report.prose import prose
 
