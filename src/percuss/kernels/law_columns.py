@@ -30,6 +30,7 @@ FORCE_BOUND = 5
 N_FORCE_BOUNDS = 14
 # The mass: all else is per unit mass, and forces, impulses and energies are that times the mass.
 MASS = 19
+FORCING_CONSTANT = 20
 
 # Columns of a harmonic's row, the rows from FIRST_HARMONIC on.
 FIRST_HARMONIC = 1
@@ -69,3 +70,8 @@ X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN = 5, 6, 7, 8  # (x, v) after a step, from
 STEP_COS, STEP_SIN = 9, 10  # two parts at its start; and the turn of its phase
 
 COLUMNS = 36
+
+# Columns of the table of stops, which is no part of the law, per unit mass: its edge, stiffness and dashpot 2 a; the first and the last
+# region in which it acts, none for a wall; the number of a wall's bound, -1 for a soft stop.
+STOP_AT, STOP_STIFFNESS, STOP_DRAG, STOP_FIRST, STOP_LAST, STOP_BOUND = range(6)
+STOP_COLUMNS = 6
