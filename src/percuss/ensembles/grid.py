@@ -20,7 +20,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, moved_fields, replace_parameters
 from percuss.model.start import Start
-from percuss.model.system import law, region_rows
+from percuss.model.system import law, region_rows, stop_rows
 from percuss.model.units import FORCE, in_units
 
 __all__ = [
@@ -101,12 +101,15 @@ class Group:
         As `follow_batch` takes them.
     rows
         (n,) array, their points, counted from the first one asked for.
+    stops
+        (n_laws, n_stops, columns) array, as `follow_batch` takes it; None where it is not needed.
     """
 
     laws: Floats
     which: Integers
     starts: Floats
     rows: Integers
+    stops: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +208,7 @@ class Grid:
         ]
         order = np.argsort(key, kind="stable")
         cuts = np.flatnonzero(np.diff(key[order])) + 1
-        groups: dict[tuple[int, ...], list[tuple[Floats, Integers]]] = {}
+        groups: dict[tuple[int, ...], list[tuple[Floats, Floats, Integers]]] = {}
         faults: dict[int, str] = {}
         maker = Maker(self)
         for rows in np.split(order, cuts):
@@ -218,7 +221,7 @@ class Grid:
             except ParameterError as error:
                 faults |= {int(row): str(error) for row in rows}
                 continue
-            groups.setdefault(own_law.shape, []).append((own_law, rows))
+            groups.setdefault(own_law.shape, []).append((own_law, stop_rows(osc), rows))
         joined = [_group_of(group, starts, faults) for group in groups.values()]
         return [group for group in joined if len(group.rows)], faults
 
@@ -250,12 +253,13 @@ class Maker:
 
 
 def _group_of(
-    group: list[tuple[Floats, Integers]], starts: Floats, faults: dict[int, str]
+    group: list[tuple[Floats, Floats, Integers]], starts: Floats, faults: dict[int, str]
 ) -> Group:
     """Return the motions whose laws have one shape, and add the faults of starts inside a wall."""
-    rows = np.concatenate([rows for _, rows in group])
-    which = np.repeat(np.arange(len(group)), [len(rows) for _, rows in group])
-    laws = np.stack([own_law for own_law, _ in group])
+    rows = np.concatenate([rows for *_, rows in group])
+    which = np.repeat(np.arange(len(group)), [len(rows) for *_, rows in group])
+    laws = np.stack([own_law for own_law, *_ in group])
+    stops = np.stack([own_stops for _, own_stops, _ in group])
     low, high = (walls[which] for walls in walls_of(laws))
     x0 = starts[rows, 0]
     for outside, side, wall in ((x0 < low, "below", low), (x0 > high, "above", high)):
@@ -265,7 +269,7 @@ def _group_of(
                 "use a SoftStop for a compliant one"
             )
     inside = ~((x0 < low) | (x0 > high))
-    return Group(laws, which[inside], starts[rows[inside]], rows[inside])
+    return Group(laws, which[inside], starts[rows[inside]], rows[inside], stops)
 
 
 def walls_of(laws: Floats) -> tuple[Floats, Floats]:

@@ -79,9 +79,10 @@ def sweep(
     Parameters
     ----------
     measure
-        One or several of "peak_displacement", "peak_impact_velocity", "impacts_per_period",
-        "period", "dissipated_energy", "largest_lyapunov_exponent", "growth_exponent", which run
-        compiled. Or a function: of a run, of (osc, force), or of (osc, force, start), that
+        One or several of "peak_displacement", "min_displacement", "max_displacement",
+        "rms_displacement", "peak_impact_velocity", "peak_acceleration", "peak_stop_force",
+        "contact_share", "mean_power", "impacts_per_period", "period", "dissipated_energy",
+        "largest_lyapunov_exponent", "growth_exponent", which run compiled. Or a function: of a run, of (osc, force), or of (osc, force, start), that
         returns a number.
     osc, force
         The oscillator and its forcing; ``over`` replaces some of their parameters.

@@ -29,6 +29,7 @@ from percuss.kernels.law_columns import (
     WALL,
 )
 from percuss.kernels.linear_observables import AT_KNOT
+from percuss.kernels.loads import observe_loads
 from percuss.kernels.lockstep import (
     AT,
     AT_LOW,
@@ -61,6 +62,7 @@ from percuss.kernels.observables import (
     STROBES,
     TANGENTS,
     UNTIL,
+    LoadSpace,
     Member,
     clear_observables,
     end_at,
@@ -123,7 +125,10 @@ NEW = -1
 
 
 class Batch(NamedTuple):
-    """Many motions: their laws, stacked, and the number of each one's law; then a row for each."""
+    """Many motions: their laws, stacked, and the number of each one's law; then a row for each.
+
+    ``stops`` (n_laws, n_stops, columns) belong to the laws.
+    """
 
     laws: Floats
     which: Integers
@@ -133,27 +138,31 @@ class Batch(NamedTuple):
     plans: Floats
     values: Floats
     points: Floats
+    stops: Floats
 
 
 class Workspace(NamedTuple):
-    """Arrays that members use in turn: buffers of a record, and (6, n_harmonics, 2) for phases."""
+    """Arrays that members use in turn: buffers of a record, and (3, n_harmonics, 2) for phases."""
 
     events: Floats
     marks: Integers
     grazes: Floats
     phases: Floats
+    loads: LoadSpace
 
 
 class Options(NamedTuple):
     """Options of all members.
 
     ``section`` names the points that are kept (`observables`), ``with_extremes`` asks for the
-    extremes, and ``patience`` bounds the searches of each member before control returns.
+    extremes, ``with_loads`` for the loads, and ``patience`` bounds the searches of each member
+    before control returns.
     """
 
     max_impacts: int
     section: int
     with_extremes: bool
+    with_loads: bool
     patience: int
 
 
@@ -178,8 +187,8 @@ def member_of(batch: Batch, workspace: Workspace, i: int) -> Member:
         workspace.marks,
         workspace.grazes,
     )
-    search = workspace.phases[3:6]
-    return Member(run, batch.plans[i], batch.values[i], batch.points[i], search)
+    stops = batch.stops[batch.which[i]]
+    return Member(run, batch.plans[i], batch.values[i], batch.points[i], stops, workspace.loads)
 
 
 @kernel
@@ -283,6 +292,8 @@ def observe_stretches(
         until = events[row, EVENT_T] if count > 0 else plan[UNTIL]
         if until >= plan[SINCE]:
             observe_stretch(member, options, past, x, in_contact, (until, count == 0))
+            if options.with_loads:
+                observe_loads(member, past, x, in_contact, row, (until, count == 0))
         if count == 0:
             set_phases(law, start[0], start[1], phases)
             end_at(past, x, in_contact, until, member.values)
@@ -477,7 +488,8 @@ def count_impact(member: Member, options: Options, block: Floats, slot: int) -> 
     until = block[NEXT_AT * SLOTS + slot]
     if block[DONE * SLOTS + slot] == 1.0 or until < block[COUNTED_FROM * SLOTS + slot]:
         return True
-    if options.section in (TANGENTS, PASSAGES) or options.with_extremes:
+    kept = options.with_extremes or options.with_loads
+    if kept or options.section in (TANGENTS, PASSAGES):
         return False
     if values.shape[0] > N_OBSERVABLES:
         note_peak(until, abs(block[BEFORE * SLOTS + slot]), values)

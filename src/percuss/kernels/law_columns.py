@@ -37,6 +37,7 @@ MASS = 19
 # The number of knots of the record, the row of the first; the force before it; and the time after
 # which it begins again, as the sum of two, 0 where it does not.
 N_KNOTS, FIRST_KNOT, OUTSIDE_FORCE, REPEAT, REPEAT_LOW = 20, 21, 22, 23, 24
+FORCING_CONSTANT = 25
 
 # Columns of a harmonic's row, the rows from FIRST_HARMONIC on.
 FIRST_HARMONIC = 1
@@ -90,3 +91,9 @@ KNOT_T, KNOT_T_LOW, KNOT_FORCE, KNOT_SLOPE = 0, 1, 2, 3
 KNOT_ENTRIES, KNOTS_A_ROW = 4, 8
 # What stands for the frequency in the row of a record.
 RECORD_OMEGA = -1.0
+
+# Columns of the table of stops, which is no part of the law, per unit mass: its edge, stiffness and
+# dashpot 2 a; the first and the last region in which it acts, none for a wall; the number of a
+# wall's bound, -1 for a soft stop.
+STOP_AT, STOP_STIFFNESS, STOP_DRAG, STOP_FIRST, STOP_LAST, STOP_BOUND = range(6)
+STOP_COLUMNS = 6

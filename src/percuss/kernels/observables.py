@@ -50,9 +50,13 @@ from percuss.kernels.tangent import Matrix, product, propagator
 # impacts and the dashpots have taken, per unit mass; and x and v at the end, NaN before it.
 IMPACTS, CONTACTS, POINTS, PEAK_SPEED, LOWEST, HIGHEST, LOST, DRAGGED, END_X, END_V = range(10)
 # From the start on: the direction to a neighbour, the logarithm of how far it has moved away,
-# and that of the factor of an area between neighbours; and the progress of a search for passages.
+# and that of the factor of an area between neighbours.
 AHEAD_X, AHEAD_V, STRETCHED, SHRUNK = range(10, 14)
-SEARCHED = 14
+# The loads, from ``since`` on (`loads`): the largest magnitudes of a stop's force and of the
+# acceleration; the integrals of x^2, of the time in touch with a stop, and of the forcing's power.
+PEAK_FORCE, PEAK_ACCELERATION, SQUARE, IN_TOUCH, WORK = range(14, 19)
+# The progress of the search for passages (`linear_observables`).
+SEARCHED = 19
 N_OBSERVABLES = SEARCHED + PROGRESS_ENTRIES
 # A longer row keeps the greatest impact speed of each of n stretches of time as well, from the
 # start on: how many of their edges are passed, the n + 1 edges, and n speeds.
@@ -94,17 +98,26 @@ TURNING_STEPS = 4
 LONGEST_PHASE = 200.0
 
 
+class LoadSpace(NamedTuple):
+    """Arrays that the loads of members are found in: a law, and what searches need."""
+
+    derived: Law
+    best: Floats
+    scratch: Scratch
+
+
 class Member(NamedTuple):
     """One motion of a batch: its run, its plan, and what is kept of it.
 
-    ``search`` (3, n_harmonics, 2) is scratch for the passages of a displacement.
+    ``stops`` are the columns of its stops (`linear_observables`).
     """
 
     run: Run
     plan: Floats
     values: Floats
     points: Floats
-    search: Floats
+    stops: Floats
+    loads: LoadSpace
 
 
 @formula
@@ -160,12 +173,12 @@ def observe_passages(
     member: Member, flight: Flight, x: float, in_contact: bool, until: float
 ) -> None:
     """Write the passages of a displacement on a stretch from x, which ends at ``until``."""
-    plan, values, search = member.plan, member.values, member.search
+    plan, values = member.plan, member.values
     start = flight.start
     progress = values[SEARCHED : SEARCHED + PROGRESS_ENTRIES]
     progress[SEARCHED_LEVEL] = plan[LEVEL]
     begin_search(progress)
-    scratch = Scratch(flight.phases, flight.arrival, search[0], search[1], search[2])
+    scratch = member.loads.scratch
     longest = (until - start[0]) - start[1]
     passes = True
     while passes:

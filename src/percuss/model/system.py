@@ -40,6 +40,7 @@ __all__ = [
     "law",
     "lines",
     "region_rows",
+    "stop_rows",
     "touching_stops",
     "turns_per_time",
 ]
@@ -191,6 +192,7 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     rows = np.zeros((first_of_record + -(-n_knots // at.KNOTS_A_ROW), at.COLUMNS))
     _fill_header(rows[0], forcing, components, n_regions)
     rows[0, at.MASS] = 1.0 if mass is None else mass
+    rows[0, at.FORCING_CONSTANT] = float(constant)
     if record is not None:
         rows[0, at.N_HARMONICS], rows[0, at.FIRST_KNOT] = n, first_of_record
         _fill_record(rows, record)
@@ -323,6 +325,28 @@ def _root(value: Fraction) -> Fraction:
     """Return the square root to 120 bits."""
     shift = max(0, 120 + (value.denominator.bit_length() - value.numerator.bit_length()) // 2)
     return Fraction(math.isqrt((value.numerator << (2 * shift)) // value.denominator), 1 << shift)
+
+
+@lru_cache(maxsize=256)
+def stop_rows(oscillator: Oscillator) -> Floats:
+    """Return the stops of an oscillator as the loads take them, (n_stops, columns), per unit mass."""
+    unit, bounds = oscillator.of_unit_mass(), lines(oscillator)
+    rows = np.zeros((len(unit.stops), at.STOP_COLUMNS))
+    for i, stop in enumerate(unit.stops):
+        row = rows[i]
+        # No region; a soft stop acts on one side of its edge.
+        row[at.STOP_AT], row[at.STOP_FIRST], row[at.STOP_LAST] = (
+            float(as_fraction(stop.at)),
+            1.0,
+            0.0,
+        )
+        row[at.STOP_BOUND] = -1.0 if isinstance(stop, SoftStop) else float(bounds.wall.index(i))
+        if isinstance(stop, SoftStop):
+            row[at.STOP_STIFFNESS] = float(as_fraction(stop.stiffness))
+            row[at.STOP_DRAG] = 2.0 * float(as_fraction(stop.damping))
+            acting = [k for k in range(len(bounds.at) - 1) if i in touching_stops(oscillator, k)]
+            row[at.STOP_FIRST], row[at.STOP_LAST] = acting[0], acting[-1]
+    return rows
 
 
 @dataclass(frozen=True, slots=True)

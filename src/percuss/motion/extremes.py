@@ -22,11 +22,12 @@ from percuss.kernels.linear_observables import (
     crossings_of_level,
     derive_law,
     extremes_of_record,
+    slope_weights,
+    stop_weights,
 )
 from percuss.kernels.record import MotionRecord
 from percuss.model.exact import as_float, whole
-from percuss.model.oscillator import SoftStop
-from percuss.model.system import System, touching_stops
+from percuss.model.system import System, stop_rows
 
 __all__ = ["Extrema", "QuantityName", "extremes_of_motion", "level_crossings", "observable_of"]
 
@@ -71,36 +72,28 @@ def observable_of(system: System, of: str, stop: int = 0) -> Observable:
     if of not in get_args(QuantityName):
         raise ParameterError("of", of, f"none of {', '.join(get_args(QuantityName))}")
     law, oscillator = system.law, system.of_unit_mass.oscillator
-    touched = np.ones(int(law[0, at.N_REGIONS]), dtype=np.int64)
-    reference, bound = 0.0, -1
-    stiffness = as_float(oscillator.stiffness)
+    reference, acts, bound = 0.0, (0, int(law[0, at.N_REGIONS]) - 1), -1
     weights = {
         "displacement": (1.0, 0.0, 0.0, 0.0),
         "velocity": (0.0, 1.0, 0.0, 0.0),
         "acceleration": (0.0, 0.0, 1.0, 0.0),
-        "spring_force": (-stiffness, 0.0, 0.0, 0.0),
+        "spring_force": (-as_float(oscillator.stiffness), 0.0, 0.0, 0.0),
     }.get(of, (0.0, 0.0, 0.0, 0.0))
-    slope = (0.0, *weights[:3])
     if of == "stop_force":
         number = whole("stop", stop, 0)
         if number >= len(oscillator.stops):
             reason = f"the oscillator has {len(oscillator.stops)} stops, counted from 0"
             raise ParameterError("stop", stop, reason)
-        its = oscillator.stops[number]
-        touched[:] = [
-            number in touching_stops(oscillator, region) for region in range(len(touched))
-        ]
-        if isinstance(its, SoftStop):
-            reference = as_float(its.at)
-            weights = (-as_float(its.stiffness), -2.0 * as_float(its.damping), 0.0, 0.0)
-            slope = (0.0, *weights[:3])
-        else:
-            bound = system.lines.wall.index(number)
-            # In contact it bears what else acts; there that changes with the force alone.
-            slope = (0.0, 1.0, 0.0, 0.0)
+        row = stop_rows(system.oscillator)[number]
+        reference, weights, bound = (
+            float(row[at.STOP_AT]),
+            stop_weights(row),
+            int(row[at.STOP_BOUND]),
+        )
+        acts = int(row[at.STOP_FIRST]), int(row[at.STOP_LAST])
     derived = law.copy()
-    derive_law(law, slope, derived)
-    return Observable(reference, weights, touched, bound, derived)
+    derive_law(law, slope_weights(weights, bound), derived)
+    return Observable(reference, weights, acts, bound, derived)
 
 
 def extremes_of_motion(

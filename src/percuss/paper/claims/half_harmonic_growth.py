@@ -536,7 +536,7 @@ GROWTH_STATEMENTS = (
     ),
     _statement(
         "eq35-constant",
-        "(34), (35)",
+        "b of (35)",
         "By (34) the constant b is sqrt(2a/pi), with the average a of the numerator of (33): the "
         "same for every start.",
         _universal,
