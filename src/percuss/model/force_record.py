@@ -135,6 +135,13 @@ class ForceRecord:
         pace = Fraction(1) if self.omega is None else as_fraction(self.omega)
         return PiTimes((last[0] - first[0]) / pace, (last[1] - first[1]) / pace)
 
+    @property
+    def rate(self) -> float:
+        """The mean number of samples in a unit of time."""
+        length = as_float(self.t[-1]) - as_float(self.t[0])
+        pace = 1.0 if self.omega is None else as_float(self.omega)
+        return (len(self.t) - 1) * pace / length
+
     def scaled(self, factor: Exact) -> ForceRecord:
         """Return the record with its amplitude times a factor.
 

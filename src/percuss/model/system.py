@@ -19,7 +19,7 @@ from percuss.arrays import Floats, Integers
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import PI, Phase, PiTimes, angle, as_float, as_fraction
+from percuss.model.exact import PI, Phase, PiTimes, angle, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
 from percuss.model.force_record import ForceRecord
@@ -209,9 +209,7 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
         _fill_steps_of_search(rows[first], quickest)
         if record is not None and rows[first, at.STEP] == 0.0:
             # No rate sets a step: the motion is a cubic on each piece.
-            rows[first, at.STEP] = (as_float(record.t[-1]) - as_float(record.t[0])) / n_knots
-            if record.omega is not None:
-                rows[first, at.STEP] /= as_float(record.omega)
+            rows[first, at.STEP] = 1.0 / record.rate
         for j, component in enumerate(components):
             _fill_response(rows[first + 1 + j], stiffness, damping, component.omega)
         if record is None:

@@ -124,6 +124,8 @@ def _frequencies(run: Trajectory, cuts: Floats) -> Floats:
             stiffness[beyond] += as_float(stop.stiffness)
     harmonics = () if run.forcing is None else run.forcing.components()
     fastest = max((float(harmonic.omega) for harmonic in harmonics), default=0.0)
+    if run.forcing is not None and run.forcing.record is not None:
+        fastest = max(fastest, math.pi * run.forcing.record.rate)
     return np.asarray(np.maximum(np.sqrt(np.abs(stiffness)), fastest))
 
 
