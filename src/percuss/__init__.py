@@ -97,6 +97,7 @@ if TYPE_CHECKING:
     from percuss.orbits import Manifolds as Manifolds
     from percuss.orbits import PeriodicOrbit as PeriodicOrbit
     from percuss.orbits import Response as Response
+    from percuss.orbits import SectionMap as SectionMap
     from percuss.orbits import SingularityCurve as SingularityCurve
     from percuss.orbits import SingularitySet as SingularitySet
     from percuss.orbits import SpecialPoint as SpecialPoint
@@ -110,6 +111,7 @@ if TYPE_CHECKING:
     from percuss.orbits import impact_map as impact_map
     from percuss.orbits import manifolds as manifolds
     from percuss.orbits import response_curve as response_curve
+    from percuss.orbits import section_map as section_map
     from percuss.orbits import singularity_set as singularity_set
     from percuss.orbits import stroboscopic_map as stroboscopic_map
     from percuss.orbits import switch_branch as switch_branch
@@ -149,6 +151,7 @@ __all__ = [
     "PercussError",
     "PeriodicOrbit",
     "Response",
+    "SectionMap",
     "SingularityCurve",
     "SingularitySet",
     "SoftStop",
@@ -201,6 +204,7 @@ __all__ = [
     "save_csv",
     "save_netcdf",
     "sea_state",
+    "section_map",
     "simulate",
     "sine",
     "singularity_set",
@@ -305,6 +309,7 @@ _HOMES = {
         "Manifolds",
         "PeriodicOrbit",
         "Response",
+        "SectionMap",
         "SingularityCurve",
         "SingularitySet",
         "SpecialPoint",
@@ -319,6 +324,7 @@ _HOMES = {
         "impact_map",
         "manifolds",
         "response_curve",
+        "section_map",
         "singularity_set",
         "stroboscopic_map",
         "switch_branch",

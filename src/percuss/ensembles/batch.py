@@ -45,7 +45,8 @@ class Plan:
         (n,) arrays [time]: observables and strobes begin at ``since``, strobes come every
         ``every``, the motion ends at ``until``.
     section
-        `observables.NO_POINTS`, `observables.STROBES` or `observables.IMPACT_POINTS`.
+        `observables.NO_POINTS`, `observables.STROBES`, `observables.IMPACT_POINTS` or
+        `observables.PASSAGES`.
     n_points
         Number of points kept, the last ones, >= 1.
     with_extremes
@@ -57,6 +58,9 @@ class Plan:
     edges
         (n, m + 1) array [time], rising: the greatest impact speeds in the intervals between them
         are recorded, also before ``since``; None records none.
+    level, way
+        The displacement [length] whose passages are kept, and the sign of the velocity there, 0
+        for either.
     """
 
     since: Floats
@@ -68,6 +72,8 @@ class Plan:
     with_loads: bool = False
     max_impacts: int = MOST_IMPACTS
     edges: Floats | None = None
+    level: float = 0.0
+    way: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +150,8 @@ def follow_batch(
     speeds = [np.zeros((n, 1)), edges, np.zeros((n, edges.shape[1] - 1))] if edges.size else []
     values = np.concatenate([np.zeros((n, observables.N_OBSERVABLES)), *speeds], axis=1)
     points = np.full((n, plan.n_points, observables.POINT_COLUMNS), np.nan)
-    plans = np.stack([plan.since, plan.every, plan.until], axis=1)
+    level, way = np.full(n, plan.level), np.full(n, plan.way)
+    plans = np.stack([plan.since, plan.every, plan.until, level, way], axis=1)
     laws, which = np.ascontiguousarray(laws), np.ascontiguousarray(which, dtype=np.int64)
 
     options = batch.Options(

@@ -28,6 +28,7 @@ from percuss.kernels.law_columns import (
     UPPER,
     WALL,
 )
+from percuss.kernels.linear_observables import AT_KNOT
 from percuss.kernels.loads import observe_loads
 from percuss.kernels.lockstep import (
     AT,
@@ -55,6 +56,8 @@ from percuss.kernels.observables import (
     END_V,
     END_X,
     N_OBSERVABLES,
+    PASSAGES,
+    SEARCHED,
     SINCE,
     STROBES,
     TANGENTS,
@@ -69,6 +72,7 @@ from percuss.kernels.observables import (
     observe_event,
     observe_flight,
     observe_impact,
+    observe_passages,
     strobe,
     strobe_neighbour,
 )
@@ -84,6 +88,7 @@ from percuss.kernels.record import (
     HUGE,
     IMPACT,
     KIND,
+    KNOT,
     MOVING,
     N_EVENTS,
     N_GRAZES,
@@ -296,6 +301,7 @@ def observe_stretches(
             if options.section == TANGENTS and (not in_contact or marks[row, KIND] == CONTACT):
                 carry_neighbour(member, past, row)
             observe_event(member, region, row, options.section)
+            member.values[SEARCHED + AT_KNOT] = 1.0 if marks[row, KIND] == KNOT else 0.0
             x = run.state[X]
             force = constant_force(law, region, x)
             start = (events[row, EVENT_T], events[row, EVENT_T_LOW], events[row, V_AFTER], force)
@@ -321,6 +327,9 @@ def observe_stretch(
         strobe(member, flight, x, in_contact, before)
     if options.section == TANGENTS:
         strobe_neighbour(member, region, start, before)
+    if options.section == PASSAGES:
+        set_phases(law, start[0], start[1], phases)
+        observe_passages(member, flight, x, in_contact, end[0])
     if options.with_extremes and not in_contact:
         set_phases(law, start[0], start[1], phases)
         span = (max(0.0, since - start[0]), (end[0] - start[0]) - start[1])
@@ -479,7 +488,8 @@ def count_impact(member: Member, options: Options, block: Floats, slot: int) -> 
     until = block[NEXT_AT * SLOTS + slot]
     if block[DONE * SLOTS + slot] == 1.0 or until < block[COUNTED_FROM * SLOTS + slot]:
         return True
-    if options.section == TANGENTS or options.with_extremes or options.with_loads:
+    kept = options.with_extremes or options.with_loads
+    if kept or options.section in (TANGENTS, PASSAGES):
         return False
     if values.shape[0] > N_OBSERVABLES:
         note_peak(until, abs(block[BEFORE * SLOTS + slot]), values)

@@ -26,6 +26,7 @@ from percuss.model.units import FORCE, Units
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.error_bounds import ContactErrors
 from percuss.motion.extremes import Extrema, QuantityName, extremes_of_motion, level_crossings
+from percuss.motion.sections import SectionDirection, section_of
 from percuss.motion.tables import (
     Contacts,
     Crossings,
@@ -44,9 +45,6 @@ __all__ = ["Outcome", "Trajectory", "labelled"]
 
 Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
-SectionDirection = Literal["up", "down", "both"]
-# The sign of the velocity, 0 for either.
-DIRECTIONS = {"up": 1.0, "down": -1.0, "both": 0.0}
 # A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0
 
@@ -290,9 +288,7 @@ class Trajectory:
         if cycle is None:
             times = self.t0 + count * period
         else:
-            part = real("cycle", cycle)
-            if not 0.0 <= part < 1.0:
-                raise ParameterError("cycle", part, "not in [0, 1)")
+            part = section_of({"cycle": cycle}).cycle or 0.0
             first = math.ceil(self.t0 / period - part)
             times = (first + count + part) * period
         slack = ROUNDED * np.spacing(max(abs(self.t0), abs(self.t_end)))
@@ -334,12 +330,10 @@ class Trajectory:
         >>> run.section(at=0.5, direction="up").t.values.round(6)
         array([0.523599, 6.806784])
         """
-        if direction not in DIRECTIONS:
-            raise ParameterError("direction", direction, f"none of {', '.join(DIRECTIONS)}")
-        level = real("at", at)
+        section = section_of({"at": at, "direction": direction})
+        level = section.at
         crossings = level_crossings(self.system, self._motion_record, level, self.t_end)
-        sign = DIRECTIONS[direction]
-        t, v = crossings[sign * crossings[:, 1] >= 0.0].T
+        t, v = crossings[section.sign * crossings[:, 1] >= 0.0].T
         data = {"t": ("crossing", t), "x": ("crossing", np.full(len(t), level)),
                 "v": ("crossing", v)}  # fmt: skip
         return self._dataset(data, {})
