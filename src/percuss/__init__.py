@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from percuss.model import Oscillator as Oscillator
     from percuss.model import SoftStop as SoftStop
     from percuss.model import Start as Start
+    from percuss.model import Units as Units
     from percuss.model import Wall as Wall
     from percuss.model import backlash_oscillator as backlash_oscillator
     from percuss.model import ball_on_table as ball_on_table
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
     from percuss.model import pi_times as pi_times
     from percuss.model import pulses as pulses
     from percuss.model import record as record
+    from percuss.model import restitution_table as restitution_table
     from percuss.model import sea_state as sea_state
     from percuss.model import sine as sine
     from percuss.model import square_wave as square_wave
@@ -156,6 +158,7 @@ __all__ = [
     "StudyError",
     "SubsetMotion",
     "Trajectory",
+    "Units",
     "VelocityGap",
     "Wall",
     "__version__",
@@ -194,6 +197,7 @@ __all__ = [
     "record",
     "resonant_frequency",
     "response_curve",
+    "restitution_table",
     "save_csv",
     "save_netcdf",
     "sea_state",
@@ -246,6 +250,7 @@ _HOMES = {
         "Oscillator",
         "SoftStop",
         "Start",
+        "Units",
         "Wall",
         "backlash_oscillator",
         "ball_on_table",
@@ -259,6 +264,7 @@ _HOMES = {
         "pi_times",
         "pulses",
         "record",
+        "restitution_table",
         "sea_state",
         "sine",
         "square_wave",

@@ -7,6 +7,7 @@ a speed of 1e-25, where the rest is a geometric series to more digits than a tes
 
 from __future__ import annotations
 
+import itertools
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from typing import Literal
@@ -269,7 +270,7 @@ class _March:
         return [min(levels)[1]] if levels else []
 
     def _impact(self, wall: int) -> None:
-        r = self.walls[wall].restitution
+        r = restitution_of(self.walls[wall], abs(self.v))
         after = -r * self.v
         row = self.run.impacts
         row.t.append(self.t)
@@ -324,6 +325,19 @@ class _March:
         self.run.pieces.append(piece)
 
 
+def restitution_of(wall: Wall, speed: Real) -> Real:
+    """Return the restitution at a speed, of a table linear between its pairs."""
+    if not isinstance(wall.restitution, tuple):
+        return number(wall.restitution)
+    table = [(number(u), number(r)) for u, r in wall.restitution]
+    if speed <= table[0][0]:
+        return table[0][1]
+    for (u0, r0), (u1, r1) in itertools.pairwise(table):
+        if speed <= u1:
+            return r0 + (r1 - r0) * (speed - u0) / (u1 - u0)
+    return table[-1][1]
+
+
 def _inward(stop: Wall | Soft) -> int:
     """Return the direction into the stop."""
     return -1 if stop.side == "below" else 1
@@ -331,5 +345,5 @@ def _inward(stop: Wall | Soft) -> int:
 
 def _as_numbers(stop: Wall | Soft) -> Wall | Soft:
     if isinstance(stop, Wall):
-        return Wall(number(stop.at), stop.side, number(stop.restitution))
+        return Wall(number(stop.at), stop.side, stop.restitution)
     return Soft(number(stop.at), stop.side, number(stop.stiffness), number(stop.damping))

@@ -10,6 +10,7 @@ import percuss as pc
 from percuss.model.exact import angle, as_fraction
 from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import FourierTerm
+from percuss.model.restitution import restitution_knots
 
 # More digits than any test asks for.
 DIGITS = 300
@@ -19,12 +20,16 @@ LONG_AGO = 10**6
 
 
 def problem_of(oscillator: pc.Oscillator, force: pc.Forcing | None = None) -> Problem:
-    """Return the same equation for `event_driven.simulate`."""
+    """Return the same equation, per unit mass, for `event_driven.simulate`."""
+    if oscillator.mass is not None:
+        force = None if force is None else force.acceleration_of(oscillator.mass)
+        oscillator = oscillator.of_unit_mass()
     stops: list[Wall | Soft] = []
     for stop in oscillator.stops:
         at = as_fraction(stop.at)
         if isinstance(stop, pc.Wall):
-            stops.append(Wall(at, stop.side, as_fraction(stop.restitution)))
+            knots = restitution_knots(stop.restitution)
+            stops.append(Wall(at, stop.side, knots if len(knots) > 1 else knots[0][1]))
         else:
             stiffness, damping = as_fraction(stop.stiffness), as_fraction(stop.damping)
             stops.append(Soft(at, stop.side, stiffness, damping))

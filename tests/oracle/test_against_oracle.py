@@ -14,7 +14,9 @@ from tests.oracle.random_problems import (
     chattering_motion,
     hard_motion,
     random_motion,
+    self_excited_motion,
     with_record,
+    with_tables,
 )
 
 import percuss as pc
@@ -42,6 +44,15 @@ def test_events_and_motion_are_those_of_the_oracle(seeds: range) -> None:
 
 
 @pytest.mark.parametrize(
+    "seeds", [range(12), pytest.param(range(500), marks=pytest.mark.nightly)], ids=len
+)
+def test_motions_that_are_fed_with_energy_are_those_of_the_oracle(seeds: range) -> None:
+    found = [fault for seed in seeds for fault in _differences(self_excited_motion(seed))]
+
+    assert found == []
+
+
+@pytest.mark.parametrize(
     "seeds", [range(1, 13, 2), pytest.param(range(34), marks=pytest.mark.nightly)], ids=len
 )
 @pytest.mark.parametrize("motion_of", [random_motion, chattering_motion, hard_motion])
@@ -52,6 +63,16 @@ def test_events_and_motion_under_a_record_are_those_of_the_oracle(
     found = [fault for motion in motions for fault in _differences(motion)]
 
     assert found == []
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(10), pytest.param(range(400), marks=pytest.mark.nightly)], ids=len
+)
+def test_restitutions_over_the_speed_are_those_of_the_oracle(seeds: range) -> None:
+    motions = [with_tables(random_motion(seed), seed) for seed in seeds]
+    motions += [with_tables(chattering_motion(seed), seed) for seed in seeds]
+
+    assert [fault for motion in motions for fault in _differences(motion)] == []
 
 
 @pytest.mark.parametrize("name", FORCE_FREE)

@@ -7,7 +7,6 @@ import sympy
 from mpmath import mp
 from tests.paper.findings import finding
 from tests.paper.numbers_of import numbers
-from tests.paper.perturbed import record
 
 from percuss.paper.claims.multi_harmonics import work_on_free_cycle
 from percuss.paper.evidence import Deduction
@@ -56,7 +55,7 @@ def test_no_motion_at_the_fourth_multiple_changes_its_speed() -> None:
     ],
 )
 def test_what_is_deduced(name: str) -> None:
-    assert grade(finding(name), general=record(name).general) == "deduced"
+    assert grade(finding(name)) == "deduced"
 
 
 def test_a_sum_of_motions_is_formed_and_closeness_is_measured() -> None:

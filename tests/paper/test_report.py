@@ -6,6 +6,7 @@ import base64
 import json
 import math
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -13,8 +14,9 @@ import pytest
 
 from percuss.paper.claim import Claim, examine
 from percuss.paper.collection import Item
-from percuss.paper.evidence import compare
+from percuss.paper.evidence import compare, counted
 from percuss.paper.figure_files import Drawn
+from percuss.paper.records import records_text
 from percuss.paper.report.filters import COUNTS
 from percuss.paper.report.formulas import formula_svg, glyphs
 from percuss.paper.report.page import page
@@ -71,7 +73,12 @@ def result(tmp_path: Path, *claims: Claim, **changes: object) -> PaperResult:
 
 HOLDS = statement("good", Finding((compare("a", 1.0, 1.0),)), formula=r"\frac{a}{b} = \sin x")
 FAILS = statement(
-    "bad", Finding((compare("a <b> & c", 2.0, 1.0), compare("V*(5) = 1.4", 1.4, 1.5))), "table 1"
+    "bad",
+    Finding(
+        (compare("a <b> & c", 2.0, 1.0, error=0.25), compare("V*(5) = 1.4", 1.4, 1.5)),
+        instead="a is 2",
+    ),
+    "table 1",
 )
 CORRECTED = statement(
     "mended", Finding((compare("a", 2.0, 1.0),), (compare("a", 2.0, 2.0),), "2 for V_k^2"), "(A3)"
@@ -113,7 +120,46 @@ def test_what_is_measured_stands_beside_what_is_expected(tmp_path: Path) -> None
     assert "a &lt;b&gt; &amp; c" in text
     row = re.search(r"<td>a &lt;b&gt; &amp; c <span[^>]*>measured</span></td>(.*?)</tr>", text)
     assert row is not None
-    assert re.findall(r'number">([^<]*)', row[1]) == ["2", "", "1"]
+    assert re.findall(r'number">([^<]*)', row[1]) == ["2", "\u00b1 0.25", "1"]
+
+
+def test_a_count_says_that_it_is_one(tmp_path: Path) -> None:
+    text = page(result(tmp_path, statement("whole", Finding((counted("impacts", 3, 3),)))))
+
+    row = re.search(r"<td>impacts <span[^>]*>measured</span></td>(.*?)</tr>", text)
+    assert row is not None
+    assert re.findall(r'number">([^<]*)', row[1]) == ["3", "a count", "3"]
+
+
+def test_what_fails_stands_with_what_is_true_instead(tmp_path: Path) -> None:
+    text = page(result(tmp_path, HOLDS, FAILS))
+
+    assert re.findall(r'id="failures">.*?<li>(.*?)</li>', text) == [
+        '<a href="#bad">table 1</a> claim of bad <b>Instead:</b> a is 2.'
+    ]
+    assert "<b>Instead:</b> a is 2.</p>" in text
+    assert 'id="failures"' not in page(result(tmp_path, HOLDS, CORRECTED))
+
+
+def test_the_page_says_how_many_errors_are_independent(tmp_path: Path) -> None:
+    differs = Finding((compare("a", 2.0, 1.0),), (compare("a", 2.0, 2.0),), "2")
+    claims = [statement(id, differs) for id in ("family-period", "family-commensurate", "eq12")]
+    found = result(tmp_path, *claims)
+
+    assert (
+        "Of 3 statements 3 hold with a correction. Behind the 3 that do not hold as printed stand 2 "
+        "independent errors; the other one repeats an error in what the article derives them from."
+    ) in page(found)
+    records = json.loads(records_text(claims))
+    assert records["own_errors"] == ["family-period", "eq12"]
+    assert "independent error" not in page(result(tmp_path, HOLDS))
+
+
+def test_a_formula_in_our_symbols_says_so(tmp_path: Path) -> None:
+    stated = replace(CORRECTED, formula="t_k", right_formula="t_k + 1", is_printed=False)
+
+    assert "as stated, in our symbols" in page(result(tmp_path, stated))
+    assert "as printed</span>" in page(result(tmp_path, replace(stated, is_printed=True)))
 
 
 def test_tables_show_printed_computed_and_difference(tmp_path: Path) -> None:
@@ -209,7 +255,8 @@ def test_records_hold_the_evidence_and_no_nan() -> None:
 
     assert set(good) == {
         "id", "scope", "kind", "verdict", "grade", "reference", "claim", "quotations", "formula",
-        "right_formula", "method", "evidence", "remark", "theory", "study", "code",
+        "is_printed", "right_formula", "method", "evidence", "instead", "remark", "theory", "study",
+        "code",
     }  # fmt: skip
     assert mended["verdict"] == "holds with the correction 2 for V_k^2"
     assert mended["evidence"]["corrected"][0]["outcome"] == "agrees"

@@ -29,8 +29,9 @@ VERDICTS = {
     "resonance-twist": "holds",
     "resonance-subharmonics": "holds with the correction only for m <= 6; from m = 7 on, fast "
     "motions stay near their speed",
-    "subharmonic-only": "holds with the correction resonances at 2p/q with q = 3, 4, 5 that are no "
-    "sub-harmonics 2/m, such as 4/3",
+    "subharmonic-only": "undecided because the article does not say whether it speaks of all "
+    "resonances off the eigenset, which is wrong, or announces those of its section 5, which are "
+    "sub-harmonic",
     "resonance-others": "holds",
 }
 

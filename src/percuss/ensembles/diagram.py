@@ -17,6 +17,7 @@ from percuss.ensembles.datasets import (
     coordinates_of,
     warn_of_failures,
     warn_of_some,
+    with_units,
 )
 from percuss.ensembles.engines import Engine, make_ready
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
@@ -274,12 +275,13 @@ def _dataset(grids: list[Grid], names: list[str], section: str, answers: list[An
     data["reason"] = (("branch", path), _reasons(grids, parts["status"]))
     complete = all(answer.complete for answer in answers)
     total = sum(answer.n_impacts for answer in answers)
-    return xarray.Dataset(
+    dataset = xarray.Dataset(
         data,
         coords=coordinates_of(grid.dimensions) | {"branch": names},
         attrs=attributes_of(grid.motion(), Answer({}, {}, total, complete))
         | {"section": section, "failed": failed_values(parts)},
     )
+    return with_units(dataset, grid.osc.units)
 
 
 def _reasons(grids: list[Grid], status: NDArray[np.generic]) -> NDArray[np.object_]:

@@ -33,6 +33,7 @@ from percuss.kernels.law_columns import (
     LOWER,
     N_HARMONICS,
     N_KNOTS,
+    NUMBER,
     OUTSIDE_FORCE,
     PERIOD,
     QUICKEST,
@@ -43,6 +44,7 @@ from percuss.kernels.law_columns import (
     Law,
 )
 from percuss.kernels.pieces import is_record, knot_entry, knot_time, piece_at
+from percuss.kernels.restitution import slow_restitution
 
 # 2 pi less its double.
 FINE_TWO_PI = (2.0 * math.pi, 2.449293598294706414e-16)
@@ -213,7 +215,6 @@ def chatter_time(
     law: Law,
     region: int,
     side: float,
-    restitution: float,
     speed: float,
     fastest: float,
     force: float,
@@ -226,10 +227,12 @@ def chatter_time(
 
         T = tau (1 + e tau / 3),   tau = 2 q / (1 - r).
 
-    It holds if over 2 tau the force keeps its sign, which its derivatives' bounds prove, and the
+    A restitution r + r' u of slow impacts makes it longer by tau r' u / (1 - r^2). It holds if over 2 tau the force keeps its sign, which its derivatives' bounds prove, and the
     first hop meets nothing else (docs/theory/chatter.md). ``side`` is -1 at a wall below and +1
     at one above.
     """
+    bound = int(law[region, NUMBER]) + (1 if side > 0.0 else 0)
+    restitution, bend = slow_restitution(law, region, bound, speed)
     if restitution >= 1.0 or speed > SLOW * fastest:
         return -1.0, 0.0
     harmonic, slope, _ = force_and_slopes(law, phases)
@@ -241,13 +244,15 @@ def chatter_time(
     pace = max(abs(change), math.sqrt(law[0, FORCE_BOUND + 2] / pressing))
     pace = max(pace, law[region, QUICKEST])
     gap = law[region, UPPER] - law[region, LOWER]
-    if tau * pace > CHATTER_LIMIT or speed * speed > pressing * gap:
+    spread = abs(bend) * speed / (1.0 - restitution)
+    if tau * pace + spread > CHATTER_LIMIT or speed * speed > pressing * gap:
         return -1.0, 0.0
     tilt = -(change + law[region, DAMPING])
-    error = tau * (tau * pace) ** 2 + 4.0 * ULP * tau
+    error = tau * (tau * pace + 2.0 * spread) ** 2 + 4.0 * ULP * tau
     # The force is a difference of terms that may be far larger.
     error += FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND]) / pressing * tau
-    return tau * (1.0 + tilt * tau / 3.0), error
+    longer = bend * speed / (1.0 - restitution * restitution)
+    return tau * (1.0 + (tilt * tau / 3.0 + longer)), error
 
 
 @kernel

@@ -34,6 +34,7 @@ from percuss.kernels.law_columns import (
     DAMPING,
     FIRST_HARMONIC,
     FORCE_BOUND,
+    GROWTH,
     OMEGA,
     QUICKEST,
     STEP,
@@ -378,7 +379,7 @@ def departure(
 @kernel
 def is_fast(law: Law, region: int, start: FlightStart, distance: float, s: float, v: float) -> bool:
     """Return whether a landing is beyond doubt an impact, by cheap bounds."""
-    if law[region, STIFFNESS] < 0.0:
+    if law[region, GROWTH] > 0.0:
         return False
     _, _, v0, force = start
     pull = abs(force) + law[0, FORCE_BOUND]
@@ -409,7 +410,7 @@ def is_certain(
     if not speed > 2.0 * doubt_of_speed:
         return False
     width = 2.0 * doubt / speed
-    if law[region, STIFFNESS] < 0.0 and width > law[region, STEP]:
+    if law[region, GROWTH] > 0.0 and width > law[region, STEP]:
         return False
     fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
     change = width * (second + width * (0.5 * third + width * fourth * (1.0 / 6.0)))

@@ -29,6 +29,7 @@ from percuss.kernels.arithmetic import (
     exponential,
     exponential_less_one,
     exponentials,
+    hypotenuse,
 )
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.law_columns import (
@@ -43,11 +44,11 @@ from percuss.kernels.law_columns import (
     GAIN_RE,
     GAP_IM,
     GAP_RE,
+    GROWTH,
     HALF_TURNS,
     HALF_TURNS_LOW,
     LOWER,
     LOWER_FORCE,
-    LOWER_RESTITUTION,
     NEAR,
     NUMBER,
     OMEGA,
@@ -65,7 +66,6 @@ from percuss.kernels.law_columns import (
     TWICE_PER_RATE,
     UPPER,
     UPPER_FORCE,
-    UPPER_RESTITUTION,
     Law,
 )
 from percuss.kernels.pieces import is_record, next_knot, record_at, time_to_knot
@@ -118,20 +118,16 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
         even = slow * (1.0 + 0.5 * shrink)
         if law[region, QUICKEST] * s < SERIES_LIMIT:
             force = force_series(damping, law[region, STIFFNESS], s)
-        elif abs(law[region, SLOW_ROOT]) < -0.5 * law[region, FAST_ROOT]:
-            fast_part = exponential_less_one(law[region, FAST_ROOT] * s) / law[region, FAST_ROOT]
-            slow_part = s
-            if law[region, SLOW_ROOT] != 0.0:
-                slow_part = (
-                    exponential_less_one(law[region, SLOW_ROOT] * s) / law[region, SLOW_ROOT]
-                )
+        elif are_apart(law[region, SLOW_ROOT], law[region, FAST_ROOT]):
+            slow_part = mean_of_exponential(law[region, SLOW_ROOT], s)
+            fast_part = mean_of_exponential(law[region, FAST_ROOT], s)
             force = (slow_part - fast_part) / (2.0 * rate)
         else:
             force = (1.0 - even - damping * impulse) * law[region, PER_STIFFNESS]
         return impulse, even, force
     shrink = 1.0
     lost = 0.0
-    if damping > 0.0:
+    if damping != 0.0:
         shrink, lost = exponentials(-damping * s)
     if rate == 0.0:
         impulse = shrink * s
@@ -151,6 +147,18 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
         # 1 - even, without the cancellation of small damping near a whole period.
         force = (shrink * square - lost - damping * impulse) * law[region, PER_STIFFNESS]
     return impulse, even, force
+
+
+@kernel
+def are_apart(one: float, other: float) -> bool:
+    """Return whether one of two roots is less than half as large as the other."""
+    return min(abs(one), abs(other)) < 0.5 * max(abs(one), abs(other))
+
+
+@kernel
+def mean_of_exponential(root: float, s: float) -> float:
+    """Return the integral of exp(root s) from 0 to s."""
+    return exponential_less_one(root * s) / root if root != 0.0 else s
 
 
 @kernel
@@ -290,6 +298,7 @@ def near_response(
 ) -> tuple[float, float]:
     """Return (Re Q_j, Im Q_j) at s with i w_j at, or near, a characteristic root r1.
 
+    Of two real roots r1 is that of the smaller size, with negative damping the smaller one.
     Q = [F(r1) - F(r2)] / (r1 - r2) with F(r) = (exp(i w s) - exp(r s)) / (i w - r), and
     F(r1) = exp(r1 s) expm1(gap s) / gap, smooth as the gap closes.
     """
@@ -299,10 +308,14 @@ def near_response(
     # r1 - r2, and the exponentials of both roots: half their sum, and half their difference.
     apart_re = 2.0 * law[region, RATE] * law[region, OVERDAMPED]
     apart_im = 2.0 * law[region, RATE] - apart_re
+    near_power = even + 0.5 * apart_re * impulse
+    if apart_re > 0.0 and law[region, DAMPING] < 0.0:
+        apart_re = -apart_re
+        near_power = exponential(law[region, FAST_ROOT] * s)
     root_re = 0.5 * apart_re * impulse
     root_im = 0.5 * apart_im * impulse
     if (gap_re * gap_re + gap_im * gap_im) * s * s > 1.0:
-        near_re, near_im = quotient(turn[0] - even - root_re, turn[1] - root_im, gap_re, gap_im)
+        near_re, near_im = quotient(turn[0] - near_power, turn[1] - root_im, gap_re, gap_im)
     else:
         # exp(r1 s) times (exp(gap s) - 1) / gap, or s where the gap is closed.
         mean_re = s
@@ -314,8 +327,8 @@ def near_response(
             top_re = grow * cosine - 2.0 * half * half
             top_im = (1.0 + grow) * sine
             mean_re, mean_im = quotient(top_re, top_im, gap_re, gap_im)
-        near_re = (even + root_re) * mean_re - root_im * mean_im
-        near_im = (even + root_re) * mean_im + root_im * mean_re
+        near_re = near_power * mean_re - root_im * mean_im
+        near_im = near_power * mean_im + root_im * mean_re
     # i w - r2 = (i w - r1) + (r1 - r2).
     far_re, far_im = quotient(
         turn[0] - even + root_re, turn[1] + root_im, gap_re + apart_re, gap_im + apart_im
@@ -334,13 +347,6 @@ def quotient(a_re: float, a_im: float, b_re: float, b_im: float) -> tuple[float,
 def place(law: Law, region: int, bound: int) -> float:
     """Return the position of a bound of a region."""
     return law[region, LOWER if bound == int(law[region, NUMBER]) else UPPER]
-
-
-@kernel
-def restitution_at(law: Law, region: int, bound: int) -> float:
-    """Return the restitution of a wall of a region."""
-    lower = bound == int(law[region, NUMBER])
-    return law[region, LOWER_RESTITUTION if lower else UPPER_RESTITUTION]
 
 
 @kernel
@@ -480,7 +486,7 @@ def uncertainties(flight: Flight, s: float) -> tuple[float, float]:
 @kernel
 def growth_of_rounding(law: Law, region: int, s: float) -> float:
     """Return the factor of rounding of a growing exponential, whose exponent is rounded too."""
-    return 1.0 + max(0.0, law[region, SLOW_ROOT] * s) / 16.0
+    return 1.0 + max(0.0, law[region, GROWTH] * s) / 16.0
 
 
 @kernel
@@ -490,7 +496,8 @@ def sizes(flight: Flight, s: float) -> tuple[float, float]:
     _, _, v0, force = start
     impulse, even, rise = free_response(law, region, s)
     size = abs(v0 * impulse) + abs(force * rise)
-    speed = abs(v0) * (abs(even) + law[region, DAMPING] * abs(impulse)) + abs(force * impulse)
+    damping = abs(law[region, DAMPING])
+    speed = abs(v0) * (abs(even) + damping * abs(impulse)) + abs(force * impulse)
     n = phases.shape[0]
     for j in range(n):
         response = region + 1 + j
@@ -501,16 +508,18 @@ def sizes(flight: Flight, s: float) -> tuple[float, float]:
             size += push * abs(rise) + slope * slope_response(law, region, s, impulse, rise)
             speed += push * abs(impulse) + slope * abs(rise)
             continue
-        # No response to a bounded force exceeds the one to its bound while S >= 0.
-        limit = 0.5 * s * s
+        # No response to a bounded force exceeds the one to its bound while S >= 0, and that is
+        # less than twice as large where negative damping makes it grow.
+        limit = s * s if law[region, DAMPING] < 0.0 else 0.5 * s * s
         if s * max(law[region, QUICKEST], omega) >= SERIES_LIMIT:
-            terms = 1.0 + abs(even) + (law[region, DAMPING] + omega) * abs(impulse)
+            terms = 1.0 + abs(even) + (damping + omega) * abs(impulse)
             limit = terms * (abs(law[response, GAIN_RE]) + abs(law[response, GAIN_IM]))
             if law[response, NEAR] == 1.0:
-                limit = (
-                    s * (abs(even) + law[region, RATE] * abs(impulse)) / law[region, RATE]
-                    + terms / omega**2
-                )
+                # What is near the root is built up for a time s, with damping for that of the gap.
+                gap = hypotenuse(law[response, GAP_RE], law[response, GAP_IM])
+                lasts = min(s, 2.0 / gap) if gap > 0.0 else s
+                built = max(1.0, abs(even) + law[region, RATE] * abs(impulse))
+                limit = lasts * built / law[region, RATE] + terms / omega**2
         size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
         # Q' = S + i w Q.
         speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(impulse) + omega * limit)
@@ -563,7 +572,8 @@ def derivative_bound(
     """Return a bound on abs(x^(m + 2)) over the next s, given x^(m) and x^(m + 1), m >= 1.
 
     Both obey the equation of motion with the force's m-th derivative, bounded by ``force_bound``,
-    in place of the force, and their energy, or where K < 0 their norm, grows no faster than that
+    in place of the force, and their energy, or where K < 0 their norm, grows no faster than that,
+    or with negative damping by the factor that the bounds hold
     (docs/theory/first-event.md). Valid for s up to one step of the region.
     """
     return (

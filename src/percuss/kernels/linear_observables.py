@@ -29,7 +29,6 @@ from percuss.kernels.flight import (
     four_derivatives,
     move,
     place,
-    restitution_at,
     set_phases,
 )
 from percuss.kernels.law_columns import (
@@ -41,6 +40,8 @@ from percuss.kernels.law_columns import (
     KNOT_ENTRIES,
     KNOT_FORCE,
     KNOT_SLOPE,
+    KNOT_T,
+    KNOT_T_LOW,
     KNOTS_A_ROW,
     LOWER,
     N_FORCE_BOUNDS,
@@ -51,6 +52,9 @@ from percuss.kernels.law_columns import (
     OUTSIDE_FORCE,
     SINE,
     STIFFNESS,
+    STOP_BOUND,
+    STOP_DRAG,
+    STOP_STIFFNESS,
     UPPER,
     Law,
 )
@@ -74,6 +78,7 @@ from percuss.kernels.record import (
     place_of_event,
     time_since_event,
 )
+from percuss.kernels.restitution import restitution_at
 from percuss.kernels.sample import tail_hop
 
 # The weights of x - reference, x', x'' and x'''.
@@ -92,20 +97,41 @@ CROSSING_T, CROSSING_V = range(2)
 NEXT_TO = 1e-6
 # The first hops of a chatter's tail hold its extremes: the later ones are smaller.
 TAIL_HOPS = 2
+# No event on a bound.
+NOWHERE = (False, 0.0, 0.0, 0.0)
 
 
 class Observable(NamedTuple):
     """A linear observable, and the law of its derivative (`derive_law`).
 
-    ``touched`` (n_regions,) is 1 where it acts, ``bound`` the number of a wall's bound, -1 for
-    none: in contact with that wall it is the force of the wall.
+    ``acts`` are the numbers of the first and the last region in which it acts, ``bound`` the
+    number of a wall's bound, -1 for none: in contact with that wall it is the force of the wall.
     """
 
     reference: float
     weights: Weights
-    touched: Integers
+    acts: tuple[int, int]
     bound: int
     derived: Law
+
+
+@kernel
+def stop_weights(stop: Floats) -> Weights:
+    """Return the weights of the force of a stop from its columns; of a wall it is none in flight."""
+    if stop[STOP_BOUND] >= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    return -stop[STOP_STIFFNESS], -stop[STOP_DRAG], 0.0, 0.0
+
+
+@kernel
+def slope_weights(weights: Weights, bound: int) -> Weights:
+    """Return the weights of the derivative of an observable.
+
+    In contact a wall bears what else acts: that changes with the force alone.
+    """
+    if bound >= 0:
+        return 0.0, 1.0, 0.0, 0.0
+    return 0.0, weights[0], weights[1], weights[2]
 
 
 class Scratch(NamedTuple):
@@ -146,21 +172,32 @@ def derive_law(law: Law, weights: Weights, derived: Law) -> None:
 
 @kernel
 def derive_record(law: Law, a: float, b: float, derived: Law) -> None:
-    """Write a times the record plus b times its slope into ``derived``."""
-    steepest = 0.0
+    """Write the bounds of a times the record plus b times its slope into ``derived``."""
+    row = FIRST_HARMONIC + int(law[0, N_HARMONICS]) - 1
+    # No slope of the record is larger than that of the whole force.
+    steepest = law[0, FORCE_BOUND + 1]
+    size = abs(a) * law[row, AMPLITUDE] + abs(b) * steepest
+    derived[row, AMPLITUDE] = size
+    derived[0, FORCE_BOUND] += size
+    derived[0, FORCE_BOUND + 1] += abs(a) * steepest
+
+
+@kernel
+def derive_knots(law: Law, weights: Weights, derived: Law) -> None:
+    """Write the knots of a linear observable into ``derived``: contacts are searched with them.
+
+    A flight ends at a knot, and its search begins with force and slope of the flight itself.
+    """
+    a, b, _, _ = weights
     derived[0, OUTSIDE_FORCE] = a * law[0, OUTSIDE_FORCE]
     for k in range(int(law[0, N_KNOTS])):
         row = int(law[0, FIRST_KNOT]) + k // KNOTS_A_ROW
         first = KNOT_ENTRIES * (k % KNOTS_A_ROW)
         slope = law[row, first + KNOT_SLOPE]
+        derived[row, first + KNOT_T] = law[row, first + KNOT_T]
+        derived[row, first + KNOT_T_LOW] = law[row, first + KNOT_T_LOW]
         derived[row, first + KNOT_FORCE] = a * law[row, first + KNOT_FORCE] + b * slope
         derived[row, first + KNOT_SLOPE] = a * slope
-        steepest = max(steepest, abs(slope))
-    row = FIRST_HARMONIC + int(law[0, N_HARMONICS]) - 1
-    size = abs(a) * law[row, AMPLITUDE] + abs(b) * steepest
-    derived[row, AMPLITUDE] = size
-    derived[0, FORCE_BOUND] += size
-    derived[0, FORCE_BOUND + 1] += abs(a) * steepest
 
 
 @formula
@@ -269,6 +306,12 @@ def note_value(best: Floats, value: float, t: float) -> None:
 
 
 @kernel
+def acts_in(observable: Observable, number: int) -> bool:
+    """Return whether an observable acts in the region of a number."""
+    return observable.acts[0] <= number <= observable.acts[1]
+
+
+@kernel
 def value_at(flight: Flight, shift: float, weights: Weights, y: float, v: float) -> float:
     """Return an observable at displacement y and velocity v; ``arrival`` holds the phases there."""
     law, region, start, _, arrival = flight
@@ -316,18 +359,28 @@ def extremes_in_flight(
 
 
 @kernel
-def note_flight_end(
-    record: MotionRecord,
-    row: int,
+def meeting(
+    law: Law, events: Floats, marks: Integers, row: int
+) -> tuple[bool, float, float, float]:
+    """Return whether an event meets a bound with a velocity, and its place, velocity and instant."""
+    kind = marks[row, KIND]
+    if kind not in (IMPACT, CROSSING, SLOW_LANDING):
+        return False, 0.0, 0.0, 0.0
+    at = place(law, int(marks[row, NEXT_REGION]), int(marks[row, BOUND]))
+    return True, at, events[row, V_BEFORE], events[row, EVENT_T]
+
+
+@kernel
+def note_limit(
     flight: Flight,
     x: float,
     observable: Observable,
     s: float,
+    met: tuple[bool, float, float, float],
     best: Floats,
 ) -> None:
-    """Note the observable a time s after the event of a row, as the limit from before."""
-    law, events, marks = record.law, record.events, record.marks
-    region = flight.region
+    """Note the observable a time s after the start of a flight; ``met`` is the event there."""
+    law, region = flight.law, flight.region
     y = 0.0
     v = flight.start[2]
     if s > 0.0:
@@ -335,31 +388,29 @@ def note_flight_end(
     else:
         copy_phases(flight.phases, flight.arrival)
     t, _ = later(flight.start[0], flight.start[1], s)
-    if row + 1 < events.shape[0] and s >= time_since_event(events, row + 1):
-        kind = marks[row + 1, KIND]
-        if kind in (IMPACT, CROSSING, SLOW_LANDING):
-            # At the event the mass is on the bound, with the velocity of the table.
-            y = place(law, int(marks[row + 1, NEXT_REGION]), int(marks[row + 1, BOUND])) - x
-            v = events[row + 1, V_BEFORE]
-            t = events[row + 1, EVENT_T]
+    if met[0]:
+        # At the event the mass is on the bound, with the velocity of the table.
+        y = met[1] - x
+        v = met[2]
+        t = met[3]
     y = min(max(y, law[region, LOWER] - x), law[region, UPPER] - x)
     note_value(best, value_at(flight, x - observable.reference, observable.weights, y, v), t)
 
 
 @kernel
 def note_tail(
-    record: MotionRecord,
-    row: int,
     flight: Flight,
     x: float,
-    restitution: float,
+    tail: tuple[float, float, Pair],
     observable: Observable,
     best: Floats,
 ) -> None:
-    """Note an observable at the ends and the summits of the first hops of a chatter's tail."""
+    """Note an observable at the ends and the summits of the first hops of a chatter's tail.
+
+    ``tail`` is the wall's restitution, how long the tail lasts, and its end.
+    """
     law, _, start, _, arrival = flight
-    events = record.events
-    whole = time_since_event(events, row + 1)
+    restitution, whole, end = tail
     shift = x - observable.reference
     share = 1.0
     s = 0.0
@@ -375,7 +426,7 @@ def note_tail(
         s += duration
         share *= restitution
     # Where the hops end the force still acts, and the contact has not begun.
-    t, t_low = events[row + 1, EVENT_T], events[row + 1, EVENT_T_LOW]
+    t, t_low = end
     set_phases(law, t, t_low, arrival)
     y, v = tail_hop(restitution, start[2], whole, whole)
     note_value(best, value_at(flight, shift, observable.weights, y, v), t)
@@ -394,7 +445,7 @@ def extremes_in_contact(
     a = observable.weights[0]
     s, until = span
     if bound != observable.bound:
-        acts = observable.touched[int(law[region, NUMBER])] == 1
+        acts = acts_in(observable, int(law[region, NUMBER]))
         held = a * (x - observable.reference) if acts else 0.0
         note_value(best, held, later(start[0], start[1], s)[0])
         return
@@ -528,21 +579,29 @@ def extremes_in_stretch(
         bound = int(marks[row, BOUND])
         extremes_in_contact(flight, x, observable, bound, (begin, until), best)
         return until, 0.0
-    if observable.touched[int(record.law[region, NUMBER])] == 0:
+    if not acts_in(observable, int(record.law[region, NUMBER])):
         t, _ = later(flight.start[0], flight.start[1], begin)
         note_value(best, 0.0, t)
         return until, 0.0
     is_last = row + 1 >= record.events.shape[0]
     if marks[row, KIND] == IMPACT and not is_last and marks[row + 1, KIND] == CONTACT:
-        restitution = restitution_at(record.law, region, int(marks[row, BOUND]))
-        note_tail(record, row, flight, x, restitution, observable, best)
+        events = record.events
+        bound, after = int(marks[row, BOUND]), abs(events[row, V_AFTER])
+        restitution = restitution_at(record.law, region, bound, after)
+        end = (events[row + 1, EVENT_T], events[row + 1, EVENT_T_LOW])
+        tail = (restitution, time_since_event(events, row + 1), end)
+        note_tail(flight, x, tail, observable, best)
         return until, 0.0
+    met = (False, 0.0, 0.0, 0.0)
+    if not is_last and until >= time_since_event(record.events, row + 1):
+        met = meeting(record.law, record.events, marks, row + 1)
     if since[0] == 0.0:
-        note_flight_end(record, row, flight, x, observable, begin, best)
+        at_end = begin >= until
+        note_limit(flight, x, observable, begin, met if at_end else NOWHERE, best)
     first = since if since[0] > begin else (begin, 0.0)
     reached = extremes_in_flight(flight, x, observable, (first, until), best, scratch, budget)
     if reached[0] >= until:
-        note_flight_end(record, row, flight, x, observable, until, best)
+        note_limit(flight, x, observable, until, met, best)
     return reached
 
 

@@ -22,13 +22,11 @@ from percuss.kernels.law_columns import (
     LOWER_ENTRY,
     LOWER_FORCE,
     LOWER_KIND,
-    LOWER_RESTITUTION,
     NUMBER,
     UPPER,
     UPPER_ENTRY,
     UPPER_FORCE,
     UPPER_KIND,
-    UPPER_RESTITUTION,
     WALL,
 )
 from percuss.kernels.next_event import PAUSE, NextEvent, next_event
@@ -78,6 +76,7 @@ from percuss.kernels.record import (
     V,
     X,
 )
+from percuss.kernels.restitution import restitution_at
 
 # Harmonic impacts between two checks of the patience.
 PLAIN_AT_ONCE = 10_000
@@ -294,12 +293,10 @@ def strike(run: Run, side: float, v: float) -> None:
         bound += 1
         state[X] = law[region, UPPER]
         state[FORCE] = law[region, UPPER_FORCE]
-        restitution = law[region, UPPER_RESTITUTION]
     else:
         state[X] = law[region, LOWER]
         state[FORCE] = law[region, LOWER_FORCE]
-        restitution = law[region, LOWER_RESTITUTION]
-    speed = restitution * abs(v)
+    speed = restitution_at(law, region, bound, abs(v)) * abs(v)
     state[V] = -side * speed if speed > 0.0 else 0.0
     note(run, IMPACT, bound, v, state[V])
     counters[N_IMPACTS] += 1
@@ -309,9 +306,7 @@ def strike(run: Run, side: float, v: float) -> None:
             note(run, CONTACT, bound, 0.0, 0.0)
         return
     state[FASTEST] = max(state[FASTEST], abs(v))
-    time, error = chatter_time(
-        law, region, side, restitution, speed, state[FASTEST], state[FORCE], phases
-    )
+    time, error = chatter_time(law, region, side, speed, state[FASTEST], state[FORCE], phases)
     # A chatter that a knot may interrupt is not summed.
     if 0.0 <= time < time_to_knot(law, state[T], state[T_LOW]):
         state[T], state[T_LOW] = later(state[T], state[T_LOW], time)

@@ -24,6 +24,7 @@ from percuss.kernels.law_columns import (
     UPPER_ENTRY,
     Law,
 )
+from percuss.kernels.linear_observables import Scratch
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -45,7 +46,10 @@ IMPACTS, CONTACTS, POINTS, PEAK_SPEED, LOWEST, HIGHEST, LOST, DRAGGED, END_X, EN
 # From the start on: the direction to a neighbour, the logarithm of how far it has moved away,
 # and that of the factor of an area between neighbours.
 AHEAD_X, AHEAD_V, STRETCHED, SHRUNK = range(10, 14)
-N_OBSERVABLES = 14
+# The loads, from ``since`` on (`loads`): the largest magnitudes of a stop's force and of the
+# acceleration; the integrals of x^2, of the time in touch with a stop, and of the forcing's power.
+PEAK_FORCE, PEAK_ACCELERATION, SQUARE, IN_TOUCH, WORK = range(14, 19)
+N_OBSERVABLES = 19
 # A longer row keeps the greatest impact speed of each of n stretches of time as well, from the
 # start on: how many of their edges are passed, the n + 1 edges, and n speeds.
 PASSED, EDGES = N_OBSERVABLES, N_OBSERVABLES + 1
@@ -84,13 +88,26 @@ TURNING_STEPS = 4
 LONGEST_PHASE = 200.0
 
 
+class LoadSpace(NamedTuple):
+    """Arrays that the loads of members are found in: a law, and what searches need."""
+
+    derived: Law
+    best: Floats
+    scratch: Scratch
+
+
 class Member(NamedTuple):
-    """One motion of a batch: its run, its plan, and what is kept of it."""
+    """One motion of a batch: its run, its plan, and what is kept of it.
+
+    ``stops`` are the columns of its stops (`linear_observables`).
+    """
 
     run: Run
     plan: Floats
     values: Floats
     points: Floats
+    stops: Floats
+    loads: LoadSpace
 
 
 @formula
@@ -188,7 +205,7 @@ def move_neighbour(
 ) -> None:
     """Take a neighbour along a flight and over the event at its end.
 
-    ``jump`` is the event's saltation matrix, ``restitution`` the wall's, or 1.
+    ``jump`` is the event's saltation matrix, ``restitution`` the square root of its determinant.
     """
     stretch, x, v = stretched(law, region, s, jump, values)
     values[STRETCHED] += stretch

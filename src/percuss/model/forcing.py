@@ -160,6 +160,8 @@ class Forcing:
         Base frequency of a sum made by `fourier`, which sets it.
     record
         A force given by its samples; `record` (the function) and `square_wave` make one.
+    is_per_mass
+        Whether it is per unit mass for an oscillator that has a mass, too; `per_mass` sets it.
 
     Attributes
     ----------
@@ -183,6 +185,7 @@ class Forcing:
     given_period: Phase | None = field(default=None, metadata={"given_as": "period"})
     base: Exact | None = None
     record: ForceRecord | None = None
+    is_per_mass: bool = False
 
     def __init__(
         self,
@@ -192,12 +195,14 @@ class Forcing:
         *,
         base: Exact | None = None,
         record: ForceRecord | None = None,
+        is_per_mass: bool = False,
     ) -> None:
         object.__setattr__(self, "harmonics", as_tuple(harmonics))
         object.__setattr__(self, "constant", plain(constant))
         object.__setattr__(self, "given_period", plain(period))
         object.__setattr__(self, "base", plain(base))
         object.__setattr__(self, "record", record)
+        object.__setattr__(self, "is_per_mass", is_per_mass)
         raise_first(faults(self, ""))
 
     def __repr__(self) -> str:
@@ -205,38 +210,58 @@ class Forcing:
             terms = cast("tuple[FourierTerm, ...]", self.harmonics)
             cos, sin = tuple(term.cos for term in terms), tuple(term.sin for term in terms)
             text = f"fourier({self.base!r}, cos={cos!r}, sin={sin!r}, constant={self.constant!r})"
-            return text if self.record is None else f"{text} + {Forcing(record=self.record)!r}"
-        period = "" if self.given_period is None else f", period={self.given_period!r}"
-        record = "" if self.record is None else f", record={self.record!r}"
-        return f"Forcing(harmonics={self.harmonics!r}, constant={self.constant!r}{period}{record})"
+            if self.record is not None:
+                text = f"{text} + {Forcing(record=self.record)!r}"
+                return f"({text}).per_mass(1)" if self.is_per_mass else text
+            return f"{text}.per_mass(1)" if self.is_per_mass else text
+        more = "" if self.given_period is None else f", period={self.given_period!r}"
+        more += "" if self.record is None else f", record={self.record!r}"
+        more += ", is_per_mass=True" if self.is_per_mass else ""
+        return f"Forcing(harmonics={self.harmonics!r}, constant={self.constant!r}{more})"
 
     def __add__(self, other: Forcing) -> Forcing:
         """Return the sum of two forcings, exactly.
 
         It keeps a period that both have, and that of the other one if one is constant; otherwise it
-        has none. Two records cannot be added.
+        has none. Two records cannot be added. Both are forces, or both per unit mass.
         """
         if not isinstance(other, Forcing):
             return NotImplemented
+        if self.is_per_mass != other.is_per_mass:
+            reason = (
+                "a force and a force per unit mass have no sum; take per_mass of both or neither"
+            )
+            raise ParameterError("force", other, reason)
         constant = kept(operand(self.constant) + operand(other.constant))
         if self.record is not None and other.record is not None:
             reason = "both forces have a record; add the samples of the two, and make one of them"
             raise ParameterError("forcing.record", other.record, reason)
         record = self.record or other.record
-        for force, added in ((self, other), (other, self)):
-            if not added.harmonics and added.record is None:
-                return Forcing(
-                    force.harmonics, constant, force.given_period, base=force.base, record=record
-                )
+        pairs = ((self, other), (other, self))
+        for force, added in pairs:
+            if added.is_constant:
+                return force._with(constant, force.given_period, record)
         periods = {_exact_period(force) for force in (self, other)}
         period = periods.pop() if len(periods) == 1 else None
-        for force, added in ((self, other), (other, self)):
+        for force, added in pairs:
             if not added.harmonics:
                 # A Fourier sum has its period from its base.
-                own = None if force.base is not None else period
-                return Forcing(force.harmonics, constant, own, base=force.base, record=record)
+                return force._with(constant, period if force.base is None else None, record)
         parts = [part for force in (self, other) for part in _plain_harmonics(force)]
-        return Forcing(parts, constant, period if parts else None, record=record)
+        # Of harmonics that are all zero none is left.
+        period = period if parts or record is not None else None
+        return Forcing(parts, constant, period, record=record, is_per_mass=self.is_per_mass)
+
+    def _with(self, constant: Exact, period: Phase | None, record: ForceRecord | None) -> Forcing:
+        """Return the same harmonics with another constant, period and record."""
+        return Forcing(
+            self.harmonics,
+            constant,
+            period,
+            base=self.base,
+            record=record,
+            is_per_mass=self.is_per_mass,
+        )
 
     @property
     def is_constant(self) -> bool:
@@ -287,12 +312,15 @@ class Forcing:
         return _components(self)
 
     def per_mass(self, mass: Exact) -> Forcing:
-        """Return a force in the engineers' units divided by the mass it acts on.
+        """Return a force divided by a mass, and marked as per unit mass.
+
+        An oscillator without a mass takes it as any force. One that has a mass takes it as the
+        acceleration that it is: its own mass does not divide it again.
 
         Parameters
         ----------
         mass
-            Mass [mass], > 0.
+            Mass [mass], > 0; 1 marks a force that is per unit mass already.
 
         Returns
         -------
@@ -302,19 +330,45 @@ class Forcing:
         Raises
         ------
         ParameterError
-            If the mass is no number above zero.
+            If the mass is no number above zero, or the force is per unit mass already.
 
         Examples
         --------
-        >>> cosine(3.0, amplitude=5.0).per_mass(2.0)
-        Forcing(harmonics=(Harmonic(amplitude=2.5, omega=3.0, phase=0.0),), constant=0.0)
+        >>> force = cosine(3.0, amplitude=5.0).per_mass(2.0)
+        >>> force.harmonics, force.is_per_mass
+        ((Harmonic(amplitude=2.5, omega=3.0, phase=0.0),), True)
         """
         raise_first(positive_faults("mass", plain(mass)))
+        if self.is_per_mass:
+            raise ParameterError("mass", mass, "the force is per unit mass already")
         factor = 1 / operand(mass)
         parts = tuple(_scaled_part(part, factor) for part in self.harmonics)
         constant = scaled(self.constant, factor)
         record = None if self.record is None else self.record.scaled(kept(factor))
-        return Forcing(parts, constant, self.given_period, base=self.base, record=record)
+        return Forcing(
+            parts, constant, self.given_period, base=self.base, record=record, is_per_mass=True
+        )
+
+    def acceleration_of(self, mass: Exact | None) -> Forcing:
+        """Return what a force does to a mass: the force per unit mass.
+
+        Parameters
+        ----------
+        mass
+            Mass of the oscillator that it acts on; None for one of unit mass.
+
+        Returns
+        -------
+        Forcing
+            The force divided by the mass; itself without one, and if it is per unit mass already.
+
+        Examples
+        --------
+        >>> force = cosine(3.0, amplitude=5.0)
+        >>> force.acceleration_of(2.0) == force.per_mass(2.0).acceleration_of(2.0)
+        True
+        """
+        return self if mass is None or self.is_per_mass else self.per_mass(mass)
 
 
 def cosine(
@@ -464,6 +518,9 @@ def _(value: FourierTerm, prefix: str | None = None) -> list[Fault]:
 def _(value: Forcing, prefix: str | None = None) -> list[Fault]:
     prefix = "forcing" if prefix is None else prefix
     problems = number_faults(dotted(prefix, "constant"), value.constant)
+    if not isinstance(value.is_per_mass, bool):
+        name = dotted(prefix, "is_per_mass")
+        problems.append(Fault(name, value.is_per_mass, "neither true nor false"))
     if value.base is not None:
         problems += frequency_faults(dotted(prefix, "omega"), value.base)
     if value.record is not None:

@@ -15,9 +15,9 @@ from percuss.kernels import march as engine
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
+    GROWTH,
     HALF_TURNS,
     N_HARMONICS,
-    STIFFNESS,
     TURNS,
     Law,
 )
@@ -215,7 +215,7 @@ class _March:
     def may_grow(self) -> bool:
         """Return whether the last stretch is a flight that may grow beyond all bounds."""
         flies = self.counters[columns.TOUCHED] == 0
-        return bool(flies and self.arrays.law[self.counters[columns.REGION], STIFFNESS] < 0.0)
+        return bool(flies and self.arrays.law[self.counters[columns.REGION], GROWTH] > 0.0)
 
     def last_moderate(self, end: float) -> float:
         """Return up to when, at most ``end``, the last flight stays below HUGE.

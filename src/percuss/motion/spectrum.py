@@ -255,7 +255,7 @@ def _highest(run: Trajectory) -> float:
     """Return the frequency up to which a spectrum is drawn."""
     harmonics = () if run.forcing is None else run.forcing.components()
     fastest = max((float(harmonic.omega) for harmonic in harmonics), default=0.0)
-    spring = math.sqrt(abs(as_float(run.oscillator.stiffness)))
+    spring = math.sqrt(abs(as_float(run.oscillator.of_unit_mass().stiffness)))
     return REACH * (max(fastest, spring) or 2.0 * math.pi / (run.t_end - run.t0))
 
 

@@ -34,6 +34,8 @@ class Claim:
         Of the statement.
     formula, right_formula
         Its formula and, where that is corrected, the right one, in mathtext; empty without one.
+    is_printed
+        Whether the formula is one that the article prints; else it puts words into symbols.
     finding
         The evidence.
     kind, verdict
@@ -52,6 +54,7 @@ class Claim:
     scope: Scope
     formula: str
     right_formula: str
+    is_printed: bool
     finding: Finding
     kind: VerdictKind
     verdict: str
@@ -82,12 +85,14 @@ class Claim:
             "claim": self.claim,
             "quotations": _quotations(self.id),
             "formula": self.formula,
+            "is_printed": self.is_printed,
             "right_formula": self.right_formula,
             "method": self.method,
             "evidence": {
                 "printed": [_item(item) for item in self.finding.printed],
                 "corrected": [_item(item) for item in self.finding.corrected],
             },
+            "instead": self.finding.instead,
             "remark": self.finding.remark,
             "theory": self.theory,
             "study": self.study_file,
@@ -103,6 +108,7 @@ def _quotations(id: str) -> list[dict[str, object]]:
             "page": passage.page,
             "at": passage.at,
             "text": passage.quote,
+            "reading": passage.reading,
         }
         for passage in passages_of(id)
     ]
@@ -119,7 +125,8 @@ def _item(item: Evidence) -> dict[str, object]:
     numbers = {name: getattr(item, name) for name in ("value", "low", "high", "expected")}
     if isinstance(item, Enclosure):
         return {"kind": "certified", **said, **_finite({**numbers, "radius": item.radius})}
-    return {"kind": "measured", **said, **_finite({**numbers, "error": item.error})}
+    error = {"error": item.error}
+    return {"kind": "measured", **said, **_finite({**numbers, **error}), "count": item.is_count}
 
 
 def _finite(numbers: dict[str, float | None]) -> dict[str, object]:
@@ -163,9 +170,10 @@ def examine(statement: Statement) -> Claim:
         scope=statement.scope,
         formula=formula,
         right_formula=right,
+        is_printed=statement.is_printed,
         finding=finding,
         kind=verdict_kind(finding),
         verdict=judge(finding),
-        grade=grade(finding, general=statement.general),
+        grade=grade(finding),
         code=code_of(statement.find),
     )

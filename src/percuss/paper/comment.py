@@ -17,10 +17,12 @@ from importlib import resources
 import typst
 
 from percuss.paper.article import article_source, passages
-from percuss.paper.chain import BREAK, LINES, ChainLine, falls_with
+from percuss.paper.chain import BREAK, LINES, ChainLine
 from percuss.paper.claim import Claim
+from percuss.paper.dependence import falls_with
 from percuss.paper.evidence import Deduction, Enclosure, Evidence
 from percuss.paper.figure_files import Drawn, versions
+from percuss.paper.findings import errors_of_their_own
 from percuss.paper.report.evidence_table import number
 from percuss.paper.report.formulas import formula_svg, outlines
 from percuss.paper.report.prose import prose
@@ -33,8 +35,9 @@ FIGURES = ("fig11", "fig12", "fig6")
 # The verdicts, and what opens the section on each.
 SECTIONS = {
     "holds": "",
-    "corrected": "These statements hold in another form than the printed one.",
-    "fails": "No corrected form of these statements is known to us.",
+    "corrected": "These statements hold with another sign, term, number or condition.",
+    "fails": "No change of a sign, a term, a number or a condition makes these statements hold: what "
+    "is true says something else.",
     "undecided": "",
 }
 QUESTION = (
@@ -50,7 +53,8 @@ METHOD = (
     "out by computer algebra and ball arithmetic, and of known theorems and arguments in words "
     "that the report marks as such. Certified: numbers enclosed in ball arithmetic. Measured: "
     "numbers in floating point with their errors. A statement holds if all evidence agrees with "
-    "it, it is corrected if some differs and a corrected form agrees throughout, and it is "
+    "it; it is corrected if some differs, and all agrees with a form in which a sign, a term, a "
+    "number or a condition is another; it fails if some differs and no such form agrees; it is "
     "undecided if the evidence leaves it open."
 )
 CHAIN = (
@@ -117,7 +121,12 @@ def _data(result: PaperResult) -> dict[str, object]:
         "title": "Comment on “Periodic motions and resonances of impact oscillators”",
         "author": f"percuss {made['percuss']}",
         "date": datetime.now(UTC).strftime("%d %B %Y").lstrip("0"),
-        "abstract": _runs(_abstract({kind: len(found) for kind, found in of_kind.items()})),
+        "abstract": _runs(
+            _abstract(
+                {kind: len(found) for kind, found in of_kind.items()},
+                len(errors_of_their_own(article)),
+            )
+        ),
         "question": _runs(f"{source.citation}, {QUESTION}"),
         "method": [_runs(f"{source.extraction} {source.rule} {ONE_RULE}"), _runs(METHOD)],
         "holds": {"about": _runs(about_holding), "rows": list(map(_row, of_kind["holds"]))},
@@ -145,14 +154,15 @@ def _data(result: PaperResult) -> dict[str, object]:
     }
 
 
-def _abstract(counts: dict[str, int]) -> str:
+def _abstract(counts: dict[str, int], own: int) -> str:
     examined = sum(bool(passage.records) for passage in passages())
     return (
         "We recomputed every formula, number, figure and statement of the article that can be "
         f"examined: {examined} of its {len(passages())} sentences, formulas, captions and tables, "
         f"in {sum(counts.values())} records. {counts['holds']} hold as printed, "
         f"{counts['corrected']} with a correction, {counts['fails']} fail, and "
-        f"{counts['undecided']} are left undecided. Each verdict follows from numbers with their "
+        f"{counts['undecided']} are left undecided. Behind those that do not hold as printed stand "
+        f"{own} errors; the others repeat one of these, on which the article rests them. Each verdict follows from numbers with their "
         "errors, from enclosures in ball arithmetic, or from deductions that are carried out "
         "whenever the report is made."
     )
@@ -166,7 +176,8 @@ def _chain(claims: Mapping[str, Claim]) -> dict[str, object]:
         for line in lines
         if line.is_break
         for record in falls_with(line.record)
-        if record in claims
+        # The derivation as a whole is what is spoken of.
+        if record in claims and record != "chain"
     ]
     rests = f" On ({BREAK}) rest {', '.join(dict.fromkeys(fallen))}." if fallen else ""
     return {
@@ -204,7 +215,10 @@ def _record(claim: Claim) -> dict[str, object]:
         "in_table": claim.id in {line.record for line in LINES},
         "printed": _pictures(claim.formula),
         "right": _pictures(claim.right_formula),
+        "printed_as": "printed" if claim.is_printed else "stated",
         "correction": _runs(claim.finding.correction),
+        "instead": _runs(claim.finding.instead),
+        "open": _runs(claim.finding.undecided),
         "evidence": _runs(_decisive(claim)),
     }
 

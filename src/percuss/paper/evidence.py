@@ -20,6 +20,7 @@ __all__ = [
     "Measurement",
     "Step",
     "compare",
+    "counted",
     "is_decided",
     "is_proven",
 ]
@@ -43,6 +44,9 @@ class Measurement:
         How far the value may be from the true one: a bound on rounding, or a standard error.
     expected
         The number of the statement, where the range is made from one and its digits.
+    is_count
+        Whether the value is a number of things that were counted. A count has no error: where it
+        is uncertain what to count, that is another measurement.
 
     Examples
     --------
@@ -58,6 +62,7 @@ class Measurement:
     high: float
     error: float = 0.0
     expected: float | None = None
+    is_count: bool = False
 
     @property
     def outcome(self) -> Agreement:
@@ -192,12 +197,42 @@ def compare(
     Examples
     --------
     >>> compare("a third", 1 / 3, 0.33, 0.005)
-    Measurement(what='a third', value=0.333..., low=0.325, high=0.335, error=0.0, expected=0.33)
+    Measurement(what='a third', value=0.333..., low=0.325, high=0.335, error=0.0, expected=0.33, ...)
     """
     low, high = expected - tolerance, expected + tolerance
     if radius is None:
         return Measurement(what, float(value), low, high, error, float(expected))
     return Enclosure(what, float(value), float(radius), low, high, float(expected))
+
+
+def counted(what: str, found: int, low: int, high: float | None = None) -> Measurement:
+    """Return a count, and the numbers that agree with a statement.
+
+    Parameters
+    ----------
+    what
+        What is counted, in a few words.
+    found
+        How many there are.
+    low, high
+        The least and the largest number that agrees; without `high` it is `low` alone.
+
+    Examples
+    --------
+    >>> counted("impacts", 30, 30)
+    Measurement(what='impacts', value=30.0, low=30.0, high=30.0, error=0.0, expected=30.0, is_count=True)
+    >>> counted("impacts", 30, 31, math.inf).outcome
+    'differs'
+    """
+    only = high is None
+    return Measurement(
+        what,
+        float(found),
+        float(low),
+        float(low) if high is None else high,
+        expected=float(low) if only else None,
+        is_count=True,
+    )
 
 
 def is_decided(item: Evidence) -> bool:

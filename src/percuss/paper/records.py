@@ -11,6 +11,7 @@ from typing import get_args
 from percuss.paper.article import article_source
 from percuss.paper.claim import Claim
 from percuss.paper.figure_files import versions
+from percuss.paper.findings import errors_of_their_own
 from percuss.paper.statement import Scope, VerdictKind
 
 __all__ = ["SCHEMA_FILE", "records_text", "schema_text"]
@@ -55,6 +56,7 @@ def records_text(claims: Sequence[Claim]) -> str:
             "sha256": source.sha256,
         },
         "counts": {scope: _counts(claims, scope) for scope in get_args(Scope)},
+        "own_errors": list(errors_of_their_own(claims)),
         "records": [claim.record() for claim in claims],
     }
     return json.dumps(contents, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -39,6 +39,8 @@ class Finding:
         The corrected form in words and symbols, completing "holds with the correction ...".
     undecided
         Why nothing can be said, where this is so; empty otherwise.
+    instead
+        What is true in place of a statement that fails, in words and symbols.
     remark
         What else the reader should know.
     study
@@ -50,6 +52,7 @@ class Finding:
     corrected: tuple[Evidence, ...] = ()
     correction: str = ""
     undecided: str = ""
+    instead: str = ""
     remark: str = ""
     study: str = ""
 
@@ -74,9 +77,6 @@ class Statement:
         The numbered formula, or mathtext without dollar signs; empty where words are enough.
     theory
         File of docs/theory with the derivation; empty where there is none.
-    general
-        Whether it speaks of more than the cases that are computed: then certified cases do not
-        certify it, unless one of them refutes it.
     scope
         Whether the article says it, or percuss does.
     """
@@ -88,8 +88,12 @@ class Statement:
     find: Callable[[], Finding]
     formula: Formula | str = ""
     theory: str = ""
-    general: bool = False
     scope: Scope = "article"
+
+    @property
+    def is_printed(self) -> bool:
+        """Whether its formula is one that the article prints."""
+        return isinstance(self.formula, Formula) and bool(self.formula.shown)
 
 
 def verdict_kind(finding: Finding) -> VerdictKind:
@@ -104,7 +108,9 @@ def verdict_kind(finding: Finding) -> VerdictKind:
     -------
     str
         "holds" if all evidence on the printed form agrees; "corrected" if some of it differs and
-        all on the corrected form agrees; "fails" if some differs; else "undecided".
+        all agrees with a form in which a sign, a term, a number or a condition is another;
+        "fails" if some differs and no such form agrees, so that what is true says something else;
+        else "undecided".
 
     Examples
     --------
@@ -147,22 +153,21 @@ def judge(finding: Finding) -> str:
     return f"undecided because {reason}"
 
 
-def grade(finding: Finding, *, general: bool = False) -> Grade:
+def grade(finding: Finding) -> Grade:
     """Return what the verdict rests on.
 
     Parameters
     ----------
     finding
         The evidence.
-    general
-        Of the statement.
 
     Returns
     -------
     str
         "deduced" where a deduction reaches the verdict; "certified" where every number that the
         verdict needs is certified; "measured" otherwise. Of a form that fails one certain
-        disagreement is enough; a general form that holds is not certified by its cases.
+        disagreement is enough. Numbers speak of the cases that were computed, whatever their
+        grade; only a deduction reaches further.
 
     Examples
     --------
@@ -177,20 +182,19 @@ def grade(finding: Finding, *, general: bool = False) -> Grade:
     if kind == "undecided":
         return "measured"
     if kind == "holds":
-        return _grade_of(finding.printed, general=general)
+        return _grade_of(finding.printed)
     refuted = _grade_of_refutation(finding.printed)
     if kind == "fails":
         return refuted
     weakest: Sequence[Grade] = ("measured", "certified", "deduced")
-    return min(refuted, _grade_of(finding.corrected, general=general), key=weakest.index)
+    return min(refuted, _grade_of(finding.corrected), key=weakest.index)
 
 
-def _grade_of(items: Sequence[Evidence], *, general: bool) -> Grade:
+def _grade_of(items: Sequence[Evidence]) -> Grade:
     """Return what a form that holds rests on; numbers beside a deduction illustrate it."""
     if any(isinstance(item, Deduction) for item in items):
         return "deduced"
-    certified = all(isinstance(item, Enclosure) for item in items)
-    return "certified" if certified and not general else "measured"
+    return "certified" if all(isinstance(item, Enclosure) for item in items) else "measured"
 
 
 def _grade_of_refutation(items: Sequence[Evidence]) -> Grade:

@@ -14,13 +14,13 @@ from matplotlib.patches import Patch
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
+from percuss.model.units import Units
 from percuss.plotting.cells import EVEN, draw_cells, label_of, path_label
 from percuss.plotting.style import (
     BLACK,
     BLUE,
     GREEN,
     VERMILION,
-    Units,
     colour_bar,
     legend_above,
     picture,
@@ -56,6 +56,8 @@ def plot_diagram(
     *,
     quantity: str | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw a bifurcation diagram, any number of points, by how many of them lie in each cell.
 
@@ -93,7 +95,7 @@ def plot_diagram(
     columns = _columns(x)
     layers = _layers(counts)
     norm = LogNorm(1, max(2, *(int(count.max()) for count in layers.values())))
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         rows = np.linspace(low, high, ROWS + 1)
         middles = 0.5 * (rows[1:] + rows[:-1])
         draw_cells(ax, columns, middles, _coloured(layers, norm))

@@ -15,6 +15,6 @@ MUTATIONS: list[Mutation] = [
     perturbed("periodicity-eigenset-alone", "a velocity that Y_3 does not allow", fast="2.5"),
     perturbed("periodicity-cos-and-sin", "sin 2t for sin t", growing=pc.sine(2)),
     perturbed("periodicity-phase", "at an extreme of the force only", phases=(0.0,)),
-    perturbed("periodicity-chaos", "a regular start", unstable=REGULAR),
+    perturbed("periodicity-chaos", "a regular start", unstable=(REGULAR,)),
 ]
 UNMOVED: dict[str, str] = {}

@@ -210,8 +210,7 @@ def signs_after(law: Law, events: Integers) -> Floats:
 
 def scale_of_speed(system: System) -> float:
     """Return the order of the velocities that forcing, springs and gaps cause."""
-    osc, force = system
-    law = system.law
+    (osc, force), law = system.of_unit_mass, system.law
     n = int(law[0, at.N_HARMONICS])
     rows = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]
     # A record has no frequency but that of its period.
@@ -365,7 +364,16 @@ def counts_of_run(run: Trajectory) -> tuple[float, int]:
         last = run.t_end - n_periods * run.forcing.period
         if run.contacts.start[-1] >= last:
             return math.inf, n_periods
-    return (pattern.n_impacts, n_periods) if pattern.n_impacts else (1, 1)
+    if not pattern.n_impacts:
+        return 1, 1
+    if pattern.n_periods:
+        return pattern.n_impacts, n_periods
+    # Between stops that are alike the times repeat before the stops do.
+    met = [stop for _, stop in entries_of(run.system, events_of_record(run.record[1]))]
+    for n_impacts in range(pattern.n_impacts, len(met) // 2 + 1, pattern.n_impacts):
+        if met[-n_impacts:] == met[-2 * n_impacts : -n_impacts]:
+            return n_impacts, 1
+    return pattern.n_impacts, 1
 
 
 def _of_orbit(system: System, n_impacts: int, n_periods: int, orbit: PeriodicOrbit) -> Guess:

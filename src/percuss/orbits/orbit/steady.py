@@ -13,6 +13,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.flight import Flight, move_over_knots, set_phases
 from percuss.kernels.law_columns import Law
 from percuss.kernels.tangent import propagator
+from percuss.model.oscillator import mass_of
 from percuss.model.system import System
 from percuss.motion.reach import steady
 from percuss.motion.tables import Impacts
@@ -150,7 +151,16 @@ def _orbit(
         x0=x0,
         v0=v0,
         t0=0.0,
-        impacts=Impacts(none, none, none, no_stop, none, none),
+        impacts=Impacts(
+            none,
+            none,
+            none,
+            no_stop,
+            none,
+            none,
+            mass_of(system.oscillator),
+            system.oscillator.units,
+        ),
         n_impacts=0,
         n_periods=1,
         period=period,

@@ -20,6 +20,7 @@ from percuss.kernels.law_columns import N_KNOTS, PERIOD, Law
 from percuss.kernels.sample import cycles
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Wall
+from percuss.model.restitution import restitution_at_rest
 from percuss.model.system import System
 from percuss.orbits.orbit.itinerary import entry
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -129,7 +130,7 @@ def _releases(runs: Propagator) -> list[tuple[Release, float]]:
     releases: list[tuple[Release, float]] = []
     for number, stop in enumerate(runs.system.oscillator.stops):
         # Elastic hops never end: no motion comes to stick there.
-        if not isinstance(stop, Wall) or as_float(stop.restitution) == 1.0:
+        if not isinstance(stop, Wall) or restitution_at_rest(stop.restitution) == 1.0:
             continue
         for start in (np.arange(INSTANTS) * (period / INSTANTS)).tolist():
             end = start + 1.02 * period

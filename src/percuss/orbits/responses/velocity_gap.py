@@ -234,7 +234,7 @@ def _check(system: System) -> None:
 
 def _map(system: System, n_periods: int) -> tuple[Floats, float, float]:
     """Return B / A, which maps (s - s0, U) to the unit circle; s0; and the sign into the wall."""
-    (osc, force), law = system, system.law
+    (osc, force), law = system.of_unit_mass, system.law
     assert force is not None
     matrix, _, of_velocity = equations_of(system, n_periods, 0)
     met = entry(osc, 0)

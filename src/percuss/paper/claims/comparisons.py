@@ -18,6 +18,7 @@ from percuss.paper.statement import Finding, Statement
 
 __all__ = [
     "DOUBLES",
+    "ONE_FLIGHT",
     "ROUNDING",
     "WALL",
     "WithError",
@@ -37,6 +38,8 @@ WALL = impact_oscillator()
 ROUNDING = 1e-10
 # The error of some hundred impacts of such a motion in doubles.
 DOUBLES = 1e-12
+# And of one flight, or of a closed form.
+ONE_FLIGHT = 1e-13
 
 
 @dataclass(frozen=True)

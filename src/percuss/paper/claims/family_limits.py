@@ -55,7 +55,15 @@ from percuss.paper.claims.family_proofs import (
     positive_long,
     positive_short,
 )
-from percuss.paper.evidence import Comparison, Deduction, Evidence, Measurement, Step, compare
+from percuss.paper.evidence import (
+    Comparison,
+    Deduction,
+    Evidence,
+    Measurement,
+    Step,
+    compare,
+    counted,
+)
 from percuss.paper.formula import Formula
 from percuss.paper.proof import sign
 from percuss.paper.statement import Finding, Statement
@@ -131,7 +139,7 @@ def _valid(bound: Formula = EQA4) -> Finding:
                 *_even_bound(bound),
                 *contact_is_unique(),
             ),
-            compare("motions of 98 (m = 2 to 15, seven V0 below V*) that stay on Y_m", stay, 98),
+            counted("motions of 98 (m = 2 to 15, seven V0 below V*) that stay on Y_m", stay, 98),
         ),
         remark="At V0 = 0 and V0 = V* some impacts have no velocity.",
         study=motion_text(_two_periods(2, parts[-1] * subset_critical_velocity(2))),

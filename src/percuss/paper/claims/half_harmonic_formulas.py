@@ -29,6 +29,7 @@ __all__ = [
     "EQ33",
     "EQ34",
     "EQ35",
+    "EQ35_FACTOR",
     "FACTOR",
     "INTERVAL",
     "LANDING",
@@ -161,6 +162,20 @@ EQ35 = Formula(
     sympy.Eq(sympy.Symbol("V(t)"), ROOT_FACTOR * sympy.sqrt(TIME)),
 )
 
+
+def _root(square: sympy.Expr) -> sympy.Expr:
+    """Return a root that is set as one, not as a quotient of roots."""
+    return sympy.Pow(square, sympy.Rational(1, 2), evaluate=False)
+
+
+# What (34) gives for b, and what is right.
+EQ35_FACTOR = Formula(
+    "35",
+    "",
+    sympy.Eq(ROOT_FACTOR, _root(2 * MEAN / sympy.pi)),
+    sympy.Eq(ROOT_FACTOR, _root(sympy.sin(2 * PHASE) / 2)),
+)
+
 # x and x' a time tau after an impact, t = t_k + tau.
 _FLIGHT = (V_K + ELAPSED / 2 * SIN) * sympy.sin(ELAPSED) + COS / 2 * (
     sympy.sin(ELAPSED) - ELAPSED * sympy.cos(ELAPSED)
@@ -220,7 +235,7 @@ def flight_equation_steps() -> tuple[Step, ...]:
             sympy.sin(T_K + ELAPSED),
         ),
         replace(
-            identity("It begins on the stop,", _FLIGHT.subs(ELAPSED, 0), sympy.Integer(0)),
+            identity("It begins on the wall,", _FLIGHT.subs(ELAPSED, 0), sympy.Integer(0)),
             formula=r"x(t_k) = 0",
         ),
         replace(

@@ -28,7 +28,7 @@ from percuss.paper.claims.certain import (
 )
 from percuss.paper.claims.comparisons import ROUNDING, WALL, apart
 from percuss.paper.claims.model_statements import shared_times
-from percuss.paper.evidence import Enclosure, Measurement, compare
+from percuss.paper.evidence import Enclosure, compare, counted
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS"]
@@ -77,19 +77,12 @@ def _only_on_the_eigenset(resonant: Sequence[str] = ("2", "4", "6", "8")) -> Fin
     worst = max(_velocity_error(v0) for v0 in ("0.2", "0.3", "0.45"))
     return Finding(
         (
-            # Counts have no error.
-            compare(
-                "resonances on commensurate periodic times off the eigenset",
-                len(off),
-                0.0,
-                error=0.0,
-            ),
-            compare(
+            counted("resonances on commensurate periodic times off the eigenset", len(off), 0),
+            counted(
                 "frequencies that resonate on the eigenset and are not among 2, 4, 6, 8, or the "
                 "reverse",
                 len(set(on) ^ set(resonant)),
-                0.0,
-                error=0.0,
+                0,
             ),
             compare(
                 "V from the times of its flight, minus V",
@@ -265,16 +258,15 @@ def _depends_on_phase(phases: Sequence[float] = PHASES) -> Finding:
     beside = growth(late, since=1e4)
     return Finding(
         (
-            Measurement(
+            counted(
                 f"phases of the force without growth, of {len(values)}",
-                float((values == 0.0).sum()),
-                low=1.0,
-                high=math.inf,
-                error=0.0,
+                int((values == 0.0).sum()),
+                1,
+                math.inf,
             ),
         ),
         corrected=(
-            compare("share of 24 phases that grow", float((values > 0.0).mean()), 1.0, error=0.0),
+            counted(f"phases that grow, of {len(values)}", int((values > 0.0).sum()), len(values)),
             compare("their exponents: least", float(values.min()), 0.5, 0.03, error=error),
             compare("their exponents: greatest", float(values.max()), 0.5, 0.03, error=error),
             compare(

@@ -200,7 +200,6 @@ STATEMENTS: tuple[Statement, ...] = (
         claim="The bilinear oscillator resonates at n W_r.",
         method="a multiple at which no motion grows, with proof; speeds over 300 periods at "
         "others, and beside them",
-        general=True,
         theory="paper-oscillator.md",
         find=_multi_harmonics,
     ),

@@ -88,7 +88,7 @@ def fig_2_run(step: int, detuning: float = DETUNING) -> Trajectory:
     return simulate(osc, force, t_end=FIG_2_PERIODS * 2.0 * math.pi / omega)
 
 
-def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, float]:
+def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, arb]:
     """Return the first and the last interval between impacts of fig 2, and the lag that adds up.
 
     Parameters
@@ -99,7 +99,7 @@ def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, floa
     Returns
     -------
     tuple
-        All in periods of the force; the intervals are balls.
+        Balls, all in periods of the force.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def interval_ends(step: int, detuning: float = DETUNING) -> tuple[arb, arb, floa
     times = [t for t, way in zip(crossings.t.arbs, crossings.direction, strict=True) if way == "in"]
     turns = [t * arb(omega) / (2 * arb.pi()) for t in times]
     lag = turns[-1] - turns[0] - (len(turns) - 1)
-    return turns[1] - turns[0], turns[-1] - turns[-2], float(lag.mid())
+    return turns[1] - turns[0], turns[-1] - turns[-2], lag
 
 
 @cache

@@ -51,6 +51,7 @@ def _poincare(osc: Oscillator) -> Finding:
                 float(np.diff(squares)[late].min()),
                 0.0,
                 math.inf,
+                error=PERIODS * float(np.spacing(squares[-1])),
             ),
         ),
         "a map of points at multiples of the driving period misses nothing; what misses the "
@@ -59,8 +60,9 @@ def _poincare(osc: Oscillator) -> Finding:
             "Such a map takes any state to the state a period later. It assumes nothing of the "
             "times between impacts, commensurate or not, and its iterates are the motion. A "
             "resonance is no fixed point of it, so an analysis of fixed points and of their "
-            "stability does not see it: so far the article is right. The map from impact to "
-            "impact, which the article uses in section 5, is a Poincare map as well."
+            "stability does not see it: so far the article is right. The impact times and "
+            "velocities, by which the article analyses the resonance in section 5, are themselves "
+            "points of a Poincare map, as its section 2 says."
         ),
         study=motion_text(simulate(osc, sine(1), t_end=float(t[-1]))),
     )

@@ -22,7 +22,7 @@ from percuss.paper.claims.comparisons import ROUNDING, WALL
 from percuss.paper.claims.oscillator_statements import EQ5, FORCE, X1, X2, X
 from percuss.paper.evidence import Deduction
 from percuss.paper.formula import Formula
-from percuss.paper.proof import enclose, identity, leading_terms, sign
+from percuss.paper.proof import enclose, identity, leading_terms, sign, theorem
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["STATEMENTS"]
@@ -32,6 +32,8 @@ THEORY = "paper-oscillator.md"
 T = sympy.Symbol("t", real=True)
 V = sympy.Symbol("V", positive=True)
 M = sympy.Symbol("m", integer=True, nonnegative=True)
+# A bound of the force, and an instant before t.
+BOUND, LATER = sympy.symbols("F s", positive=True)
 INTO_THE_WALL = -sympy.cos(2 * T)
 # Derivatives whose jumps are computed at an impact.
 HIGHEST = 6
@@ -58,6 +60,27 @@ def _existence(force: sympy.Expr = INTO_THE_WALL) -> Finding:
         ),
         concludes="differs",
     )
+    flights = Deduction(
+        "one solution from V0 > 0, as long as impact velocities stay above a bound V > 0",
+        (
+            theorem(
+                "A flight is the solution of a linear equation from x = 0 with a given velocity: "
+                "there is one (Coddington & Levinson 1955, chapter 3)."
+            ),
+            identity(
+                "With |f| at most F it lies above the following, by the variation of constants, "
+                "for 0 < t < pi:",
+                V * sympy.sin(T) - sympy.integrate(BOUND * sympy.sin(LATER), (LATER, 0, T)),
+                V * sympy.sin(T) - BOUND * (1 - sympy.cos(T)),
+            ),
+            identity(
+                "which is positive while tan(t/2) < V/F: no flight is shorter than 2 arctan(V/F), "
+                "so finitely many flights, each determined by the one before, reach any time.",
+                (V * sympy.sin(T) - BOUND * (1 - sympy.cos(T))).rewrite(sympy.tan),
+                (sympy.sin(T) * (V - BOUND * sympy.tan(T / 2))).rewrite(sympy.tan),
+            ),
+        ),
+    )
     early = arb("0.2")
     # With contact there is one motion.
     pushed = cosine(2, float(force.coeff(sympy.cos(2 * T))))
@@ -66,13 +89,15 @@ def _existence(force: sympy.Expr = INTO_THE_WALL) -> Finding:
             begins,
             enclosed("x(0.2) of the linear equation", enclose(x, {T: early}), 0.0, math.inf),
         ),
+        (flights,),
+        "from V0 > 0, for as long as the impact velocities do not tend to 0; a mass at rest on the "
+        "wall, pushed into it, has no motion that obeys (3) and (4)",
         remark=(
             "What is missing in (3), (4) is contact: where the force pushes into the wall a mass at "
             "rest stays. percuss adds it, and a motion from rest under -cos 2t starts when the "
-            "force turns. From V0 > 0 the construction by flights gives one motion as long as no "
-            "impact has the velocity 0; for analytic forces, with contact, there is one in any case. "
-            "For forces that are smooth and not analytic there may be several (Schatzman 1998, "
-            "Math. Comput. Modelling 28)."
+            "force turns. With contact and an analytic force there is one motion in any case; for "
+            "forces that are smooth and not analytic there may be several (Schatzman 1998, Math. "
+            "Comput. Modelling 28)."
         ),
         study=motion_text(simulate(WALL, pushed, t_end=10)),
     )
@@ -168,15 +193,37 @@ def _neutral(speed: str = "7/10") -> Finding:
         ),
         concludes="differs",
     )
+    one, two = sympy.symbols("V_a V_b", nonnegative=True)
+    free_of = sympy.Lambda(one, one * sympy.sin(T))
+    acts = Deduction(
+        "the free motions act on the solutions",
+        (
+            identity(
+                "x + x0 obeys (5) with the force of x on every flight of the eigenset, where x0 is "
+                "V0 sin(t - pi k):",
+                second + sympy.diff(free_of(one), T, 2) + X + free_of(one),
+                FORCE,
+            ),
+            identity(
+                "two free motions, added one after the other, are one free motion;",
+                (X + free_of(one)) + free_of(two),
+                X + free_of(one + two),
+            ),
+            identity("and that without velocity changes nothing.", X + free_of(0), X),
+        ),
+    )
     t = np.linspace(0.0, 60.0, 301)
     runs = [simulate(WALL, sine(2), v0=str(sympy.Rational(s) + 1), t_end=60) for s in (speed, "0")]
     gap = furthest_apart([(1.0, runs[0], None), (-1.0, runs[1], None)], t)
     off = f"sin 2t, V0 = 1: largest |(x + x0) - x| for x0 of {speed}"
     return Finding(
         (proof, enclosed(off, gap, -ROUNDING, ROUNDING)),
+        (acts,),
+        "the free motions are a semigroup, whose neutral element is x0 = 0, and this semigroup acts "
+        "on the solutions of (5) on the eigenset: x0 shifts their velocities by V0",
         remark=(
-            "The free motions, V0 >= 0, are a semigroup with the neutral element x = 0, and it acts "
-            "on the solutions of (5) on the eigenset: x0 shifts their velocity by V0."
+            "A neutral element would leave each solution as it is. The solutions of (5) are no "
+            "semigroup: the sum of two of them belongs to twice the force."
         ),
         study=motion_text(runs[0]),
     )
@@ -190,7 +237,6 @@ STATEMENTS: tuple[Statement, ...] = (
         reference="section 2",
         claim="For given initial conditions the solution of (3) and (4) exists and is unique.",
         method="a start from rest on the wall under -cos 2t",
-        general=True,
         find=_existence,
     ),
     _of(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from percuss.paper.article import passages_of
+from percuss.paper.article import Passage, passages_of
 from percuss.paper.claim import Claim
 from percuss.paper.evidence import Deduction
 from percuss.paper.report.evidence_table import agreeing_range, evidence_table, number
@@ -13,7 +13,7 @@ from percuss.paper.report.prose import prose, sentence
 from percuss.studies.link import link_of
 from percuss.studies.reading import parse_study
 
-__all__ = ["anchored", "badge", "formula_pair", "grade_mark", "record_details"]
+__all__ = ["anchored", "badge", "formula_pair", "grade_mark", "read_as", "record_details"]
 
 DOCUMENTATION = "docs/theory"
 # What can be done with a study: computed, and opened in the workbench.
@@ -35,12 +35,23 @@ def anchored(claim: Claim, page: str = "") -> str:
     return f'<a href="{page}#{escape(claim.id)}">{escape(claim.reference)}</a>'
 
 
-def formula_pair(printed: str, right: str, name: str = "") -> str:
-    """Return a printed formula, and the right one beside it where there is one."""
+def formula_pair(printed: str, right: str, name: str = "", *, is_printed: bool = True) -> str:
+    """Return a formula of the article, and the right one beside it where there is one.
+
+    Parameters
+    ----------
+    printed, right
+        Mathtext without dollar signs; empty where there is none.
+    name
+        What stands before the words above the first.
+    is_printed
+        Whether the article prints the formula; else it puts words of the article into symbols.
+    """
     if not printed:
         return ""
-    of = f"{escape(name)} " if name else ""
-    cells = [(f"{of}as printed", printed, "printed"), ("right", right, "right")]
+    words = "as printed" if is_printed else "as stated, in our symbols"
+    above = f"{escape(name)} {words}" if name else words
+    cells = [(above, printed, "printed"), ("right", right, "right")]
     boxes = "".join(
         f'<div class="{kind}"><span class="small">{words}</span>'
         f'<div class="formula-box">{formula_svg(formula)}</div></div>'
@@ -73,15 +84,22 @@ def record_details(claim: Claim, section: str) -> str:
         f'<summary><span class="reference">{escape(claim.reference)}</span>'
         f'<span class="claim">{prose(claim.claim)}</span>'
         f'<span class="marks">{badge(claim)} {grade_mark(claim)}</span>'
-        f"{formula_pair(claim.formula, claim.right_formula)}{_verdict(claim)}</summary>"
+        f"{_formulas(claim)}{_verdict(claim)}</summary>"
         f'<div class="inside">{_quotations(claim)}{_remark(claim)}'
         f"<h4>Evidence</h4>{evidence_table(claim.finding)}{_method(claim)}{_code(claim)}"
         f"{_study(claim)}</div></details>"
     )
 
 
+def _formulas(claim: Claim) -> str:
+    """Return the formulas of a record; what the article does not say has no words above it."""
+    if claim.scope == "beyond":
+        return f'<div class="single">{formula_svg(claim.formula)}</div>' if claim.formula else ""
+    return formula_pair(claim.formula, claim.right_formula, is_printed=claim.is_printed)
+
+
 def _verdict(claim: Claim) -> str:
-    """Return what the verdict says beyond its badge: the correction, or why there is none."""
+    """Return what the verdict says beyond its badge: the correction, or what is true instead."""
     if claim.kind == "holds":
         return ""
     if claim.kind == "corrected":
@@ -90,7 +108,11 @@ def _verdict(claim: Claim) -> str:
         words, text = "Open", sentence(claim.verdict)
     else:
         words, text = "Against it", _against(claim)
-    return f'<p class="verdict {claim.kind}"><b>{words}:</b> {prose(text)}</p>'
+    said = f'<p class="verdict {claim.kind}"><b>{words}:</b> {prose(text)}</p>'
+    instead = claim.finding.instead if claim.kind == "fails" else ""
+    return said + (
+        f'<p class="verdict"><b>Instead:</b> {prose(sentence(instead))}</p>' if instead else ""
+    )
 
 
 def _against(claim: Claim) -> str:
@@ -103,11 +125,18 @@ def _against(claim: Claim) -> str:
 
 def _quotations(claim: Claim) -> str:
     quoted = "".join(
-        f"<blockquote><p>{escape(passage.quote)}</p><footer>{_place(passage.section)}, "
-        f"p. {passage.page}</footer></blockquote>"
+        f"<blockquote><p>{escape(passage.quote)}</p>{read_as(passage)}"
+        f"<footer>{_place(passage.section)}, p. {passage.page}</footer></blockquote>"
         for passage in passages_of(claim.id)
     )
     return f"<h4>The article</h4>{quoted}" if quoted else ""
+
+
+def read_as(passage: Passage) -> str:
+    """Return how a passage reads whose lines the text has in disorder."""
+    return (
+        f'<p class="reading"><b>Read:</b> {prose(passage.reading)}</p>' if passage.reading else ""
+    )
 
 
 def _place(section: str) -> str:

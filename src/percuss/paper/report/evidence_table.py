@@ -43,7 +43,7 @@ def number(value: float, digits: int = 12) -> str:
 
 def evidence_table(finding: Finding) -> str:
     """Return the evidence as a table, folded where it is long."""
-    groups = {"As printed": finding.printed, "Corrected": finding.corrected}
+    groups = {"As stated": finding.printed, "Corrected": finding.corrected}
     body = "".join(_group(title, checks) for title, checks in groups.items() if checks)
     if not body:
         return ""
@@ -100,18 +100,20 @@ def _row(item: Evidence) -> str:
     if isinstance(item, Deduction):
         return _steps(item)
     is_certified = isinstance(item, Enclosure)
-    error = item.radius if isinstance(item, Enclosure) else item.error
     kind = "certified" if is_certified else "measured"
-    cells = (
-        number(item.value),
-        f"\u00b1 {number(error, 2)}" if error or is_certified else "",
-        agreeing_range(item),
-    )
+    cells = (number(item.value), _error(item), agreeing_range(item))
     numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
     return (
         f'<tr><td>{prose(item.what)} <span class="ground {kind}">{kind}</span></td>'
         f'{numbers}<td class="mark">{mark(item)}</td></tr>'
     )
+
+
+def _error(item: Comparison) -> str:
+    """Return the error of a number, or that it is a count."""
+    if isinstance(item, Enclosure):
+        return f"\u00b1 {number(item.radius, 2)}"
+    return "a count" if item.is_count else f"\u00b1 {number(item.error, 2)}"
 
 
 def _steps(item: Deduction) -> str:

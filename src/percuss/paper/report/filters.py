@@ -8,12 +8,13 @@ from html import escape
 from typing import get_args
 
 from percuss.paper.claim import Claim
+from percuss.paper.findings import errors_of_their_own
 from percuss.paper.report.claims import record_details
-from percuss.paper.report.prose import prose
+from percuss.paper.report.prose import prose, sentence
 from percuss.paper.sections import SECTIONS
 from percuss.paper.statement import Grade, VerdictKind
 
-__all__ = ["RecordEntry", "counts", "records"]
+__all__ = ["RecordEntry", "counts", "failures", "records", "summary"]
 
 RecordEntry = tuple[Claim, str]
 COUNTS: dict[VerdictKind, str] = {
@@ -22,6 +23,8 @@ COUNTS: dict[VerdictKind, str] = {
     "undecided": "are undecided",
     "holds": "hold",
 }
+# In a sentence.
+TOLD: tuple[VerdictKind, ...] = ("holds", "corrected", "fails", "undecided")
 GRADES: tuple[Grade, ...] = get_args(Grade)
 
 
@@ -43,7 +46,8 @@ def counts(entries: Sequence[RecordEntry]) -> str:
         f"<span>{words}{printed if kind == 'holds' else ''}</span></a>"
         for kind, words in COUNTS.items()
     )
-    grades = Counter(claim.grade for claim, _ in entries)
+    claims = [claim for claim, _ in entries]
+    grades = Counter(claim.grade for claim in claims)
     words = ", ".join(
         f'<a href="?evidence={name}#records">{grades[name]} {name}</a>'
         for name in GRADES
@@ -54,6 +58,43 @@ def counts(entries: Sequence[RecordEntry]) -> str:
         f'<p class="of">Of <a href="?#records">{len(entries)} {noun}</a></p>'
         f'<div class="counts">{cells}</div><p class="small">The verdicts are {words}.</p>'
     )
+
+
+def summary(entries: Sequence[RecordEntry]) -> str:
+    """Return in a sentence how many statements hold, and how many errors stand behind the others.
+
+    Parameters
+    ----------
+    entries
+        Records of the article, each with the name of its section.
+    """
+    claims = [claim for claim, _ in entries]
+    number = Counter(claim.kind for claim in claims)
+    wrong, own = number["fails"] + number["corrected"], len(errors_of_their_own(claims))
+    if not wrong:
+        return ""
+    said = ", ".join(f"{number[kind]} {COUNTS[kind]}" for kind in TOLD if number[kind])
+    errors = f"{own} independent errors" if own > 1 else "one error"
+    rest = wrong - own
+    more = ""
+    if rest:
+        which = "one repeats" if rest == 1 else f"{rest} repeat"
+        more = f"; the other {which} an error in what the article derives them from"
+    return (
+        f"Of {len(claims)} statements {said}. Behind the {wrong} that do not hold as printed stand "
+        f"{errors}{more}."
+    )
+
+
+def failures(entries: Sequence[RecordEntry]) -> str:
+    """Return the statements that fail, each with what is true instead; empty where none does."""
+    rows = "".join(
+        f'<li><a href="#{escape(claim.id)}">{escape(claim.reference)}</a> '
+        f"{prose(claim.claim)} <b>Instead:</b> {prose(sentence(claim.finding.instead))}</li>"
+        for claim, _ in entries
+        if claim.kind == "fails"
+    )
+    return f'<section id="failures"><h2>What fails</h2><ul>{rows}</ul></section>' if rows else ""
 
 
 def records(entries: Sequence[RecordEntry]) -> str:

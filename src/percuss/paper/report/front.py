@@ -40,7 +40,10 @@ def findings(claims: Mapping[str, Claim], figures: Mapping[str, Drawn]) -> str:
 
 
 def _card(headline: Headline, claims: Mapping[str, Claim], figures: Mapping[str, Drawn]) -> str:
-    pairs = "".join(formula_pair(*pair.formulas(claims), pair.name) for pair in headline.pairs)
+    pairs = "".join(
+        formula_pair(*pair.formulas(claims), pair.name, is_printed=pair.is_printed)
+        for pair in headline.pairs
+    )
     small = ""
     if headline.figure in figures:
         picture = thumbnail(figures[headline.figure])
