@@ -57,6 +57,16 @@ CASES = {
         pc.cosine("0.9149", amplitude="0.7", constant="-0.05"),
         (0.3, 0.0),
     ),
+    "square wave and a soft stop": (
+        pc.Oscillator(1.0, 0.05, (pc.SoftStop(0.2, "above", 29.0, 3.0),)),
+        pc.square_wave("1.3"),
+        (0.0, 1.0),
+    ),
+    "samples, sticking over knots and release": (
+        pc.impact_oscillator(0.3, stiffness="0.5", damping=0.05),
+        pc.record([0, "0.5", 1, 2, 4, "4.5", 6], [-1, -2, "-0.5", -1, 2, -3, -1], repeat=True),
+        (0.1, 0.0),
+    ),
     "start at rest on the wall, pressed": (
         pc.impact_oscillator(0.4, wall=0.1, side="above"),
         pc.cosine("0.9", constant="0.4"),

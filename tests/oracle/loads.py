@@ -18,7 +18,7 @@ RULE: dict[str, Any] = {"method": "gauss-legendre", "maxdegree": 3}
 def integrals(problem: Problem, run: Run, t_end: Real) -> tuple[Real, Real, Real]:
     """Return the integrals of x^2 and of the power of the forcing, and the time in touch."""
     # As many as the flights were made with.
-    with mpmath.workdps(4 * run.digits + 20):
+    with mpmath.workdps(6 * run.digits + 20):
         square, work, touch = mp.zero, mp.zero, mp.zero
         fastest = max([mp.one, *(number(part.omega) for part in problem.harmonics)])
         for t, following, piece in zip(
@@ -47,6 +47,9 @@ def _force(problem: Problem, t: Real) -> Real:
     for part in problem.harmonics:
         cosine, sine = mpmath.cos_sin(number(part.omega) * t)
         force += number(part.cos) * cosine + number(part.sin) * sine
+    if problem.pieces:
+        piece = max((p for p in problem.pieces if number(p.t) <= t), key=lambda p: number(p.t))
+        force += number(piece.force) + number(piece.slope) * (t - number(piece.t))
     return force
 
 

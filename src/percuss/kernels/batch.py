@@ -268,6 +268,9 @@ def next_stretch(member: Member, options: Options) -> int:
     status = stay(run, plan[UNTIL]) if in_contact else fly(run, plan[UNTIL])
     if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
         observe_stretches(member, options, past, x, in_contact, counters[N_EVENTS])
+    elif in_contact and options.with_loads and plan[SINCE] <= run.state[T] > past.start[0]:
+        # A contact goes on over a knot of the record, which is no event.
+        observe_loads(member, past, x, in_contact, 0, (run.state[T], True))
     if status == REACHED_END and not (abs(values[END_X]) < HUGE and abs(values[END_V]) < HUGE):
         return OVERFLOW
     if counters[N_IMPACTS] >= options.max_impacts and status == MOVING:

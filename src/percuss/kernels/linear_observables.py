@@ -40,6 +40,8 @@ from percuss.kernels.law_columns import (
     KNOT_ENTRIES,
     KNOT_FORCE,
     KNOT_SLOPE,
+    KNOT_T,
+    KNOT_T_LOW,
     KNOTS_A_ROW,
     LOWER,
     N_FORCE_BOUNDS,
@@ -170,21 +172,32 @@ def derive_law(law: Law, weights: Weights, derived: Law) -> None:
 
 @kernel
 def derive_record(law: Law, a: float, b: float, derived: Law) -> None:
-    """Write a times the record plus b times its slope into ``derived``."""
-    steepest = 0.0
+    """Write the bounds of a times the record plus b times its slope into ``derived``."""
+    row = FIRST_HARMONIC + int(law[0, N_HARMONICS]) - 1
+    # No slope of the record is larger than that of the whole force.
+    steepest = law[0, FORCE_BOUND + 1]
+    size = abs(a) * law[row, AMPLITUDE] + abs(b) * steepest
+    derived[row, AMPLITUDE] = size
+    derived[0, FORCE_BOUND] += size
+    derived[0, FORCE_BOUND + 1] += abs(a) * steepest
+
+
+@kernel
+def derive_knots(law: Law, weights: Weights, derived: Law) -> None:
+    """Write the knots of a linear observable into ``derived``: contacts are searched with them.
+
+    A flight ends at a knot, and its search begins with force and slope of the flight itself.
+    """
+    a, b, _, _ = weights
     derived[0, OUTSIDE_FORCE] = a * law[0, OUTSIDE_FORCE]
     for k in range(int(law[0, N_KNOTS])):
         row = int(law[0, FIRST_KNOT]) + k // KNOTS_A_ROW
         first = KNOT_ENTRIES * (k % KNOTS_A_ROW)
         slope = law[row, first + KNOT_SLOPE]
+        derived[row, first + KNOT_T] = law[row, first + KNOT_T]
+        derived[row, first + KNOT_T_LOW] = law[row, first + KNOT_T_LOW]
         derived[row, first + KNOT_FORCE] = a * law[row, first + KNOT_FORCE] + b * slope
         derived[row, first + KNOT_SLOPE] = a * slope
-        steepest = max(steepest, abs(slope))
-    row = FIRST_HARMONIC + int(law[0, N_HARMONICS]) - 1
-    size = abs(a) * law[row, AMPLITUDE] + abs(b) * steepest
-    derived[row, AMPLITUDE] = size
-    derived[0, FORCE_BOUND] += size
-    derived[0, FORCE_BOUND + 1] += abs(a) * steepest
 
 
 @formula

@@ -14,9 +14,11 @@ from percuss.arrays import Floats
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import Flight, force_and_slopes, move, set_phases
 from percuss.kernels.law_columns import (
+    FIRST_KNOT,
     FORCING_CONSTANT,
     LOWER,
     LOWER_KIND,
+    N_KNOTS,
     N_REGIONS,
     NUMBER,
     STEP,
@@ -33,6 +35,7 @@ from percuss.kernels.linear_observables import (
     NOWHERE,
     Observable,
     Weights,
+    derive_knots,
     derive_law,
     extremes_in_contact,
     extremes_in_flight,
@@ -178,6 +181,8 @@ def peak_of(
         return 0.0
     copy_law(law, loads.derived)
     derive_law(law, slope_weights(weights, bound), loads.derived)
+    if in_contact and law[0, N_KNOTS] > 0.0:
+        derive_knots(law, slope_weights(weights, bound), loads.derived)
     observable = Observable(reference, weights, acts, bound, loads.derived)
     best = loads.best
     best[LEAST] = math.inf
@@ -204,7 +209,10 @@ def peak_of(
 
 @kernel
 def copy_law(source: Law, target: Law) -> None:
-    """Write one law into another of the same shape."""
-    for i in range(source.shape[0]):
+    """Write one law, without the knots of a record, into another of the same shape."""
+    rows = source.shape[0]
+    if source[0, N_KNOTS] > 0.0:
+        rows = int(source[0, FIRST_KNOT])
+    for i in range(rows):
         for j in range(source.shape[1]):
             target[i, j] = source[i, j]

@@ -20,6 +20,7 @@ from percuss.kernels.linear_observables import (
     Observable,
     Scratch,
     crossings_of_level,
+    derive_knots,
     derive_law,
     extremes_of_record,
     slope_weights,
@@ -93,6 +94,7 @@ def observable_of(system: System, of: str, stop: int = 0) -> Observable:
         acts = int(row[at.STOP_FIRST]), int(row[at.STOP_LAST])
     derived = law.copy()
     derive_law(law, slope_weights(weights, bound), derived)
+    derive_knots(law, slope_weights(weights, bound), derived)
     return Observable(reference, weights, acts, bound, derived)
 
 
