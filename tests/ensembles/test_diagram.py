@@ -6,7 +6,7 @@ import pytest
 import percuss as pc
 from percuss.ensembles.measures import period_of
 
-OMEGA = "forcing.harmonics.0.omega"
+OMEGA = "forcing.omega"
 OSC = pc.impact_oscillator(restitution="0.8")
 
 

@@ -69,6 +69,7 @@ def bifurcation_diagram(
     over: Mapping[str, object],
     section: SectionName = "stroboscopic",
     starts: Sequence[Start | Sequence[Phase]] = ((0.0, 0.0),),
+    start: Start | Sequence[Phase] | None = None,
     follow: Sequence[Direction] = ("forward", "backward"),
     transient: int = 200,
     points: int = 64,
@@ -96,6 +97,8 @@ def bifurcation_diagram(
     starts
         Starts, each a `Start` or x0, v0. Followed branches begin at the first one; at values where
         it lies behind a wall they have no points until they have begun.
+    start
+        One start, in place of several.
     follow
         Any of "forward" and "backward".
     transient
@@ -139,6 +142,10 @@ def bifurcation_diagram(
     array([1, 2])
     """
     execution = execution_of(store, engine, n_workers, progress)
+    if start is not None:
+        if tuple(starts) != ((0.0, 0.0),):
+            raise ParameterError("start", start, "given together with starts; give one")
+        starts = (start,)
     _check_lists(starts, follow)
     grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
     _check(grids, force, section, follow, points)
@@ -258,7 +265,7 @@ def _dataset(grids: list[Grid], names: list[str], section: str, answers: list[An
         )
         for name in ("points", "period", "status")
     }
-    path = grid.axes[0].path
+    path = grid.axes[0].dimension
     sampled = ("branch", path, "sample")
     if section == "stroboscopic":
         data: dict[str, Any] = {
