@@ -108,7 +108,7 @@ def test_over_two_parameters_attractors_exist_where_their_orbits_do() -> None:
     np.testing.assert_array_equal(found.exists.values[free[0]], expected)
     assert set(found.name.values[free[0]][expected]) == {"(0, 1)"}
     np.testing.assert_allclose(found.fraction.sum("attractor") + found.undecided, 1.0)
-    assert found.fraction.dims == ("attractor", GAP, "forcing.harmonics.0.omega")
+    assert found.fraction.dims == ("attractor", GAP, "forcing.omega")
 
 
 def test_a_second_parameter_of_one_value_changes_nothing() -> None:
@@ -119,7 +119,7 @@ def test_a_second_parameter_of_one_value_changes_nothing() -> None:
     two = over_both(over, n_starts=50)
 
     for name in ("fraction", "exists", "name", "exponent", "residual", "undecided"):
-        values = two[name].isel({"forcing.harmonics.0.omega": 0})
+        values = two[name].isel({"forcing.omega": 0})
         np.testing.assert_array_equal(values.values, one[name].values)
 
 

@@ -9,7 +9,7 @@ import percuss as pc
 from percuss.ensembles.measures import period_of
 from percuss.motion.sections import SectionDirection, SectionGiven
 
-OMEGA = "forcing.harmonics.0.omega"
+OMEGA = "forcing.omega"
 OSC = pc.impact_oscillator(restitution="0.8")
 
 

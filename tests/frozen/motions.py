@@ -72,7 +72,7 @@ def over_grids() -> dict[str, str]:
     """Return observables and points of a sweep, a diagram and basins, on threads and processes."""
     found: dict[str, object] = dict(ensembles())
     osc, force = pc.impact_oscillator("0.8"), pc.cosine(2.66)
-    over = {"forcing.omega": [2.5, 2.6, 2.7, 2.8], "start.v0": [0.1, 0.5]}
+    over = {"forcing.harmonics.0.omega": [2.5, 2.6, 2.7, 2.8], "start.v0": [0.1, 0.5]}
     names = ("peak_impact_velocity", "impacts_per_period", "period", "largest_lyapunov_exponent")
     sweeps = {
         engine: pc.sweep(names, osc, force, over=over, transient=20, periods=60, engine=engine)

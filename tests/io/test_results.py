@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -63,10 +64,10 @@ def test_netcdf_keeps_every_table_to_the_bit(run: Trajectory, tmp_path: Path) ->
         for column in COLUMNS[name.removesuffix("s")]:
             saved = tree[name][column].to_numpy()
             np.testing.assert_array_equal(saved, getattr(getattr(run, name), column))
-    t = tree["motion"]["t"].to_numpy()
+    t = tree["t"].to_numpy()
     x, v = run(t)
-    np.testing.assert_array_equal(tree["motion"]["x"].to_numpy(), x)
-    np.testing.assert_array_equal(tree["motion"]["v"].to_numpy(), v)
+    np.testing.assert_array_equal(tree["x"].to_numpy(), x)
+    np.testing.assert_array_equal(tree["v"].to_numpy(), v)
     assert (t.size, t[0], t[-1]) == (101, run.t0, run.t_end)
 
 
@@ -258,3 +259,23 @@ def test_what_cannot_be_loaded_is_one_sentence(tmp_path: Path) -> None:
         load_netcdf(tmp_path / "none.nc")
     with pytest.raises(OSError, match=r"a\.nc: not a NetCDF file"):
         load_netcdf(tmp_path / "a.nc")
+
+
+def test_a_file_opens_at_its_root(run: Trajectory, tmp_path: Path) -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
+    branch = pc.continue_orbit(orbit, over={"forcing.omega": (2.5, 2.6)})
+    data = pc.sweep("period", orbit.oscillator, orbit.forcing, over={"forcing.omega": [2.5, 2.6]})
+    results = {"run": run, "orbit": orbit, "orbits": [orbit, orbit], "branch": branch, "data": data}
+    names = {"run": "x", "orbit": "v", "orbits": "period", "branch": "arclength", "data": "period"}
+
+    for name, result in results.items():
+        file = tmp_path / f"{name}.nc"
+        save_netcdf(result, file)
+        with xr.open_dataset(file) as opened:
+            assert names[name] in opened, name
+            assert "record" in opened.attrs
+
+    again = load_netcdf(tmp_path / "data.nc")
+    assert again.attrs == data.attrs
+    xr.testing.assert_identical(again.period, data.period)
+    np.testing.assert_array_equal(load_netcdf(tmp_path / "branch.nc").arclength, branch.arclength)

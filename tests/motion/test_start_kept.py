@@ -5,11 +5,13 @@ from __future__ import annotations
 import pickle
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.errors import ParameterError
 from percuss.io import load_record, motion_text, save_netcdf
 from percuss.studies import Motion, parse_study
 
@@ -55,3 +57,40 @@ def test_start_of_an_orbit_is_its_floats() -> None:
     orbit = pc.find_orbit(pc.impact_oscillator("0.8"), pc.cosine("2.5"))
 
     assert orbit.trajectory().start == pc.Start(orbit.x0, orbit.v0, orbit.t0)
+
+
+@pytest.mark.parametrize("start", [pc.Start("0.1", "0.3", "1/3"), ("0.1", "0.3", "1/3")])
+def test_a_start_is_given_as_one_value_or_as_three(start: Any) -> None:
+    osc, force = pc.impact_oscillator("0.8"), pc.cosine("2.5")
+
+    run = pc.simulate(osc, force, start=start, t_end=20)
+
+    assert run.start == pc.Start("0.1", "0.3", "1/3")
+    same = pc.simulate(osc, force, "0.1", "0.3", "1/3", t_end=20)
+    np.testing.assert_array_equal(run.impacts.t, same.impacts.t)
+    over = {"forcing.omega": [2.4, 2.5]}
+    one = pc.bifurcation_diagram(osc, force, over=over, start=(0, 1), transient=20, points=4)
+    several = pc.bifurcation_diagram(osc, force, over=over, starts=[(0, 1)], transient=20, points=4)
+    np.testing.assert_array_equal(one.x, several.x)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda o, f: pc.simulate(o, f, v0=1, start=(0, 1), t_end=1),
+            "v0 = 1: given together with",
+        ),
+        (lambda o, f: pc.simulate(o, f, start=(0,), t_end=1), r"not \(x0, v0\) or \(x0, v0, t0\)"),
+        (lambda o, f: pc.simulate(o, f, start=(-1, 0), t_end=1), "start.x0 = -1: below the wall"),
+        (
+            lambda o, f: pc.bifurcation_diagram(
+                o, f, over={"forcing.omega": [2.5]}, start=(0, 1), starts=[(0, 2)]
+            ),
+            "given together with starts",
+        ),
+    ],
+)
+def test_a_start_given_wrongly_is_a_sentence(call: Any, message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        call(pc.impact_oscillator("0.8"), pc.cosine("2.5"))

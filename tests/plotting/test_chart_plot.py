@@ -104,7 +104,7 @@ def test_a_measure_is_drawn_over_one_parameter() -> None:
     ax = plot_sweep(found, "peak_impact_velocity", new_axes())
 
     (line,) = ax.lines
-    order = np.argsort(found[A].values)
+    order = np.argsort(found["forcing.omega"].values)
     np.testing.assert_array_equal(line.get_ydata(), found.peak_impact_velocity.values[order])
     assert ax.get_ylabel() == "peak impact velocity [length/time]"
     assert plot_sweep(found, ax=new_axes()).get_ylabel() == "forcing periods of the orbit"

@@ -123,7 +123,11 @@ def ensembles() -> dict[str, object]:
         *RUNS["gear"][:2], start=(0.0, 0.1), periods=300
     )
     found["diagram"] = pc.bifurcation_diagram(
-        wall, force, over={"forcing.omega": np.linspace(2.5, 2.8, 21)}, transient=100, points=20
+        wall,
+        force,
+        over={"forcing.harmonics.0.omega": np.linspace(2.5, 2.8, 21)},
+        transient=100,
+        points=20,
     )
     found["basins"] = pc.basins(
         COCO, pc.cosine(1.0), x0=np.linspace(-1, 0.9, 8), v0=np.linspace(-1, 1, 8), periods=200

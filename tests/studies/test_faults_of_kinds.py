@@ -135,7 +135,8 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
             (
                 's.toml:13: sweep.measure = "perod": did you mean "period"? There are '
                 "peak_displacement, min_displacement, max_displacement, peak_impact_velocity, "
-                "impacts_per_period, period, dissipated_energy, largest_lyapunov_exponent or "
+                "impacts_per_period, period, dissipated_energy, peak_stop_force, peak_acceleration, "
+                "rms_displacement, contact_share, mean_power, largest_lyapunov_exponent or "
                 "growth_exponent"
             ),
         ),

@@ -86,8 +86,8 @@ def test_files_of_a_diagram_are_those_of_percuss_run(study: dict[str, Any], tmp_
     target.write_bytes(file_of(request, "nc").data)
     for name in ("x", "v", "period"):
         with (
-            xarray.open_dataset(target, group="data") as one,
-            xarray.open_dataset(tmp_path / "diagram.nc", group="data") as two,
+            xarray.open_dataset(target) as one,
+            xarray.open_dataset(tmp_path / "diagram.nc") as two,
         ):
             assert one[name].equals(two[name])
 

@@ -14,8 +14,14 @@ from tests.web.serving import served
 from percuss.errors import ParameterError
 from percuss.model.exact import pi_times
 from percuss.model.forcing import cosine, sine
-from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator
+from percuss.model.oscillator import (
+    Oscillator,
+    SoftStop,
+    bilinear_oscillator,
+    impact_oscillator,
+)
 from percuss.model.start import Start
+from percuss.model.units import Units
 from percuss.paper.run import run_paper
 from percuss.studies import (
     Basins,
@@ -48,6 +54,13 @@ STUDIES = {
     ),
     "response": Study(
         LOSSY, FORCE, Response(over={"forcing.omega": ("2.7", "2.9")}, max_impacts=1)
+    ),
+    "mass": Study(
+        Oscillator.from_mass(
+            50, 20, 4, stops=(SoftStop("0.5", "above", 400, 10),), units=Units("m", "s", "t")
+        ),
+        cosine("0.7854", 40, constant=10),
+        Motion(Start(0, 0), Limits(periods=20)),
     ),
     "basins": Study(LOSSY, FORCE, Basins(x0=Span("0.25", "1.75", 16), v0=Span(-1, 1, 16))),
 }
@@ -97,6 +110,21 @@ def test_the_page_shows_the_limit_of_the_motion(browser: Browser, address: str) 
     expect(opened.locator(".explore")).to_contain_text("12 impacts")
     # Not the page has ended it.
     expect(opened.locator(".explore")).not_to_contain_text("the page follows")
+    opened.close()
+
+
+def test_the_page_shows_mass_dashpot_and_units(browser: Browser, address: str) -> None:
+    opened = browser.new_page()
+    opened.goto(f"http://{address}/#{link_of(STUDIES['mass'])}")
+    opened.wait_for_selector(".explore[data-drawn]", timeout=WAIT)
+
+    panel = opened.locator("fieldset", has_text="mass m")
+    for label in ("mass m (t)", "stiffness k (kN/m)", "damping c (kN s/m)"):
+        expect(panel).to_contain_text(label)
+    expect(opened.get_by_text("k x = F(t) + stops")).to_be_visible()
+    expect(opened.get_by_text("amplitude (kN)", exact=True)).to_be_visible()
+    assert value_at(opened, "oscillator.mass") == "50"
+    assert value_at(opened, "oscillator.damping_coefficient") == "4"
     opened.close()
 
 

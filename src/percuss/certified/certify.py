@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import count
 from typing import cast, overload
@@ -22,7 +22,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, plain, whole
 from percuss.model.expression import Expression
 from percuss.model.faults import raise_first
-from percuss.model.start import Start, start_faults
+from percuss.model.start import Start, start_faults, start_of
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits.bifurcations.special_points import SpecialPoint
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -154,7 +154,7 @@ def certify(
     what: Trajectory,
     digits: int = 12,
     *,
-    start: Start | None = None,
+    start: Start | Sequence[Phase] | None = None,
     t_end: Phase | None = None,
     max_impacts: int | None = None,
     most_bits: int = MOST_BITS,
@@ -185,7 +185,7 @@ def certify(
     what: Trajectory | PeriodicOrbit | SpecialPoint,
     digits: int = 12,
     *,
-    start: Start | None = None,
+    start: Start | Sequence[Phase] | None = None,
     t_end: Phase | None = None,
     max_impacts: int | None = None,
     most_bits: int = MOST_BITS,
@@ -216,8 +216,8 @@ def certify(
         or, near 0, of the mean flight time; that of a velocity of itself or of the fastest impact,
         if that is larger; those of an orbit of its period and greatest velocity.
     start
-        Another start than that of the run, which is taken as it was given to `simulate`:
-        ``v0="0.45"`` is 9/20.
+        Another start than that of the run, a `Start`, (x0, v0) or (x0, v0, t0), taken as it is
+        given: ``v0="0.45"`` is 9/20.
     t_end, max_impacts
         Other limits than those of the run; ``max_impacts`` counts entries into soft stops too.
     most_bits
@@ -262,9 +262,7 @@ def certify(
     digits, most_bits, bits = (plain(value) for value in (digits, most_bits, bits))  # type: ignore[assignment]
     _check(digits, most_bits, bits)
     if isinstance(what, Trajectory):
-        if start is not None and not isinstance(start, Start):
-            raise ParameterError("start", start, "not a Start; give pc.Start(x0, v0, t0)")
-        begin = what.start if start is None else start
+        begin = what.start if start is None else start_of(start)
         if start is not None or t_end is not None or max_impacts is not None:
             end = what.end if t_end is None and max_impacts is None else t_end
             x0, v0, t0 = begin.x0, begin.v0, begin.t0

@@ -264,7 +264,6 @@ def export(
     with faults_on_stderr():
         from percuss.ensembles import load_store
         from percuss.io import save_csv, save_netcdf
-        from percuss.io.netcdf import DATA
 
         savers = {".nc": save_netcdf, ".csv": save_csv}
         if file.suffix not in savers:
@@ -275,10 +274,7 @@ def export(
         part = "" if data.attrs["complete"] else ", of which a part is not done yet"
         typer.echo(f"wrote {file}: {_size(data)}{part}")
         if file.suffix == ".nc":
-            typer.echo(
-                "percuss.load_netcdf reads it; for other programs the data lie in the group "
-                f"/{DATA}: xarray.open_dataset({str(file)!r}, group={DATA!r})"
-            )
+            typer.echo(f"percuss.load_netcdf and xarray.open_dataset({str(file)!r}) read it")
 
 
 def _size(data: Any) -> str:

@@ -215,7 +215,7 @@ def law_at(grid: Grid, k: int) -> tuple[Floats, float]:
 def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Dataset:
     import xarray
 
-    paths = tuple(axis.path for axis in grid.axes)
+    paths = tuple(axis.dimension for axis in grid.axes)
     n = 1 + max((number for at_point in followed for number in at_point.attractors), default=-1)
     shape = (n, len(followed))
     dims = ("attractor", *paths)

@@ -73,6 +73,7 @@ def bifurcation_diagram(
     over: Mapping[str, object],
     section: SectionGiven = "stroboscopic",
     starts: Sequence[Start | Sequence[Phase]] = ((0.0, 0.0),),
+    start: Start | Sequence[Phase] | None = None,
     follow: Sequence[Direction] = ("forward", "backward"),
     transient: int = 200,
     points: int = 64,
@@ -102,6 +103,8 @@ def bifurcation_diagram(
     starts
         Starts, each a `Start` or x0, v0. Followed branches begin at the first one; at values where
         it lies behind a wall they have no points until they have begun.
+    start
+        One start, in place of several.
     follow
         Any of "forward" and "backward".
     transient
@@ -146,6 +149,10 @@ def bifurcation_diagram(
     array([1, 2])
     """
     execution = execution_of(store, engine, n_workers, progress)
+    if start is not None:
+        if tuple(starts) != ((0.0, 0.0),):
+            raise ParameterError("start", start, "given together with starts; give one")
+        starts = (start,)
     _check_lists(starts, follow)
     grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
     kept = section_of(section)
@@ -264,7 +271,7 @@ def _dataset(
         )
         for name in ("points", "period", "status")
     }
-    path = grid.axes[0].path
+    path = grid.axes[0].dimension
     sampled = ("branch", path, "sample")
     if section.kind == "stroboscopic":
         data: dict[str, Any] = {

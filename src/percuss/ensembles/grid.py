@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from percuss.model.expression import Expression
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, moved_fields, replace_parameters
-from percuss.model.start import Start
+from percuss.model.start import Start, start_of
 from percuss.model.system import law, region_rows, stop_rows
 from percuss.model.units import FORCE, in_units
 
@@ -62,19 +62,27 @@ class Axis:
     Attributes
     ----------
     path
-        Its dotted path in the long form, which is the name of the dimension.
+        Its dotted path in the long form.
     given
         The values as they were given, exact ones included.
     owners
         The parts of a motion that the parameter changes, where it is not the one its path names.
     units
         Its dimension, empty where it is not known; default: that of the last word of the path.
+    asked
+        The path as it was asked for, which names the dimension; default: the long form.
     """
 
     path: str
     given: tuple[Phase, ...]
     owners: tuple[str, ...] = ()
     units: str | None = None
+    asked: str = ""
+
+    @property
+    def dimension(self) -> str:
+        """Name of its dimension: what was asked for is what it is called."""
+        return self.asked or self.path
 
     @property
     def values(self) -> Floats:
@@ -144,7 +152,7 @@ class Grid:
         """The axes as the answer has them."""
         return tuple(
             Dimension(
-                axis.path,
+                axis.dimension,
                 tuple(axis.values.tolist()),
                 in_units(self.osc.units, self._dimensions_of(axis)),
             )
@@ -180,7 +188,7 @@ class Grid:
     def words(self, i: int) -> str:
         """Return the values of the axes at a point, in words."""
         where = zip(self.axes, self._where(i), strict=True)
-        return ", ".join(f"{axis.path} = {axis.given[k]!s}" for axis, k in where)
+        return ", ".join(f"{axis.dimension} = {axis.given[k]!s}" for axis, k in where)
 
     def _where(self, i: int) -> tuple[int, ...]:
         return tuple(int(k) for k in np.unravel_index(i, self.shape)) if self.axes else ()
@@ -328,14 +336,15 @@ def make_grid(
         raise ParameterError("osc", osc, "no oscillator, such as pc.impact_oscillator() returns")
     if force is not None and not isinstance(force, Forcing):
         raise ParameterError("force", force, "no forcing, such as pc.cosine(2.5), nor None")
-    begin = start if isinstance(start, Start) else _start_of(start)
+    begin = start_of(start)
     axes: list[Axis] = []
     for path, values in over.items():
         name = long_form(path, osc, force, begin)
         if any(axis.path == name for axis in axes):
             first = next(key for key in over if long_form(key, osc, force, begin) == name)
             raise ParameterError("over", (first, path), "the same parameter, named twice")
-        axes.append(_axis(osc, force, begin, name, values_of(path, values, points)))
+        axis = _axis(osc, force, begin, name, values_of(path, values, points))
+        axes.append(replace(axis, asked=path))
     return Grid(osc, force, begin, tuple(axes))
 
 
@@ -350,15 +359,6 @@ def _axis(
     field = next(alone, None)
     owners = tuple({field.split(".")[0] for field in moved})
     return Axis(name, values, owners, "" if field is None else units_of(field, osc, force))
-
-
-def _start_of(start: Sequence[Phase] | None) -> Start:
-    if start is not None and (isinstance(start, str) or not hasattr(start, "__iter__")):
-        raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0)")
-    numbers: tuple[object, ...] = (0.0, 0.0) if start is None else tuple(start)
-    if not 2 <= len(numbers) <= 3:
-        raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0)")
-    return Start(*numbers)  # type: ignore[arg-type]  # Start checks them
 
 
 def values_of(path: str, values: object, points: int = POINTS) -> tuple[Phase, ...]:

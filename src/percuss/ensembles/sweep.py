@@ -111,7 +111,7 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        A variable for each measure over one dimension for each path, in its long form. Points
+        A variable for each measure over one dimension for each path, as it was asked for. Points
         without an answer hold NaN, and `reason` over the dimension `failure` says why; `point`
         is their number in the grid, the last axis the fastest; the attribute `failed` counts
         them. The bits do not depend on the engine.
@@ -194,8 +194,8 @@ def _work(
     if not names:
         raise ParameterError("measure", (), f"none at all; there are {', '.join(MEASURES)}")
     for axis in grid.axes:
-        if axis.path in names:
-            raise ParameterError("over", axis.path, SAME_NAME)
+        if axis.dimension in names:
+            raise ParameterError("over", axis.dimension, SAME_NAME)
     if grid.force is None or grid.force.period is None:
         reason = "a built-in measure counts in forcing periods; give a forcing that has one"
         raise ParameterError("forcing.period", None, reason)

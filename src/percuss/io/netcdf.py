@@ -17,7 +17,7 @@ from percuss.errors import PercussError
 from percuss.io.exact_json import decoded, encoded
 from percuss.io.files import OutputFiles, say_size
 from percuss.io.record import NETCDF_ATTRIBUTE, Record, make_record
-from percuss.io.results import SAMPLES, kind_of
+from percuss.io.results import SAMPLES, Columns, ResultKind, kind_of, table_of
 from percuss.io.table import check_suffix
 from percuss.model.oscillator import mass_of
 from percuss.motion.tables import Impacts
@@ -28,6 +28,8 @@ from percuss.orbits.orbit.turning_points import Passages
 TABLES = ("impacts", "crossings", "contacts", "grazes")
 # Groups of the exact result; the others are tables for other programs.
 EXACT, ORBITS, DATA = "exact", "orbits", "data"
+# The attribute of the root that names those of the file.
+OF_FILE = "attributes_of_the_file"
 
 
 def save_netcdf(
@@ -44,15 +46,16 @@ def save_netcdf(
     Parameters
     ----------
     result
-        A run, with the groups motion, impacts, crossings, contacts and grazes; an orbit, with
-        the group motion; a list of orbits; a branch, a curve or a response; or a dataset of an
-        ensemble.
+        A run, an orbit, a list of orbits, a branch, a curve, a response, or a dataset of an
+        ensemble. The main table is at the root, where ``xarray.open_dataset(path)`` finds it: the
+        motion of a run or an orbit, the table of what else it is. Groups hold the other tables,
+        such as impacts, crossings, contacts and grazes of a run.
     path
         The file, with the suffix ``.nc``.
     study, command
         As in `percuss.io.make_record`; the file's attributes hold the record.
     samples
-        Number of equally spaced times in the group ``motion``, >= 2.
+        Number of equally spaced times of a motion, >= 2.
     force
         Whether a file of that name may be replaced.
 
@@ -72,24 +75,53 @@ def save_netcdf(
 def write_netcdf(result: Any, path: Path, record: Record, *, samples: int = SAMPLES) -> None:
     """Write a result under the name `path`."""
     kind = kind_of(result)
-    groups = {"/": xr.Dataset(attrs=_attributes(record, kind.title, kind.name))}
     if kind.name == "motion":
-        groups |= _of_motion(result, samples)
+        groups = _of_motion(result, samples)
     elif kind.name == "dataset":
-        groups[f"/{DATA}"] = _writable(result)
+        groups = {"/": _writable(result)}
     else:
-        groups |= _of_orbits(result, kind.tables(result), samples)
+        groups = _of_orbits(result, kind, samples)
+    own = _attributes(record, kind.title, kind.name)
+    # What the result says of itself stays, and is told from what the file says.
+    mine = {key: value for key, value in own.items() if key not in groups["/"].attrs}
+    groups["/"] = groups["/"].assign_attrs(mine | {OF_FILE: json.dumps(sorted(mine))})
     say_size(path, sum(group.nbytes for group in groups.values()))
     write_whole(xr.DataTree.from_dict(groups), path)
 
 
 def _of_motion(run: Trajectory, samples: int) -> dict[str, xr.Dataset]:
     tables = {f"/{name}": _writable(getattr(run, name).to_xarray()) for name in TABLES}
-    return {"/motion": run.sample(samples), **tables}
+    return {"/": _samples_of(run, samples), **tables}
 
 
-def _of_orbits(result: Any, tables: dict[str, xr.Dataset], samples: int) -> dict[str, xr.Dataset]:
+def _samples_of(run: Trajectory, samples: int) -> xr.Dataset:
+    """Return the motion over its samples: groups would take an index by time for their own."""
+    data = run.sample(samples).rename_dims(t="sample")
+    return data.drop_indexes("t").drop_attrs(deep=False)
+
+
+def _table_of(columns: Columns) -> xr.Dataset:
+    """Return the table of a list of results as a dataset, a row for each of its rows."""
+    data = {}
+    for name, column in columns.items():
+        values = np.array(np.asarray(column).tolist())
+        texts = values.dtype.kind not in "iuf"
+        data[name] = ("row", np.array([str(v) for v in column], dtype=object) if texts else values)
+    return xr.Dataset(data)
+
+
+def _of_orbits(result: Any, kind: ResultKind, samples: int) -> dict[str, xr.Dataset]:
     """Return the tables, and the exact result: its orbits, and all else as JSON."""
+    tables = kind.tables(result)
+    if isinstance(result, PeriodicOrbit):
+        main = _samples_of(result.trajectory(), samples)
+    elif len(tables) == 1 and not isinstance(result, list | tuple):
+        # Without an index, as above.
+        main = next(iter(tables.values()))
+        main = main.drop_indexes(list(main.indexes))
+        tables = {}
+    else:
+        main = _table_of(table_of(result, next(iter(kind.columns))))
     # By identity: the orbit of a special point is a row of its branch, and stays so.
     orbits: dict[int, PeriodicOrbit] = {}
     places: dict[int, int] = {}
@@ -101,9 +133,8 @@ def _of_orbits(result: Any, tables: dict[str, xr.Dataset], samples: int) -> dict
         return {"orbit": places.setdefault(id(value), len(places))}
 
     text = json.dumps(encoded(result, number))
-    groups = {f"/{name}": _writable(table) for name, table in tables.items()}
-    if isinstance(result, PeriodicOrbit):
-        groups["/motion"] = result.trajectory().sample(samples)
+    groups = {"/": _writable(main)}
+    groups |= {f"/{name}": _writable(table) for name, table in tables.items()}
     if orbits:
         groups[f"/{ORBITS}"] = orbits_dataset(list(orbits.values()))
     groups[f"/{EXACT}"] = xr.Dataset({"result": ((), text)})
@@ -121,8 +152,8 @@ def load_netcdf(path: Path | str) -> Any:
     Returns
     -------
     DataTree, PeriodicOrbit, list, Branch, Curve, Response or Dataset
-        A run as its groups, whose attributes hold the record; other results as they were saved,
-        every field to the bit. All in memory; the file is closed.
+        A run as a tree, its motion at the root and its events in groups; the attributes hold the
+        record. Other results as they were saved, every field to the bit. All in memory; the file is closed.
 
     Raises
     ------
@@ -140,14 +171,23 @@ def load_netcdf(path: Path | str) -> Any:
         raise OSError(f"{path}: not a NetCDF file that percuss can read") from error
     if NETCDF_ATTRIBUTE not in tree.attrs:
         raise OSError(f"{path}: holds no result of percuss")
-    if DATA in tree.children:
+    if DATA in tree.children:  # of version 0.1
         return tree[DATA].to_dataset()
+    if tree.attrs.get("kind") == "dataset":
+        data = tree.to_dataset()
+        data.attrs = {k: v for k, v in data.attrs.items() if k not in _of_file(data)}
+        return data
     if EXACT not in tree.children:
         return tree
     try:
         return _result(tree)
     except (KeyError, ValueError, TypeError, IndexError, AttributeError, PercussError) as error:
         raise OSError(f"{path}: damaged, or of another version of percuss ({error})") from error
+
+
+def _of_file(data: xr.Dataset) -> list[str]:
+    """Return the attributes that are the file's, and not the result's."""
+    return [OF_FILE, *json.loads(str(data.attrs.get(OF_FILE, "[]")))]
 
 
 def _result(tree: xr.DataTree) -> Any:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import cast
+from typing import Any, cast
 
+from percuss.errors import ParameterError
 from percuss.model.exact import (
     Exact,
     Phase,
@@ -35,6 +36,7 @@ __all__ = [
     "limit_faults",
     "periods_faults",
     "start_faults",
+    "start_of",
     "wall_faults",
 ]
 
@@ -70,6 +72,29 @@ class Start:
     def __post_init__(self) -> None:
         make_plain(self, "x0", "v0", "t0")
         raise_first(faults(self, ""))
+
+
+def start_of(start: object, name: str = "start") -> Start:
+    """Return a start that may be given as (x0, v0) or (x0, v0, t0); None: at rest at 0.
+
+    Raises
+    ------
+    ParameterError
+        If it is neither, or a value is not a finite number.
+
+    Examples
+    --------
+    >>> start_of((0.5, "1/3"))
+    Start(x0=0.5, v0='1/3', t0=0.0)
+    """
+    if isinstance(start, Start):
+        return start
+    if start is not None and (isinstance(start, str) or not hasattr(start, "__iter__")):
+        raise ParameterError(name, start, "not (x0, v0) or (x0, v0, t0)")
+    numbers: tuple[Any, ...] = (0.0, 0.0) if start is None else tuple(start)
+    if not 2 <= len(numbers) <= 3:
+        raise ParameterError(name, start, "not (x0, v0) or (x0, v0, t0)")
+    return Start(*numbers)
 
 
 @faults.register

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import cast
 
 import numpy as np
@@ -27,7 +27,14 @@ from percuss.model.expression import Expression, parameters_in
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
-from percuss.model.start import Start, end_after_periods, limit_faults, periods_faults, wall_faults
+from percuss.model.start import (
+    Start,
+    end_after_periods,
+    limit_faults,
+    periods_faults,
+    start_of,
+    wall_faults,
+)
 from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Outcome, Trajectory
@@ -62,6 +69,7 @@ def simulate(
     v0: Exact = 0.0,
     t0: Phase = 0.0,
     *,
+    start: Start | Sequence[Phase] | None = None,
     t_end: Phase | None = None,
     periods: Exact | None = None,
     max_impacts: int | None = None,
@@ -84,6 +92,8 @@ def simulate(
         The forcing; None for free motion.
     x0, v0, t0
         Position [length], velocity [length/time] and time [time] of the start.
+    start
+        The start in place of these: a `Start`, (x0, v0) or (x0, v0, t0), as all functions take it.
     t_end
         Time of the end [time], after t0.
     periods
@@ -112,8 +122,8 @@ def simulate(
     ------
     ParameterError
         If a number is not finite, the start lies inside a wall, t_end is not after t0 or either
-        later than 1e14 periods, there is no limit at all, or `periods` are given together with
-        t_end or for a forcing without a period.
+        later than 1e14 periods, there is no limit at all, `periods` are given together with
+        t_end or for a forcing without a period, or `start` together with x0, v0 or t0.
 
     Examples
     --------
@@ -126,18 +136,19 @@ def simulate(
     >>> run.impacts.t[:3] / 3.141592653589793
     array([1., 2., 3.])
     """
-    system, start = System.of(osc, force), Start(x0, v0, t0)
-    raise_first(wall_faults(osc, "x0", start.x0))
+    system, begins = System.of(osc, force), _start(start, x0, v0, t0)
+    x0, v0, t0 = begins.x0, begins.v0, begins.t0
+    raise_first(wall_faults(osc, "x0" if start is None else "start.x0", x0))
     if periods is not None:
         raise_first(periods_faults(force, periods, t_end))
-        t_end = end_after_periods(cast("Forcing", force), start.t0, periods)
-    raise_first(limit_faults(start.t0, t_end, max_impacts))
+        t_end = end_after_periods(cast("Forcing", force), begins.t0, periods)
+    raise_first(limit_faults(begins.t0, t_end, max_impacts))
     if isinstance(x0, Expression) or isinstance(v0, Expression) or isinstance(t0, Expression):
-        parameters_in(*system, start)  # one name has one value
+        parameters_in(*system, begins)  # one name has one value
     limit = MOST_IMPACTS if max_impacts is None else min(int(max_impacts), 2**62)
-    begin, end = as_float(start.t0), math.inf if t_end is None else as_float(t_end)
+    begin, end = as_float(begins.t0), math.inf if t_end is None else as_float(t_end)
     _check_times(system.law, begin, end)
-    march = _March(system.law, as_float(start.x0), as_float(start.v0), begin, limit)
+    march = _March(system.law, as_float(begins.x0), as_float(begins.v0), begin, limit)
     outcome = march.run(end, limit, RunProgress(progress, begin, end, limit))
     stopped: Phase = march.last_time
     if outcome in (Outcome.reached_t_end, Outcome.at_rest) and t_end is not None:
@@ -152,7 +163,17 @@ def simulate(
             "without max_impacts; give max_impacts to follow it further"
         )
         warnings.warn(message, LimitWarning, stacklevel=2)
-    return Trajectory.of_record(system, march.record(), stopped, outcome, start)
+    return Trajectory.of_record(system, march.record(), stopped, outcome, begins)
+
+
+def _start(start: object, x0: Exact, v0: Exact, t0: Phase) -> Start:
+    """Return the start of a run from either form."""
+    if start is None:
+        return Start(x0, v0, t0)
+    for name, value in (("x0", x0), ("v0", v0), ("t0", t0)):
+        if not (isinstance(value, float) and value == 0.0):
+            raise ParameterError(name, value, "given together with start; give one")
+    return start_of(start)
 
 
 def _check_times(law: Law, t0: float, t_end: float) -> None:

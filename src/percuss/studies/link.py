@@ -96,7 +96,7 @@ def _diagram(diagram: Diagram, study: Study) -> Shown:
     start = diagram.starts[0]
     low, high, count = _ends(axis)
     over = {
-        "path": long_form(path, study.oscillator, study.forcing, start),
+        "path": _path_of_page(path, study, start),
         "low": low,
         "high": high,
     }
@@ -107,10 +107,17 @@ def _diagram(diagram: Diagram, study: Study) -> Shown:
 def _response(response: Response, study: Study) -> Shown:
     ((path, (first, last)),) = response.over.items()
     low, high = sorted((as_float(first), as_float(last)))
-    over = {"path": long_form(path, study.oscillator, study.forcing), "low": low, "high": high}
+    over = {"path": _path_of_page(path, study), "low": low, "high": high}
     sizes = {"values": 1600, "points": 128, "of": "amplitude", "max_impacts": response.max_impacts}
     rest = {**sizes, "max_periods": response.max_periods}
     return "diagram", _from(_at_rest(study)), {"kind": "response", **over, **rest}
+
+
+def _path_of_page(path: str, study: Study, start: Start | None = None) -> str:
+    """Return the path of a parameter by its key in the tables of a study, as the page has it."""
+    name = long_form(path, study.oscillator, study.forcing, start)
+    is_coefficient = name == "oscillator.damping" and study.oscillator.mass is not None
+    return "oscillator.damping_coefficient" if is_coefficient else name
 
 
 def _at_rest(study: Study) -> Start:

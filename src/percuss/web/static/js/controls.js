@@ -1,7 +1,7 @@
 // The panel of parameters: a slider and a box for each.
 
 import { button, element } from "./dom.js";
-import { MODELS, modelOf, newHarmonic, newStop, parametersOf, withModel, withoutHarmonic } from "./models.js";
+import { MODELS, equationOf, modelOf, newHarmonic, newStop, parametersOf, withModel, withoutHarmonic } from "./models.js";
 import { Row } from "./row.js";
 import { get, put } from "./state.js";
 
@@ -42,7 +42,7 @@ export class Panel {
   update() {
     const { study } = this.store.value;
     const groups = parametersOf(study);
-    const shape = JSON.stringify(groups.map((group) => [group.title, group.rows.map((it) => it.path)])) + sides(study);
+    const shape = JSON.stringify(groups.map((group) => [group.title, group.rows.map((it) => [it.path, it.label])])) + sides(study);
     if (shape !== this.shape) {
       this.shape = shape;
       this.#build(groups);
@@ -81,7 +81,7 @@ export class Panel {
       { "aria-label": "Model", onchange: (event) => change(withModel(study(), event.target.value)) },
       ...Object.entries(MODELS).map(([value, { label }]) => element("option", { value, selected: value === kind, disabled: value === "own" && kind !== "own" }, label)),
     );
-    const parts = [element("label", { class: "model" }, element("span", {}, "Model"), this.select), element("p", { class: "hint" }, "x″ + 2a x′ + k x = f(t) + stops, unit mass")];
+    const parts = [element("label", { class: "model" }, element("span", {}, "Model"), this.select), element("p", { class: "hint" }, equationOf(study()))];
     for (const group of groups) parts.push(this.#group(group, study, change));
     this.root.replaceChildren(...parts);
   }

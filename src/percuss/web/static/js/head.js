@@ -68,7 +68,7 @@ export function filesOf({ kind, study, digits }) {
 
 /** Return how the tables are read. */
 function readingOf(kind) {
-  const nc = kind === "motion" ? 'xarray.open_datatree("motion.nc"): motion, impacts, … are its groups' : `xarray.open_dataset("${kind}.nc")`;
+  const nc = kind === "motion" ? 'xarray.open_dataset("motion.nc"): x and v; xarray.open_datatree: impacts, … are its groups' : `xarray.open_dataset("${kind}.nc")`;
   return [`csv: pandas.read_csv(name)`, `nc: ${nc}`];
 }
 

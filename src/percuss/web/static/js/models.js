@@ -59,59 +59,99 @@ export function withoutHarmonic(study, index) {
   return { ...study, forcing, run: { ...run, t_end: Number.isFinite(time) && time > 0 ? Number(time.toPrecision(3)) : 100 } };
 }
 
+// Forces that have a name, by the units of mass, length and time.
+const FORCES = { "kg m s": "N", "t m s": "kN", "t mm s": "N", "kg mm ms": "kN", "g mm ms": "N" };
+
+/** Return the names of the units of a study, empty where it has none. */
+function unitsOf({ oscillator, forcing }) {
+  const { length = "", time = "", mass = "" } = oscillator.units ?? {};
+  const velocity = length && time ? `${length}/${time}` : "";
+  const acceleration = length && time ? `${length}/${time}²` : "";
+  const frequency = time ? `1/${time}` : "";
+  if (oscillator.mass === undefined) return { length, time, velocity, frequency, force: acceleration, stiffness: time ? `1/${time}²` : "", damping: frequency };
+  const named = FORCES[`${mass} ${length} ${time}`];
+  const isKnown = mass && length && time;
+  return {
+    length, time, mass, velocity, frequency,
+    force: forcing?.per_mass ? acceleration : (named ?? (isKnown ? `${mass} ${acceleration}` : "")),
+    stiffness: named ? `${named}/${length}` : isKnown ? `${mass}/${time}²` : "",
+    damping: named ? `${named} ${time}/${length}` : isKnown ? `${mass}/${time}` : "",
+  };
+}
+
+/** Return the equation of a study in a line. */
+export function equationOf({ oscillator }) {
+  return oscillator.mass === undefined ? "x″ + 2a x′ + k x = f(t) + stops, unit mass" : "m x″ + c x′ + k x = F(t) + stops";
+}
+
+/** Return the rows of an oscillator: with a mass in engineers' units. */
+function oscillatorRows({ oscillator }, units) {
+  const stiffness = (range) => row("oscillator.stiffness", named("stiffness k", units.stiffness), range, null, "of the spring; 0: free flight");
+  if (oscillator.mass === undefined) return [stiffness([-1, 4]), row("oscillator.damping", named("damping a", units.damping), [0, 1], null, "the term is 2 a x′; a negative one feeds energy in")];
+  const isRatio = "damping_ratio" in oscillator;
+  const name = isRatio ? "damping_ratio" : "damping_coefficient";
+  const about = isRatio ? "c over its critical value" : "the term is c x′; a negative one feeds energy in";
+  const damping = isRatio ? "damping ratio" : named("damping c", units.damping);
+  return [
+    row("oscillator.mass", named("mass m", units.mass), rangeAround(oscillator.mass), null, "forces are those on it"),
+    stiffness(rangeAround(oscillator.stiffness)),
+    row(`oscillator.${name}`, damping, isRatio ? [0, 1] : rangeAround(oscillator[name]), null, about),
+  ];
+}
+
+/** Return a label with the unit of its number, where there is one. */
+const named = (label, unit) => (unit ? `${label} (${unit})` : label);
+
 /** Return the groups of parameters of a study, as the panel shows them. */
 export function parametersOf(study) {
   const oscillator = study.oscillator;
+  const units = unitsOf(study);
+  // With a mass the numbers are of any size.
+  const range = (value, usual) => (oscillator.mass === undefined ? usual : rangeAround(value));
   const names = Object.keys(study.parameters ?? {});
   const own = names.map((name) => row(`parameters.${name}`, name, rangeAround(study.parameters[name]), null, "a parameter: what is an expression of it follows"));
   const groups = [
     ...(own.length > 0 ? [{ title: "Parameters", rows: own }] : []),
-    {
-      title: "Oscillator",
-      rows: [
-        row("oscillator.stiffness", "stiffness k", [-1, 4], null, "of the spring; 0: free flight"),
-        row("oscillator.damping", "damping a", [0, 1], null, "the term is 2 a x′; a negative one feeds energy in"),
-      ],
-    },
+    { title: "Oscillator", rows: oscillatorRows(study, units) },
   ];
   (oscillator.stops ?? []).forEach((stop, i) => {
     const path = `oscillator.stops.${i}`;
-    const rows = [row(`${path}.at`, "at", [-3, 3], null, "where the stop is")];
+    const rows = [row(`${path}.at`, named("at", units.length), [-3, 3], null, "where the stop is")];
     // A table of restitutions over the speed has no slider.
     if (stop.type === "wall" && typeof stop.restitution === "object") return void groups.push({ title: "Wall", stop: i, rows });
     if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1], null, "1: no loss; 0: it stays"));
     else {
-      rows.push(row(`${path}.stiffness`, "stiffness", [-0.9, 50], null, "added to the spring's beyond the stop"));
-      rows.push(row(`${path}.damping`, "damping", [0, 2], null, "added beyond the stop"));
+      rows.push(row(`${path}.stiffness`, named("stiffness", units.stiffness), range(stop.stiffness, [-0.9, 50]), null, "added to the spring's beyond the stop"));
+      rows.push(row(`${path}.damping`, named("damping", units.damping), range(stop.damping, [0, 2]), null, "added beyond the stop"));
     }
     const number = oscillator.stops.length === 1 ? "" : ` ${i + 1}`;
     groups.push({ title: `${stop.type === "wall" ? "Wall" : "Soft stop"}${number}`, stop: i, rows });
   });
-  groups.push({ title: "Forcing", rows: [row("forcing.constant", "constant", [-2, 2], null, "constant part of the force")] });
+  groups.push({ title: "Forcing", rows: [row("forcing.constant", named("constant", units.force), range(study.forcing?.constant, [-2, 2]), null, "constant part of the force")] });
   const harmonics = study.forcing?.harmonics ?? [];
-  harmonics.forEach((_, i) => {
+  harmonics.forEach((harmonic, i) => {
     const path = `forcing.harmonics.${i}`;
     groups.push({
       title: harmonics.length === 1 ? "Harmonic" : `Harmonic ${i + 1}`,
       harmonic: i,
       rows: [
-        row(`${path}.amplitude`, "amplitude", [0, 3]),
-        row(`${path}.omega`, "omega", [0.05, 6], null, "angular frequency of the force"),
+        row(`${path}.amplitude`, named("amplitude", units.force), range(harmonic.amplitude, [0, 3])),
+        row(`${path}.omega`, named("omega", units.frequency), [0.05, 6], null, "angular frequency of the force"),
         row(`${path}.phase`, "phase", [-Math.PI, Math.PI], null, "radians: cos(omega t + phase); -pi/2 makes a sine"),
       ],
     });
   });
   const lengths = {
     periods: row("run.periods", "periods", [2, 400], 1, "how long it is followed, in forcing periods"),
-    t_end: row("run.t_end", "duration", [1, 500], null, "the time until which it is followed"),
+    t_end: row("run.t_end", named("duration", units.time), [1, 500], null, "the time until which it is followed"),
     max_impacts: row("run.max_impacts", "impacts", [1, 1000], 1, "how many impacts it is followed"),
   };
   groups.push({
     title: "Start and length",
     rows: [
-      row("start.x0", "x0", [-3, 3], null, "displacement at the start"),
-      row("start.v0", "v0", [-3, 3], null, "velocity at the start"),
-      row("start.t0", "t0", [0, 10], null, "time at the start: where in its period the force is then; orbits that are opened bring it along"),
+      row("start.x0", named("x0", units.length), [-3, 3], null, "displacement at the start"),
+      row("start.v0", named("v0", units.velocity), [-3, 3], null, "velocity at the start"),
+      row("start.t0", named("t0", units.time), [0, 10], null, "time at the start: where in its period the force is then; orbits that are opened bring it along"),
       lengths[Object.keys(lengths).find((name) => name in study.run) ?? "t_end"],
     ],
   });
@@ -141,7 +181,8 @@ export function pathsOf(study) {
   const groups = parametersOf(study);
   const starts = groups.at(-1).rows.filter((it) => it.path === "start.x0" || it.path === "start.v0");
   const all = [...groups.slice(0, -1).flatMap((group) => group.rows.map(named(group.title))), ...starts.map(named("Start"))];
-  return all.filter((it) => !isTied(study, get(study, it.path)));
+  // A ratio stands for the coefficient that follows from it.
+  return all.filter((it) => it.path !== "oscillator.damping_ratio" && !isTied(study, get(study, it.path)));
 }
 
 /** Return the number that a text stands for: 0.5, "1/3", "-pi/2", "3*pi/4"; NaN if none. */
