@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from percuss.model import Oscillator as Oscillator
     from percuss.model import SoftStop as SoftStop
     from percuss.model import Start as Start
+    from percuss.model import Units as Units
     from percuss.model import Wall as Wall
     from percuss.model import backlash_oscillator as backlash_oscillator
     from percuss.model import ball_on_table as ball_on_table
@@ -56,7 +57,13 @@ if TYPE_CHECKING:
     from percuss.model import impact_oscillator as impact_oscillator
     from percuss.model import parameter as parameter
     from percuss.model import pi_times as pi_times
+    from percuss.model import pulses as pulses
+    from percuss.model import record as record
+    from percuss.model import restitution_table as restitution_table
+    from percuss.model import sea_state as sea_state
     from percuss.model import sine as sine
+    from percuss.model import square_wave as square_wave
+    from percuss.model import triangle_wave as triangle_wave
     from percuss.motion import Contacts as Contacts
     from percuss.motion import Crossings as Crossings
     from percuss.motion import Extrema as Extrema
@@ -90,6 +97,7 @@ if TYPE_CHECKING:
     from percuss.orbits import Manifolds as Manifolds
     from percuss.orbits import PeriodicOrbit as PeriodicOrbit
     from percuss.orbits import Response as Response
+    from percuss.orbits import SectionMap as SectionMap
     from percuss.orbits import SingularityCurve as SingularityCurve
     from percuss.orbits import SingularitySet as SingularitySet
     from percuss.orbits import SpecialPoint as SpecialPoint
@@ -103,6 +111,7 @@ if TYPE_CHECKING:
     from percuss.orbits import impact_map as impact_map
     from percuss.orbits import manifolds as manifolds
     from percuss.orbits import response_curve as response_curve
+    from percuss.orbits import section_map as section_map
     from percuss.orbits import singularity_set as singularity_set
     from percuss.orbits import stroboscopic_map as stroboscopic_map
     from percuss.orbits import switch_branch as switch_branch
@@ -142,6 +151,7 @@ __all__ = [
     "PercussError",
     "PeriodicOrbit",
     "Response",
+    "SectionMap",
     "SingularityCurve",
     "SingularitySet",
     "SoftStop",
@@ -151,6 +161,7 @@ __all__ = [
     "StudyError",
     "SubsetMotion",
     "Trajectory",
+    "Units",
     "VelocityGap",
     "Wall",
     "__version__",
@@ -185,20 +196,27 @@ __all__ = [
     "manifolds",
     "parameter",
     "pi_times",
+    "pulses",
+    "record",
     "resonant_frequency",
     "response_curve",
+    "restitution_table",
     "save_csv",
     "save_netcdf",
+    "sea_state",
+    "section_map",
     "simulate",
     "sine",
     "singularity_set",
     "spectrum",
+    "square_wave",
     "status_of_store",
     "stroboscopic_map",
     "subset_critical_velocity",
     "subset_forcing",
     "sweep",
     "switch_branch",
+    "triangle_wave",
     "velocity_gap_curve",
 ]
 
@@ -236,6 +254,7 @@ _HOMES = {
         "Oscillator",
         "SoftStop",
         "Start",
+        "Units",
         "Wall",
         "backlash_oscillator",
         "ball_on_table",
@@ -247,7 +266,13 @@ _HOMES = {
         "impact_oscillator",
         "parameter",
         "pi_times",
+        "pulses",
+        "record",
+        "restitution_table",
+        "sea_state",
         "sine",
+        "square_wave",
+        "triangle_wave",
     ),
     "percuss.motion": (
         "Contacts",
@@ -284,6 +309,7 @@ _HOMES = {
         "Manifolds",
         "PeriodicOrbit",
         "Response",
+        "SectionMap",
         "SingularityCurve",
         "SingularitySet",
         "SpecialPoint",
@@ -298,6 +324,7 @@ _HOMES = {
         "impact_map",
         "manifolds",
         "response_curve",
+        "section_map",
         "singularity_set",
         "stroboscopic_map",
         "switch_branch",

@@ -37,8 +37,8 @@ class ParameterError(PercussError, ValueError):
 
     Examples
     --------
-    >>> print(ParameterError("damping", -0.1, "negative; it would feed energy in"))
-    damping = -0.1: negative; it would feed energy in
+    >>> print(ParameterError("restitution", -0.1, "outside [0, 1]"))
+    restitution = -0.1: outside [0, 1]
     """
 
     def __init__(self, name: str, value: object, reason: str) -> None:

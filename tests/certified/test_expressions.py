@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from flint import arb, ctx
+from flint import arb
 
 import percuss as pc
 from percuss.certified.ball_law import law_of
@@ -73,6 +73,8 @@ def test_a_rational_expression_is_proven_as_the_number_that_it_is() -> None:
         (BALL, pc.cosine(pc.pi_times(1) * pc.parameter("f", "0.5"), amplitude=3, constant=-1)),
         (pc.impact_oscillator("0.8", stiffness=W.sqrt(), damping=W / 10), pc.cosine(2)),
         (pc.impact_oscillator("0.8", damping=pc.expression("sqrt(2)/20")), pc.cosine(2)),
+        # From the heights of a drop and of its rebound.
+        (pc.impact_oscillator(pc.expression("sqrt(h/d)", h="0.6", d=1)), pc.cosine(2)),
         (pc.impact_oscillator("0.8"), pc.cosine(2, amplitude=W.sqrt(), phase=W.sin())),
         (
             pc.Oscillator(1, 0.1, (pc.SoftStop(0, "below", 20 * W.sqrt()),)),
@@ -93,6 +95,17 @@ def test_irrational_numbers_are_balls_that_hold_the_float_motion(
     for ball, t in zip(table.t, rows.t, strict=True):
         assert abs(float(ball.arb.mid()) - t) < 1e-11 * max(1.0, t)
         assert float(ball.arb.rad()) < 1e-24 * max(1.0, t)
+
+
+def test_a_chatter_with_an_irrational_restitution_ends_where_its_closed_form_does() -> None:
+    """A ball dropped from 1/2: it rests at sqrt(2 h / g) (1 + r) / (1 - r), here with r^2 = 1/2."""
+    osc = pc.impact_oscillator(pc.expression("sqrt(2)/2"), stiffness=0)
+    run = pc.simulate(osc, pc.Forcing(constant=-1), x0=0.5, v0=0, t_end=10)
+    (contact,) = pc.certify(run, digits=25).contacts.start
+    with precision(200):
+        r = arb(2).sqrt() / 2
+        assert contact.arb.contains((1 + r) / (1 - r))
+        assert float(contact.arb.rad()) < 1e-24
 
 
 def test_the_ball_of_an_irrational_number_is_not_its_float() -> None:
@@ -135,7 +148,7 @@ def test_what_a_proof_cannot_take_is_told_in_one_sentence() -> None:
     with pytest.raises(pc.ParameterError, match="tied to w"):
         pc.certify(run, over={"forcing.amplitude": (1, 2)})
     far = pc.simulate(pc.impact_oscillator("0.8", wall=-d.sqrt()), TABLE, x0=0, v0=1, max_impacts=2)
-    with pytest.raises(pc.ParameterError, match="irrational; a proof needs stops with rational"):
+    with pytest.raises(pc.ParameterError, match="a proof needs stops at rational places"):
         pc.certify(far)
     started = pc.simulate(wall, TABLE, x0=0, v0=d.sqrt(), max_impacts=2)
     with pytest.raises(pc.ParameterError, match=r"v0 = .*irrational; a proof begins"):
@@ -155,4 +168,3 @@ def test_stops_that_would_pass_each_other_inside_a_range_are_not_proven() -> Non
         assert system_over(system, "g", Fraction(1, 5), Fraction(3, 10)).moved
         with pytest.raises(Exception, match="order"):
             system_over(system, "g", Fraction(1, 5), Fraction(7, 10))
-    assert ctx.prec

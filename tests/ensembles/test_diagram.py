@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import percuss as pc
 from percuss.ensembles.measures import period_of
+from percuss.motion.sections import SectionDirection, SectionGiven
 
 OMEGA = "forcing.harmonics.0.omega"
 OSC = pc.impact_oscillator(restitution="0.8")
@@ -23,6 +26,120 @@ def test_points_are_those_of_plain_runs() -> None:
         x, v = run(50 * period + np.arange(9) * period)
         np.testing.assert_allclose(found.x.sel(branch="start 0")[i], x, rtol=0, atol=1e-11)
         np.testing.assert_allclose(found.v.sel(branch="start 0")[i], v, rtol=0, atol=1e-11)
+
+
+SOFT = pc.Oscillator(
+    1, "0.05", (pc.SoftStop("0.2", "above", 30, "0.3"), pc.Wall("-0.9", "below", "0.7"))
+)
+
+
+@pytest.mark.parametrize("osc", [OSC, SOFT], ids=["a wall", "a soft stop and a wall"])
+@pytest.mark.parametrize("direction", ["up", "down", "both"])
+@pytest.mark.parametrize("at", [0.3, 0.2, -0.85])
+def test_passages_are_those_of_the_section_of_a_run(
+    osc: pc.Oscillator, direction: SectionDirection, at: float
+) -> None:
+    """In the free flight, at the edge of the soft stop, and behind the wall: none at all."""
+    found = pc.bifurcation_diagram(
+        osc, pc.cosine(2.5), over={"forcing.omega": [2.5, 2.8]}, starts=[(0.0, 1.0)],
+        follow=(), transient=50, points=40, section={"at": at, "direction": direction},
+    )  # fmt: skip
+
+    for i, omega in enumerate((2.5, 2.8)):
+        period = float(pc.cosine(omega).period or 0.0)
+        run = pc.simulate(osc, pc.cosine(omega), v0=1.0, t_end=89 * period)
+        passages = run.section(at=at, direction=direction)
+        late = passages.t.values >= 50 * period
+        t, v = passages.t.values[late][-40:], passages.v.values[late][-40:]
+        ours = found.isel(branch=0)
+        kept = np.isfinite(ours.v.values[i])
+        assert kept.sum() == len(t)
+        np.testing.assert_allclose(ours.v.values[i][kept], v, rtol=0, atol=1e-9)
+        cycles = ours.cycle.values[i][kept] - t / period
+        assert np.abs(cycles - np.round(cycles)).max(initial=0.0) < 1e-9
+        signs = {"up": {1.0}, "down": {-1.0}, "both": {1.0, -1.0}}[direction]
+        assert set(np.sign(v).tolist()) <= signs
+        if at != -0.85:
+            assert len(t) > 20
+
+
+def test_passages_under_a_record_are_those_of_the_section_of_a_run() -> None:
+    force = pc.square_wave("2.5") + pc.cosine("2.5", amplitude="0.1")
+    found = pc.bifurcation_diagram(
+        SOFT, force, over={"oscillator.damping": ["0.05", "0.1"]}, starts=[(0.0, 1.0)],
+        follow=(), transient=20, points=30, section={"at": 0.1, "direction": "down"},
+    )  # fmt: skip
+
+    for i, damping in enumerate(("0.05", "0.1")):
+        osc = pc.Oscillator(1, damping, SOFT.stops)
+        period = float(force.period or 0.0)
+        passages = pc.simulate(osc, force, v0=1.0, t_end=49 * period).section(0.1, "down")
+        v = passages.v.values[passages.t.values >= 20 * period][-30:]
+        ours = found.v.isel(branch=0).values[i]
+        np.testing.assert_allclose(ours[np.isfinite(ours)], v, rtol=0, atol=1e-9)
+        assert len(v) >= 15
+
+
+def test_many_motions_have_the_passages_of_each_alone() -> None:
+    """Together they go in lockstep; the bits are those of one by one."""
+    keywords: dict[str, Any] = {
+        "starts": [(0.0, 1.0)], "follow": (), "section": {"at": 0.4, "direction": "up"},
+    }  # fmt: skip
+    omegas = np.linspace(2.4, 2.9, 40)
+
+    together = pc.bifurcation_diagram(
+        OSC, pc.cosine(2.5), over={"forcing.omega": omegas}, **keywords
+    )
+
+    for k in (0, 17, 39):
+        alone = pc.bifurcation_diagram(
+            OSC, pc.cosine(2.5), over={"forcing.omega": [omegas[k]]}, **keywords
+        )
+        np.testing.assert_array_equal(together.v.values[0, k], alone.v.values[0, 0])
+
+
+@pytest.mark.parametrize("cycle", [0.0, 0.25, 0.9])
+def test_strobes_at_a_cycle_are_those_of_the_run(cycle: float) -> None:
+    start = pc.Start(0.0, 1.0, 0.4)
+    found = pc.bifurcation_diagram(
+        OSC, pc.cosine(2.5), over={"forcing.omega": [2.5, 2.6, 2.7]}, starts=[start],
+        transient=30, points=12, section={"cycle": cycle},
+    )  # fmt: skip
+
+    period = float(pc.cosine(2.6).period or 0.0)
+    run = pc.simulate(OSC, pc.cosine(2.6), v0=1.0, t0=0.4, t_end=0.4 + 43 * period)
+    strobes = run.stroboscopic(cycle=cycle)
+    late = strobes.t.values >= 0.4 + 30 * period
+    fresh = found.sel(branch="start 0").isel({OMEGA: 1})
+    np.testing.assert_allclose(fresh.x, strobes.x.values[late][:12], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(fresh.v, strobes.v.values[late][:12], rtol=0, atol=1e-11)
+    # A followed branch goes on from whole periods after its start, whatever the section is.
+    plain = pc.bifurcation_diagram(
+        OSC, pc.cosine(2.5), over={"forcing.omega": [2.5, 2.6, 2.7]}, starts=[start],
+        transient=30, points=13,
+    )  # fmt: skip
+    assert found.period.values.tolist() == plain.period.values.tolist()
+    assert found.attrs["section"] == f"cycle = {cycle:g}"
+
+
+def test_the_period_is_the_same_at_every_section() -> None:
+    over = {"forcing.omega": [2.5, 2.652, 2.66]}
+    sections: tuple[SectionGiven, ...] = (
+        "stroboscopic",
+        "impacts",
+        {"cycle": 0.4},
+        {"at": 0.5, "direction": "down"},
+    )
+
+    periods = [
+        pc.bifurcation_diagram(
+            OSC, pc.cosine(2.5), over=over, starts=[(0.0, 1.0)], follow=["forward"],
+            transient=10_000, section=section,
+        ).period.sel(branch="forward").values.tolist()
+        for section in sections
+    ]  # fmt: skip
+
+    assert periods == 4 * [[1, 1, 2]]
 
 
 def test_the_followed_orbit_doubles_its_period_where_it_should() -> None:
@@ -109,7 +226,12 @@ def test_the_turning_end_of_a_transient_is_no_period() -> None:
     [
         ({"over": {"forcing.omega": [1.0], "forcing.amplitude": [1.0]}}, "one axis"),
         ({"over": {"start.x0": [1.0]}}, "one axis"),
-        ({"section": "poincare"}, "neither stroboscopic nor impacts"),
+        ({"section": "poincare"}, "neither stroboscopic nor impacts, nor a cycle"),
+        ({"section": {"at": 1.0, "cycle": 0.1}}, "neither stroboscopic nor impacts"),
+        ({"section": {"direction": "up"}}, "neither stroboscopic nor impacts"),
+        ({"section": {"at": 1.0, "direction": "left"}}, "direction = 'left': none of up, down"),
+        ({"section": {"at": float("nan")}}, "at = nan"),
+        ({"section": {"cycle": 1.0}}, r"cycle = 1.0: not in \[0, 1\)"),
         ({"follow": ["up"]}, "neither forward nor backward"),
         ({"starts": []}, "none at all"),
         ({"points": 1}, "at least 2"),

@@ -54,8 +54,8 @@ def test_a_diagram_over_a_tied_parameter_is_that_of_models_made_at_each_value() 
 
 
 def test_a_value_without_a_model_is_a_point_without_an_answer() -> None:
-    osc = pc.impact_oscillator(0.8, damping="0.6" - D)
-    with pytest.warns(UserWarning, match=r"d = 0.7.* expression\('0.6-d', d='0.7'\): negative"):
+    osc = pc.impact_oscillator("0.6" - D)
+    with pytest.warns(UserWarning, match=r"d = 0.7.* expression\('0.6-d', d='0.7'\): outside"):
         data = pc.sweep(
             "peak_displacement", osc, pc.cosine(2.0), start=(0.0, 1.0), over={"d": ["0.5", "0.7"]}
         )
@@ -78,3 +78,13 @@ def test_two_names_of_one_parameter_are_the_same_axis() -> None:
         make_grid(BALL, TABLE, None, {"w": [1.0], "forcing.omega": [2.0]})
     with pytest.raises(pc.ParameterError, match=r"tied to d by oscillator.stops.0.at = -d"):
         make_grid(BALL, TABLE, None, {"oscillator.stops.0.at": [1.0]})
+
+
+def test_a_parameter_with_the_name_of_a_measure_is_no_axis_of_it() -> None:
+    """Both would be columns of one table."""
+    osc = pc.impact_oscillator("0.8", damping=pc.parameter("min_displacement", "0.05"))
+    over = {"min_displacement": ["0.05", "0.1"]}
+    table = pc.sweep("max_displacement", osc, pc.cosine(2), over=over, transient=2, periods=2)
+    assert table.max_displacement.dims == ("min_displacement",)
+    with pytest.raises(pc.ParameterError, match="the name of a measure that is asked for"):
+        pc.sweep("min_displacement", osc, pc.cosine(2), over=over, transient=2, periods=2)

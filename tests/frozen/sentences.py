@@ -18,7 +18,7 @@ N_MUTANTS = 120
 COCO = pc.impact_oscillator("0.8", wall=1, side="above", damping="0.05")
 ORBIT = "forcing.omega"
 CALLS: tuple[Callable[[], object], ...] = (
-    lambda: pc.Oscillator(1, -1),
+    lambda: pc.Oscillator(1, "-"),
     lambda: pc.Oscillator("1/0"),
     lambda: pc.Oscillator(1, 0, (pc.Wall(0, "below", 2),)),
     lambda: pc.Wall("a"),  # type: ignore[call-arg]

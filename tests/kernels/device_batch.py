@@ -18,7 +18,8 @@ import numpy as np
 import percuss as pc
 from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
-from percuss.model.system import law
+from percuss.kernels.linear_observables import Scratch
+from percuss.model.system import law, stop_rows
 
 # numba has no types for these.
 cuda: Any = importlib.import_module("numba.cuda")
@@ -30,12 +31,14 @@ MOST_IMPACTS, PATIENCE = 1_000, 20_000
 def follow_on_device(arrays: Any, buffers: Any, section: int, with_extremes: bool) -> None:
     """Follow the motion of this thread to its end; each thread has a workspace of its own."""
     i = cuda.grid(1)
-    laws, which, states, counters, status, plans, values, points = arrays
+    laws, which, states, counters, status, plans, values, points, stops = arrays
     if i < status.shape[0]:
-        motions = batch.Batch(laws, which, states, counters, status, plans, values, points)
-        events, marks, grazes, phases = buffers
-        workspace = batch.Workspace(events[i], marks[i], grazes[i], phases[i])
-        options = batch.Options(MOST_IMPACTS, section, with_extremes, PATIENCE)
+        motions = batch.Batch(laws, which, states, counters, status, plans, values, points, stops)
+        events, marks, grazes, phases, derived = buffers
+        search = Scratch(phases[i, 3], phases[i, 4], phases[i, 5], phases[i, 6], phases[i, 7])
+        loads = observables.LoadSpace(derived[i], derived[i, 0], search)
+        workspace = batch.Workspace(events[i], marks[i], grazes[i], phases[i, :3], loads)
+        options = batch.Options(MOST_IMPACTS, section, with_extremes, False, PATIENCE)
         member = batch.member_of(motions, workspace, i)
         batch.begin_member(member, options)
         status[i] = batch.follow(member, options, False)
@@ -91,9 +94,12 @@ def _types(*names: str) -> dict[str, str]:
         [
             *(array(real, 3), array(whole, 1), array(real, 2), array(whole, 2)),
             *(array(whole, 1), array(real, 2), array(real, 2), array(real, 3)),
+            array(real, 3),
         ]
     )
-    buffers = types.Tuple([array(real, 3), array(whole, 3), array(real, 3), array(real, 4)])
+    buffers = types.Tuple(
+        [array(real, 3), array(whole, 3), array(real, 3), array(real, 4), array(real, 3)]
+    )
     kernels = {
         "follow": (follow_on_device, (arrays, buffers, whole, types.boolean)),
         "lockstep": (_round_on_device, (array(real, 1),)),
@@ -121,12 +127,14 @@ def _values() -> dict[str, list[Any]]:
         np.tile([0.0, 1.0, 9.0], (n, 1)),
         np.zeros((n, observables.N_OBSERVABLES)),
         np.full((n, 40, observables.POINT_COLUMNS), np.nan),
+        stop_rows(osc)[np.newaxis],
     )
     buffers = (
         np.zeros((n, batch.BUFFER, columns.EVENT_COLUMNS)),
         np.zeros((n, batch.BUFFER, columns.MARK_COLUMNS), dtype=np.int64),
         np.zeros((n, batch.GRAZES, columns.GRAZE_COLUMNS)),
-        np.zeros((n, 3, 1, 2)),
+        np.zeros((n, 8, 1, 2)),
+        np.zeros((n, *arrays[0].shape[1:])),
     )
     cuda.jit(follow_on_device)[2, 2](arrays, buffers, observables.IMPACT_POINTS, False)
     counts = arrays[3][:, columns.N_IMPACTS]

@@ -5,22 +5,31 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+from collections.abc import Iterator
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
-from flint import arb, ctx, fmpq
+from flint import arb, fmpq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import percuss as pc
+from percuss.certified.numbers import precision
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, angle, as_float, as_fraction, cos_sin, number_problem
 from percuss.model.expression import Expression, expression, parameter
 
 W = parameter("w", "1.7")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _working_precision() -> Iterator[None]:
+    """400 bits, as long as these tests last: the precision is one for the process."""
+    with precision(400):
+        yield
 
 
 class Balls:
@@ -44,7 +53,6 @@ class Balls:
 
 def in_balls(given: Expression) -> arb:
     """Return the value of an expression, from Arb at 400 bits."""
-    ctx.prec = 400
     balls = Balls()
     values = {}
     for name, value in given.parameters:
@@ -149,7 +157,6 @@ def test_the_value_and_the_derivative_of_any_expression_are_those_of_an_independ
     given: Expression, value: Fraction
 ) -> None:
     given = given.replaced({"u": value})
-    ctx.prec = 400
     assert expression(str(given), **dict(given.parameters)) == given
     if given.problem() is not None:
         return

@@ -30,7 +30,9 @@ def test_an_oscillator_in_engineers_units_has_the_coefficients_of_unit_mass() ->
         stops=(Wall(-1.0, "below", 0.7), SoftStop(1.0, "above", stiffness=58.0, damping=3.0)),
     )
 
-    assert osc == Oscillator(
+    assert (osc.mass, osc.stiffness, osc.damping) == (2.0, 50.0, 0.5)
+    assert osc.stops[1] == SoftStop(1.0, "above", stiffness=58.0, damping=3.0)
+    assert osc.of_unit_mass() == Oscillator(
         stiffness=25.0,
         damping=0.125,
         stops=(Wall(-1.0, "below", 0.7), SoftStop(1.0, "above", stiffness=29.0, damping=0.75)),
@@ -38,7 +40,7 @@ def test_an_oscillator_in_engineers_units_has_the_coefficients_of_unit_mass() ->
 
 
 def test_division_by_the_mass_is_exact() -> None:
-    osc = Oscillator.from_mass(mass=3, stiffness="0.1", damping_coefficient=1)
+    osc = Oscillator.from_mass(mass=3, stiffness="0.1", damping_coefficient=1).of_unit_mass()
 
     assert as_fraction(osc.stiffness) == Fraction(1, 30)
     assert as_fraction(osc.damping) == Fraction(1, 6)
@@ -46,8 +48,8 @@ def test_division_by_the_mass_is_exact() -> None:
 
 def test_a_damping_ratio_is_a_fraction_of_critical_damping() -> None:
     """a = zeta sqrt(k/m), exact where the root is rational."""
-    exact = Oscillator.from_mass(mass=2, stiffness=18, damping_ratio="0.1")
-    rounded = Oscillator.from_mass(mass=1, stiffness=2, damping_ratio=1)
+    exact = Oscillator.from_mass(mass=2, stiffness=18, damping_ratio="0.1").of_unit_mass()
+    rounded = Oscillator.from_mass(mass=1, stiffness=2, damping_ratio=1).of_unit_mass()
 
     assert as_fraction(exact.damping) == Fraction(3, 10)
     assert rounded.damping == math.sqrt(2.0)
@@ -58,7 +60,7 @@ def test_a_force_is_divided_by_the_mass_too() -> None:
     osc = Oscillator.from_mass(mass=3.0, stiffness=10.0)
     force = cosine(2.0, amplitude=6.0, constant=20.0).per_mass(3.0)
 
-    assert as_fraction(force.constant) / as_fraction(osc.stiffness) == 2
+    assert as_fraction(force.constant) / as_fraction(osc.of_unit_mass().stiffness) == 2
     assert force.components()[0].cos == 2.0
 
 
@@ -69,8 +71,8 @@ def test_a_force_is_divided_by_the_mass_too() -> None:
         ({"mass": -2, "stiffness": 1.0}, "mass = -2: not positive"),
         ({"mass": 1.0, "stiffness": math.nan}, "stiffness = nan: not finite"),
         (
-            {"mass": 1.0, "stiffness": 1.0, "damping_coefficient": -0.1},
-            "damping_coefficient = -0.1: negative",
+            {"mass": 1.0, "stiffness": 1.0, "damping_coefficient": math.inf},
+            "damping_coefficient = inf: not finite",
         ),
         ({"mass": 1.0, "stiffness": 0.0, "damping_ratio": 0.1}, "needs a stiffness above 0, not 0"),
         (
@@ -150,3 +152,11 @@ def test_stops_keep_their_order_and_may_be_given_as_a_list() -> None:
     stops = [SoftStop(2.0, "above", -3.0), Wall(-1.0, "below"), SoftStop(1.0, "above", 5.0)]
 
     assert Oscillator(stops=stops).stops == tuple(stops)  # type: ignore[arg-type]
+
+
+def test_negative_damping_keeps_its_sign_in_engineers_units() -> None:
+    by_ratio = Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_ratio="-0.25")
+    by_coefficient = Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_coefficient=-5)
+
+    assert by_ratio.damping == by_coefficient.damping == -5
+    assert by_ratio.of_unit_mass().damping == -1.25

@@ -172,7 +172,8 @@ def test_constructors_keep_what_is_tied() -> None:
     for (path, tied), plain in zip(_numbers(osc), _numbers(numbers), strict=True):
         assert float(tied) == float(plain[1]), path
     heavier = replace_parameter(osc, None, None, "m", 8)[0]
-    assert float(heavier.damping) == 0.25 * math.sqrt(50 / 8)
+    assert float(heavier.damping) == 2 * 0.25 * math.sqrt(50 * 8)
+    assert float(heavier.of_unit_mass().damping) == 0.25 * math.sqrt(50 / 8)
     _, force = pc.ball_on_table("0.3", W, restitution="0.15")
     assert float(replace_parameter(osc, force, None, "w", 2)[1].harmonics[0].amplitude) == 1.2  # type: ignore[union-attr]
     assert pc.cosine(2, amplitude=W).per_mass(m).components()[0].cos == 0.85

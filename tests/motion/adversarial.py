@@ -96,11 +96,19 @@ def inward_of(stop: Wall | Soft) -> int:
     return 1 if stop.side == "above" else -1
 
 
-def near_grazing_cases(n: int, seed: int) -> Iterator[Case]:
-    """Yield n cases: every linear regime, up to four harmonics, soft stops, one or two walls."""
+def near_grazing_cases(n: int, seed: int, *, self_excited: bool = False) -> Iterator[Case]:
+    """Yield n cases: every linear regime, up to four harmonics, soft stops, one or two walls.
+
+    Self-excited ones have negative damping, as far as they have any; real roots are slow then, since
+    what grows by many powers of ten has no digits left of its start.
+    """
     rng = np.random.default_rng(seed)
     while n > 0:
         draws = _draw(rng, 2048)
+        if self_excited:
+            slow = np.where(draws["a"] > 1.0, 0.1, 1.0)
+            draws["k"], draws["a"] = slow**2 * draws["k"], -slow * draws["a"]
+            draws["soft_a"] = -draws["soft_a"]
         bounces = _bounces(draws, draws["turn"], draws["level"])
         draws = {name: column[bounces] for name, column in draws.items()}
         kept = _flown_back(draws)

@@ -25,21 +25,21 @@ WEIGHTS = {"displacement": (1,), "velocity": (0, 1), "acceleration": (0, 0, 1)}
 def test_a_mooring_line_pulls_hardest_at_its_entry() -> None:
     line = pc.SoftStop(at=0.5, side="above", stiffness=400e3, damping=400e3)
     buoy = pc.Oscillator.from_mass(50e3, stiffness=20e3, damping_coefficient=4e3, stops=(line,))
-    waves = pc.cosine("0.7854", amplitude=40e3, constant=10e3).per_mass(50e3)
+    waves = pc.cosine("0.7854", amplitude=40e3, constant=10e3)
     run = pc.simulate(buoy, waves, periods=200)
 
     last = run.extremes("stop_force", between=(run.t_end - 40.0, run.t_end))
 
     # In kN. The dashpot answers to the speed at the entry at once.
-    assert round(-50.0 * last.minimum, 2) == 883.04
+    assert round(-last.minimum / 1000, 2) == 883.04
     entries = run.crossings.t[run.crossings.direction == "in"]
     assert last.t_minimum in entries
     v = run.crossings.v[run.crossings.t == last.t_minimum][0]
-    assert last.minimum == pytest.approx(-2.0 * 4.0 * v, rel=4 * EPS)
+    assert last.minimum == pytest.approx(-400e3 * v, rel=4 * EPS)
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(0, 40, 2), pytest.param(range(400), marks=pytest.mark.nightly)], ids=len
+    "seeds", [range(0, 40, 4), pytest.param(range(400), marks=pytest.mark.nightly)], ids=len
 )
 def test_extremes_are_those_of_the_oracle(seeds: range) -> None:
     assert [fault for seed in seeds for fault in _faults(seed)] == []

@@ -21,6 +21,15 @@ def test_first_event_is_right_down_to_rounding_and_listed_below_it(seed: int) ->
     assert wrong == []
 
 
+@pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.nightly)])
+def test_first_event_is_right_where_damping_feeds_energy_in(seed: int) -> None:
+    cases = list(near_grazing_cases(5_000 if seed == 3 else 300, seed, self_excited=True))
+
+    wrong = [fault for case in cases for fault in faults_of(case)]
+
+    assert wrong == []
+
+
 def test_oracle_finds_the_touches_that_the_turning_points_promise() -> None:
     """The cases are built and judged at their turning points; here without that knowledge."""
     for case in near_grazing_cases(40, seed=2):

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 import percuss as pc
@@ -80,22 +81,32 @@ def test_what_is_as_long_as_it_may_be_says_so_of_both_its_ends(
     assert (branch.end_reason, len(branch)) == (both.format(3), 7)
 
 
-@pytest.mark.parametrize(("path", "high"), [(DAMPING, 0.3), (RESTITUTION, 1.0)])
-def test_a_branch_ends_where_there_is_no_such_system(path: str, high: float) -> None:
+def test_a_branch_ends_where_there_is_no_such_system() -> None:
     orbit = pc.find_orbit(pc.impact_oscillator("0.8", damping="0.05"), pc.cosine(2.6))
 
-    branch = pc.continue_orbit(orbit, over={path: (-0.1, high)})
+    branch = pc.continue_orbit(orbit, over={RESTITUTION: (-0.1, 1.0)})
 
     assert branch.values.min() == pytest.approx(0.0, abs=1e-9)
-    assert branch.values.max() == high
+    assert branch.values.max() == 1.0
     assert "there is no such system" in branch.end_reason
 
 
-@pytest.mark.parametrize(("path", "high"), [(DAMPING, 0.3), (RESTITUTION, 0.9)])
+def test_a_branch_passes_from_damping_to_excitation() -> None:
+    orbit = pc.find_orbit(pc.impact_oscillator("0.8", damping="0.05"), pc.cosine(2.6))
+
+    branch = pc.continue_orbit(orbit, over={DAMPING: (-0.1, 0.3)})
+
+    assert (branch.values.min(), branch.values.max()) == (-0.1, 0.3)
+    # The product of the multipliers is r^2 exp(-2 a T).
+    period = orbit.period
+    expected = 0.64 * np.exp(-2.0 * branch.values * period)
+    np.testing.assert_allclose(np.prod(branch.multipliers, axis=1).real, expected, rtol=1e-11)
+
+
 def test_a_branch_with_sticking_ends_where_there_is_no_such_system(
-    sticking: pc.PeriodicOrbit, path: str, high: float
+    sticking: pc.PeriodicOrbit,
 ) -> None:
-    branch = pc.continue_orbit(sticking, over={path: (-0.1, high)})
+    branch = pc.continue_orbit(sticking, over={RESTITUTION: (-0.1, 0.9)})
 
     assert "there is no such system" in branch.end_reason
 

@@ -7,6 +7,7 @@ import pytest
 
 import percuss as pc
 from percuss.arrays import Floats
+from percuss.motion.sections import SectionDirection
 
 WALLS = (pc.Wall(0.4, "above", 0.7), pc.Wall(-0.5, "below", 0.9))
 SOFT = (pc.SoftStop(0.2, "above", 29.0, 0.7), pc.SoftStop(-0.3, "below", 5.0, 0.2))
@@ -150,3 +151,80 @@ def test_a_stop_that_others_shield_is_nowhere_met_in_thousands_of_impacts() -> N
 def test_what_does_not_fit_is_told_in_a_sentence(call: object, message: str) -> None:
     with pytest.raises(pc.ParameterError, match=message):
         call(pc.impact_oscillator(0.8), pc.sine(3))  # type: ignore[operator]
+
+
+SECTIONS: list[tuple[str, float, SectionDirection]] = [("walls", 0.1, "up"), ("soft stops", 0.2, "up"), ("soft stops", -0.1, "down"),
+            ("soft stop before a wall", 0.3, "up"), ("elastic", 0.4, "both"),
+            ("no spring", 0.05, "down")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "at", "direction"), SECTIONS)
+def test_section_map_is_what_a_run_does(name: str, at: float, direction: SectionDirection) -> None:
+    osc, force = SYSTEMS[name]
+    assert force.period is not None
+    v = -0.8 if direction == "down" else 0.8
+    section = pc.section_map(osc, force, at=at, direction=direction)
+    run = pc.simulate(osc, force, at, v, 0.3 * force.period, periods=30)
+    passages = run.section(at=at, direction=direction)
+
+    point = np.array([0.3, v])
+    for k in range(3):
+        point = np.array(section(*point))
+        cycle = passages.t.values[k] / force.period
+        assert around(point[0] - cycle) == pytest.approx(0, abs=1e-12)
+        assert point[1] == pytest.approx(float(passages.v[k]), abs=1e-12)
+
+
+@pytest.mark.parametrize(("name", "at", "direction"), SECTIONS)
+def test_derivative_of_the_section_map_agrees_with_central_differences(
+    name: str, at: float, direction: SectionDirection
+) -> None:
+    section = pc.section_map(*SYSTEMS[name], at=at, direction=direction)
+    cycles = np.array([0.1, 0.35, 0.6])
+    v = (-1.0 if direction == "down" else 1.0) * np.array([0.9, 1.4, 1.1])
+    h = 1e-6
+
+    by_cycle = [np.stack(section(cycles + sign * h, v)) for sign in (1.0, -1.0)]
+    by_speed = [np.stack(section(cycles, v + sign * h)) for sign in (1.0, -1.0)]
+    columns = [(by_cycle[0] - by_cycle[1]), (by_speed[0] - by_speed[1])]
+    columns[0][0], columns[1][0] = around(columns[0][0]), around(columns[1][0])
+
+    expected = np.stack(columns, axis=-1).transpose(1, 0, 2) / (2.0 * h)
+    np.testing.assert_allclose(section.jacobian(cycles, v), expected, rtol=2e-6, atol=2e-6)
+
+
+def test_an_orbit_has_its_multipliers_at_every_section() -> None:
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    orbit = pc.find_orbit(osc, pc.cosine("2.4"))
+    passages = orbit.trajectory(1).section(at=0.1, direction="up")
+    section = pc.section_map(osc, pc.cosine("2.4"), at=0.1, direction="up")
+
+    product = np.eye(2)
+    for t, v in zip(passages.t.values, passages.v.values, strict=True):
+        product = section.jacobian(t / orbit.period, v) @ product
+
+    found = np.sort_complex(np.linalg.eigvals(product))
+    np.testing.assert_allclose(found, np.sort_complex(orbit.multipliers), atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"at": 0.9}, "x0 = 0.9"),
+        ({"at": 0.1, "direction": "in"}, "direction = 'in': none of up, down, both"),
+        ({"at": math.inf}, "at = inf"),
+    ],
+)
+def test_a_section_that_is_none_is_refused(keywords: dict[str, object], message: str) -> None:
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.section_map(*SYSTEMS["walls"], **keywords)  # type: ignore[arg-type]
+
+
+def test_a_velocity_against_the_direction_is_refused_and_no_passage_is_nan() -> None:
+    section = pc.section_map(*SYSTEMS["walls"], at=0.1, direction="up")
+    with pytest.raises(pc.ParameterError, match="no velocity of a passage x = 0"):
+        section(0.3, -1.0)
+    far = pc.section_map(pc.Oscillator(1, 1), pc.cosine(2, amplitude="0.1"), at=3.0)
+
+    assert np.isnan(far(0.0, 1.0)[1]) or float(far(0.0, 1.0)[1]) < 0.0
+    assert np.isnan(far.jacobian(0.0, -1.0)).all()

@@ -20,7 +20,7 @@ TWO_HARMONICS = "".join(
             HEAD.replace("[start]", "restitutoin = 1\n[start]") + RUN,
             (
                 "s.toml:2: oscillator.restitutoin: unknown key; known here: "
-                "stiffness, damping, mass, damping_coefficient, damping_ratio, stops"
+                "stiffness, damping, mass, damping_coefficient, damping_ratio, units, stops"
             ),
         ),
         (
@@ -204,7 +204,7 @@ def test_all_faults_of_a_file_are_reported_at_once_in_the_order_of_lines() -> No
     text = """\
 [oscillator]
 stifness = 1
-damping = -0.1
+damping = inf
 stops = [
   {type = "wall", at = 0.5, side = "below", restitution = 2},
   {type = "spring", at = 1},
@@ -264,4 +264,30 @@ def test_a_start_is_checked_against_the_walls_that_are_right() -> None:
     assert [fault.split(": ")[1] for fault in faults_of(text)] == [
         "start.x0 = 3",
         "oscillator.stops.0.restitution = 7",
+    ]
+
+
+UNITS = "[oscillator]\nmass = 2\nstiffness = 1\nunits = {units}\n[start]\nx0 = 0\nv0 = 1\n[run]\nt_end = 1\n"
+
+
+@pytest.mark.parametrize(
+    ("units", "fault"),
+    [
+        ('{length = "s", mass = "kg"}', 'units.length = "s": a unit of time, not of length'),
+        ('{lenght = "m", mass = "kg"}', 'units.lenght: unknown key; did you mean "length"?'),
+        ('{length = "m"}', "units.mass: missing; the oscillator has a mass"),
+        ('{length = 1, mass = "kg"}', "units.length = 1: not a text; put it in quotes"),
+    ],
+)
+def test_units_that_do_not_fit_are_faults_of_a_line(units: str, fault: str) -> None:
+    assert faults_of(UNITS.format(units=units)) == [f"s.toml:4: oscillator.{fault}"]
+
+
+def test_units_of_pictures_are_those_of_the_oscillator() -> None:
+    text = UNITS.format(units='{length = "m", time = "s", mass = "kg"}')
+    drawn = f'{text}[draw]\nlength_unit = "mm"\ntime_unit = "kg"\n'
+
+    assert faults_of(drawn) == [
+        's.toml:11: draw.length_unit = "mm": oscillator.units says m',
+        's.toml:12: draw.time_unit = "kg": a unit of mass, not of time',
     ]

@@ -66,8 +66,11 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
         ),
         (
             "branch",
-            '[over]\n"oscillator.damping" = [\n -1,\n 1]',
-            "s.toml:14: over.oscillator.damping.0 = -1: negative; it would feed energy in",
+            '[over]\n"oscillator.stops.0.restitution" = [\n -1,\n 1]',
+            (
+                "s.toml:14: over.oscillator.stops.0.restitution.0 = -1: outside [0, 1]; below 0 the "
+                "motion would pass through the wall"
+            ),
         ),
         (
             "branch",
@@ -207,6 +210,7 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
             ),
         ),
         ("lyapunov", "[lyapunov]\nperiods = 3", "s.toml:13: lyapunov.periods = 3: less than 64"),
+        ("orbits", "[orbits]\neffort = 0.05", "s.toml:13: orbits.effort = 0.05: less than 0.1"),
     ],
 )
 def test_one_fault_is_one_sentence_with_its_line_and_path(kind: str, own: str, fault: str) -> None:
@@ -271,8 +275,8 @@ def test_a_start_that_is_left_out_must_be_one() -> None:
 @pytest.mark.parametrize(
     ("right", "wrong", "path"),
     [
-        ('damping = "0.05"', "damping = -1", "forcing.omgea"),
-        ('damping = "0.05"', "damping = -1", "oscillator.dampin"),
+        ('damping = "0.05"', "damping = 1e200", "forcing.omgea"),
+        ('damping = "0.05"', "damping = 1e200", "oscillator.dampin"),
         ("omega = 1", "omega = 0", "forcing.omgea"),
         ("at = 1", 'at = "x"', "oscillator.stops.0.att"),
     ],

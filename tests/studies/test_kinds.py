@@ -32,7 +32,7 @@ svg = false
 QUESTIONS = {
     "motion": "[start]\nx0 = 0\nv0 = 0\n[run]\nperiods = 3\n",
     "orbit": "[orbit]\nimpacts = 1\ncycle = 0.01\nv_after = -1.3\nsequence = [0]\n",
-    "orbits": "[orbits]\nmax_impacts = 1\nmax_periods = 1\n",
+    "orbits": "[orbits]\nmax_impacts = 1\nmax_periods = 1\neffort = 0.5\n",
     "branch": '[orbit]\n[branch]\nlargest_step = 0.1\n[over]\n"forcing.amplitude" = [1, "0.09"]\n',
     "curve": '[over]\n"forcing.amplitude" = ["0.09", 1]\n"forcing.omega" = ["0.99", "1.01"]\n'
     '[curve]\npoints = ["grazing"]\n',

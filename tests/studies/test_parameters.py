@@ -156,10 +156,10 @@ def test_all_faults_of_parameters_are_told_at_once_with_line_and_path() -> None:
     [
         ("A = 1", "A = 1\nB = 2", "study:8: parameters.B: no number of the model uses it"),
         (
-            "stiffness = 0",
-            'stiffness = 0\ndamping = "1.7 - w"',
-            ('study:31: over.w.1 = "1.79": there oscillator.damping = 1.7-w is negative; it would '
-            "feed energy in"),
+            'restitution = "0.15"',
+            'restitution = "w - 0.7"',
+            ('study:30: over.w.1 = "1.79": there oscillator.stops.0.restitution = w-0.7 is outside '
+            "[0, 1]"),
         ),
         (
             "w = [",
@@ -179,6 +179,29 @@ def test_all_faults_of_parameters_are_told_at_once_with_line_and_path() -> None:
 )  # fmt: skip
 def test_a_fault_of_a_parameter_names_its_place(old: str, new: str, fault: str) -> None:
     assert any(line.startswith(fault) for line in faults_of(BALL.replace(old, new, 1)))
+
+
+def test_a_parameter_with_the_name_of_the_measure_asked_for_is_a_fault() -> None:
+    text = """[study]
+kind = "sweep"
+[parameters]
+min_displacement = "0.05"
+[oscillator]
+damping = "min_displacement"
+[forcing]
+omega = 2
+cos = [1]
+[sweep]
+measure = ["min_displacement"]
+[over]
+min_displacement = ["0.05", "0.1"]
+"""
+    assert faults_of(text) == [
+        (
+            "study:13: over.min_displacement: the name of a measure that is asked for; give the "
+            "parameter another name"
+        )
+    ]
 
 
 def test_parameters_that_are_no_table_are_a_fault() -> None:
@@ -214,9 +237,14 @@ v0 = 0
 t_end = 1
 """
     study = parse_study(text)
-    assert float(study.oscillator.stiffness) == 25.0
+    assert float(study.oscillator.stiffness) == 50.0
+    assert float(study.oscillator.of_unit_mass().stiffness) == 25.0
     assert parse_study(study.text()) == study
     assert 'mass = "m"' in study.text()
+    named = text.replace(
+        'mass = "m"', 'mass = "m"\nunits = {length = "m", time = "s", mass = "kg"}'
+    )
+    assert parse_study(named).oscillator.units == pc.Units("m", "s", "kg")
 
 
 def test_numbers_without_parameters_are_what_they_were() -> None:

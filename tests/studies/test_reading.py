@@ -124,14 +124,14 @@ t_end = 1
 """
 
 
-def test_a_study_with_a_mass_is_divided_by_it_as_in_python() -> None:
+def test_a_study_with_a_mass_is_the_oscillator_with_it_as_in_python() -> None:
     stop = SoftStop(1, "above", 400, 10)
     force = Forcing((Harmonic("1/3", 1),), 10)
 
     study = parse_study(WITH_MASS)
 
-    assert study.oscillator == Oscillator.from_mass(50, 20, damping_ratio="0.25", stops=(stop,))
-    assert study.forcing == force.per_mass(50)
+    assert study.oscillator == Oscillator.from_mass("50", 20, damping_ratio="0.25", stops=(stop,))
+    assert study.forcing == force
 
 
 def test_a_study_with_a_mass_keeps_its_units_in_its_text() -> None:

@@ -142,7 +142,7 @@ def test_a_job_ends_with_its_client(study: dict[str, Any]) -> None:
 
 
 def test_faults_come_back_with_their_paths(study: dict[str, Any]) -> None:
-    study["oscillator"]["damping"] = "-1"
+    study["oscillator"]["damping"] = "x"
     (header,) = ids_answered([message(3, "explore", study)])
 
     assert header["kind"] == "fault"

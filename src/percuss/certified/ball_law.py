@@ -17,7 +17,7 @@ from percuss.certified.system import BallSystem, Region, Tone
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, Phase, angle, as_fraction
 from percuss.model.expression import Expression
-from percuss.model.paths import long_form, moved_fields, replace_parameter
+from percuss.model.paths import long_form, moved_in_law, replace_parameter
 
 __all__ = [
     "BallLaw",
@@ -69,8 +69,8 @@ def system_for(system: BallSystem, over: Over | None) -> BallSystem:
     ((name, values),) = over.items()
     path = long_form(name, system.oscillator, system.forcing)
     allowed = ["forcing.constant", *(tone.amplitude for tone in system.tones)]
-    moved = moved_fields(system.oscillator, system.forcing, None, path).fields
-    if path in moved:
+    moved = moved_in_law(system.oscillator, system.forcing, path).fields
+    if path.startswith(("oscillator.", "forcing.")):
         if system.forcing is None or path not in allowed:
             reason = f"no number of the force that may be a ball; these may: {', '.join(allowed)}"
             raise ParameterError("over", name, reason)
@@ -78,7 +78,7 @@ def system_for(system: BallSystem, over: Over | None) -> BallSystem:
         reason = "no parameter that may be a ball: the place or restitution of a stop depends on it"
         raise ParameterError("over", name, reason)
     low, high = _ends(path, values)
-    if path not in moved:
+    if "." not in path:
         for end in (low, high):
             replace_parameter(system.oscillator, system.forcing, None, path, end)
     return dataclasses.replace(system, moved=(path, low, high))
@@ -173,10 +173,11 @@ class BallLaw:
         # What is no exact number of the system, by path.
         self._values = {field: in_balls(number, {}) for field, number in system.irrational.items()}
         if path is not None and value is not None:
-            name, moved = moved_fields(system.oscillator, system.forcing, None, path)
+            name, moved = moved_in_law(system.oscillator, system.forcing, path)
             self._values |= {
                 field: in_balls(number, {name: value}) for field, number in moved.items()
             }
+        self.mass = self._mass(path, value)
         self.tones = [self._tone(tone) for tone in system.tones]
         self.omegas = [omega for omega, _, _ in self.tones]
         self.strength = [upper(constant_of(c)) + upper(constant_of(d)) for _, c, d in self.tones]
@@ -205,6 +206,16 @@ class BallLaw:
             turns = int(self.system.numbers[omega] / frequency)
             return 2 * n * turns * arb.pi() / self.number(omega)
         return 2 * n * arb.pi() / ball(frequency)
+
+    def _mass(self, path: str | None, value: Number | None) -> Number:
+        """Return the mass by which forces per unit mass are multiplied; 1 without one."""
+        mass = 1 if self.system.oscillator.mass is None else self.system.oscillator.mass
+        if path == "oscillator.mass" and value is not None:
+            return value
+        if isinstance(mass, Expression):
+            known = {} if path is None or value is None else {path: value}
+            return in_balls(mass, known)
+        return ball(as_fraction(mass))
 
     @property
     def has_exact_frequencies(self) -> bool:
@@ -252,6 +263,8 @@ class BallLaw:
         regime, rate = self._regime(region, stiffness, damping)
         pace = upper(constant_of(stiffness)) ** 0.5 * 1.000001
         growth = (pace * pace - float(constant_of(stiffness).lower())) / (2.0 * pace) * 1.0001
+        # Negative damping makes the norm grow by exp(2 abs(a) s) at most.
+        growth += max(0.0, -2.0 * float(constant_of(damping).lower())) * 1.0001
         gains = tuple(
             self._gain(tone, omega, region, stiffness, damping)
             for tone, omega in zip(self.system.tones, self.omegas, strict=True)

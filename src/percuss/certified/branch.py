@@ -24,7 +24,7 @@ from percuss.certified.shooting import (
     vector_of,
 )
 from percuss.certified.system import BallSystem, system_of
-from percuss.model.paths import moved_fields, replace_parameter
+from percuss.model.paths import moved_in_law, replace_parameter
 
 __all__ = [
     "ParameterBranch",
@@ -57,16 +57,17 @@ def system_over(system: BallSystem, path: str, low: Fraction, high: Fraction) ->
         comes or goes, between the two: then what holds at one value is not so at all.
     """
     middle = system_at(system, path, (low + high) / 2)
-    name, moved = moved_fields(middle.oscillator, middle.forcing, None, path)
+    moved = moved_in_law(middle.oscillator, middle.forcing, path).fields
+    is_own = path.startswith(("oscillator.", "forcing."))
     # Phases are numbers of tones.
-    known = {*middle.numbers, *(tone.phase_path for tone in middle.tones if name != "x")}
+    known = {*middle.numbers, *(tone.phase_path for tone in middle.tones if not is_own)}
     if not moved.keys() <= known:
         raise Undecided("precision", f"{path} is no number that can be a ball here")
     if any(_layout(system_at(system, path, end)) != _layout(middle) for end in (low, high)):
         reason = f"stops change their order, or a part of the forcing goes, where {path} moves"
         raise Undecided("precision", reason)
     system = dataclasses.replace(middle, moved=(path, low, high))
-    if path not in moved and not _are_ordered(system):
+    if not is_own and not _are_ordered(system):
         raise Undecided("precision", f"stops may change their order where {path} moves")
     return system
 

@@ -398,8 +398,9 @@ class BallMotion:
 
     def _list_impact(self, wall: int, t: arb, v: arb) -> arb:
         """List an impact, and return the velocity after it."""
-        r = self.system.numbers[f"oscillator.stops.{wall}.restitution"]
-        after = -ball(r) * v if r else arb(0)
+        path = f"oscillator.stops.{wall}.restitution"
+        # An irrational number is not 0, whatever its ball holds.
+        after = -self.law.number(path) * v if self.system.numbers[path] else arb(0)
         self.record.impacts.append(ImpactRow(t, v, after, wall))
         self.record.n_entries += 1
         return after
@@ -410,10 +411,10 @@ class BallMotion:
         assert wall is not None
         assert self.now is not None
         path = f"oscillator.stops.{wall}.restitution"
-        exact, r = self.system.numbers[path], ball(self.system.numbers[path])
+        r = self.law.number(path)
         after = self._list_impact(wall, t, v)
         region, at = self.now.region, self.system.bounds[bound].at
-        if exact == 0:
+        if self.system.numbers[path] == 0:
             self._land(region, bound, t, self.now.time if flight is None else None)
             return
         sign = -self._inward(region, bound)
@@ -429,7 +430,7 @@ class BallMotion:
             point = arrival.point[0], -r * arrival.point[1]
             self._depart(Departure(region, at, start.cloud.image(point, derivative), bound), t)
         self.fastest = max(self.fastest, float(v.abs_lower()))
-        if exact < 1 and after.abs_upper() < SLOW * self.fastest:
+        if r < 1 and after.abs_upper() < SLOW * self.fastest:
             speed = sign * after
             finest = ball(self.limits.finest) * (abs(t).upper() + self.width)
             rest = chatter_end(self.system, region, bound, sign, (t, speed), r, finest)

@@ -123,7 +123,7 @@ def exact_times(t: ArrayLike | Phase | Sequence[Phase]) -> tuple[list[Phase], tu
 
 
 def energy_of(system: BallSystem, state: BallPair) -> arb:
-    """Return the kinetic energy and that of all springs, per unit mass."""
+    """Return the kinetic energy and that of all springs."""
     x, v = state
     law = law_of(system)
     energy = (v * v + law.number("oscillator.stiffness") * x * x) / 2
@@ -131,11 +131,11 @@ def energy_of(system: BallSystem, state: BallPair) -> arb:
         if isinstance(stop, SoftStop):
             depth = _depth(system, i, x).max(arb(0))
             energy += law.number(f"oscillator.stops.{i}.stiffness") * depth * depth / 2
-    return energy
+    return energy * law.mass
 
 
 def forces_of(system: BallSystem, record: MarchRecord, time: Phase, state: BallPair) -> list[arb]:
-    """Return spring, damping, forcing and the force of each stop, per unit mass."""
+    """Return spring, damping, forcing and the force of each stop."""
     x, v = state
     law, t = law_of(system), time_ball(time)
     spring = -law.number("oscillator.stiffness") * x
@@ -153,7 +153,7 @@ def forces_of(system: BallSystem, record: MarchRecord, time: Phase, state: BallP
             continue
         sticks = t > row.start and (row.release is None or t < row.release)
         stops[row.stop] = -others if sticks else between(stops[row.stop], -others)
-    return [spring, damping, driving, *stops]
+    return [force * law.mass for force in (spring, damping, driving, *stops)]
 
 
 def _depth(system: BallSystem, stop: int, x: arb) -> arb:

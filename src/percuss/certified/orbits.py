@@ -74,7 +74,12 @@ def _proof(system: BallSystem, orbit: PeriodicOrbit, digits: int) -> Proof:
         return _sticking(system, orbit, digits)
     if len(orbit.itinerary) == 0:
         return steady_proof(system, orbit)
-    if not orbit.isolated or not orbit.n_periods:
+    if orbit.isolated and not orbit.n_periods:
+        reason = (
+            "the period of a limit cycle is an unknown; certify(orbit.trajectory()) proves a run"
+        )
+        raise Undecided("precision", reason)
+    if not orbit.isolated:
         if not system.is_exact:
             reason = "the closed form of a family is of exact numbers, and one is a ball here"
             raise Undecided("precision", reason)

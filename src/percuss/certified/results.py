@@ -42,6 +42,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, parameter_paths
 from percuss.model.start import Start
+from percuss.motion.trajectory import labelled
 
 if TYPE_CHECKING:
     # A second of import, and only `sample` needs it.
@@ -295,7 +296,7 @@ class CertifiedRun:
         return self._dataset("period", np.arange(len(times)), times)
 
     def forces(self, t: ArrayLike | Phase) -> Dataset:
-        """Return the forces on the mass at times t, per unit mass, with radii.
+        """Return the forces on the mass at times t, with radii; per unit mass without a mass.
 
         Parameters
         ----------
@@ -335,10 +336,11 @@ class CertifiedRun:
             stops = np.reshape(values[3:], (len(self.oscillator.stops), len(times)))
             data["stops" + suffix] = (("stop", "t"), stops)
         coords = {"t": [as_float(time) for time in times]}
-        return xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
+        found = xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
+        return labelled(found, self.oscillator.units)
 
     def energy(self, t: ArrayLike | Phase) -> Balls:
-        """Return the mechanical energy per unit mass at times t.
+        """Return the mechanical energy at times t; per unit mass where there is no mass.
 
         Parameters
         ----------
@@ -348,7 +350,8 @@ class CertifiedRun:
         Returns
         -------
         Balls
-            v^2 / 2 + k x^2 / 2 and the springs of the soft stops [length^2/time^2], of t's shape.
+            m v^2 / 2 + k x^2 / 2 and the springs of the soft stops [mass length^2/time^2], of t's
+            shape.
 
         Raises
         ------
@@ -384,7 +387,9 @@ class CertifiedRun:
             "v": (name, v.mid()),
             "v_radius": (name, v.radius()),
         }
-        return xarray.Dataset(data, coords={name: index}, attrs={"outcome": self.outcome.value})
+        coords = {name: index}
+        found = xarray.Dataset(data, coords=coords, attrs={"outcome": self.outcome.value})
+        return labelled(found, self.oscillator.units)
 
 
 def _inside(instant: Ball, towards: float) -> float:
@@ -410,9 +415,9 @@ def run_of_record(
         outcome=record.ending,
         reason=record.reason,
         impacts=impacts,
-        crossings=crossings_of(record),
-        contacts=contacts_of(record),
-        grazes=grazes_of(record),
+        crossings=crossings_of(system, record),
+        contacts=contacts_of(system, record),
+        grazes=grazes_of(system, record),
         wanted_digits=digits,
         precision=record.bits,
         bits_spent=spent,

@@ -10,8 +10,11 @@ from functools import lru_cache
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, angle, as_fraction
 from percuss.model.expression import Expression, parameters_in
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing, FourierTerm
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.restitution import RestitutionTable
+from percuss.model.system import System
 
 __all__ = ["BallSystem", "Bound", "Region", "Tone", "system_of"]
 
@@ -69,7 +72,7 @@ class BallSystem:
     oscillator, forcing
         As they were given.
     numbers
-        The numbers by their paths.
+        The numbers by their paths; those of unit mass.
     tones
         The harmonics of the forcing.
     bounds, regions
@@ -133,21 +136,27 @@ def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
     Raises
     ------
     ParameterError
-        If a stop has an irrational place or restitution, or a number may be zero or not.
+        If a stop has an irrational place or a table of restitutions, or a number may be zero or
+        not.
     """
     parameters_in(osc, force)  # one name has one value
+    refuse_record(force, "a proof")
+    unit, push = System(osc, force).of_unit_mass
     numbers = _Numbers(
         {
-            "oscillator.stiffness": osc.stiffness,
-            "oscillator.damping": osc.damping,
-            "forcing.constant": force.constant if force is not None else 0,
+            "oscillator.stiffness": unit.stiffness,
+            "oscillator.damping": unit.damping,
+            "forcing.constant": push.constant if push is not None else 0,
         }
     )
-    for i, stop in enumerate(osc.stops):
+    for i, stop in enumerate(unit.stops):
+        if isinstance(stop, Wall) and isinstance(stop.restitution, RestitutionTable):
+            reason = "a table over the speed; a proof needs one restitution for all impacts"
+            raise ParameterError(f"oscillator.stops.{i}.restitution", stop.restitution, reason)
         names = ("at", "restitution") if isinstance(stop, Wall) else ("at", "stiffness", "damping")
         for name in names:
             numbers.add(f"oscillator.stops.{i}.{name}", getattr(stop, name))
-    tones = _tones(force, numbers) if force is not None else ()
+    tones = _tones(push, numbers) if push is not None else ()
     exact = numbers.exact
     bounds = _bounds(osc, exact)
     regions = _regions(osc, exact, bounds)
@@ -168,8 +177,8 @@ class _Numbers:
         number = self.exact[path] = as_fraction(value)
         if not isinstance(value, Expression) or (value.is_exact and not value.angle()[0]):
             return
-        if path.endswith((".at", ".restitution")):
-            reason = "irrational; a proof needs stops with rational places and restitutions"
+        if path.endswith(".at"):
+            reason = "irrational; a proof needs stops at rational places"
             raise ParameterError(path, value, reason)
         if number == 0:
             raise ParameterError(path, value, "not told from 0 by 4800 bits")

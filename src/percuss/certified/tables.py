@@ -17,7 +17,9 @@ from percuss.certified.ball_law import law_of
 from percuss.certified.march import ContactRow, CrossingRow, GrazeRow, ImpactRow, MarchRecord
 from percuss.certified.numbers import ball
 from percuss.certified.system import BallSystem
-from percuss.motion.tables import COLUMNS, EventTable
+from percuss.model.oscillator import mass_of
+from percuss.model.units import Units
+from percuss.motion.tables import COLUMNS, EventColumn, EventTable
 
 __all__ = [
     "BallTable",
@@ -51,17 +53,18 @@ class BallTable(EventTable):
 
     __slots__ = ()
 
-    def _columns(self) -> Iterator[tuple[str, str, Any]]:
-        for name, meaning in COLUMNS[self.dimension].items():
+    def _columns(self) -> Iterator[tuple[str, EventColumn, Any]]:
+        for name, about in COLUMNS[self.dimension].items():
             # The error bound of a float run is the radius here.
             if name == "error_bound":
                 continue
             column = getattr(self, name)
             if isinstance(column, Balls):
-                yield name, meaning, column.mid()
-                yield f"{name}_radius", f"radius of the {meaning}", column.radius()
+                radius = about._replace(meaning=f"radius of the {about.meaning}")
+                yield name, about, column.mid()
+                yield f"{name}_radius", radius, column.radius()
             else:
-                yield name, meaning, column
+                yield name, about, column
 
     def __repr__(self) -> str:
         """Return the number of events, and the fewest digits of their instants."""
@@ -85,6 +88,10 @@ class CertifiedImpacts(BallTable):
         (t / period) mod 1, in [0, 1) up to the radius; NaN without a period.
     intervals
         Flight times [time]: from the impact before, the first from the start.
+    impulse
+        The wall's impulse on the mass [mass length/time]; per unit mass without a mass.
+    mass, units
+        Those of the oscillator, or None.
     """
 
     dimension: ClassVar[str] = "impact"
@@ -94,14 +101,9 @@ class CertifiedImpacts(BallTable):
     stop: Integers
     cycle: Balls
     intervals: Balls
-
-    @property
-    def impulse(self) -> Balls:
-        """The wall's impulse per unit mass, v_after - v_before [length/time]."""
-        return Balls.of(
-            after - before
-            for after, before in zip(self.v_after.arbs, self.v_before.arbs, strict=True)
-        )
+    impulse: Balls
+    mass: float | None = None
+    units: Units | None = None
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -123,6 +125,7 @@ class CertifiedCrossings(BallTable):
     v: Balls
     stop: Integers
     direction: NDArray[np.str_]
+    units: Units | None = None
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -146,6 +149,7 @@ class CertifiedContacts(BallTable):
     release: Balls
     stop: Integers
     n_impacts: Integers
+    units: Units | None = None
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -166,6 +170,7 @@ class CertifiedGrazes(BallTable):
     t: Balls
     stop: Integers
     clearance: Balls
+    units: Units | None = None
 
 
 def impacts_of(system: BallSystem, rows: list[ImpactRow], start: arb) -> CertifiedImpacts:
@@ -183,22 +188,37 @@ def impacts_of(system: BallSystem, rows: list[ImpactRow], start: arb) -> Certifi
         cycles = [number - number.mid().floor().mid() for number in periods]
     t, v_before, v_after, stop = _columns_of(ImpactRow, rows)
     intervals = (later - earlier for earlier, later in pairwise([start, *instants]))
-    return CertifiedImpacts(t, v_before, v_after, stop, Balls.of(cycles), Balls.of(intervals))
+    mass = law_of(system).mass
+    impulses = (mass * (row.v_after - row.v_before) for row in rows)
+    return CertifiedImpacts(
+        t,
+        v_before,
+        v_after,
+        stop,
+        Balls.of(cycles),
+        Balls.of(intervals),
+        Balls.of(impulses),
+        mass_of(system.oscillator),
+        system.oscillator.units,
+    )
 
 
-def crossings_of(record: MarchRecord) -> CertifiedCrossings:
+def crossings_of(system: BallSystem, record: MarchRecord) -> CertifiedCrossings:
     """Return the crossings of a record."""
-    return CertifiedCrossings(*_columns_of(CrossingRow, record.crossings))
+    t, v, stop, direction = _columns_of(CrossingRow, record.crossings)
+    return CertifiedCrossings(t, v, stop, direction, system.oscillator.units)
 
 
-def contacts_of(record: MarchRecord) -> CertifiedContacts:
+def contacts_of(system: BallSystem, record: MarchRecord) -> CertifiedContacts:
     """Return the contacts of a record."""
-    return CertifiedContacts(*_columns_of(ContactRow, record.contacts))
+    start, release, stop, n_impacts = _columns_of(ContactRow, record.contacts)
+    return CertifiedContacts(start, release, stop, n_impacts, system.oscillator.units)
 
 
-def grazes_of(record: MarchRecord) -> CertifiedGrazes:
+def grazes_of(system: BallSystem, record: MarchRecord) -> CertifiedGrazes:
     """Return the touch at which a record ends, or none."""
-    return CertifiedGrazes(*_columns_of(GrazeRow, record.grazes))
+    t, stop, clearance = _columns_of(GrazeRow, record.grazes)
+    return CertifiedGrazes(t, stop, clearance, system.oscillator.units)
 
 
 def _columns_of(kind: type[EventRow], rows: Sequence[EventRow]) -> Iterator[Any]:

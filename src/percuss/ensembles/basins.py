@@ -13,7 +13,12 @@ import numpy as np
 from percuss.arrays import Floats, Integers
 from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, label_starts
 from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
-from percuss.ensembles.datasets import attributes_of, coordinates_of, warn_of_failures
+from percuss.ensembles.datasets import (
+    attributes_of,
+    coordinates_of,
+    warn_of_failures,
+    with_units,
+)
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.grid import Grid, Group, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
@@ -292,7 +297,8 @@ def _dataset(
     attrs = attributes_of(grid.motion(), answer) | {
         "failed": no_starts(answer), "undecided": undecided, "n_starts": n,
     }  # fmt: skip
-    return xarray.Dataset(data, coords=coordinates_of(starts.dimensions), attrs=attrs)
+    dataset = xarray.Dataset(data, coords=coordinates_of(starts.dimensions), attrs=attrs)
+    return with_units(dataset, grid.osc.units)
 
 
 def _points(

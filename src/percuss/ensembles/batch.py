@@ -12,7 +12,9 @@ from percuss.ensembles.threads import check_wanted, stop_flag
 from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law_columns import N_HARMONICS
+from percuss.kernels.law_columns import MASS, N_HARMONICS, STOP_COLUMNS
+from percuss.kernels.linear_observables import Scratch
+from percuss.kernels.observables import LoadSpace
 from percuss.motion.reach import free_until
 
 __all__ = [
@@ -43,16 +45,22 @@ class Plan:
         (n,) arrays [time]: observables and strobes begin at ``since``, strobes come every
         ``every``, the motion ends at ``until``.
     section
-        `observables.NO_POINTS`, `observables.STROBES` or `observables.IMPACT_POINTS`.
+        `observables.NO_POINTS`, `observables.STROBES`, `observables.IMPACT_POINTS` or
+        `observables.PASSAGES`.
     n_points
         Number of points kept, the last ones, >= 1.
     with_extremes
         Whether extremes of x and the work of the dashpots are recorded: it takes twice as long.
+    with_loads
+        Whether the loads are recorded: peaks of forces, and means: it takes five times as long.
     max_impacts
         Impacts from the start after which a motion ends, >= 1.
     edges
         (n, m + 1) array [time], rising: the greatest impact speeds in the intervals between them
         are recorded, also before ``since``; None records none.
+    level, way
+        The displacement [length] whose passages are kept, and the sign of the velocity there, 0
+        for either.
     """
 
     since: Floats
@@ -61,8 +69,11 @@ class Plan:
     section: int = observables.NO_POINTS
     n_points: int = 1
     with_extremes: bool = False
+    with_loads: bool = False
     max_impacts: int = MOST_IMPACTS
     edges: Floats | None = None
+    level: float = 0.0
+    way: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +95,8 @@ class BatchResult:
         fewer.
     peaks
         (n, m) array, the greatest impact speed in each interval of the plan; 0 without any.
+    masses
+        (n,) array, the mass of each oscillator, 1 without one.
     """
 
     status: Integers
@@ -92,6 +105,7 @@ class BatchResult:
     values: Floats
     points: Floats
     peaks: Floats = field(default_factory=lambda: np.empty((0, 0)))
+    masses: Floats = field(default_factory=lambda: np.ones(1))
 
 
 # Searches of a motion in the batch before it is treated alone, and how often that is repeated.
@@ -101,7 +115,13 @@ MOST_SEARCHES = 50
 AT_ONCE = 256
 
 
-def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> BatchResult:
+def follow_batch(
+    laws: Floats,
+    which: Integers,
+    starts: Floats,
+    plan: Plan,
+    stops: Floats | None = None,
+) -> BatchResult:
     """Follow each motion to the end of its plan.
 
     The bits of a motion do not depend on the others.
@@ -116,8 +136,12 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
         (n, 3) array of x0 [length], v0 [length/time] and t0 [time].
     plan
         When, and what is recorded.
+    stops
+        (n_laws, n_stops, columns) array: tables of `percuss.model.system.stop_rows`, stacked;
+        needed for loads.
     """
     n = len(which)
+    stops = np.zeros((len(laws), 0, STOP_COLUMNS)) if stops is None else stops
     states = np.zeros((n, columns.STATE_ENTRIES))
     states[:, [columns.X, columns.V, columns.T]] = starts
     counters = np.zeros((n, columns.COUNTERS), dtype=np.int64)
@@ -126,10 +150,13 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
     speeds = [np.zeros((n, 1)), edges, np.zeros((n, edges.shape[1] - 1))] if edges.size else []
     values = np.concatenate([np.zeros((n, observables.N_OBSERVABLES)), *speeds], axis=1)
     points = np.full((n, plan.n_points, observables.POINT_COLUMNS), np.nan)
-    plans = np.stack([plan.since, plan.every, plan.until], axis=1)
+    level, way = np.full(n, plan.level), np.full(n, plan.way)
+    plans = np.stack([plan.since, plan.every, plan.until, level, way], axis=1)
     laws, which = np.ascontiguousarray(laws), np.ascontiguousarray(which, dtype=np.int64)
 
-    options = batch.Options(plan.max_impacts, plan.section, plan.with_extremes, PATIENCE)
+    options = batch.Options(
+        plan.max_impacts, plan.section, plan.with_extremes, plan.with_loads, PATIENCE
+    )
 
     def march(rows: slice) -> None:
         motions = batch.Batch(
@@ -141,6 +168,7 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
             plans[rows],
             values[rows],
             points[rows],
+            stops,
         )
         blocks = batch.Blocks(
             np.zeros((batch.BLOCKS, lockstep.ROWS * lockstep.SLOTS)),
@@ -159,17 +187,20 @@ def follow_batch(laws: Floats, which: Integers, starts: Floats, plan: Plan) -> B
                 break
     _put_in_order(points, values)
     peaks = values[:, observables.EDGES + edges.shape[1] :]
-    return BatchResult(status, states, counters[:, columns.N_IMPACTS].copy(), values, points, peaks)
+    n_impacts, masses = counters[:, columns.N_IMPACTS].copy(), laws[which, 0, MASS]
+    return BatchResult(status, states, n_impacts, values, points, peaks, masses)
 
 
 def _workspace(laws: Floats) -> batch.Workspace:
     """Return the buffers that the motions of one call share."""
     n = int(laws[0, 0, N_HARMONICS])
+    scratch = Scratch(*np.zeros((5, n, 2)))
     return batch.Workspace(
         np.empty((batch.BUFFER, columns.EVENT_COLUMNS)),
         np.empty((batch.BUFFER, columns.MARK_COLUMNS), dtype=np.int64),
         np.empty((batch.GRAZES, columns.GRAZE_COLUMNS)),
         np.zeros((3, n, 2)),
+        LoadSpace(np.empty_like(laws[0]), np.empty(4), scratch),
     )
 
 

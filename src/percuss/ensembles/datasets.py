@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.ensembles.job import Answer, Column, Dimension
+from percuss.model.units import Units
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "attributes_of", "commonest", "coordinates_of", "dataset_of", "warn_of_failures",
-    "warn_of_some", "write_whole",
+    "warn_of_some", "with_units", "write_whole",
 ]  # fmt: skip
 
 # Reasons that differ only in their numbers count as one.
@@ -61,6 +62,15 @@ def dataset_of(
         data[name] = ((*names, *dims), values.reshape((*shape, *values.shape[1:])), known)
     data |= _failures(answer) if with_reasons else {}
     return xarray.Dataset(data, coords=coordinates_of(axes), attrs=dict(attributes))
+
+
+def with_units(dataset: Dataset, units: Units | None) -> Dataset:
+    """Return a dataset whose variables name their units in place of dimensions, where there are."""
+    if units is not None:
+        for variable in dataset.variables.values():
+            if "units" in variable.attrs:
+                variable.attrs["units"] = units.of(str(variable.attrs["units"]))
+    return dataset
 
 
 def coordinates_of(dimensions: Iterable[Dimension]) -> dict[str, Any]:
@@ -135,7 +145,7 @@ def commonest(reasons: Iterable[str]) -> tuple[str, int, int]:
 
     Examples
     --------
-    >>> commonest(["x0 = -1: below the wall", "x0 = -2: below the wall", "damping = -1: negative"])
+    >>> commonest(["x0 = -1: below the wall", "x0 = -2: below the wall", "mass = -1: not positive"])
     ('x0 = -1: below the wall', 2, 1)
     """
     lines = [(text.strip().splitlines() or [""])[-1] for text in reasons]

@@ -17,6 +17,7 @@ from percuss.ensembles.datasets import (
     coordinates_of,
     warn_of_failures,
     warn_of_some,
+    with_units,
 )
 from percuss.ensembles.engines import Engine, make_ready
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
@@ -40,6 +41,7 @@ from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.start import Start
+from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.progress import Report
 
 if TYPE_CHECKING:
@@ -48,11 +50,14 @@ if TYPE_CHECKING:
 
 __all__ = ["bifurcation_diagram", "failed_values", "impact_periods"]
 
-SectionName = Literal["stroboscopic", "impacts"]
 Direction = Literal["forward", "backward"]
 # Values that a range (low, high) of the parameter stands for.
 VALUES = 401
-SECTIONS = {"stroboscopic": observables.STROBES, "impacts": observables.IMPACT_POINTS}
+SECTIONS = {
+    "stroboscopic": observables.STROBES,
+    "impacts": observables.IMPACT_POINTS,
+    "passages": observables.PASSAGES,
+}
 # The status of a value without a motion, besides those of the kernels.
 FAULTY = -2
 # The value of an integer column where nothing has been written.
@@ -66,7 +71,7 @@ def bifurcation_diagram(
     force: Forcing | None,
     *,
     over: Mapping[str, object],
-    section: SectionName = "stroboscopic",
+    section: SectionGiven = "stroboscopic",
     starts: Sequence[Start | Sequence[Phase]] = ((0.0, 0.0),),
     follow: Sequence[Direction] = ("forward", "backward"),
     transient: int = 200,
@@ -91,7 +96,9 @@ def bifurcation_diagram(
         the order in which they are followed forward. A path of the start needs ``follow=()``.
     section
         "stroboscopic": (x, v) once a forcing period; "impacts": (cycle, v_after) at impacts and
-        at entries into soft stops.
+        at entries into soft stops. As the views of a run take it, ``{"cycle": 0.25}`` (x, v) at
+        this cycle of the forcing (`Trajectory.stroboscopic`), and
+        ``{"at": 0.3, "direction": "up"}`` (cycle, v) where x passes 0.3 (`Trajectory.section`).
     starts
         Starts, each a `Start` or x0, v0. Followed branches begin at the first one; at values where
         it lies behind a wall they have no points until they have begun.
@@ -100,7 +107,8 @@ def bifurcation_diagram(
     transient
         Forcing periods that are left out at each value.
     points
-        Points kept at each value, >= 2: forcing periods that are followed; of impacts the last.
+        Points kept at each value, >= 2: forcing periods that are followed; of impacts and passages
+        the last.
     store, engine, n_workers, progress
         As in `sweep`. A followed branch is one chunk.
 
@@ -108,7 +116,7 @@ def bifurcation_diagram(
     -------
     xarray.Dataset
         Over (branch, path, sample): `x` [length] and `v` [length/time], or `cycle`, `v_after`
-        and `bound`, the stop; NaN where there are fewer impacts. Stops are counted upwards along
+        and `bound`, the stop, or `cycle` and `v` of passages; NaN where there are fewer. Stops are counted upwards along
         x, from 0 where the lowest is a wall below, else from 1. Over (branch, path): `period`,
         that of the motion in forcing periods (0: none up to half of those followed, -1: there is
         no motion), and `reason`, why there is none. The attribute `failed` counts the values
@@ -140,10 +148,11 @@ def bifurcation_diagram(
     execution = execution_of(store, engine, n_workers, progress)
     _check_lists(starts, follow)
     grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
-    _check(grids, force, section, follow, points)
+    kept = section_of(section)
+    _check(grids, force, follow, points)
     window = Window(transient, points - 1)
-    followed = FollowedBranches(section, window, grids[0], tuple(follow))
-    afresh = FreshBranches(section, window, tuple(grids))
+    followed = FollowedBranches(kept, window, grids[0], tuple(follow))
+    afresh = FreshBranches(kept, window, tuple(grids))
     parts = {job.part: job for job in (followed, afresh) if job.size}
     _make_ready(parts, execution)
     answers: list[Answer] = []
@@ -157,7 +166,7 @@ def bifurcation_diagram(
     names = [*follow, *(f"start {i}" for i in range(len(grids)))]
     # Followed branches begin at the first start.
     of_branches = [*(grids[0] for _ in follow), *grids]
-    data = _dataset(of_branches, names, section, answers)
+    data = _dataset(of_branches, names, kept, answers)
     _warn(data)
     return keep(data, execution)
 
@@ -217,9 +226,7 @@ def _check_lists(starts: object, follow: object) -> None:
         raise ParameterError("follow", names, "the same twice")
 
 
-def _check(
-    grids: list[Grid], force: Forcing | None, section: str, follow: Sequence[str], points: int
-) -> None:
+def _check(grids: list[Grid], force: Forcing | None, follow: Sequence[str], points: int) -> None:
     if not grids:
         raise ParameterError("starts", (), "none at all; give (x0, v0)")
     given = [axis.path for axis in grids[0].axes]
@@ -230,8 +237,6 @@ def _check(
             "a diagram has one axis, of the motion; followed branches have no start, give follow=()"
         )
         raise ParameterError("over", given, reason)
-    if section not in SECTIONS:
-        raise ParameterError("section", section, f"neither {' nor '.join(SECTIONS)}")
     for name in follow:
         if name not in ("forward", "backward"):
             raise ParameterError("follow", name, "neither forward nor backward")
@@ -243,7 +248,9 @@ def _check(
         raise ParameterError("forcing.period", None, "a diagram needs a periodic forcing")
 
 
-def _dataset(grids: list[Grid], names: list[str], section: str, answers: list[Answer]) -> Dataset:
+def _dataset(
+    grids: list[Grid], names: list[str], section: PoincareSection, answers: list[Answer]
+) -> Dataset:
     import xarray
 
     grid = grids[0]
@@ -259,9 +266,14 @@ def _dataset(grids: list[Grid], names: list[str], section: str, answers: list[An
     }
     path = grid.axes[0].path
     sampled = ("branch", path, "sample")
-    if section == "stroboscopic":
+    if section.kind == "stroboscopic":
         data: dict[str, Any] = {
             "x": (sampled, parts["points"][..., 0], {"units": "length"}),
+            "v": (sampled, parts["points"][..., 1], {"units": "length/time"}),
+        }
+    elif section.kind == "passages":
+        data = {
+            "cycle": (sampled, parts["points"][..., 0], {"units": "1"}),
             "v": (sampled, parts["points"][..., 1], {"units": "length/time"}),
         }
     else:
@@ -274,12 +286,13 @@ def _dataset(grids: list[Grid], names: list[str], section: str, answers: list[An
     data["reason"] = (("branch", path), _reasons(grids, parts["status"]))
     complete = all(answer.complete for answer in answers)
     total = sum(answer.n_impacts for answer in answers)
-    return xarray.Dataset(
+    dataset = xarray.Dataset(
         data,
         coords=coordinates_of(grid.dimensions) | {"branch": names},
         attrs=attributes_of(grid.motion(), Answer({}, {}, total, complete))
-        | {"section": section, "failed": failed_values(parts)},
+        | {"section": section.label, "failed": failed_values(parts)},
     )
+    return with_units(dataset, grid.osc.units)
 
 
 def _reasons(grids: list[Grid], status: NDArray[np.generic]) -> NDArray[np.object_]:
@@ -302,7 +315,7 @@ class Branches:
     """The jobs of a diagram: the section and the points kept at each value of the parameter."""
 
     part: ClassVar[str]
-    section: str
+    section: PoincareSection
     window: Window
 
     @property
@@ -326,7 +339,7 @@ class Branches:
         """Return what tells this diagram from others of the same grid."""
         return {
             "kind": f"diagram, {self.part}",
-            "section": self.section,
+            "section": self.section.label,
             "transient": self.window.transient,
             "points": self.window.periods + 1,
         }
@@ -335,13 +348,20 @@ class Branches:
         """Follow motions, fill rows of a block with their points, and return where they end."""
         period = group.laws[group.which, 0, PERIOD]
         since = group.starts[:, 2] + self.window.transient * period
+        until = since + self.window.periods * period
+        cycle = self.section.cycle
+        if cycle is not None:
+            # The motion ends at the cycle at which it began, after the last strobe.
+            since, until = (np.ceil(since / period - cycle) + cycle) * period, until + period
         plan = Plan(
             since,
             period,
-            since + self.window.periods * period,
-            section=SECTIONS[self.section],
+            until,
+            section=SECTIONS[self.section.kind],
             n_points=self.window.periods + 1,
             max_impacts=MOST_IMPACTS,
+            level=self.section.at,
+            way=self.section.sign,
         )
         result = follow_batch(group.laws, group.which, group.starts, plan)
         bad = np.array([reason_of(int(status), plan) is not None for status in result.status])
@@ -499,11 +519,12 @@ def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
     return int(((arrays["period"] == NO_PERIOD) & (arrays["status"] != NOT_DONE)).sum())
 
 
-def _period(values: Floats, points: Floats, section: str) -> Integers:
+def _period(values: Floats, points: Floats, section: PoincareSection) -> Integers:
     longest = points.shape[1] // 2
-    if section == "stroboscopic":
+    if section.kind == "stroboscopic":
         return period_of(points[:, :, :2], max(1, min(longest, points.shape[1] - 1)))
-    return impact_periods(points, values[:, observables.IMPACTS], points.shape[1] - 1)
+    counted = observables.IMPACTS if section.kind == "impacts" else observables.POINTS
+    return impact_periods(points, values[:, counted], points.shape[1] - 1)
 
 
 def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:

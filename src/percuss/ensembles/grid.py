@@ -20,7 +20,8 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, moved_fields, replace_parameters
 from percuss.model.start import Start
-from percuss.model.system import law
+from percuss.model.system import law, region_rows, stop_rows
+from percuss.model.units import FORCE, in_units
 
 __all__ = [
     "POINTS", "Axis", "Grid", "Group", "make_grid", "units_of", "values_of", "walls_of", "whole",
@@ -31,6 +32,7 @@ _OF_START = ("x0", "v0", "t0")
 _OWNERS = ("oscillator", "forcing", "start")
 # Dimensions of parameters by the last word of their paths.
 UNITS = {
+    "mass": "mass",
     "stiffness": "1/time^2",
     "damping": "1/time",
     "at": "length",
@@ -46,6 +48,9 @@ UNITS = {
     "v0": "length/time",
     "t0": "time",
 }
+# With a mass these are forces per length and per velocity, and forces.
+_OF_OSCILLATOR = {"stiffness": "mass/time^2", "damping": "mass/time"}
+_OF_FORCE = ("amplitude", "constant", "cos", "sin")
 # Values that a range (low, high) stands for by default.
 POINTS = 101
 
@@ -96,12 +101,15 @@ class Group:
         As `follow_batch` takes them.
     rows
         (n,) array, their points, counted from the first one asked for.
+    stops
+        (n_laws, n_stops, columns) array, as `follow_batch` takes it; None where it is not needed.
     """
 
     laws: Floats
     which: Integers
     starts: Floats
     rows: Integers
+    stops: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,10 +146,13 @@ class Grid:
             Dimension(
                 axis.path,
                 tuple(axis.values.tolist()),
-                units_of(axis.path) if axis.units is None else axis.units,
+                in_units(self.osc.units, self._dimensions_of(axis)),
             )
             for axis in self.axes
         )
+
+    def _dimensions_of(self, axis: Axis) -> str:
+        return units_of(axis.path, self.osc, self.force) if axis.units is None else axis.units
 
     def point(self, i: int) -> tuple[Oscillator, Forcing | None, Start]:
         """Return the oscillator, the forcing and the start of a point.
@@ -197,7 +208,7 @@ class Grid:
         ]
         order = np.argsort(key, kind="stable")
         cuts = np.flatnonzero(np.diff(key[order])) + 1
-        groups: dict[tuple[int, ...], list[tuple[Floats, Integers]]] = {}
+        groups: dict[tuple[int, ...], list[tuple[Floats, Floats, Integers]]] = {}
         faults: dict[int, str] = {}
         maker = Maker(self)
         for rows in np.split(order, cuts):
@@ -210,7 +221,7 @@ class Grid:
             except ParameterError as error:
                 faults |= {int(row): str(error) for row in rows}
                 continue
-            groups.setdefault(own_law.shape, []).append((own_law, rows))
+            groups.setdefault(own_law.shape, []).append((own_law, stop_rows(osc), rows))
         joined = [_group_of(group, starts, faults) for group in groups.values()]
         return [group for group in joined if len(group.rows)], faults
 
@@ -242,12 +253,13 @@ class Maker:
 
 
 def _group_of(
-    group: list[tuple[Floats, Integers]], starts: Floats, faults: dict[int, str]
+    group: list[tuple[Floats, Floats, Integers]], starts: Floats, faults: dict[int, str]
 ) -> Group:
     """Return the motions whose laws have one shape, and add the faults of starts inside a wall."""
-    rows = np.concatenate([rows for _, rows in group])
-    which = np.repeat(np.arange(len(group)), [len(rows) for _, rows in group])
-    laws = np.stack([own_law for own_law, _ in group])
+    rows = np.concatenate([rows for *_, rows in group])
+    which = np.repeat(np.arange(len(group)), [len(rows) for *_, rows in group])
+    laws = np.stack([own_law for own_law, *_ in group])
+    stops = np.stack([own_stops for _, own_stops, _ in group])
     low, high = (walls[which] for walls in walls_of(laws))
     x0 = starts[rows, 0]
     for outside, side, wall in ((x0 < low, "below", low), (x0 > high, "above", high)):
@@ -257,7 +269,7 @@ def _group_of(
                 "use a SoftStop for a compliant one"
             )
     inside = ~((x0 < low) | (x0 > high))
-    return Group(laws, which[inside], starts[rows[inside]], rows[inside])
+    return Group(laws, which[inside], starts[rows[inside]], rows[inside], stops)
 
 
 def walls_of(laws: Floats) -> tuple[Floats, Floats]:
@@ -268,8 +280,8 @@ def walls_of(laws: Floats) -> tuple[Floats, Floats]:
     laws
         (n, rows, columns) array of laws of one shape.
     """
-    n = int(laws[0, 0, at.N_HARMONICS])
-    lowest, highest = laws[:, at.FIRST_HARMONIC + n], laws[:, laws.shape[1] - 1 - n]
+    rows = region_rows(laws[0])
+    lowest, highest = laws[:, rows[0]], laws[:, rows[-1]]
     low = np.where(lowest[:, at.LOWER_KIND] == at.WALL, lowest[:, at.LOWER], -np.inf)
     high = np.where(highest[:, at.UPPER_KIND] == at.WALL, highest[:, at.UPPER], np.inf)
     return low, high
@@ -337,7 +349,7 @@ def _axis(
     alone = (field for field, value in moved.items() if value.is_parameter)
     field = next(alone, None)
     owners = tuple({field.split(".")[0] for field in moved})
-    return Axis(name, values, owners, "" if field is None else units_of(field))
+    return Axis(name, values, owners, "" if field is None else units_of(field, osc, force))
 
 
 def _start_of(start: Sequence[Phase] | None) -> Start:
@@ -395,13 +407,21 @@ def _spread(path: str, ends: tuple[Phase, ...], points: int) -> tuple[Phase, ...
     return (ends[0], *between, ends[1])
 
 
-def units_of(path: str) -> str:
-    """Return the dimensions of a parameter in length, time and radians, from its dotted path.
+def units_of(path: str, osc: Oscillator | None = None, force: Forcing | None = None) -> str:
+    """Return the dimensions of a parameter in length, time, mass and radians, from its path.
 
     Examples
     --------
     >>> units_of("oscillator.stops.0.at"), units_of("forcing.cos.0")
     ('length', 'length/time^2')
+    >>> units_of("oscillator.stiffness", Oscillator.from_mass(2, 50))
+    'mass/time^2'
     """
     words = [word for word in path.split(".") if not word.isdigit()]
-    return UNITS[words[-1]]
+    name = words[-1]
+    if osc is not None and osc.mass is not None:
+        if name in _OF_OSCILLATOR:
+            return _OF_OSCILLATOR[name]
+        if name in _OF_FORCE and force is not None and not force.is_per_mass:
+            return FORCE
+    return UNITS[name]

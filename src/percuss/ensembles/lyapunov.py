@@ -164,7 +164,7 @@ def _period_of_time(osc: Oscillator, force: Forcing | None) -> float:
     """Return the unit of time: the period of the forcing, or else of the oscillator."""
     if force is not None and force.period is not None:
         return force.period
-    stiffness = as_float(osc.stiffness)
+    stiffness = as_float(osc.of_unit_mass().stiffness)
     if stiffness > 0.0:
         return 2.0 * math.pi / math.sqrt(stiffness)
     components = force.components() if force is not None else ()

@@ -20,6 +20,8 @@ from percuss.ensembles.grid import Group, whole
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import PERIOD
+from percuss.model.oscillator import Oscillator
+from percuss.model.units import FORCE, in_units
 from percuss.motion.growth import fit_power_law
 from percuss.numerics import geometric
 
@@ -63,14 +65,14 @@ class Measure:
     Attributes
     ----------
     units
-        Its dimensions in length and time.
+        Its dimensions in length, time and mass.
     meaning
         Its meaning, in a line.
     value
         Returns the numbers of motions from their results, their plan and the window.
-    needs_extremes, needs_strobes, needs_peaks, needs_tangent
-        What the kernels must record for it: extremes and work; a strobe in each period; the
-        fastest impacts of intervals of time; the growth of a perturbation.
+    needs_extremes, needs_loads, needs_strobes, needs_peaks, needs_tangent
+        What the kernels must record for it: extremes and work; loads; a strobe in each period;
+        the fastest impacts of intervals of time; the growth of a perturbation.
     without
         Why a motion that came to its end may have no such number.
     """
@@ -79,10 +81,20 @@ class Measure:
     meaning: str
     value: Callable[[BatchResult, Plan, Window], Floats]
     needs_extremes: bool = False
+    needs_loads: bool = False
     needs_strobes: bool = False
     needs_peaks: bool = False
     needs_tangent: bool = False
     without: str = ""
+
+    def meaning_for(self, osc: Oscillator) -> str:
+        """Return its meaning for an oscillator, with a mass or without."""
+        return self.meaning if osc.mass is None else self.meaning.replace(" per unit mass", "")
+
+    def unit_of(self, osc: Oscillator) -> str:
+        """Return its unit, or where an oscillator has no units its dimensions."""
+        dimensions = self.units if osc.mass is not None else self.units.removeprefix("mass ")
+        return in_units(osc.units, dimensions)
 
 
 def period_of(points: Floats, longest: int) -> Integers:
@@ -163,7 +175,31 @@ def _impacts(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa
 
 def _dissipated(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
     lost = result.values[:, observables.LOST] + result.values[:, observables.DRAGGED]
-    return np.asarray(lost / window.periods)
+    return np.asarray(result.masses * lost / window.periods)
+
+
+def _peak_stop_force(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    return np.asarray(result.masses * result.values[:, observables.PEAK_FORCE])
+
+
+def _peak_acceleration(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    return result.values[:, observables.PEAK_ACCELERATION].copy()
+
+
+def _rms_displacement(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    square = result.values[:, observables.SQUARE] / (plan.until - plan.since)
+    return np.asarray(np.sqrt(square))
+
+
+def _contact_share(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    # The durations of all stretches may add up to more than the whole by their rounding.
+    share = result.values[:, observables.IN_TOUCH] / (plan.until - plan.since)
+    return np.asarray(np.minimum(share, 1.0))
+
+
+def _mean_power(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+    work = result.values[:, observables.WORK]
+    return np.asarray(result.masses * work / (plan.until - plan.since))
 
 
 def _largest(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
@@ -209,10 +245,38 @@ MEASURES: dict[str, Measure] = {
         needs_strobes=True,
     ),
     "dissipated_energy": Measure(
-        "length^2/time^2",
+        "mass length^2/time^2",
         "energy per unit mass that impacts and dashpots take in a forcing period",
         _dissipated,
         needs_extremes=True,
+    ),
+    "peak_stop_force": Measure(
+        FORCE,
+        "largest magnitude of the force per unit mass of a stop: of a soft one while it is touched, "
+        "of a wall that holds the mass; an impulse is no force",
+        _peak_stop_force,
+        needs_loads=True,
+    ),
+    "peak_acceleration": Measure(
+        "length/time^2",
+        "largest magnitude of the acceleration, both limits at a jump, impacts left out",
+        _peak_acceleration,
+        needs_loads=True,
+    ),
+    "rms_displacement": Measure(
+        "length", "square root of the mean of x^2 over time", _rms_displacement, needs_loads=True
+    ),
+    "contact_share": Measure(
+        "1",
+        "share of the time in which a soft stop is touched or a wall holds the mass",
+        _contact_share,
+        needs_loads=True,
+    ),
+    "mean_power": Measure(
+        "mass length^2/time^3",
+        "mean power per unit mass of the forcing",
+        _mean_power,
+        needs_loads=True,
     ),
     "largest_lyapunov_exponent": Measure(
         "1/time",
@@ -258,7 +322,7 @@ def measure_group(
     n_impacts = 0
     for together in _together(names):
         plan = _plan(together, group, window, max_impacts)
-        result = follow_batch(group.laws, group.which, group.starts, plan)
+        result = follow_batch(group.laws, group.which, group.starts, plan, group.stops)
         n_impacts += int(result.n_impacts.sum())
         lost = _reasons(result, plan)
         reasons |= lost
@@ -299,8 +363,13 @@ def _plan(names: Sequence[str], group: Group, window: Window, max_impacts: int) 
     if any(measure.needs_peaks for measure in measures):
         duration = (window.transient + window.periods) * period
         edges = t0[:, np.newaxis] + duration[:, np.newaxis] * INTERVALS
-    with_extremes = any(measure.needs_extremes for measure in measures)
-    return replace(plan, with_extremes=with_extremes, max_impacts=max_impacts, edges=edges)
+    return replace(
+        plan,
+        with_extremes=any(measure.needs_extremes for measure in measures),
+        with_loads=any(measure.needs_loads for measure in measures),
+        max_impacts=max_impacts,
+        edges=edges,
+    )
 
 
 def _reasons(result: BatchResult, plan: Plan) -> dict[int, str]:

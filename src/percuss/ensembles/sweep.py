@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["sweep"]
+__all__ = ["SAME_NAME", "sweep"]
 
 # Impacts of a compiled chunk, at about one a period: they take some tenths of a second, much longer
 # than submitting and storing the chunk, and little memory. Making a law takes as long as 1000
@@ -55,6 +55,8 @@ CALLS_OF_A_CHUNK = 16
 LONGEST_TEXT = 60
 # Values that are tested for NaN at a time.
 LOOKED_AT = 1_000_000
+# A table has one column of a name.
+SAME_NAME = "the name of a measure that is asked for; give the parameter another name"
 
 
 def sweep(
@@ -77,9 +79,10 @@ def sweep(
     Parameters
     ----------
     measure
-        One or several of "peak_displacement", "peak_impact_velocity", "impacts_per_period",
-        "period", "dissipated_energy", "largest_lyapunov_exponent", "growth_exponent", which run
-        compiled. Or a function: of a run, of (osc, force), or of (osc, force, start), that
+        One or several of "peak_displacement", "min_displacement", "max_displacement",
+        "rms_displacement", "peak_impact_velocity", "peak_acceleration", "peak_stop_force",
+        "contact_share", "mean_power", "impacts_per_period", "period", "dissipated_energy",
+        "largest_lyapunov_exponent", "growth_exponent", which run compiled. Or a function: of a run, of (osc, force), or of (osc, force, start), that
         returns a number.
     osc, force
         The oscillator and its forcing; ``over`` replaces some of their parameters.
@@ -190,6 +193,9 @@ def _work(
         names.append(name)
     if not names:
         raise ParameterError("measure", (), f"none at all; there are {', '.join(MEASURES)}")
+    for axis in grid.axes:
+        if axis.path in names:
+            raise ParameterError("over", axis.path, SAME_NAME)
     if grid.force is None or grid.force.period is None:
         reason = "a built-in measure counts in forcing periods; give a forcing that has one"
         raise ParameterError("forcing.period", None, reason)
@@ -240,7 +246,10 @@ class Measured(OverGrid):
     def columns(self) -> dict[str, Column]:
         """One number for each measure."""
         return {
-            name: Column(units=MEASURES[name].units, meaning=MEASURES[name].meaning)
+            name: Column(
+                units=MEASURES[name].unit_of(self.grid.osc),
+                meaning=MEASURES[name].meaning_for(self.grid.osc),
+            )
             for name in self.names
         }
 

@@ -19,6 +19,7 @@ from percuss.io.files import OutputFiles, say_size
 from percuss.io.record import NETCDF_ATTRIBUTE, Record, make_record
 from percuss.io.results import SAMPLES, kind_of
 from percuss.io.table import check_suffix
+from percuss.model.oscillator import mass_of
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Trajectory
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -180,6 +181,8 @@ def _writable(dataset: xr.Dataset) -> xr.Dataset:
 # Fields that are tables of columns of one length.
 _TABLES: dict[str, type[Any]] = {"impacts": Impacts, "passages": Passages}
 _MODEL = ("oscillator", "forcing")
+# Fields of tables that are those of the model.
+_OF_MODEL = ("mass", "units")
 
 
 def orbits_dataset(orbits: Sequence[PeriodicOrbit]) -> xr.Dataset:
@@ -212,7 +215,7 @@ def orbits_dataset(orbits: Sequence[PeriodicOrbit]) -> xr.Dataset:
             continue
         values = [getattr(orbit, name) for orbit in orbits]
         if name in _TABLES:
-            columns = [column.name for column in dataclasses.fields(_TABLES[name])]
+            columns = _columns_of(_TABLES[name])
             data |= _ragged(name, {f"{name}.{column}": [getattr(value, column) for value in values]
                                    for column in columns})  # fmt: skip
         elif isinstance(first, np.ndarray):
@@ -237,8 +240,15 @@ def orbits_of_dataset(data: xr.Dataset) -> list[PeriodicOrbit]:
     for i, number in enumerate(data["of_model"].values.tolist()):
         oscillator, forcing = models[number]
         fields = {name: columns[name][i] for name in names}
+        of_model = {"mass": mass_of(oscillator), "units": oscillator.units}
+        fields["impacts"] = dataclasses.replace(fields["impacts"], **of_model)
         orbits.append(PeriodicOrbit(oscillator, forcing, **fields))
     return orbits
+
+
+def _columns_of(kind: type[Any]) -> list[str]:
+    """Return the names of the fields of a table that are its columns."""
+    return [field.name for field in dataclasses.fields(kind) if field.name not in _OF_MODEL]
 
 
 def _model_text(orbit: PeriodicOrbit) -> str:
@@ -273,7 +283,7 @@ def _values(data: xr.Dataset, name: str) -> Iterator[Any]:
     """Yield the values of a field, one an orbit."""
     if name in _TABLES:
         kind = _TABLES[name]
-        names = [column.name for column in dataclasses.fields(kind)]
+        names = _columns_of(kind)
         parts = [list(_split(data, name, f"{name}.{column}")) for column in names]
         yield from (kind(*columns) for columns in zip(*parts, strict=True))
     elif f"{name}_count" in data:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from percuss.arrays import Complexes
 from percuss.errors import ParameterError
 from percuss.io.study_text import branch_text, motion_text, orbit_text, response_text
+from percuss.model.units import Units, is_unit
 
 if TYPE_CHECKING:
     # A second of import.
@@ -20,23 +21,65 @@ if TYPE_CHECKING:
     from percuss.orbits.bifurcations.branch import Branch
     from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["MEASURES", "SAMPLES", "Columns", "ResultKind", "kind_of", "table_of"]
+__all__ = ["SAMPLES", "Columns", "ResultKind", "kind_of", "table_of", "units_of_columns"]
 
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 
 # Dimensions of the columns of runs and orbits, by their names without digits at the end.
-MEASURES = {
+DIMENSIONS = {
     "t": "time",
+    "t0": "time",
     "period": "time",
-    "v": "velocity",
-    "v_before": "velocity",
-    "v_after": "velocity",
-    "impulse": "velocity",
-    "impact_velocity_": "velocity",
-    "min_impact_speed": "velocity",
+    "v": "length/time",
+    "v0": "length/time",
+    "v_before": "length/time",
+    "v_after": "length/time",
+    "impulse": "mass length/time",
+    "impact_velocity_": "length/time",
+    "min_impact_speed": "length/time",
     "x": "length",
+    "x0": "length",
     "grazing_margin": "length",
 }
+
+
+def units_of_columns(result: Any, columns: Columns, units: Units | None = None) -> dict[str, str]:
+    """Return the units of columns by their names; nothing where they are not known.
+
+    Parameters
+    ----------
+    result
+        What the columns are of: a run, an orbit or a branch, several of them, or a dataset.
+    columns
+        The columns.
+    units
+        Units that hold where the oscillator has none.
+    """
+    if hasattr(result, "data_vars"):
+        own = {str(name): str(result[name].attrs.get("units", "")) for name in result.variables}
+        return {name: own[name] for name in columns if is_unit(own.get(name, ""))}
+    oscillator = _oscillator_of(result)
+    units = getattr(oscillator, "units", None) or units
+    if units is None:
+        return {}
+    has_mass = getattr(oscillator, "mass", None) is not None
+    found = {}
+    for name in columns:
+        dimensions = DIMENSIONS.get(name, DIMENSIONS.get(name.rstrip("0123456789"), ""))
+        unit = units.of(dimensions if has_mass else dimensions.removeprefix("mass "))
+        if is_unit(unit):
+            found[name] = unit
+    return found
+
+
+def _oscillator_of(result: Any) -> Any:
+    """Return the oscillator of a run, an orbit, a branch, or the first of several; or None."""
+    while not hasattr(result, "oscillator"):
+        inner = getattr(result, "orbits", None) or getattr(result, "branches", None) or result
+        if not isinstance(inner, list | tuple) or not inner:
+            return None
+        result = inner[0]
+    return result.oscillator
 
 
 def orbit_columns(orbits: Sequence[PeriodicOrbit]) -> Columns:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from percuss.errors import OutputError, ParameterError
 from percuss.io.files import OutputFiles, record_file, say_size
 from percuss.io.record import Record, make_record
-from percuss.io.results import MEASURES, Columns, kind_of, table_of
+from percuss.io.results import Columns, kind_of, table_of, units_of_columns
 
 # Rows converted to text at a time: one by one is slow, all at once takes much memory.
 ROWS = 20_000
@@ -66,7 +67,9 @@ def save_csv(
     record = make_record(result, study=study, command=command)
     record_path = record_file(path)
     with OutputFiles(path, record_path, force=force) as files:
-        write_columns(table_of(result, name), files[path], record, record_path=files[record_path])
+        columns = table_of(result, name)
+        units = units_of_columns(result, columns)
+        write_columns(columns, files[path], record, units=units, record_path=files[record_path])
 
 
 def write_columns(
@@ -74,20 +77,21 @@ def write_columns(
     path: Path,
     record: Record,
     *,
-    length_unit: str = "",
-    time_unit: str = "",
+    units: Mapping[str, str] = MappingProxyType({}),
+    has_header_units: bool = True,
     record_path: Path | None = None,
 ) -> None:
-    """Write columns into the file `path`, and the record into the file `record_path`."""
+    """Write columns into the file `path`, and the record into the file `record_path`.
+
+    The record names the unit of each column that has one, as ``t [s]``, and so may the header.
+    """
     say_size(path, _size(columns))
-    facts = {}
-    if length_unit or time_unit:
-        facts = {"columns": _with_units(columns, length_unit, time_unit)}
-    text = record.text(**facts)
+    names = [f"{name} [{units[name]}]" if name in units else name for name in columns]
+    text = record.text(columns=", ".join(names)) if units else record.text()
     (record_file(path) if record_path is None else record_path).write_text(text, encoding="utf-8")
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(columns)
+        rows.writerow(names if has_header_units else columns)
         for block in _blocks(columns):
             rows.writerows(block)
 
@@ -107,18 +111,6 @@ def _size(columns: Columns) -> int:
     some = [np.asarray(column)[:count:step].tolist() for column in columns.values()]
     lengths = [sum(len(str(value)) + 1 for value in row) for row in zip(*some, strict=True)]
     return sum(lengths) * count // max(1, len(lengths))
-
-
-def _with_units(columns: Columns, length_unit: str, time_unit: str) -> str:
-    """Return the columns with their units, for the record."""
-    units = {"time": time_unit, "velocity": length_unit, "length": length_unit}
-    if time_unit:
-        units["velocity"] = f"{length_unit or '1'}/{time_unit}"
-    measures = {name: MEASURES.get(name.rstrip("0123456789"), "") for name in columns}
-    return ", ".join(
-        f"{column} [{units[measure]}]" if units.get(measure) else column
-        for column, measure in measures.items()
-    )
 
 
 def _blocks(columns: Columns) -> Iterator[Iterator[tuple[Any, ...]]]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.flight import Flight, constant_force, restitution_at, set_phases
+from percuss.kernels.flight import Flight, constant_force, set_phases
 from percuss.kernels.law_columns import (
     HARMONIC,
     LOWER,
@@ -28,6 +28,8 @@ from percuss.kernels.law_columns import (
     UPPER,
     WALL,
 )
+from percuss.kernels.linear_observables import AT_KNOT
+from percuss.kernels.loads import observe_loads
 from percuss.kernels.lockstep import (
     AT,
     AT_LOW,
@@ -54,10 +56,13 @@ from percuss.kernels.observables import (
     END_V,
     END_X,
     N_OBSERVABLES,
+    PASSAGES,
+    SEARCHED,
     SINCE,
     STROBES,
     TANGENTS,
     UNTIL,
+    LoadSpace,
     Member,
     clear_observables,
     end_at,
@@ -67,6 +72,7 @@ from percuss.kernels.observables import (
     observe_event,
     observe_flight,
     observe_impact,
+    observe_passages,
     strobe,
     strobe_neighbour,
 )
@@ -82,6 +88,7 @@ from percuss.kernels.record import (
     HUGE,
     IMPACT,
     KIND,
+    KNOT,
     MOVING,
     N_EVENTS,
     N_GRAZES,
@@ -101,6 +108,7 @@ from percuss.kernels.record import (
     V,
     X,
 )
+from percuss.kernels.restitution import kept_of_area
 from percuss.kernels.tangent import event_saltation
 
 # Rows of the buffer of events, and of the one for grazes, which are only counted.
@@ -117,7 +125,10 @@ NEW = -1
 
 
 class Batch(NamedTuple):
-    """Many motions: their laws, stacked, and the number of each one's law; then a row for each."""
+    """Many motions: their laws, stacked, and the number of each one's law; then a row for each.
+
+    ``stops`` (n_laws, n_stops, columns) belong to the laws.
+    """
 
     laws: Floats
     which: Integers
@@ -127,6 +138,7 @@ class Batch(NamedTuple):
     plans: Floats
     values: Floats
     points: Floats
+    stops: Floats
 
 
 class Workspace(NamedTuple):
@@ -136,18 +148,21 @@ class Workspace(NamedTuple):
     marks: Integers
     grazes: Floats
     phases: Floats
+    loads: LoadSpace
 
 
 class Options(NamedTuple):
     """Options of all members.
 
     ``section`` names the points that are kept (`observables`), ``with_extremes`` asks for the
-    extremes, and ``patience`` bounds the searches of each member before control returns.
+    extremes, ``with_loads`` for the loads, and ``patience`` bounds the searches of each member
+    before control returns.
     """
 
     max_impacts: int
     section: int
     with_extremes: bool
+    with_loads: bool
     patience: int
 
 
@@ -172,7 +187,8 @@ def member_of(batch: Batch, workspace: Workspace, i: int) -> Member:
         workspace.marks,
         workspace.grazes,
     )
-    return Member(run, batch.plans[i], batch.values[i], batch.points[i])
+    stops = batch.stops[batch.which[i]]
+    return Member(run, batch.plans[i], batch.values[i], batch.points[i], stops, workspace.loads)
 
 
 @kernel
@@ -252,6 +268,9 @@ def next_stretch(member: Member, options: Options) -> int:
     status = stay(run, plan[UNTIL]) if in_contact else fly(run, plan[UNTIL])
     if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
         observe_stretches(member, options, past, x, in_contact, counters[N_EVENTS])
+    elif in_contact and options.with_loads and plan[SINCE] <= run.state[T] > past.start[0]:
+        # A contact goes on over a knot of the record, which is no event.
+        observe_loads(member, past, x, in_contact, 0, (run.state[T], True))
     if status == REACHED_END and not (abs(values[END_X]) < HUGE and abs(values[END_V]) < HUGE):
         return OVERFLOW
     if counters[N_IMPACTS] >= options.max_impacts and status == MOVING:
@@ -276,6 +295,8 @@ def observe_stretches(
         until = events[row, EVENT_T] if count > 0 else plan[UNTIL]
         if until >= plan[SINCE]:
             observe_stretch(member, options, past, x, in_contact, (until, count == 0))
+            if options.with_loads:
+                observe_loads(member, past, x, in_contact, row, (until, count == 0))
         if count == 0:
             set_phases(law, start[0], start[1], phases)
             end_at(past, x, in_contact, until, member.values)
@@ -283,6 +304,7 @@ def observe_stretches(
             if options.section == TANGENTS and (not in_contact or marks[row, KIND] == CONTACT):
                 carry_neighbour(member, past, row)
             observe_event(member, region, row, options.section)
+            member.values[SEARCHED + AT_KNOT] = 1.0 if marks[row, KIND] == KNOT else 0.0
             x = run.state[X]
             force = constant_force(law, region, x)
             start = (events[row, EVENT_T], events[row, EVENT_T_LOW], events[row, V_AFTER], force)
@@ -308,6 +330,9 @@ def observe_stretch(
         strobe(member, flight, x, in_contact, before)
     if options.section == TANGENTS:
         strobe_neighbour(member, region, start, before)
+    if options.section == PASSAGES:
+        set_phases(law, start[0], start[1], phases)
+        observe_passages(member, flight, x, in_contact, end[0])
     if options.with_extremes and not in_contact:
         set_phases(law, start[0], start[1], phases)
         span = (max(0.0, since - start[0]), (end[0] - start[0]) - start[1])
@@ -326,7 +351,8 @@ def carry_neighbour(member: Member, flight: Flight, row: int) -> None:
     jump = event_saltation(law, event, (t, t_low), events[row, V_BEFORE], phases)
     restitution = 1.0
     if kind == IMPACT:
-        restitution = restitution_at(law, region, int(marks[row, BOUND]))
+        speed = abs(events[row, V_BEFORE])
+        restitution = kept_of_area(law, region, int(marks[row, BOUND]), speed)
     if kind == CONTACT:
         restitution = 0.0
     s = (t - start[0]) + (t_low - start[1])
@@ -465,7 +491,8 @@ def count_impact(member: Member, options: Options, block: Floats, slot: int) -> 
     until = block[NEXT_AT * SLOTS + slot]
     if block[DONE * SLOTS + slot] == 1.0 or until < block[COUNTED_FROM * SLOTS + slot]:
         return True
-    if options.section == TANGENTS or options.with_extremes:
+    kept = options.with_extremes or options.with_loads
+    if kept or options.section in (TANGENTS, PASSAGES):
         return False
     if values.shape[0] > N_OBSERVABLES:
         note_peak(until, abs(block[BEFORE * SLOTS + slot]), values)

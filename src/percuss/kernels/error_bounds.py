@@ -16,7 +16,7 @@ from typing import TypeAlias
 from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, exponential
 from percuss.kernels.compile import kernel
-from percuss.kernels.contact import FORCE_ROUNDING
+from percuss.kernels.contact import CHATTER_LIMIT, FORCE_ROUNDING
 from percuss.kernels.flight import (
     ROUNDING,
     Flight,
@@ -27,19 +27,18 @@ from percuss.kernels.flight import (
     growth_of_rounding,
     move,
     place,
-    restitution_at,
     set_phases,
     sizes,
 )
 from percuss.kernels.law_columns import (
     DAMPING,
     FORCE_BOUND,
+    GROWTH,
     LOWER,
     NUMBER,
     ORIGIN,
     ORIGIN_FORCE,
     QUICKEST,
-    SLOW_ROOT,
     STEP,
     STIFFNESS,
     UPPER,
@@ -52,6 +51,7 @@ from percuss.kernels.record import (
     EVENT_T_LOW,
     IMPACT,
     KIND,
+    KNOT,
     NEXT_REGION,
     RELEASE,
     SLOW_LANDING,
@@ -62,6 +62,13 @@ from percuss.kernels.record import (
     flight_after,
     place_of_event,
     time_since_event,
+)
+from percuss.kernels.restitution import (
+    TABLE_ROUNDING,
+    bend_of_impact,
+    kept_of_error,
+    restitution_at,
+    table_of,
 )
 from percuss.kernels.tangent import delayed_start, propagator
 
@@ -126,6 +133,9 @@ def contact_errors(
         elif kind == SLOW_LANDING:
             # The window of the landing holds the rounding of its own flight, and of none before.
             known = known and errors[1][0] == 0 and place == 0.0
+        elif kind == KNOT:
+            # Errors are compared at equal times since an event, and a knot has its own instant.
+            known = False
         elif known:
             known = carry_along_flight(record, row, (place, doubt), phases, arrival, errors)
             place = 0.0
@@ -292,10 +302,14 @@ def carry_along_flight(
     if not carry_over_event(law, region, v, second, shift, errors):
         return False
     if marks[row, KIND] == IMPACT:
-        restitution = restitution_at(law, region, int(marks[row, BOUND]))
+        at = int(marks[row, BOUND])
+        restitution = restitution_at(law, region, at, abs(v))
+        kept = kept_of_error(law, region, at, abs(v))
+        bent = bend_of_impact(law, region, at, abs(v), total(errors, 1))
+        rounding = 2.0 * ULP if table_of(law, region, at) == 0 else TABLE_ROUNDING
         for i in range(count[0]):
-            rows[1, i] *= -restitution
-        add(errors, 0.0, 2.0 * ULP * restitution * abs(v))
+            rows[1, i] *= -kept
+        add(errors, 0.0, rounding * restitution * abs(v) + bent)
     return True
 
 
@@ -312,8 +326,14 @@ def move_by(errors: Errors, y: float, v: float) -> None:
 
 @kernel
 def growth_of_errors(law: Law, region: int, s: float) -> float:
-    """Return the factor by which an error of a displacement may grow in a time s."""
-    return exponential(law[region, SLOW_ROOT] * s) if law[region, STIFFNESS] < 0.0 else 1.0
+    """Return the factor by which an error of a displacement may grow in a time s.
+
+    With negative damping c + a S, S / s and 2 D / s^2 are below exp(2 GROWTH s).
+    """
+    if law[region, GROWTH] == 0.0:
+        return 1.0
+    doubled = 2.0 if law[region, DAMPING] < 0.0 else 1.0
+    return exponential(doubled * law[region, GROWTH] * s)
 
 
 @kernel
@@ -336,7 +356,7 @@ def carry_over_event(
     time_error = 1.5 * far / speed if speed > 0.0 else math.inf
     if not time_error * law[region, QUICKEST] <= PHASE:
         return False
-    pull = 2.0 * law[region, DAMPING] * fast + abs(law[region, STIFFNESS]) * far + shift
+    pull = 2.0 * abs(law[region, DAMPING]) * fast + abs(law[region, STIFFNESS]) * far + shift
     jerk = jerk_near(law, region, speed + fast, abs(second) + pull, time_error)
     bend = abs(second) + pull + jerk * time_error
     if not fast + bend * time_error <= PART * speed:
@@ -526,4 +546,7 @@ def error_of_contact(
         size += abs(rows[0, i] + whole * gain)
     off = fast + pace * time_error
     size += whole * (4.0 * off * off + 10.0 * whole * pace * off)
+    if table_of(law, region, int(marks[before, BOUND])) > 0:
+        # The time left is in proportion to the speed but for the change of the restitution.
+        size += 2.0 * CHATTER_LIMIT * whole * off
     return size + events[row, V_BEFORE] + low

@@ -34,12 +34,14 @@ from percuss.kernels.law_columns import (
     DAMPING,
     FIRST_HARMONIC,
     FORCE_BOUND,
+    GROWTH,
     OMEGA,
     QUICKEST,
     STEP,
     STIFFNESS,
     Law,
 )
+from percuss.kernels.pieces import is_record
 
 # The last correction is made with the series alone when it is this small a phase.
 SMALL_PHASE = 3e-4
@@ -161,6 +163,9 @@ def turn_by(law: Law, phases: Floats, step: float) -> None:
     """Advance ``phases`` by a step of a small phase."""
     for j in range(phases.shape[0]):
         angle = law[FIRST_HARMONIC + j, OMEGA] * step
+        if is_record(law, j):
+            phases[j, 0] += phases[j, 1] * step
+            continue
         square = angle * angle
         less = square * (0.5 - square / 24.0)
         sine_of_angle = angle * (1.0 - square * (1.0 - square / 20.0) / 6.0)
@@ -374,7 +379,7 @@ def departure(
 @kernel
 def is_fast(law: Law, region: int, start: FlightStart, distance: float, s: float, v: float) -> bool:
     """Return whether a landing is beyond doubt an impact, by cheap bounds."""
-    if law[region, STIFFNESS] < 0.0:
+    if law[region, GROWTH] > 0.0:
         return False
     _, _, v0, force = start
     pull = abs(force) + law[0, FORCE_BOUND]
@@ -405,7 +410,7 @@ def is_certain(
     if not speed > 2.0 * doubt_of_speed:
         return False
     width = 2.0 * doubt / speed
-    if law[region, STIFFNESS] < 0.0 and width > law[region, STEP]:
+    if law[region, GROWTH] > 0.0 and width > law[region, STEP]:
         return False
     fourth = derivative_bound(law, region, law[0, FORCE_BOUND + 2], second, third, width)
     change = width * (second + width * (0.5 * third + width * fourth * (1.0 / 6.0)))

@@ -4,12 +4,14 @@ A flight is given by its region, its start (an instant, a velocity, the constant
 the displacement y from where it starts. Measured from the start, a hop far below one ulp of x is
 resolved. In every linear regime
 
-    y(s) = v S(s) + g D(s) + sum_j Re[ (force phasor)_j Q_j(s) ],
+    y(s) = v S(s) + g D(s) + sum_j Re[ (force phasor)_j Q_j(s) ] + h E(s),
 
 where with the characteristic roots r1, r2 and divided differences of the exponential
 
-    S = s exp[r1 s, r2 s],   D = s^2 exp[r1 s, r2 s, 0],   Q = s^2 exp[r1 s, r2 s, i w s].
+    S = s exp[r1 s, r2 s],   D = s^2 exp[r1 s, r2 s, 0],   Q = s^2 exp[r1 s, r2 s, i w s],
+    E = s^3 exp[r1 s, r2 s, 0, 0],
 
+with the slope h of the record in the law, whose force at the start is a part of g (`pieces`).
 These are entire functions of all their arguments: critical damping, k = 0 and resonance are
 special cases of their evaluation only. Each function below takes the form that loses no digits
 where it is used (docs/theory/flight.md).
@@ -27,6 +29,7 @@ from percuss.kernels.arithmetic import (
     exponential,
     exponential_less_one,
     exponentials,
+    hypotenuse,
 )
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.law_columns import (
@@ -41,11 +44,11 @@ from percuss.kernels.law_columns import (
     GAIN_RE,
     GAP_IM,
     GAP_RE,
+    GROWTH,
     HALF_TURNS,
     HALF_TURNS_LOW,
     LOWER,
     LOWER_FORCE,
-    LOWER_RESTITUTION,
     NEAR,
     NUMBER,
     OMEGA,
@@ -63,9 +66,9 @@ from percuss.kernels.law_columns import (
     TWICE_PER_RATE,
     UPPER,
     UPPER_FORCE,
-    UPPER_RESTITUTION,
     Law,
 )
+from percuss.kernels.pieces import is_record, next_knot, record_at, time_to_knot
 
 # Below this phase the power series is used: there the closed forms lose digits to cancellation,
 # and above it the series needs more than its terms.
@@ -73,6 +76,11 @@ SERIES_LIMIT = 0.5
 # With abs(rate * s) <= 1/2 the terms from here on are below 0.5**18 / 18! of the sum.
 MOST_TERMS = 20.0
 NEGLIGIBLE = 1e-18
+# The response to a slope cancels more in its closed forms, and its series less.
+SLOPE_SERIES_LIMIT = 3.0
+MOST_SLOPE_TERMS = 60.0
+# Its rounding, relative to it, in terms of that of the other responses.
+SLOPE_TERMS = 4.0
 # The start of a flight: (t, t_low, velocity, constant force).
 FlightStart: TypeAlias = tuple[float, float, float, float]
 # Relative error allowed for each term of a flight: the sum of the roundings in S, D, Q_j and in
@@ -110,20 +118,16 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
         even = slow * (1.0 + 0.5 * shrink)
         if law[region, QUICKEST] * s < SERIES_LIMIT:
             force = force_series(damping, law[region, STIFFNESS], s)
-        elif abs(law[region, SLOW_ROOT]) < -0.5 * law[region, FAST_ROOT]:
-            fast_part = exponential_less_one(law[region, FAST_ROOT] * s) / law[region, FAST_ROOT]
-            slow_part = s
-            if law[region, SLOW_ROOT] != 0.0:
-                slow_part = (
-                    exponential_less_one(law[region, SLOW_ROOT] * s) / law[region, SLOW_ROOT]
-                )
+        elif are_apart(law[region, SLOW_ROOT], law[region, FAST_ROOT]):
+            slow_part = mean_of_exponential(law[region, SLOW_ROOT], s)
+            fast_part = mean_of_exponential(law[region, FAST_ROOT], s)
             force = (slow_part - fast_part) / (2.0 * rate)
         else:
             force = (1.0 - even - damping * impulse) * law[region, PER_STIFFNESS]
         return impulse, even, force
     shrink = 1.0
     lost = 0.0
-    if damping > 0.0:
+    if damping != 0.0:
         shrink, lost = exponentials(-damping * s)
     if rate == 0.0:
         impulse = shrink * s
@@ -146,6 +150,18 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
 
 
 @kernel
+def are_apart(one: float, other: float) -> bool:
+    """Return whether one of two roots is less than half as large as the other."""
+    return min(abs(one), abs(other)) < 0.5 * max(abs(one), abs(other))
+
+
+@kernel
+def mean_of_exponential(root: float, s: float) -> float:
+    """Return the integral of exp(root s) from 0 to s."""
+    return exponential_less_one(root * s) / root if root != 0.0 else s
+
+
+@kernel
 def force_series(damping: float, stiffness: float, s: float) -> float:
     """Return D(s) by its power series, for small s."""
     drag = 2.0 * damping * s
@@ -155,6 +171,58 @@ def force_series(damping: float, stiffness: float, s: float) -> float:
     total = term
     n = 3.0
     while n < MOST_TERMS and abs(term) + abs(before) > NEGLIGIBLE * abs(total):
+        following = -(drag * term + spring * before / (n - 1.0)) / n
+        before = term
+        term = following
+        total += term
+        n += 1.0
+    return total
+
+
+@kernel
+def slope_response(law: Law, region: int, s: float, impulse: float, rise: float) -> float:
+    """Return E(s), the response to a force of slope 1: the integral of D.
+
+    ``impulse`` and ``rise`` are S(s) and D(s).
+    """
+    damping = law[region, DAMPING]
+    stiffness = law[region, STIFFNESS]
+    if law[region, QUICKEST] * s < SLOPE_SERIES_LIMIT:
+        return slope_series(damping, stiffness, s)
+    slow = law[region, SLOW_ROOT]
+    fast = law[region, FAST_ROOT]
+    if law[region, OVERDAMPED] == 1.0 and abs(slow) < -0.5 * fast:
+        return (twice_integrated(slow, s) - twice_integrated(fast, s)) / (2.0 * law[region, RATE])
+    # S + 2 a D + K E = s, the equation of D integrated.
+    return (s - impulse - 2.0 * damping * rise) * law[region, PER_STIFFNESS]
+
+
+@kernel
+def twice_integrated(root: float, s: float) -> float:
+    """Return (exp(r s) - 1 - r s) / r^2: exp(r s) integrated twice from 0."""
+    exponent = root * s
+    if abs(exponent) >= SERIES_LIMIT:
+        return (exponential_less_one(exponent) - exponent) / (root * root)
+    term = 0.5 * s * s
+    total = term
+    n = 3.0
+    while n < MOST_TERMS and abs(term) > NEGLIGIBLE * total:
+        term *= exponent / n
+        total += term
+        n += 1.0
+    return total
+
+
+@kernel
+def slope_series(damping: float, stiffness: float, s: float) -> float:
+    """Return E(s) by its power series."""
+    drag = 2.0 * damping * s
+    spring = stiffness * s * s
+    before = 0.0
+    term = s * s * s / 6.0
+    total = term
+    n = 4.0
+    while n < MOST_SLOPE_TERMS and abs(term) + abs(before) > NEGLIGIBLE * abs(total):
         following = -(drag * term + spring * before / (n - 1.0)) / n
         before = term
         term = following
@@ -230,6 +298,7 @@ def near_response(
 ) -> tuple[float, float]:
     """Return (Re Q_j, Im Q_j) at s with i w_j at, or near, a characteristic root r1.
 
+    Of two real roots r1 is that of the smaller size, with negative damping the smaller one.
     Q = [F(r1) - F(r2)] / (r1 - r2) with F(r) = (exp(i w s) - exp(r s)) / (i w - r), and
     F(r1) = exp(r1 s) expm1(gap s) / gap, smooth as the gap closes.
     """
@@ -239,10 +308,14 @@ def near_response(
     # r1 - r2, and the exponentials of both roots: half their sum, and half their difference.
     apart_re = 2.0 * law[region, RATE] * law[region, OVERDAMPED]
     apart_im = 2.0 * law[region, RATE] - apart_re
+    near_power = even + 0.5 * apart_re * impulse
+    if apart_re > 0.0 and law[region, DAMPING] < 0.0:
+        apart_re = -apart_re
+        near_power = exponential(law[region, FAST_ROOT] * s)
     root_re = 0.5 * apart_re * impulse
     root_im = 0.5 * apart_im * impulse
     if (gap_re * gap_re + gap_im * gap_im) * s * s > 1.0:
-        near_re, near_im = quotient(turn[0] - even - root_re, turn[1] - root_im, gap_re, gap_im)
+        near_re, near_im = quotient(turn[0] - near_power, turn[1] - root_im, gap_re, gap_im)
     else:
         # exp(r1 s) times (exp(gap s) - 1) / gap, or s where the gap is closed.
         mean_re = s
@@ -254,8 +327,8 @@ def near_response(
             top_re = grow * cosine - 2.0 * half * half
             top_im = (1.0 + grow) * sine
             mean_re, mean_im = quotient(top_re, top_im, gap_re, gap_im)
-        near_re = (even + root_re) * mean_re - root_im * mean_im
-        near_im = (even + root_re) * mean_im + root_im * mean_re
+        near_re = near_power * mean_re - root_im * mean_im
+        near_im = near_power * mean_im + root_im * mean_re
     # i w - r2 = (i w - r1) + (r1 - r2).
     far_re, far_im = quotient(
         turn[0] - even + root_re, turn[1] + root_im, gap_re + apart_re, gap_im + apart_im
@@ -277,13 +350,6 @@ def place(law: Law, region: int, bound: int) -> float:
 
 
 @kernel
-def restitution_at(law: Law, region: int, bound: int) -> float:
-    """Return the restitution of a wall of a region."""
-    lower = bound == int(law[region, NUMBER])
-    return law[region, LOWER_RESTITUTION if lower else UPPER_RESTITUTION]
-
-
-@kernel
 def constant_force(law: Law, region: int, x: float) -> float:
     """Return G - K x: the constant force at x, without cancellation at the region's bounds."""
     if x == law[region, LOWER]:
@@ -295,9 +361,12 @@ def constant_force(law: Law, region: int, x: float) -> float:
 
 @kernel
 def set_phases(law: Law, t: float, t_low: float, phases: Floats) -> None:
-    """Write cos and sin of w_j (t + t_low) into the rows of ``phases``."""
+    """Write cos and sin of w_j (t + t_low), or force and slope of a record, into ``phases``."""
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
+        if is_record(law, j):
+            phases[j, 0], phases[j, 1] = record_at(law, t, t_low)
+            continue
         cosine, sine = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], t, t_low)
         phases[j, 0] = cosine
         phases[j, 1] = sine
@@ -308,6 +377,8 @@ def force_derivative(law: Law, phases: Floats, order: int) -> float:
     """Return the derivative of that order of the harmonic force, at the instant of ``phases``."""
     total = 0.0
     for j in range(phases.shape[0]):
+        if order > 1 and is_record(law, j):
+            continue
         harmonic = FIRST_HARMONIC + j
         part = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
         quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
@@ -333,7 +404,8 @@ def force_and_slopes(law: Law, phases: Floats) -> tuple[float, float, float]:
         omega = law[harmonic, OMEGA]
         force += part
         slope += omega * quadrature
-        bend -= omega * omega * part
+        if omega > 0.0:
+            bend -= omega * omega * part
     return force, slope, bend
 
 
@@ -350,6 +422,12 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
         harmonic = FIRST_HARMONIC + j
         cos0 = phases[j, 0]
         sin0 = phases[j, 1]
+        if is_record(law, j):
+            arrival[j, 0] = cos0 + sin0 * s
+            arrival[j, 1] = sin0
+            y += cos0 * rise + sin0 * slope_response(law, region, s, impulse, rise)
+            v += cos0 * impulse + sin0 * rise
+            continue
         turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
         arrival[j, 0] = cos0 * turn[0] - sin0 * turn[1]
         arrival[j, 1] = sin0 * turn[0] + cos0 * turn[1]
@@ -361,6 +439,29 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
         omega = law[harmonic, OMEGA]
         v += in_phase * (impulse - omega * to_sin) + quadrature * omega * to_cos
     return v0 * impulse + y, v0 * even + v
+
+
+@kernel
+def move_over_knots(flight: Flight, s: float) -> tuple[float, float]:
+    """Return (y, v) as `move` does, a time s after the start, over any knots of a record."""
+    law, region, start, _, arrival = flight
+    t, t_low, v, force = start
+    y = 0.0
+    left = s
+    piece = flight
+    to_knot = time_to_knot(law, t, t_low)
+    while to_knot < left:
+        moved, v = move(piece, to_knot)
+        y += moved
+        t, t_low = next_knot(law, t, t_low)
+        left = s - ((t - start[0]) + (t_low - start[1]))
+        set_phases(law, t, t_low, arrival)
+        # Phases may be read and written in one array: each is read before it is written.
+        pull = force - law[region, STIFFNESS] * y
+        piece = Flight(law, region, (t, t_low, v, pull), arrival, arrival)
+        to_knot = time_to_knot(law, t, t_low)
+    moved, v = move(piece, left)
+    return y + moved, v
 
 
 @kernel
@@ -385,7 +486,7 @@ def uncertainties(flight: Flight, s: float) -> tuple[float, float]:
 @kernel
 def growth_of_rounding(law: Law, region: int, s: float) -> float:
     """Return the factor of rounding of a growing exponential, whose exponent is rounded too."""
-    return 1.0 + max(0.0, law[region, SLOW_ROOT] * s) / 16.0
+    return 1.0 + max(0.0, law[region, GROWTH] * s) / 16.0
 
 
 @kernel
@@ -395,21 +496,30 @@ def sizes(flight: Flight, s: float) -> tuple[float, float]:
     _, _, v0, force = start
     impulse, even, rise = free_response(law, region, s)
     size = abs(v0 * impulse) + abs(force * rise)
-    speed = abs(v0) * (abs(even) + law[region, DAMPING] * abs(impulse)) + abs(force * impulse)
+    damping = abs(law[region, DAMPING])
+    speed = abs(v0) * (abs(even) + damping * abs(impulse)) + abs(force * impulse)
     n = phases.shape[0]
     for j in range(n):
         response = region + 1 + j
         omega = law[FIRST_HARMONIC + j, OMEGA]
-        # No response to a bounded force exceeds the one to its bound while S >= 0.
-        limit = 0.5 * s * s
+        if omega < 0.0:
+            push = law[FIRST_HARMONIC + j, AMPLITUDE]
+            slope = SLOPE_TERMS * abs(phases[j, 1])
+            size += push * abs(rise) + slope * slope_response(law, region, s, impulse, rise)
+            speed += push * abs(impulse) + slope * abs(rise)
+            continue
+        # No response to a bounded force exceeds the one to its bound while S >= 0, and that is
+        # less than twice as large where negative damping makes it grow.
+        limit = s * s if law[region, DAMPING] < 0.0 else 0.5 * s * s
         if s * max(law[region, QUICKEST], omega) >= SERIES_LIMIT:
-            terms = 1.0 + abs(even) + (law[region, DAMPING] + omega) * abs(impulse)
+            terms = 1.0 + abs(even) + (damping + omega) * abs(impulse)
             limit = terms * (abs(law[response, GAIN_RE]) + abs(law[response, GAIN_IM]))
             if law[response, NEAR] == 1.0:
-                limit = (
-                    s * (abs(even) + law[region, RATE] * abs(impulse)) / law[region, RATE]
-                    + terms / omega**2
-                )
+                # What is near the root is built up for a time s, with damping for that of the gap.
+                gap = hypotenuse(law[response, GAP_RE], law[response, GAP_IM])
+                lasts = min(s, 2.0 / gap) if gap > 0.0 else s
+                built = max(1.0, abs(even) + law[region, RATE] * abs(impulse))
+                limit = lasts * built / law[region, RATE] + terms / omega**2
         size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
         # Q' = S + i w Q.
         speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(impulse) + omega * limit)
@@ -445,6 +555,8 @@ def four_derivatives(
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         omega = law[harmonic, OMEGA]
+        if omega < 0.0:
+            continue
         quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
         twist -= omega * omega * omega * quadrature
     drag = 2.0 * law[region, DAMPING]
@@ -460,7 +572,8 @@ def derivative_bound(
     """Return a bound on abs(x^(m + 2)) over the next s, given x^(m) and x^(m + 1), m >= 1.
 
     Both obey the equation of motion with the force's m-th derivative, bounded by ``force_bound``,
-    in place of the force, and their energy, or where K < 0 their norm, grows no faster than that
+    in place of the force, and their energy, or where K < 0 their norm, grows no faster than that,
+    or with negative damping by the factor that the bounds hold
     (docs/theory/first-event.md). Valid for s up to one step of the region.
     """
     return (

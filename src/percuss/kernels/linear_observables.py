@@ -29,25 +29,37 @@ from percuss.kernels.flight import (
     four_derivatives,
     move,
     place,
-    restitution_at,
     set_phases,
 )
 from percuss.kernels.law_columns import (
     AMPLITUDE,
     COSINE,
     FIRST_HARMONIC,
+    FIRST_KNOT,
     FORCE_BOUND,
+    KNOT_ENTRIES,
+    KNOT_FORCE,
+    KNOT_SLOPE,
+    KNOT_T,
+    KNOT_T_LOW,
+    KNOTS_A_ROW,
     LOWER,
     N_FORCE_BOUNDS,
     N_HARMONICS,
+    N_KNOTS,
     NUMBER,
     OMEGA,
+    OUTSIDE_FORCE,
     SINE,
     STIFFNESS,
+    STOP_BOUND,
+    STOP_DRAG,
+    STOP_STIFFNESS,
     UPPER,
     Law,
 )
 from percuss.kernels.next_event import first_passage
+from percuss.kernels.pieces import is_record, next_knot, time_to_knot
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -56,6 +68,7 @@ from percuss.kernels.record import (
     EVENT_T_LOW,
     IMPACT,
     KIND,
+    KNOT,
     NEXT_REGION,
     SLOW_LANDING,
     V_AFTER,
@@ -65,6 +78,7 @@ from percuss.kernels.record import (
     place_of_event,
     time_since_event,
 )
+from percuss.kernels.restitution import restitution_at
 from percuss.kernels.sample import tail_hop
 
 # The weights of x - reference, x', x'' and x'''.
@@ -73,30 +87,51 @@ Weights: TypeAlias = tuple[float, float, float, float]
 Derivatives: TypeAlias = tuple[float, float, float, float, float, float]
 # Entries of the extremes.
 LEAST, T_LEAST, GREATEST, T_GREATEST = range(4)
-# Entries of the progress of a search: the row of the record, the time since its event, and the
-# side of a level.
-ROW, SINCE, SINCE_LOW, SIDE = range(4)
-PROGRESS_ENTRIES = 4
+# Entries of the progress of a search: the row of the record, the time since its event, the side of
+# a level, the level, and 1 where the event is a knot of a record.
+ROW, SINCE, SINCE_LOW, SIDE, LEVEL, AT_KNOT = range(6)
+PROGRESS_ENTRIES = 6
 # Columns of the crossings of a level.
 CROSSING_T, CROSSING_V = range(2)
 # The last step to a zero is this small a part of the way to it, or the search knows better.
 NEXT_TO = 1e-6
 # The first hops of a chatter's tail hold its extremes: the later ones are smaller.
 TAIL_HOPS = 2
+# No event on a bound.
+NOWHERE = (False, 0.0, 0.0, 0.0)
 
 
 class Observable(NamedTuple):
     """A linear observable, and the law of its derivative (`derive_law`).
 
-    ``touched`` (n_regions,) is 1 where it acts, ``bound`` the number of a wall's bound, -1 for
-    none: in contact with that wall it is the force of the wall.
+    ``acts`` are the numbers of the first and the last region in which it acts, ``bound`` the
+    number of a wall's bound, -1 for none: in contact with that wall it is the force of the wall.
     """
 
     reference: float
     weights: Weights
-    touched: Integers
+    acts: tuple[int, int]
     bound: int
     derived: Law
+
+
+@kernel
+def stop_weights(stop: Floats) -> Weights:
+    """Return the weights of the force of a stop from its columns; of a wall it is none in flight."""
+    if stop[STOP_BOUND] >= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    return -stop[STOP_STIFFNESS], -stop[STOP_DRAG], 0.0, 0.0
+
+
+@kernel
+def slope_weights(weights: Weights, bound: int) -> Weights:
+    """Return the weights of the derivative of an observable.
+
+    In contact a wall bears what else acts: that changes with the force alone.
+    """
+    if bound >= 0:
+        return 0.0, 1.0, 0.0, 0.0
+    return 0.0, weights[0], weights[1], weights[2]
 
 
 class Scratch(NamedTuple):
@@ -118,6 +153,9 @@ def derive_law(law: Law, weights: Weights, derived: Law) -> None:
     for j in range(int(law[0, N_HARMONICS])):
         row = FIRST_HARMONIC + j
         omega = law[row, OMEGA]
+        if is_record(law, j):
+            derive_record(law, a, b, derived)
+            continue
         # A derivative turns (cosine, sine) to (omega sine, -omega cosine).
         even = a - c * omega * omega
         odd = (b - d * omega * omega) * omega
@@ -130,6 +168,36 @@ def derive_law(law: Law, weights: Weights, derived: Law) -> None:
         for order in range(N_FORCE_BOUNDS):
             derived[0, FORCE_BOUND + order] += size
             size *= omega
+
+
+@kernel
+def derive_record(law: Law, a: float, b: float, derived: Law) -> None:
+    """Write the bounds of a times the record plus b times its slope into ``derived``."""
+    row = FIRST_HARMONIC + int(law[0, N_HARMONICS]) - 1
+    # No slope of the record is larger than that of the whole force.
+    steepest = law[0, FORCE_BOUND + 1]
+    size = abs(a) * law[row, AMPLITUDE] + abs(b) * steepest
+    derived[row, AMPLITUDE] = size
+    derived[0, FORCE_BOUND] += size
+    derived[0, FORCE_BOUND + 1] += abs(a) * steepest
+
+
+@kernel
+def derive_knots(law: Law, weights: Weights, derived: Law) -> None:
+    """Write the knots of a linear observable into ``derived``: contacts are searched with them.
+
+    A flight ends at a knot, and its search begins with force and slope of the flight itself.
+    """
+    a, b, _, _ = weights
+    derived[0, OUTSIDE_FORCE] = a * law[0, OUTSIDE_FORCE]
+    for k in range(int(law[0, N_KNOTS])):
+        row = int(law[0, FIRST_KNOT]) + k // KNOTS_A_ROW
+        first = KNOT_ENTRIES * (k % KNOTS_A_ROW)
+        slope = law[row, first + KNOT_SLOPE]
+        derived[row, first + KNOT_T] = law[row, first + KNOT_T]
+        derived[row, first + KNOT_T_LOW] = law[row, first + KNOT_T_LOW]
+        derived[row, first + KNOT_FORCE] = a * law[row, first + KNOT_FORCE] + b * slope
+        derived[row, first + KNOT_SLOPE] = a * slope
 
 
 @formula
@@ -184,6 +252,10 @@ def next_zero(
     force = a * (start[3] - law[region, STIFFNESS] * y) - law[region, STIFFNESS] * rest
     t, t_low = later(start[0], start[1] + left[1], left[0])
     copy_phases(arrival, scratch.begin)
+    for j in range(scratch.begin.shape[0]):
+        if is_record(law, j):
+            scratch.begin[j, 0] = a * arrival[j, 0] + b * arrival[j, 1]
+            scratch.begin[j, 1] = a * arrival[j, 1]
     search = Flight(derived, region, (t, t_low, slope, force), scratch.begin, scratch.end)
     longest = right - left[0]
     sign = 1.0 if value > 0.0 else -1.0
@@ -234,6 +306,12 @@ def note_value(best: Floats, value: float, t: float) -> None:
 
 
 @kernel
+def acts_in(observable: Observable, number: int) -> bool:
+    """Return whether an observable acts in the region of a number."""
+    return observable.acts[0] <= number <= observable.acts[1]
+
+
+@kernel
 def value_at(flight: Flight, shift: float, weights: Weights, y: float, v: float) -> float:
     """Return an observable at displacement y and velocity v; ``arrival`` holds the phases there."""
     law, region, start, _, arrival = flight
@@ -281,18 +359,28 @@ def extremes_in_flight(
 
 
 @kernel
-def note_flight_end(
-    record: MotionRecord,
-    row: int,
+def meeting(
+    law: Law, events: Floats, marks: Integers, row: int
+) -> tuple[bool, float, float, float]:
+    """Return whether an event meets a bound with a velocity, and its place, velocity and instant."""
+    kind = marks[row, KIND]
+    if kind not in (IMPACT, CROSSING, SLOW_LANDING):
+        return False, 0.0, 0.0, 0.0
+    at = place(law, int(marks[row, NEXT_REGION]), int(marks[row, BOUND]))
+    return True, at, events[row, V_BEFORE], events[row, EVENT_T]
+
+
+@kernel
+def note_limit(
     flight: Flight,
     x: float,
     observable: Observable,
     s: float,
+    met: tuple[bool, float, float, float],
     best: Floats,
 ) -> None:
-    """Note the observable a time s after the event of a row, as the limit from before."""
-    law, events, marks = record.law, record.events, record.marks
-    region = flight.region
+    """Note the observable a time s after the start of a flight; ``met`` is the event there."""
+    law, region = flight.law, flight.region
     y = 0.0
     v = flight.start[2]
     if s > 0.0:
@@ -300,31 +388,29 @@ def note_flight_end(
     else:
         copy_phases(flight.phases, flight.arrival)
     t, _ = later(flight.start[0], flight.start[1], s)
-    if row + 1 < events.shape[0] and s >= time_since_event(events, row + 1):
-        kind = marks[row + 1, KIND]
-        if kind in (IMPACT, CROSSING, SLOW_LANDING):
-            # At the event the mass is on the bound, with the velocity of the table.
-            y = place(law, int(marks[row + 1, NEXT_REGION]), int(marks[row + 1, BOUND])) - x
-            v = events[row + 1, V_BEFORE]
-            t = events[row + 1, EVENT_T]
+    if met[0]:
+        # At the event the mass is on the bound, with the velocity of the table.
+        y = met[1] - x
+        v = met[2]
+        t = met[3]
     y = min(max(y, law[region, LOWER] - x), law[region, UPPER] - x)
     note_value(best, value_at(flight, x - observable.reference, observable.weights, y, v), t)
 
 
 @kernel
 def note_tail(
-    record: MotionRecord,
-    row: int,
     flight: Flight,
     x: float,
-    restitution: float,
+    tail: tuple[float, float, Pair],
     observable: Observable,
     best: Floats,
 ) -> None:
-    """Note an observable at the ends and the summits of the first hops of a chatter's tail."""
+    """Note an observable at the ends and the summits of the first hops of a chatter's tail.
+
+    ``tail`` is the wall's restitution, how long the tail lasts, and its end.
+    """
     law, _, start, _, arrival = flight
-    events = record.events
-    whole = time_since_event(events, row + 1)
+    restitution, whole, end = tail
     shift = x - observable.reference
     share = 1.0
     s = 0.0
@@ -340,7 +426,7 @@ def note_tail(
         s += duration
         share *= restitution
     # Where the hops end the force still acts, and the contact has not begun.
-    t, t_low = events[row + 1, EVENT_T], events[row + 1, EVENT_T_LOW]
+    t, t_low = end
     set_phases(law, t, t_low, arrival)
     y, v = tail_hop(restitution, start[2], whole, whole)
     note_value(best, value_at(flight, shift, observable.weights, y, v), t)
@@ -355,16 +441,47 @@ def extremes_in_contact(
     The wall of the observable bears all other forces; its extremes are the zeros of the force's
     derivative, which are found as a release is. After a period they repeat themselves.
     """
-    law, region, start, _, arrival = flight
+    law, region, start, phases, arrival = flight
     a = observable.weights[0]
-    derived = observable.derived
     s, until = span
     if bound != observable.bound:
-        acts = observable.touched[int(law[region, NUMBER])] == 1
+        acts = acts_in(observable, int(law[region, NUMBER]))
         held = a * (x - observable.reference) if acts else 0.0
         note_value(best, held, later(start[0], start[1], s)[0])
         return
     force = constant_force(law, region, x)
+    begin = (start[0], start[1])
+    now = later(start[0], start[1], s)
+    to_knot = time_to_knot(law, now[0], now[1])
+    while s + to_knot < until:
+        end = s + to_knot
+        extremes_of_wall(flight, force, observable.derived, begin, (s, end), best)
+        # At a knot the force of the wall may jump: its limit from before.
+        instant = later(begin[0], begin[1], s)
+        knot = next_knot(law, instant[0], instant[1])
+        set_phases(law, instant[0], instant[1], phases)
+        set_phases(law, knot[0], knot[1], arrival)
+        for j in range(arrival.shape[0]):
+            if is_record(law, j):
+                arrival[j, 0] = phases[j, 0] + phases[j, 1] * to_knot
+        note_value(best, -(force + force_and_slopes(law, arrival)[0]), knot[0])
+        until -= (knot[0] - begin[0]) + (knot[1] - begin[1])
+        begin = knot
+        s = 0.0
+        to_knot = time_to_knot(law, knot[0], knot[1])
+    extremes_of_wall(flight, force, observable.derived, begin, (s, until), best)
+
+
+@kernel
+def extremes_of_wall(
+    flight: Flight, force: float, derived: Law, start: Pair, span: Pair, best: Floats
+) -> None:
+    """Note what a wall bears of a constant force and the drive, within one piece of a record.
+
+    ``span`` is counted from the instant ``start``.
+    """
+    law, arrival = flight.law, flight.arrival
+    s, until = span
     while True:
         instant = later(start[0], start[1], s)
         set_phases(law, instant[0], instant[1], arrival)
@@ -462,22 +579,90 @@ def extremes_in_stretch(
         bound = int(marks[row, BOUND])
         extremes_in_contact(flight, x, observable, bound, (begin, until), best)
         return until, 0.0
-    if observable.touched[int(record.law[region, NUMBER])] == 0:
+    if not acts_in(observable, int(record.law[region, NUMBER])):
         t, _ = later(flight.start[0], flight.start[1], begin)
         note_value(best, 0.0, t)
         return until, 0.0
     is_last = row + 1 >= record.events.shape[0]
     if marks[row, KIND] == IMPACT and not is_last and marks[row + 1, KIND] == CONTACT:
-        restitution = restitution_at(record.law, region, int(marks[row, BOUND]))
-        note_tail(record, row, flight, x, restitution, observable, best)
+        events = record.events
+        bound, after = int(marks[row, BOUND]), abs(events[row, V_AFTER])
+        restitution = restitution_at(record.law, region, bound, after)
+        end = (events[row + 1, EVENT_T], events[row + 1, EVENT_T_LOW])
+        tail = (restitution, time_since_event(events, row + 1), end)
+        note_tail(flight, x, tail, observable, best)
         return until, 0.0
+    met = (False, 0.0, 0.0, 0.0)
+    if not is_last and until >= time_since_event(record.events, row + 1):
+        met = meeting(record.law, record.events, marks, row + 1)
     if since[0] == 0.0:
-        note_flight_end(record, row, flight, x, observable, begin, best)
+        at_end = begin >= until
+        note_limit(flight, x, observable, begin, met if at_end else NOWHERE, best)
     first = since if since[0] > begin else (begin, 0.0)
     reached = extremes_in_flight(flight, x, observable, (first, until), best, scratch, budget)
     if reached[0] >= until:
-        note_flight_end(record, row, flight, x, observable, until, best)
+        note_limit(flight, x, observable, until, met, best)
     return reached
+
+
+@kernel
+def heading_side(clearance: float, v: float) -> float:
+    """Return the side of a level on which a motion is, or goes to from the level itself."""
+    if clearance == 0.0:
+        return 1.0 if v > 0.0 else -1.0
+    return 1.0 if clearance > 0.0 else -1.0
+
+
+@kernel
+def begin_search(progress: Floats) -> None:
+    """Begin the search of a stretch; the side of the level stays."""
+    progress[SINCE] = 0.0
+    progress[SINCE_LOW] = 0.0
+
+
+@kernel
+def next_passage(
+    flight: Flight,
+    shift: float,
+    in_contact: bool,
+    until: float,
+    progress: Floats,
+    scratch: Scratch,
+) -> tuple[bool, float, float]:
+    """Return whether a stretch passes a level once more up to ``until``, and (t, v) there.
+
+    ``shift`` is where the stretch begins minus the level, and ``progress`` how far it is known. At
+    the edge of a stop the passage is the event itself, at which the stretch begins; a start on the
+    level is none, nor is a touch.
+    """
+    law, region, start, _, _ = flight
+    lower, upper = law[region, LOWER], law[region, UPPER]
+    level = progress[LEVEL]
+    if not lower < level < upper:
+        # On the other side of an edge that is the level, or far from it.
+        side = 1.0 if level <= lower else -1.0
+        passed = progress[SIDE] * side < 0.0
+        progress[SIDE] = side
+        return passed, start[0], start[2]
+    s = (progress[SINCE], progress[SINCE_LOW])
+    if in_contact or not s[0] < until:
+        return False, 0.0, 0.0
+    if progress[AT_KNOT] == 1.0 and s[0] == 0.0:
+        # A passage that rounding puts between the two flights that a knot parts.
+        side = heading_side(shift, start[2])
+        if progress[SIDE] * side < 0.0:
+            progress[SIDE] = side
+            return True, start[0], start[2]
+    at_zero = s[0] > 0.0 or shift == 0.0
+    s, side = next_zero(flight, law, shift, (1.0, 0.0, 0.0, 0.0), (s, until, at_zero), scratch)
+    progress[SIDE] = side
+    progress[SINCE], progress[SINCE_LOW] = s
+    if not s[0] < until:
+        return False, 0.0, 0.0
+    progress[SIDE] = -side
+    _, v, _, _, _, _ = state_at(flight, s)
+    t, _ = later(start[0], start[1] + s[1], s[0])
+    return True, t, v
 
 
 @kernel
@@ -493,50 +678,28 @@ def crossings_of_level(
 
     ``progress`` holds the row, the time since its event and the side of the level on which the
     motion is, zeros at first. When ``found`` is full the call returns, and the next one goes on.
-    At the edge of a stop the passage is the event itself; a start on the level is none, nor is a
-    touch.
     """
-    law, events, marks = record.law, record.events, record.marks
+    events, marks = record.events, record.marks
+    progress[LEVEL] = level
     count = 0
     while int(progress[ROW]) < events.shape[0]:
         row = int(progress[ROW])
         x = place_of_event(record, row)
-        region = int(marks[row, NEXT_REGION])
         until = end - events[row, EVENT_T] - events[row, EVENT_T_LOW]
         if row + 1 < events.shape[0]:
             until = time_since_event(events, row + 1)
-        inside = law[region, LOWER] < level < law[region, UPPER]
-        if not inside:
-            # On the other side of an edge that is the level, or far from it.
-            side = 1.0 if level <= law[region, LOWER] else -1.0
-            if progress[SIDE] * side < 0.0:
-                if count == found.shape[0]:
-                    return count
-                found[count, CROSSING_T] = events[row, EVENT_T]
-                found[count, CROSSING_V] = events[row, V_AFTER]
-                count += 1
-            progress[SIDE] = side
-        elif marks[row, KIND] != CONTACT and until > 0.0:
-            flight = flight_after(record, row, scratch.phases, scratch.arrival)
-            s = (progress[SINCE], progress[SINCE_LOW])
-            while s[0] < until:
-                if count == found.shape[0]:
-                    return count
-                at_zero = s[0] > 0.0 or x == level
-                s, side = next_zero(
-                    flight, law, x - level, (1.0, 0.0, 0.0, 0.0), (s, until, at_zero), scratch
-                )
-                progress[SIDE] = side
-                if not s[0] < until:
-                    break
-                progress[SINCE], progress[SINCE_LOW] = s
-                progress[SIDE] = -side
-                _, v, _, _, _, _ = state_at(flight, s)
-                t, _ = later(flight.start[0], flight.start[1] + s[1], s[0])
+        flight = flight_after(record, row, scratch.phases, scratch.arrival)
+        in_contact = marks[row, KIND] == CONTACT
+        progress[AT_KNOT] = 1.0 if marks[row, KIND] == KNOT else 0.0
+        passes = True
+        while passes:
+            if count == found.shape[0]:
+                return count
+            passes, t, v = next_passage(flight, x - level, in_contact, until, progress, scratch)
+            if passes:
                 found[count, CROSSING_T] = t
                 found[count, CROSSING_V] = v
                 count += 1
         progress[ROW] = row + 1.0
-        progress[SINCE] = 0.0
-        progress[SINCE_LOW] = 0.0
+        begin_search(progress)
     return count

@@ -48,6 +48,7 @@ from percuss.kernels.law_columns import (
     FORCE_BOUND,
     GAIN_IM,
     GAIN_RE,
+    GROWTH,
     LOWER,
     OMEGA,
     OVERDAMPED,
@@ -97,7 +98,7 @@ NextEvent: TypeAlias = tuple[int, float, float, float, float, Pair]
 def is_spread(law: Law, region: int, n: int) -> bool:
     """Return whether the slowest part of a motion is so slow that a stretch may be worth it.
 
-    That needs a spring, and no harmonic in exact resonance.
+    That needs a spring, no harmonic in exact resonance, and free motion that does not grow.
     """
     return slowest(law, region, n) * law[region, STEP] * WORTH < STRETCH_PHASE
 
@@ -105,7 +106,7 @@ def is_spread(law: Law, region: int, n: int) -> bool:
 @kernel
 def slowest(law: Law, region: int, n: int) -> float:
     """Return the rate of the slowest part of a motion, infinite where the parts are not known."""
-    if not law[region, STIFFNESS] > 0.0 or law[region, RATE] == 0.0:
+    if not law[region, STIFFNESS] > 0.0 or law[region, RATE] == 0.0 or law[region, GROWTH] > 0.0:
         return math.inf
     rate = math.sqrt(law[region, STIFFNESS])
     if law[region, OVERDAMPED] == 1.0:
@@ -347,7 +348,7 @@ def set_out(flight: Flight, walker: Floats, s: float) -> tuple[int, float, float
     step = law[region, STEP]
     steps = STEPS_A_WALK
     load = step * step * (abs(start[3]) + law[0, FORCE_BOUND])
-    if law[region, STIFFNESS] < 0.0:
+    if law[region, GROWTH] > 0.0:
         # An error grows here as fast as the motion can: begin each step from the closed form.
         steps = 1
     if s > 0.0 or steps == 1:

@@ -24,6 +24,13 @@ from percuss.kernels.law_columns import (
     UPPER_ENTRY,
     Law,
 )
+from percuss.kernels.linear_observables import LEVEL as SEARCHED_LEVEL
+from percuss.kernels.linear_observables import (
+    PROGRESS_ENTRIES,
+    Scratch,
+    begin_search,
+    next_passage,
+)
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -45,21 +52,28 @@ IMPACTS, CONTACTS, POINTS, PEAK_SPEED, LOWEST, HIGHEST, LOST, DRAGGED, END_X, EN
 # From the start on: the direction to a neighbour, the logarithm of how far it has moved away,
 # and that of the factor of an area between neighbours.
 AHEAD_X, AHEAD_V, STRETCHED, SHRUNK = range(10, 14)
-N_OBSERVABLES = 14
+# The loads, from ``since`` on (`loads`): the largest magnitudes of a stop's force and of the
+# acceleration; the integrals of x^2, of the time in touch with a stop, and of the forcing's power.
+PEAK_FORCE, PEAK_ACCELERATION, SQUARE, IN_TOUCH, WORK = range(14, 19)
+# The progress of the search for passages (`linear_observables`).
+SEARCHED = 19
+N_OBSERVABLES = SEARCHED + PROGRESS_ENTRIES
 # A longer row keeps the greatest impact speed of each of n stretches of time as well, from the
 # start on: how many of their edges are passed, the n + 1 edges, and n speeds.
 PASSED, EDGES = N_OBSERVABLES, N_OBSERVABLES + 1
 
 # What a point is: nothing is written; (x, v) once a period; (cycle, v_after) at an impact on, or
-# an entry into, a stop; (STRETCHED, SHRUNK, angle of the direction) once a period.
-NO_POINTS, STROBES, IMPACT_POINTS, TANGENTS = range(4)
-# Columns of the points; the third is the bound's number, -1 for a strobe.
+# an entry into, a stop; (STRETCHED, SHRUNK, angle of the direction) once a period; (cycle, v) where
+# a displacement is passed.
+NO_POINTS, STROBES, IMPACT_POINTS, TANGENTS, PASSAGES = range(5)
+# Columns of the points; the third is the bound's number, -1 for a strobe or a passage.
 FIRST, SECOND, THIRD = range(3)
 POINT_COLUMNS = 3
 
-# Entries of the plan of a motion: observables and strobes begin at SINCE, strobes come every EVERY.
-SINCE, EVERY, UNTIL = range(3)
-PLAN_ENTRIES = 3
+# Entries of the plan of a motion: observables and strobes begin at SINCE, strobes come every EVERY;
+# the displacement whose passages are kept, and the sign of the velocity there, 0 for either.
+SINCE, EVERY, UNTIL, LEVEL, WAY = range(5)
+PLAN_ENTRIES = 5
 
 # Nodes and weights of Gauss's rule with five points on [0, 1], and the parts of a search's step
 # that it is applied to: over a phase of 1/2 its relative error is below 1e-15.
@@ -84,13 +98,26 @@ TURNING_STEPS = 4
 LONGEST_PHASE = 200.0
 
 
+class LoadSpace(NamedTuple):
+    """Arrays that the loads of members are found in: a law, and what searches need."""
+
+    derived: Law
+    best: Floats
+    scratch: Scratch
+
+
 class Member(NamedTuple):
-    """One motion of a batch: its run, its plan, and what is kept of it."""
+    """One motion of a batch: its run, its plan, and what is kept of it.
+
+    ``stops`` are the columns of its stops (`linear_observables`).
+    """
 
     run: Run
     plan: Floats
     values: Floats
     points: Floats
+    stops: Floats
+    loads: LoadSpace
 
 
 @formula
@@ -129,10 +156,35 @@ def observe_impact(member: Member, instant: Pair, speeds: Pair, bound: float, se
     values[PEAK_SPEED] = max(values[PEAK_SPEED], abs(before))
     values[LOST] += 0.5 * (before - after) * (before + after)
     if section == IMPACT_POINTS:
-        part = turns(law[0, PERIOD_TURNS], law[0, PERIOD_TURNS_LOW], instant[0], instant[1])
-        if part < 0.0:
-            part += 1.0
-        write_point(member, part if part < 1.0 else 0.0, after, bound)
+        write_point(member, cycle_of(law, instant), after, bound)
+
+
+@formula
+def cycle_of(law: Law, instant: Pair) -> float:
+    """Return the cycle of an instant, (t / period) mod 1."""
+    part = turns(law[0, PERIOD_TURNS], law[0, PERIOD_TURNS_LOW], instant[0], instant[1])
+    if part < 0.0:
+        part += 1.0
+    return part if part < 1.0 else 0.0
+
+
+@formula
+def observe_passages(
+    member: Member, flight: Flight, x: float, in_contact: bool, until: float
+) -> None:
+    """Write the passages of a displacement on a stretch from x, which ends at ``until``."""
+    plan, values = member.plan, member.values
+    start = flight.start
+    progress = values[SEARCHED : SEARCHED + PROGRESS_ENTRIES]
+    progress[SEARCHED_LEVEL] = plan[LEVEL]
+    begin_search(progress)
+    scratch = member.loads.scratch
+    longest = (until - start[0]) - start[1]
+    passes = True
+    while passes:
+        passes, t, v = next_passage(flight, x - plan[LEVEL], in_contact, longest, progress, scratch)
+        if passes and plan[SINCE] <= t <= plan[UNTIL] and plan[WAY] * v >= 0.0:
+            write_point(member, cycle_of(flight.law, (t, 0.0)), v, -1.0)
 
 
 @formula
@@ -188,7 +240,7 @@ def move_neighbour(
 ) -> None:
     """Take a neighbour along a flight and over the event at its end.
 
-    ``jump`` is the event's saltation matrix, ``restitution`` the wall's, or 1.
+    ``jump`` is the event's saltation matrix, ``restitution`` the square root of its determinant.
     """
     stretch, x, v = stretched(law, region, s, jump, values)
     values[STRETCHED] += stretch

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from percuss.model.exact import Exact, Phase
 from percuss.model.expression import Expression, parameter
-from percuss.model.forcing import Forcing, cosine
+from percuss.model.forcing import Forcing, Harmonic
 
 __all__ = ["base_excitation"]
 
@@ -15,7 +15,7 @@ def base_excitation(
     """Return the force on a mass whose support moves by -amplitude cos(omega t + phase).
 
     In the frame of the support it is constant + amplitude omega^2 cos(omega t + phase) per unit
-    mass. A study over `forcing.omega` keeps the amplitude of the support: the amplitude of the
+    mass, and marked so: an oscillator with a mass takes it as that acceleration. A study over `forcing.omega` keeps the amplitude of the support: the amplitude of the
     force is an expression of two parameters, `base_amplitude` and `base_omega`, or of those given.
 
     Parameters
@@ -49,4 +49,5 @@ def base_excitation(
         amplitude = parameter("base_amplitude", amplitude)
     if not isinstance(omega, Expression):
         omega = parameter("base_omega", omega)
-    return cosine(omega, amplitude * omega**2, phase, constant)
+    wave = Harmonic(amplitude * omega**2, omega, phase)
+    return Forcing((wave,), constant, is_per_mass=True)

@@ -18,6 +18,14 @@ __all__ = ["Fault", "draft", "faults"]
 
 Model = TypeVar("Model")
 
+# Names of units by what they measure, with their power of ten of the SI unit, where that is whole.
+UNITS: dict[str, dict[str, int | None]] = {
+    "length": {"km": 3, "m": 0, "cm": -2, "mm": -3, "um": -6, "µm": -6, "nm": -9, "in": None,
+               "ft": None},
+    "time": {"s": 0, "ms": -3, "us": -6, "µs": -6, "ns": -9, "min": None, "h": None},
+    "mass": {"t": 3, "kg": 0, "g": -3, "mg": -6, "lb": None},
+    "force": {"N": 0, "kN": 3, "MN": 6, "mN": -3, "lbf": None},
+}  # fmt: skip
 # Rates and stiffnesses are squared, and squared again, in bounds.
 LARGEST_SCALE = 1e70
 
@@ -37,8 +45,8 @@ class Fault:
 
     Examples
     --------
-    >>> print(Fault("oscillator.damping", -0.1, "negative; it would feed energy in"))
-    oscillator.damping = -0.1: negative; it would feed energy in
+    >>> print(Fault("oscillator.stops.0.restitution", -0.1, "outside [0, 1]"))
+    oscillator.stops.0.restitution = -0.1: outside [0, 1]
     """
 
     name: str
@@ -84,13 +92,13 @@ def faults(value: object, prefix: str | None = None) -> list[Fault]:
     raise TypeError(f"{type(value).__name__} is no part of the model ({prefix or 'no prefix'})")
 
 
-def draft(kind: type[Model], **fields: object) -> Model:
+def draft(kind: type[Model], /, **fields: object) -> Model:
     """Return a part of the model that has not been checked, whose faults `faults` then lists.
 
     Parameters
     ----------
     kind
-        Wall, SoftStop, Oscillator, Harmonic, FourierTerm, Forcing or Start.
+        Wall, SoftStop, Oscillator, Harmonic, FourierTerm, ForceRecord, Forcing or Start.
     **fields
         Its fields by name, the parts of a part as drafts themselves.
 
@@ -108,7 +116,7 @@ def draft(kind: type[Model], **fields: object) -> Model:
     --------
     >>> from percuss.model import Oscillator, Wall
     >>> wall = draft(Wall, at=0, side="left", restitution=2)
-    >>> [fault.name for fault in faults(draft(Oscillator, damping=-1, stops=(wall,)))]
+    >>> [fault.name for fault in faults(draft(Oscillator, damping="a", stops=(wall,)))]
     ['oscillator.damping', 'oscillator.stops.0.side', 'oscillator.stops.0.restitution']
     """
     value = object.__new__(kind)
@@ -186,7 +194,9 @@ def scale_faults(name: str, value: object) -> list[Fault]:
     return problems
 
 
-def damping_faults(name: str, value: object) -> list[Fault]:
-    """Return the fault of a damping that is no number of at least zero."""
-    problems = not_negative_faults(name, value, "negative; it would feed energy in")
-    return problems or scale_faults(name, value)
+def unit_problem(name: str, value: object) -> str | None:
+    """Return why a text cannot name a unit of length, time or mass, None if it can."""
+    if not isinstance(value, str):
+        return "not a text"
+    known = next((dimension for dimension in UNITS if value in UNITS[dimension]), name)
+    return None if known == name else f"a unit of {known}, not of {name}"

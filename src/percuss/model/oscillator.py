@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
 from percuss.errors import ParameterError
@@ -20,8 +21,8 @@ from percuss.model.exact import (
 from percuss.model.faults import (
     Fault,
     as_tuple,
-    damping_faults,
     dotted,
+    draft,
     faults,
     make_plain,
     not_negative_faults,
@@ -30,6 +31,8 @@ from percuss.model.faults import (
     raise_first,
     scale_faults,
 )
+from percuss.model.restitution import Restitution, RestitutionTable
+from percuss.model.units import Units
 
 __all__ = [
     "Oscillator",
@@ -40,6 +43,7 @@ __all__ = [
     "backlash_oscillator",
     "bilinear_oscillator",
     "impact_oscillator",
+    "mass_of",
 ]
 
 
@@ -57,7 +61,7 @@ class Wall:
     side
         On which side of the free motion the wall lies: a wall ``"below"`` keeps x >= at.
     restitution
-        Coefficient of restitution r, in [0, 1].
+        Coefficient of restitution r, in [0, 1], or a `restitution_table` over the speed of impacts.
 
     Raises
     ------
@@ -72,7 +76,7 @@ class Wall:
 
     at: Exact
     side: Side
-    restitution: Exact = 1.0
+    restitution: Restitution = 1.0
 
     def __post_init__(self) -> None:
         make_plain(self, "at", "side", "restitution")
@@ -83,7 +87,8 @@ class Wall:
 class SoftStop:
     """A compliant stop: it adds the force -k_s (x - at) - 2 a_s x' while x is beyond it.
 
-    Contact is by geometry, so the dashpot may pull. With a_s > 0 the force jumps where the
+    Beside a mass (`Oscillator.from_mass`) it is in engineers' units: ``stiffness`` is then a force
+    per length and ``damping`` the coefficient c_s of the force -c_s x'. Contact is by geometry, so the dashpot may pull. With a_s > 0 the force jumps where the
     stop is reached, with a_s = 0 it is continuous there.
 
     Parameters
@@ -95,7 +100,7 @@ class SoftStop:
     stiffness
         Stiffness k_s per unit mass [1/time^2], of any sign.
     damping
-        Damping a_s per unit mass [1/time], >= 0.
+        Damping a_s per unit mass [1/time], of any sign: a negative one feeds energy in.
 
     Raises
     ------
@@ -121,25 +126,35 @@ class SoftStop:
 Stop: TypeAlias = Wall | SoftStop
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Oscillator:
-    """The oscillator x'' + 2 a x' + k x = f(t) + stops, of unit mass.
+    """The oscillator x'' + 2 a x' + k x = f(t) + stops, of unit mass; or with a mass.
+
+    With a mass it is m x'' + c x' + k x = F(t) + stops, in engineers' units: ``stiffness`` is k,
+    ``damping`` is c, stops are as `SoftStop` says, and a force is a force. `from_mass` makes it.
 
     Parameters
     ----------
     stiffness
-        Stiffness k per unit mass [1/time^2], of any sign; 0 is free flight.
+        Stiffness k per unit mass [1/time^2], of any sign; 0 is free flight. With a mass
+        [force/length].
     damping
-        Damping a [1/time], >= 0.
+        Damping a [1/time], of any sign: a negative one feeds energy in. With a mass the
+        coefficient c [force time/length].
     stops
         Soft stops, any number, and at most one wall a side. They keep their order, which is
         the ``stop`` index in results.
+    mass
+        Mass m [mass], > 0; default: all is per unit mass, forces and results too.
+    units
+        What the numbers are measured in: the labels of tables, files and pictures.
 
     Raises
     ------
     ParameterError
-        If a value is outside its domain, the walls leave no room between them, or a soft stop
-        is not in front of the walls.
+        If a value is outside its domain, the walls leave no room between them, a soft stop is not
+        in front of the walls, or the units name a mass where there is none, or none where there
+        is.
 
     Examples
     --------
@@ -150,11 +165,20 @@ class Oscillator:
     stiffness: Exact = 1.0
     damping: Exact = 0.0
     stops: tuple[Stop, ...] = ()
+    mass: Exact | None = None
+    units: Units | None = None
 
     def __post_init__(self) -> None:
-        make_plain(self, "stiffness", "damping")
+        make_plain(self, "stiffness", "damping", "mass")
         object.__setattr__(self, "stops", as_tuple(self.stops))
         raise_first(faults(self, ""))
+
+    def __repr__(self) -> str:
+        # What is not there is not shown: stores know a study by this text.
+        others = {"mass": self.mass, "units": self.units}
+        more = "".join(f", {name}={value!r}" for name, value in others.items() if value is not None)
+        own = f"stiffness={self.stiffness!r}, damping={self.damping!r}, stops={self.stops!r}"
+        return f"Oscillator({own}{more})"
 
     @classmethod
     def from_mass(
@@ -164,13 +188,14 @@ class Oscillator:
         damping_coefficient: Exact | None = None,
         damping_ratio: Exact | None = None,
         stops: Iterable[Stop] = (),
+        *,
+        units: Units | None = None,
     ) -> Oscillator:
-        """Return the oscillator m x'' + c x' + k x = F(t) + stops, divided by its mass.
+        """Return the oscillator m x'' + c x' + k x = F(t) + stops, in engineers' units.
 
-        Everything is in the engineers' units, the stops too: the stiffness of a `SoftStop` is
-        a force per length and its ``damping`` the coefficient c_s of the force c_s x'. They
-        become k_s/m and c_s/(2 m), as k becomes k/m and c becomes a = c/(2 m). Forces are
-        divided by the mass as well: give `Forcing.per_mass` of the force.
+        The stops are in the same units: the stiffness of a `SoftStop` is a force per length and
+        its ``damping`` the coefficient c_s of the force c_s x'. So is the force on it, and what
+        comes out: forces are forces, impulses are changes of momentum, energies are energies.
 
         Parameters
         ----------
@@ -179,17 +204,19 @@ class Oscillator:
         stiffness
             Stiffness k [force/length].
         damping_coefficient
-            Coefficient c [force time/length], >= 0; 0 if neither it nor the ratio is given.
+            Coefficient c [force time/length], of any sign; 0 if neither it nor the ratio is given.
         damping_ratio
-            Fraction of critical damping c / (2 sqrt(k m)), >= 0, in place of the coefficient;
-            needs k > 0.
+            Fraction of critical damping c / (2 sqrt(k m)), of any sign, in place of the
+            coefficient, which it is turned into; needs k > 0.
         stops
-            Stops in the same units; restitutions and positions stay as they are.
+            Stops in the same units.
+        units
+            What the numbers are measured in.
 
         Returns
         -------
         Oscillator
-            The oscillator of unit mass; quotients are exact, as fractions where no float is.
+            The oscillator with its mass. `of_unit_mass` divides it by that, exactly.
 
         Raises
         ------
@@ -199,32 +226,67 @@ class Oscillator:
         Examples
         --------
         >>> Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_coefficient=0.5)
-        Oscillator(stiffness=25.0, damping=0.125, stops=())
+        Oscillator(stiffness=50.0, damping=0.5, stops=(), mass=2.0)
         >>> Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_ratio="0.25").damping
-        1.25
+        5.0
         """
         raise_first(positive_faults("mass", plain(mass)))
-        per_mass = 1 / operand(mass)
         raise_first(number_faults("stiffness", plain(stiffness)))
         if damping_ratio is None:
-            damping = _damping_of_coefficient(damping_coefficient, per_mass)
+            damping: Exact = 0.0 if damping_coefficient is None else damping_coefficient
+            raise_first(scale_faults("damping_coefficient", plain(damping)))
         elif damping_coefficient is None:
-            damping = _damping_of_ratio(damping_ratio, stiffness, per_mass)
+            damping = _damping_of_ratio(damping_ratio, stiffness, mass)
         else:
             raise ParameterError(
                 "damping_ratio",
                 damping_ratio,
                 f"given together with damping_coefficient = {damping_coefficient!r}; give one",
             )
-        return cls(
-            stiffness=scaled(stiffness, per_mass),
-            damping=damping,
-            stops=tuple(_stop_per_mass(stop, per_mass) for stop in stops),
-        )
+        return cls(stiffness, damping, tuple(stops), mass, units)
+
+    def of_unit_mass(self) -> Oscillator:
+        """Return the oscillator of unit mass that has the same motions.
+
+        Returns
+        -------
+        Oscillator
+            Stiffnesses divided by m and dashpots by 2 m, exactly; itself without a mass.
+
+        Examples
+        --------
+        >>> Oscillator.from_mass(mass=2.0, stiffness=50.0, damping_coefficient=0.5).of_unit_mass()
+        Oscillator(stiffness=25.0, damping=0.125, stops=())
+        """
+        return self if self.mass is None else _of_unit_mass(self)
+
+
+def mass_of(osc: Oscillator) -> float | None:
+    """Return the mass of an oscillator as a float, None without one."""
+    return None if osc.mass is None else as_float(osc.mass)
+
+
+@lru_cache(maxsize=256)
+def _of_unit_mass(osc: Oscillator) -> Oscillator:
+    unit = _unit_draft(osc)
+    raise_first(faults(unit))
+    return unit
+
+
+def _unit_draft(osc: Oscillator) -> Oscillator:
+    """Return the quotients of an oscillator and its mass, which may have left their ranges."""
+    assert osc.mass is not None
+    per_mass = 1 / operand(osc.mass)
+    return draft(
+        Oscillator,
+        stiffness=scaled(osc.stiffness, per_mass),
+        damping=scaled(osc.damping, per_mass / 2),
+        stops=tuple(_stop_per_mass(stop, per_mass) for stop in osc.stops),
+    )
 
 
 def impact_oscillator(
-    restitution: Exact = 1.0,
+    restitution: Restitution = 1.0,
     *,
     wall: Exact = 0.0,
     side: Side = "below",
@@ -236,7 +298,7 @@ def impact_oscillator(
     Parameters
     ----------
     restitution
-        Coefficient of restitution, in [0, 1].
+        Coefficient of restitution, in [0, 1], or a `restitution_table`.
     wall
         Position of the wall [length].
     side
@@ -244,7 +306,7 @@ def impact_oscillator(
     stiffness
         Stiffness k per unit mass [1/time^2].
     damping
-        Damping a [1/time], >= 0.
+        Damping a [1/time], of any sign.
 
     Returns
     -------
@@ -279,7 +341,7 @@ def bilinear_oscillator(
     stiffness_below
         Stiffness per unit mass on x < 0 [1/time^2].
     damping
-        Damping a on either side [1/time], >= 0.
+        Damping a on either side [1/time], of any sign.
 
     Returns
     -------
@@ -322,11 +384,11 @@ def backlash_oscillator(
     stiffness
         Stiffness k_s of each stop per unit mass [1/time^2].
     damping
-        Damping a everywhere [1/time], >= 0.
+        Damping a everywhere [1/time], of any sign.
     stiffness_inside
         Stiffness k everywhere [1/time^2], to which the stops add.
     stop_damping
-        Damping a_s of each stop [1/time], >= 0.
+        Damping a_s of each stop [1/time], of any sign.
 
     Returns
     -------
@@ -358,6 +420,8 @@ def _(value: Wall, prefix: str | None = None) -> list[Fault]:
         *_side_faults(dotted(prefix, "side"), value.side),
     ]
     name = dotted(prefix, "restitution")
+    if isinstance(value.restitution, RestitutionTable):
+        return problems + faults(value.restitution, name)
     not_a_number = number_faults(name, value.restitution)
     if not_a_number:
         return problems + not_a_number
@@ -377,7 +441,7 @@ def _(value: SoftStop, prefix: str | None = None) -> list[Fault]:
         *number_faults(dotted(prefix, "at"), value.at),
         *_side_faults(dotted(prefix, "side"), value.side),
         *scale_faults(dotted(prefix, "stiffness"), value.stiffness),
-        *damping_faults(dotted(prefix, "damping"), value.damping),
+        *scale_faults(dotted(prefix, "damping"), value.damping),
     ]
 
 
@@ -386,8 +450,11 @@ def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
     prefix = "oscillator" if prefix is None else prefix
     problems = [
         *scale_faults(dotted(prefix, "stiffness"), value.stiffness),
-        *damping_faults(dotted(prefix, "damping"), value.damping),
+        *scale_faults(dotted(prefix, "damping"), value.damping),
     ]
+    if value.mass is not None:
+        problems += positive_faults(dotted(prefix, "mass"), value.mass)
+    problems += _units_faults(value, prefix)
     if not isinstance(value.stops, tuple):
         return [*problems, Fault(dotted(prefix, "stops"), value.stops, "not a tuple of stops")]
     wrong = []
@@ -397,7 +464,32 @@ def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
             wrong += faults(stop, name)
         else:
             wrong.append(Fault(name, stop, "neither a Wall nor a SoftStop"))
-    return problems + (wrong or _stops_faults(value.stops, prefix))
+    problems += wrong or _stops_faults(value.stops, prefix)
+    if problems or value.mass is None:
+        return problems
+    return [
+        Fault(
+            dotted(prefix, "mass"),
+            value.mass,
+            f"after the division by it, {fault.name} is {fault.reason}",
+        )
+        for fault in faults(_unit_draft(value), prefix)
+    ]
+
+
+def _units_faults(osc: Oscillator, prefix: str) -> list[Fault]:
+    """Return the faults of units that do not fit the oscillator."""
+    name, units = dotted(prefix, "units"), osc.units
+    if units is None:
+        return []
+    if not isinstance(units, Units):
+        return [Fault(name, units, 'not a Units; write Units("m", "s")')]
+    if units.mass and osc.mass is None:
+        reason = "a unit of mass for an oscillator without one; Oscillator.from_mass has a mass"
+        return [Fault(f"{name}.mass", units.mass, reason)]
+    if osc.mass is not None and not units.mass and (units.length or units.time):
+        return [Fault(f"{name}.mass", units.mass, f"no unit for the mass of {osc.mass}")]
+    return []
 
 
 def _stops_faults(stops: tuple[Stop, ...], prefix: str | None = None) -> list[Fault]:
@@ -449,21 +541,14 @@ def _side_faults(name: str, side: object) -> list[Fault]:
     return [Fault(name, side, 'neither "above" nor "below"')]
 
 
-def _damping_of_coefficient(coefficient: Exact | None, per_mass: Any) -> Exact:
-    if coefficient is None:
-        return 0.0
-    raise_first(damping_faults("damping_coefficient", plain(coefficient)))
-    damping: Exact = scaled(coefficient, per_mass / 2)
-    return damping
-
-
-def _damping_of_ratio(ratio: Exact, stiffness: Exact, per_mass: Any) -> Exact:
-    raise_first(damping_faults("damping_ratio", plain(ratio)))
+def _damping_of_ratio(ratio: Exact, stiffness: Exact, mass: Exact) -> Exact:
+    raise_first(scale_faults("damping_ratio", plain(ratio)))
     if as_fraction(stiffness) <= 0:
         reason = f"needs a stiffness above 0, not {stiffness}; give damping_coefficient"
         raise ParameterError("damping_ratio", ratio, reason)
-    damping: Exact = square_root(operand(ratio) ** 2 * operand(stiffness) * per_mass)
-    return damping
+    size: Exact = square_root(4 * operand(ratio) ** 2 * operand(stiffness) * operand(mass))
+    negative: Exact = kept(-operand(size))
+    return negative if as_fraction(ratio) < 0 else size
 
 
 def _stop_per_mass(stop: Stop, per_mass: Any) -> Stop:

@@ -5,7 +5,9 @@ A path is the way to a number through the frozen values: ``oscillator.damping``,
 ``start.x0``. With exactly one harmonic, ``forcing.omega``, ``forcing.amplitude`` and
 ``forcing.phase`` are short for those of ``forcing.harmonics.0``. A Fourier sum has
 ``forcing.omega``, its base frequency, and ``forcing.cos.0`` for the first of its ``cos``. Where
-there is one frequency, ``forcing.period`` is 2 pi over it.
+there is one frequency, ``forcing.period`` is 2 pi over it. A record has
+``forcing.record.amplitude``, and ``forcing.record.omega`` where it is a wave. With a mass,
+``oscillator.mass``, ``oscillator.damping_coefficient`` is another name of ``oscillator.damping``.
 
 The name of a parameter (`percuss.model.expression`) is a path, too: it changes all numbers that are
 expressions of it, which are no paths of their own then. The path of a number that is a parameter
@@ -24,8 +26,10 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase, PiTimes, angle, as_float, kept, pi_times
 from percuss.model.expression import Expression, as_expression, parameters_in
 from percuss.model.faults import draft, faults, raise_first
+from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Forcing, ForcingTerm, FourierTerm
 from percuss.model.oscillator import Oscillator
+from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
 
 __all__ = [
@@ -33,6 +37,7 @@ __all__ = [
     "get_parameter",
     "long_form",
     "moved_fields",
+    "moved_in_law",
     "parameter_paths",
     "replace_parameter",
     "replace_parameters",
@@ -53,6 +58,8 @@ _WORDS = {
     "stops": "at",
     "r": "restitution",
     "k": "stiffness",
+    "m": "mass",
+    "c": "damping",
     "load": "constant",
 }
 MOST_MEANT = 3
@@ -252,6 +259,8 @@ def _long_form(path: str, fields: Mapping[str, Phase], force: Forcing | None) ->
     short_forms = {}
     if force is not None and force.base is None and len(force.harmonics) == 1:
         short_forms = {short: short.replace(".", ".harmonics.0.") for short in _SHORT_FORMS}
+    if "oscillator.mass" in fields:
+        short_forms["oscillator.damping_coefficient"] = "oscillator.damping"
     long = short_forms.get(path, path)
     if path == _PERIOD and force is not None and force.given_period is None and force.frequency:
         long, _ = _one_frequency(force)
@@ -312,15 +321,57 @@ def moved_fields(
     forcing.harmonics.0.omega = w
     """
     name, fields = long_form(path, osc, force, start), _fields_of(osc, force, start)
+    own = "x"
+    while own in parameters_in(*fields.values()):
+        own += "_"
     if name in fields:
-        value = fields[name]
-        return MovedFields("x", {name: Expression("x", (("x", value),))})
+        return MovedFields(own, {name: Expression(own, ((own, fields[name]),))})
     if name == _PERIOD and force is not None:
         value = get_parameter(osc, force, start, name)
         omega, _ = _one_frequency(force)
-        return MovedFields("x", {omega: Expression("2*pi/x", (("x", value),))})
+        return MovedFields(own, {omega: Expression(f"2*pi/{own}", ((own, value),))})
     tied = {field: value for field, value in fields.items() if isinstance(value, Expression)}
     return MovedFields(name, {field: value for field, value in tied.items() if name in value.names})
+
+
+def moved_in_law(osc: Oscillator, force: Forcing | None, path: str) -> MovedFields:
+    """Return the numbers of the motion that change with a parameter: those of unit mass.
+
+    Parameters
+    ----------
+    osc, force
+        The values that have the parameter; the forcing may be None.
+    path
+        Its path, in long or short form.
+
+    Returns
+    -------
+    MovedFields
+        As `moved_fields` has them; with a mass divided by it, and all that it divides where it is
+        what moves.
+
+    Examples
+    --------
+    >>> from percuss.model import Oscillator, cosine
+    >>> osc = Oscillator.from_mass(2, 50, damping_coefficient=3)
+    >>> for field, value in moved_in_law(osc, cosine(3), "oscillator.mass").fields.items():
+    ...     print(field, float(value), float(value.derivative("x")))
+    oscillator.stiffness 25.0 -12.5
+    oscillator.damping 0.75 -0.375
+    forcing.constant 0.0 0.0
+    forcing.harmonics.0.amplitude 0.5 -0.25
+    """
+    moved = moved_fields(osc, force, None, path)
+    if osc.mass is None:
+        return moved
+    osc = _replace_in_oscillator(osc, moved.fields)
+    force = None if force is None else _replace_in_forcing(force, moved.fields)
+    unit = None if force is None else force.acceleration_of(osc.mass)
+    fields = _fields_of(osc.of_unit_mass(), unit, None)
+    tied = {field: value for field, value in fields.items() if isinstance(value, Expression)}
+    return MovedFields(
+        moved.name, {field: value for field, value in tied.items() if moved.name in value.names}
+    )
 
 
 def _by_field(
@@ -401,9 +452,13 @@ def _fields_of(osc: Oscillator, force: Forcing | None, start: Start | None) -> d
         "oscillator.stiffness": osc.stiffness,
         "oscillator.damping": osc.damping,
     }
+    if osc.mass is not None:
+        parameters["oscillator.mass"] = osc.mass
     for index, stop in enumerate(osc.stops):
         fields = _fields(stop)
         del fields["side"]
+        if isinstance(fields.get("restitution"), RestitutionTable):
+            del fields["restitution"]
         parameters |= {f"oscillator.stops.{index}.{name}": value for name, value in fields.items()}
     if force is not None:
         parameters |= _forcing_parameters(force)
@@ -418,6 +473,10 @@ def _forcing_parameters(force: Forcing) -> dict[str, Phase]:
         parameters["forcing.period"] = force.given_period
     if force.base is not None:
         parameters["forcing.omega"] = force.base
+    if force.record is not None:
+        parameters["forcing.record.amplitude"] = force.record.amplitude
+        if force.record.omega is not None:
+            parameters["forcing.record.omega"] = force.record.omega
     for index, part in enumerate(force.harmonics):
         parameters |= {path: _fields(part)[name] for path, name in _part_paths(index, part).items()}
     return parameters
@@ -463,7 +522,18 @@ def _replace_in_forcing(force: Forcing, by_path: Mapping[str, Phase]) -> Forcing
         constant=by_path.get("forcing.constant", force.constant),
         period=by_path.get("forcing.period", force.given_period),
         base=by_path.get("forcing.omega", force.base),
+        record=_replace_in_record(force.record, by_path),
+        is_per_mass=force.is_per_mass,
     )
+
+
+def _replace_in_record(
+    record: ForceRecord | None, by_path: Mapping[str, Phase]
+) -> ForceRecord | None:
+    names = ("amplitude", "omega")
+    paths = {name: f"forcing.record.{name}" for name in names}
+    new = {name: by_path[path] for name, path in paths.items() if path in by_path}
+    return record if record is None or not new else record.with_fields(**new)
 
 
 def _replace_fields(value: T, prefix: str, by_path: Mapping[str, Phase]) -> T:

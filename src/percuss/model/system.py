@@ -7,10 +7,11 @@ floats, so that a phase after a million periods has all its digits.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -18,11 +19,18 @@ from percuss.arrays import Floats, Integers
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import PI, as_fraction
+from percuss.model.exact import PI, Phase, PiTimes, angle, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
+from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Component, Forcing, Harmonic
-from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.oscillator import Oscillator, Side, SoftStop, Wall, mass_of
+from percuss.model.restitution import (
+    Restitution,
+    RestitutionTable,
+    restitution_at_rest,
+    restitution_knots,
+)
 from percuss.numerics import exp
 
 __all__ = [
@@ -31,6 +39,8 @@ __all__ = [
     "kind_faults",
     "law",
     "lines",
+    "region_rows",
+    "stop_rows",
     "touching_stops",
     "turns_per_time",
 ]
@@ -38,7 +48,7 @@ __all__ = [
 # The largest phase of the fastest motion, or harmonic, that a step of the search covers, in
 # radians: there the cubic through a step's ends is off by 1/384 of the amplitude at most.
 STEP_PHASE = 1.0
-# With K < 0 the bound over a step holds a factor exp(phase).
+# Where the free motion grows the bound over a step holds a factor exp(phase).
 GROWING_STEP_PHASE = 0.5
 # A harmonic is near a root when the inverse of its gain is this small a part of its own terms.
 NEAR_PART = Fraction(1, 16)
@@ -106,6 +116,18 @@ class System(_SystemFields):
         return law(self.oscillator, self.forcing)
 
     @cached_property
+    def of_unit_mass(self) -> System:
+        """The oscillator and the forcing divided by the mass; itself without one."""
+        if self.oscillator.mass is None:
+            return self
+        return System(*_of_unit_mass(self.oscillator, self.forcing))
+
+    @property
+    def mass(self) -> float:
+        """What forces per unit mass are multiplied by: the mass, or 1 without one."""
+        return float(self.law[0, at.MASS])
+
+    @cached_property
     def lines(self) -> RegionBounds:
         """The bounds of the regions between the stops."""
         return lines(self.oscillator)
@@ -155,12 +177,25 @@ def lines(oscillator: Oscillator) -> RegionBounds:
 def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     """Return the law of an oscillator under a forcing (None: free motion)."""
     parameters_in(oscillator, forcing)  # one name has one value
+    mass = mass_of(oscillator)
+    oscillator, forcing = _of_unit_mass(oscillator, forcing)
     components = forcing.components() if forcing is not None else ()
+    record = forcing.record if forcing is not None else None
     constant = as_fraction(forcing.constant) if forcing is not None else Fraction(0)
     bounds = lines(oscillator)
-    n, n_regions = len(components), len(bounds.at) - 1
-    rows = np.zeros((at.FIRST_HARMONIC + n + n_regions * (1 + n), at.COLUMNS))
+    n, n_regions = len(components) + (record is not None), len(bounds.at) - 1
+    walls = [stop for stop in oscillator.stops if isinstance(stop, Wall)]
+    tables = {wall.side: wall.restitution for wall in walls if _has_table(wall)}
+    first_of_tables = at.FIRST_HARMONIC + n + n_regions * (1 + n)
+    first_of_record = first_of_tables + sum(len(restitution_knots(it)) for it in tables.values())
+    n_knots = 0 if record is None else len(record.t) - record.repeat
+    rows = np.zeros((first_of_record + -(-n_knots // at.KNOTS_A_ROW), at.COLUMNS))
     _fill_header(rows[0], forcing, components, n_regions)
+    rows[0, at.MASS] = 1.0 if mass is None else mass
+    rows[0, at.FORCING_CONSTANT] = float(constant)
+    if record is not None:
+        rows[0, at.N_HARMONICS], rows[0, at.FIRST_KNOT] = n, first_of_record
+        _fill_record(rows, record)
     for j, component in enumerate(components):
         _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
     # A harmonic of zero amplitude does not shorten the step.
@@ -169,12 +204,102 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
         first = at.FIRST_HARMONIC + n + number * (1 + n)
         row, stiffness, damping = _region_row(oscillator, constant, number)
         rows[first] = row
+        if tables:
+            _fill_tables(rows, first, tables, first_of_tables)
         _fill_steps_of_search(rows[first], quickest)
+        if record is not None and rows[first, at.STEP] == 0.0:
+            # No rate sets a step: the motion is a cubic on each piece.
+            rows[first, at.STEP] = 1.0 / record.rate
         for j, component in enumerate(components):
             _fill_response(rows[first + 1 + j], stiffness, damping, component.omega)
-        _mark_simple(rows[first], rows[first + 1 : first + 1 + n])
+        if record is None:
+            _mark_simple(rows[first], rows[first + 1 : first + 1 + n])
     fill_steps(rows)
     return rows
+
+
+def _of_unit_mass(
+    oscillator: Oscillator, forcing: Forcing | None
+) -> tuple[Oscillator, Forcing | None]:
+    force = None if forcing is None else forcing.acceleration_of(oscillator.mass)
+    return oscillator.of_unit_mass(), force
+
+
+def region_rows(rows: Law) -> range:
+    """Return the rows of the regions of a law, upwards."""
+    n, n_regions = int(rows[0, at.N_HARMONICS]), int(rows[0, at.N_REGIONS])
+    first = at.FIRST_HARMONIC + n
+    return range(first, first + n_regions * (1 + n), 1 + n)
+
+
+def _fill_record(rows: Law, record: ForceRecord) -> None:
+    """Fill the row of a record and its knots (`kernels.pieces`)."""
+    samples = _exact_samples(record)
+    knots = _knots(record, samples)
+    header = rows[0]
+    header[at.N_KNOTS] = len(knots)
+    if not record.repeat and record.outside == "end":
+        header[at.OUTSIDE_FORCE] = knots[0, at.KNOT_FORCE]
+    if record.repeat:
+        (first, _), (last, _) = samples[0], samples[-1]
+        length = Fraction(*last) - Fraction(*first)
+        header[at.REPEAT], header[at.REPEAT_LOW] = _pair(length.numerator, length.denominator)
+    behind = int(header[at.FIRST_KNOT])
+    for k in range(at.KNOTS_A_ROW):
+        some = knots[k :: at.KNOTS_A_ROW]
+        columns = slice(at.KNOT_ENTRIES * k, at.KNOT_ENTRIES * (k + 1))
+        rows[behind : behind + len(some), columns] = some
+    row = rows[at.FIRST_HARMONIC + int(header[at.N_HARMONICS]) - 1]
+    row[at.COSINE], row[at.OMEGA] = 1.0, at.RECORD_OMEGA
+    # A linear force is largest at the ends of its pieces.
+    row[at.AMPLITUDE] = max(abs(f[0] / f[1]) for _, f in samples)
+    header[at.FORCE_BOUND] += row[at.AMPLITUDE]
+    header[at.FORCE_BOUND + 1] += np.abs(knots[:, at.KNOT_SLOPE]).max()
+
+
+# Numerator and denominator: arithmetic without the reduction to lowest terms takes a tenth of the
+# time, and records are long.
+_Ratio: TypeAlias = tuple[int, int]
+
+
+def _exact_samples(record: ForceRecord) -> list[tuple[_Ratio, _Ratio]]:
+    """Return instants and forces of a record, exactly."""
+    pace = Fraction(1) if record.omega is None else as_fraction(record.omega)
+    amplitude = as_fraction(record.amplitude)
+    samples = []
+    for t, f in zip(record.t, record.f, strict=True):
+        p, q = t.as_integer_ratio() if type(t) is float else _instant(t).as_integer_ratio()
+        m, d = f.as_integer_ratio() if type(f) is float else as_fraction(f).as_integer_ratio()
+        samples.append(
+            (
+                (p * pace.denominator, q * pace.numerator),
+                (m * amplitude.numerator, d * amplitude.denominator),
+            )
+        )
+    return samples
+
+
+def _instant(t: Phase) -> Fraction:
+    times, plus = angle(t)
+    return times * PI + plus
+
+
+def _knots(record: ForceRecord, samples: list[tuple[_Ratio, _Ratio]]) -> Floats:
+    """Return instant, its low part, force and slope of each knot, (n, 4), each rounded once."""
+    knots = np.zeros((len(samples), at.KNOT_ENTRIES))
+    for knot, (t, f) in zip(knots, samples, strict=True):
+        knot[at.KNOT_T], knot[at.KNOT_T_LOW] = _pair(*t)
+        knot[at.KNOT_FORCE] = f[0] / f[1]
+    if record.kind == "linear":
+        for knot, ((p, q), (m, d)), ((p1, q1), (m1, d1)) in zip(
+            knots[:-1], samples[:-1], samples[1:], strict=True
+        ):
+            knot[at.KNOT_SLOPE] = (m1 * d - m * d1) * q * q1 / ((p1 * q - p * q1) * d * d1)
+    if record.repeat:
+        return knots[:-1]
+    if record.outside == "zero":
+        knots[-1, at.KNOT_FORCE] = 0.0
+    return knots
 
 
 def _pair(numerator: int, denominator: int) -> tuple[float, float]:
@@ -198,6 +323,28 @@ def _root(value: Fraction) -> Fraction:
     """Return the square root to 120 bits."""
     shift = max(0, 120 + (value.denominator.bit_length() - value.numerator.bit_length()) // 2)
     return Fraction(math.isqrt((value.numerator << (2 * shift)) // value.denominator), 1 << shift)
+
+
+@lru_cache(maxsize=256)
+def stop_rows(oscillator: Oscillator) -> Floats:
+    """Return the stops of an oscillator as the loads take them, (n_stops, columns), per unit mass."""
+    unit, bounds = oscillator.of_unit_mass(), lines(oscillator)
+    rows = np.zeros((len(unit.stops), at.STOP_COLUMNS))
+    for i, stop in enumerate(unit.stops):
+        row = rows[i]
+        # No region; a soft stop acts on one side of its edge.
+        row[at.STOP_AT], row[at.STOP_FIRST], row[at.STOP_LAST] = (
+            float(as_fraction(stop.at)),
+            1.0,
+            0.0,
+        )
+        row[at.STOP_BOUND] = -1.0 if isinstance(stop, SoftStop) else float(bounds.wall.index(i))
+        if isinstance(stop, SoftStop):
+            row[at.STOP_STIFFNESS] = float(as_fraction(stop.stiffness))
+            row[at.STOP_DRAG] = 2.0 * float(as_fraction(stop.damping))
+            acting = [k for k in range(len(bounds.at) - 1) if i in touching_stops(oscillator, k)]
+            row[at.STOP_FIRST], row[at.STOP_LAST] = acting[0], acting[-1]
+    return rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,7 +414,11 @@ def _fill_header(
         return
     row[at.PERIOD] = period
     frequency = forcing.frequency
-    if frequency is None:
+    if frequency is None and forcing.record is not None:
+        times, plus = angle(cast("PiTimes", forcing.exact_period))
+        whole = times * PI + plus
+        row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(whole.denominator, whole.numerator)
+    elif frequency is None:
         p, q = period.as_integer_ratio()
         row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(q, p)
     else:
@@ -297,7 +448,33 @@ def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: RegionBounds, numb
         if wall is not None:
             stop = oscillator.stops[wall]
             row[kind] = at.WALL
-            row[restitution] = float(as_fraction(stop.restitution)) if isinstance(stop, Wall) else 0
+            row[restitution] = (
+                restitution_at_rest(stop.restitution) if isinstance(stop, Wall) else 0
+            )
+
+
+def _has_table(wall: Wall) -> bool:
+    return isinstance(wall.restitution, RestitutionTable)
+
+
+def _fill_tables(
+    rows: Floats, region: int, tables: Mapping[Side, Restitution], first_knot: int
+) -> None:
+    """Fill the knots of the tables of restitution, and where they are in the row of a region."""
+    columns: dict[Side, tuple[int, int]] = {
+        "below": (at.LOWER_KIND, at.LOWER_TABLE),
+        "above": (at.UPPER_KIND, at.UPPER_TABLE),
+    }
+    knot = first_knot
+    for side, table in tables.items():
+        kind, place = columns[side]
+        if rows[region, kind] == at.WALL:
+            rows[region, place] = knot
+        knots = restitution_knots(table)
+        for i, (speed, value) in enumerate(knots):
+            rows[knot, at.KNOT_SPEED], rows[knot, at.KNOT_RESTITUTION] = float(speed), float(value)
+            rows[knot, at.KNOTS_LEFT] = len(knots) - 1 - i
+            knot += 1
 
 
 def _fill_forces(row: Floats, region: _Region, bounds: RegionBounds, constant: Fraction) -> None:
@@ -322,31 +499,36 @@ def _fill_motion(row: Floats, region: _Region) -> None:
     row[at.HALF_TURNS], row[at.HALF_TURNS_LOW] = turns_per_time(rate, 4)
     row[at.TWICE_PER_RATE] = 2.0 / row[at.RATE] if rate else 0.0
     row[at.PER_STIFFNESS] = float(1 / stiffness) if stiffness else 0.0
+    row[at.GROWTH] = max(0.0, -a)
     if discriminant < 0:
         row[at.OVERDAMPED] = 1.0
-        row[at.SLOW_ROOT] = float(-stiffness / (damping + rate))
-        row[at.FAST_ROOT] = float(-(damping + rate))
-    row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * a)
+        # The root of the larger size cancels nothing, and the product of both is the stiffness.
+        largest = -(damping + rate) if damping >= 0 else rate - damping
+        roots = float(largest), float(stiffness / largest)
+        row[at.SLOW_ROOT], row[at.FAST_ROOT] = max(roots), min(roots)
+        row[at.GROWTH] = max(0.0, *roots)
+    row[at.QUICKEST] = max(math.sqrt(abs(k)), 2.0 * abs(a))
 
 
 def _fill_steps_of_search(row: Floats, omega: float) -> None:
     """Fill the length of a search step, and the constants of ``derivative_bound``.
 
-    For K >= 0 the energy norm of (x, v) does not grow without force; for K < 0 the norm
-    max(p abs(x), abs(v)) with p = a + sqrt(a^2 + abs(K)) grows by exp(p s) at most
-    (docs/theory/first-event.md).
+    For K >= 0 the energy norm of (x, v) does not grow without force, but for a < 0 by
+    exp(2 abs(a) s) at most; for K < 0 the norm max(p abs(x), abs(v)) with
+    p = abs(a) + sqrt(a^2 + abs(K)) grows by exp(p s) at most (docs/theory/first-event.md).
     """
-    k, a = float(row[at.STIFFNESS]), float(row[at.DAMPING])
+    k, a = float(row[at.STIFFNESS]), abs(float(row[at.DAMPING]))
     fastest = max(float(row[at.QUICKEST]), omega)
     if fastest > 0.0:
-        row[at.STEP] = (GROWING_STEP_PHASE if k < 0.0 else STEP_PHASE) / fastest
+        row[at.STEP] = (GROWING_STEP_PHASE if row[at.GROWTH] > 0.0 else STEP_PHASE) / fastest
     if k < 0.0:
         pace = a + math.sqrt(a * a - k)
         growth = exp(pace * float(row[at.STEP]))
         row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * pace, growth * pace
     else:
         pace = 2.0 * a + math.sqrt(k)
-        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = pace * math.sqrt(k), pace
+        growth = exp(2.0 * a * float(row[at.STEP])) if row[at.GROWTH] > 0.0 else 1.0
+        row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * math.sqrt(k), growth * pace
 
 
 def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
@@ -359,19 +541,20 @@ def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: F
     if square > 0:
         row[at.GAIN_RE], row[at.GAIN_IM] = p * bottom / square, -q * bottom / square
     # Far from a root for certain: the exact comparison is not needed.
-    k, a, w = float(stiffness), float(damping), float(omega)
+    k, a, w = float(stiffness), abs(float(damping)), float(omega)
     if abs(k - w * w) + 2.0 * a * w > FAR_PART * (2.0 * a * a + w * w + abs(k)):
         return
     real, imaginary = stiffness - omega**2, 2 * damping * omega
     discriminant = stiffness - damping**2
-    if abs(real) + imaginary > NEAR_PART * (damping**2 + omega**2 + abs(discriminant)):
+    if abs(real) + abs(imaginary) > NEAR_PART * (damping**2 + omega**2 + abs(discriminant)):
         return
     # (i w - r1) (i w - r2) is the gain; divided by the far factor it leaves the gap, unrounded.
+    # Of two real roots the near one is that of the smaller size.
     row[at.NEAR] = 1.0
     rate = float(_root(abs(discriminant)))
     far = complex(float(damping), float(omega) + rate)
     if discriminant < 0:
-        far = complex(float(damping) + rate, float(omega))
+        far = complex(float(damping) + math.copysign(rate, float(damping)), float(omega))
     gap = complex(float(real), float(imaginary)) / far
     row[at.GAP_RE], row[at.GAP_IM] = gap.real, gap.imag
 
@@ -379,6 +562,8 @@ def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: F
 def _mark_simple(row: Floats, responses: Floats) -> None:
     """Mark a region where one harmonic, away from resonance, meets an oscillating mass."""
     kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
+    has_table = row[at.LOWER_TABLE] + row[at.UPPER_TABLE] > 0.0
     if len(responses) == 1 and responses[0, at.NEAR] == 0.0:
-        row[at.SIMPLE] = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
-        row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING}
+        oscillates = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
+        row[at.SIMPLE] = oscillates and row[at.GROWTH] == 0.0
+        row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING} and not has_table

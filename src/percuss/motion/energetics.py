@@ -8,7 +8,7 @@ from percuss.arrays import Flags, Floats
 from percuss.kernels.law_columns import N_HARMONICS
 from percuss.kernels.sample import drive
 from percuss.model.exact import as_float
-from percuss.model.oscillator import Oscillator, SoftStop, Stop
+from percuss.model.oscillator import SoftStop, Stop
 from percuss.model.system import System
 from percuss.motion.tables import Contacts
 
@@ -19,7 +19,7 @@ def forces_at(
     system: System, contacts: Contacts, t: Floats, x: Floats, v: Floats
 ) -> dict[str, object]:
     """Return spring, damping, forcing (n,) and stops (n_stops, n) as xarray variables."""
-    oscillator = system.oscillator
+    oscillator, mass = system.of_unit_mass.oscillator, system.mass
     spring = -as_float(oscillator.stiffness) * x
     damping = -2.0 * as_float(oscillator.damping) * v
     driving = _force_at(system, t)
@@ -35,22 +35,23 @@ def forces_at(
         in_contact = (t >= start) & ~(t >= release)
         stops[wall] = np.where(in_contact, -others, stops[wall])
     return {
-        "spring": ("t", spring),
-        "damping": ("t", damping),
-        "forcing": ("t", driving),
-        "stops": (("stop", "t"), stops),
+        "spring": ("t", mass * spring),
+        "damping": ("t", mass * damping),
+        "forcing": ("t", mass * driving),
+        "stops": (("stop", "t"), mass * stops),
     }
 
 
-def energy_at(oscillator: Oscillator, x: Floats, v: Floats) -> Floats:
-    """Return the kinetic energy and that of all springs, per unit mass."""
+def energy_at(system: System, x: Floats, v: Floats) -> Floats:
+    """Return the kinetic energy and that of all springs."""
+    oscillator = system.of_unit_mass.oscillator
     energy = 0.5 * v**2 + 0.5 * as_float(oscillator.stiffness) * x**2
     for stop in oscillator.stops:
         if isinstance(stop, SoftStop):
             depth = x - as_float(stop.at)
             stored = 0.5 * as_float(stop.stiffness) * depth**2
             energy = energy + np.where(_is_beyond(stop, depth), stored, 0.0)
-    return np.asarray(energy)
+    return np.asarray(system.mass * energy)
 
 
 def _is_beyond(stop: Stop, depth: Floats) -> Flags:
@@ -62,4 +63,6 @@ def _force_at(system: System, t: Floats) -> Floats:
         return np.zeros_like(t)
     harmonic = np.empty_like(t)
     drive(system.law, t, np.empty((int(system.law[0, N_HARMONICS]), 2)), harmonic)
-    return as_float(system.forcing.constant) + harmonic
+    force = system.of_unit_mass.forcing
+    assert force is not None
+    return as_float(force.constant) + harmonic

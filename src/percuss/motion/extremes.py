@@ -20,13 +20,15 @@ from percuss.kernels.linear_observables import (
     Observable,
     Scratch,
     crossings_of_level,
+    derive_knots,
     derive_law,
     extremes_of_record,
+    slope_weights,
+    stop_weights,
 )
 from percuss.kernels.record import MotionRecord
 from percuss.model.exact import as_float, whole
-from percuss.model.oscillator import SoftStop
-from percuss.model.system import System, touching_stops
+from percuss.model.system import System, stop_rows
 
 __all__ = ["Extrema", "QuantityName", "extremes_of_motion", "level_crossings", "observable_of"]
 
@@ -42,8 +44,9 @@ class Extrema:
     Attributes
     ----------
     minimum, maximum
-        In the units of the quantity: length, length/time, or length/time^2 for forces per unit
-        mass and accelerations. With the sign that `Trajectory.forces` gives them.
+        In the units of the quantity: length, length/time, length/time^2 for accelerations, and
+        mass length/time^2 for forces, per unit mass where there is no mass. With the sign that
+        `Trajectory.forces` gives them.
     t_minimum, t_maximum
         Their instants, the first ones [time].
     """
@@ -60,7 +63,7 @@ class Extrema:
 
 
 def observable_of(system: System, of: str, stop: int = 0) -> Observable:
-    """Return a quantity of the motions of a system as the kernels take it.
+    """Return a quantity of the motions of a system as the kernels take it, per unit mass.
 
     Raises
     ------
@@ -69,37 +72,30 @@ def observable_of(system: System, of: str, stop: int = 0) -> Observable:
     """
     if of not in get_args(QuantityName):
         raise ParameterError("of", of, f"none of {', '.join(get_args(QuantityName))}")
-    law, oscillator = system.law, system.oscillator
-    touched = np.ones(int(law[0, at.N_REGIONS]), dtype=np.int64)
-    reference, bound = 0.0, -1
-    stiffness = as_float(oscillator.stiffness)
+    law, oscillator = system.law, system.of_unit_mass.oscillator
+    reference, acts, bound = 0.0, (0, int(law[0, at.N_REGIONS]) - 1), -1
     weights = {
         "displacement": (1.0, 0.0, 0.0, 0.0),
         "velocity": (0.0, 1.0, 0.0, 0.0),
         "acceleration": (0.0, 0.0, 1.0, 0.0),
-        "spring_force": (-stiffness, 0.0, 0.0, 0.0),
+        "spring_force": (-as_float(oscillator.stiffness), 0.0, 0.0, 0.0),
     }.get(of, (0.0, 0.0, 0.0, 0.0))
-    slope = (0.0, *weights[:3])
     if of == "stop_force":
         number = whole("stop", stop, 0)
         if number >= len(oscillator.stops):
             reason = f"the oscillator has {len(oscillator.stops)} stops, counted from 0"
             raise ParameterError("stop", stop, reason)
-        its = oscillator.stops[number]
-        touched[:] = [
-            number in touching_stops(oscillator, region) for region in range(len(touched))
-        ]
-        if isinstance(its, SoftStop):
-            reference = as_float(its.at)
-            weights = (-as_float(its.stiffness), -2.0 * as_float(its.damping), 0.0, 0.0)
-            slope = (0.0, *weights[:3])
-        else:
-            bound = system.lines.wall.index(number)
-            # In contact it bears what else acts; there that changes with the force alone.
-            slope = (0.0, 1.0, 0.0, 0.0)
+        row = stop_rows(system.oscillator)[number]
+        reference, weights, bound = (
+            float(row[at.STOP_AT]),
+            stop_weights(row),
+            int(row[at.STOP_BOUND]),
+        )
+        acts = int(row[at.STOP_FIRST]), int(row[at.STOP_LAST])
     derived = law.copy()
-    derive_law(law, slope, derived)
-    return Observable(reference, weights, touched, bound, derived)
+    derive_law(law, slope_weights(weights, bound), derived)
+    derive_knots(law, slope_weights(weights, bound), derived)
+    return Observable(reference, weights, acts, bound, derived)
 
 
 def extremes_of_motion(
@@ -113,7 +109,8 @@ def extremes_of_motion(
     while not extremes_of_record(record, observable, span, progress, best, scratch, AT_ONCE):
         pass
     least, t_least, most, t_most = (float(best[i]) for i in (LEAST, T_LEAST, GREATEST, T_GREATEST))
-    return Extrema(least, t_least, most, t_most)
+    factor = system.mass if of.endswith("force") else 1.0
+    return Extrema(factor * least, t_least, factor * most, t_most)
 
 
 def level_crossings(system: System, record: MotionRecord, level: float, t_end: float) -> Floats:

@@ -13,6 +13,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.restitution import is_elastic
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.growth import CERTAIN, Growth, fit_power_law
 from percuss.motion.patterns import FEWEST, REPETITIONS, ROUNDINGS, TOLERANCE, find_pattern
@@ -128,7 +129,7 @@ def classify_impact_times(
     on_eigenset = None if spacing is None else _eigenset(times, spacing, period)
     if on_eigenset is not None:
         return on_eigenset
-    is_dissipative = _loses_energy(osc)
+    is_dissipative = _changes_areas(osc)
     # First, since late in an approach the intervals differ by less than any tolerance. A power of
     # the time belongs to conservative motion; with losses the deviations fall geometrically.
     approaching = None if spacing is None or is_dissipative else _approaching(times, spacing)
@@ -147,10 +148,10 @@ def classify_impact_times(
     return ImpactTimes("no_period_found", 0, 0, np.nan, np.nan, len(times))
 
 
-def _loses_energy(osc: Oscillator) -> bool:
-    """Return whether areas of the phase plane shrink: by damping, dashpots or restitution."""
-    return as_float(osc.damping) > 0.0 or any(
-        as_float(stop.restitution) < 1.0 if isinstance(stop, Wall) else as_float(stop.damping) > 0.0
+def _changes_areas(osc: Oscillator) -> bool:
+    """Return whether areas of the phase plane change: by damping, dashpots or restitution."""
+    return as_float(osc.damping) != 0.0 or any(
+        not is_elastic(stop.restitution) if isinstance(stop, Wall) else as_float(stop.damping) != 0
         for stop in osc.stops
     )
 

@@ -20,6 +20,7 @@ from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
     GAIN_IM,
     GAIN_RE,
+    GROWTH,
     LOWER,
     OMEGA,
     SINE,
@@ -55,6 +56,8 @@ def free_until(
     if reach == (-math.inf, math.inf):
         return math.inf
     gain = law[region + 1 : region + 1 + len(phases), (GAIN_RE, GAIN_IM)]
+    if law[region, GROWTH] > 0.0:
+        return s
     if law[region, STIFFNESS] == 0.0 and not (gain == 0.0).all(axis=1).any():
         return math.inf if drifts_away(law, region, start, phases, s, reach) else s
     if slowest(law, region, len(phases)) == math.inf:

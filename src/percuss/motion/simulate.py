@@ -15,9 +15,9 @@ from percuss.kernels import march as engine
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import (
     FIRST_HARMONIC,
+    GROWTH,
     HALF_TURNS,
     N_HARMONICS,
-    STIFFNESS,
     TURNS,
     Law,
 )
@@ -28,7 +28,7 @@ from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, end_after_periods, limit_faults, periods_faults, wall_faults
-from percuss.model.system import System
+from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.progress import RunProgress
@@ -158,7 +158,7 @@ def simulate(
 def _check_times(law: Law, t0: float, t_end: float) -> None:
     """Refuse times so late that a phase there has no digits left."""
     n = int(law[0, N_HARMONICS])
-    free = [2.0 * half for half in law[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS].tolist()]
+    free = [2.0 * half for half in law[region_rows(law), HALF_TURNS].tolist()]
     fastest = max(free + law[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS].tolist())
     for name, time in (("t0", t0), ("t_end", t_end)):
         if abs(time) < math.inf and abs(time) * fastest > MOST_PERIODS:
@@ -215,7 +215,7 @@ class _March:
     def may_grow(self) -> bool:
         """Return whether the last stretch is a flight that may grow beyond all bounds."""
         flies = self.counters[columns.TOUCHED] == 0
-        return bool(flies and self.arrays.law[self.counters[columns.REGION], STIFFNESS] < 0.0)
+        return bool(flies and self.arrays.law[self.counters[columns.REGION], GROWTH] > 0.0)
 
     def last_moderate(self, end: float) -> float:
         """Return up to when, at most ``end``, the last flight stays below HUGE.

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Floats, Integers
+from percuss.model.units import Units
 from percuss.motion.html_table import html_table
 
 if TYPE_CHECKING:
@@ -18,37 +19,47 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-__all__ = ["COLUMNS", "Contacts", "Crossings", "EventTable", "Grazes", "Impacts"]
+__all__ = [
+    "COLUMNS", "Contacts", "Crossings", "EventColumn", "EventTable", "Grazes", "Impacts",
+    "no_contacts", "no_crossings", "no_grazes",
+]  # fmt: skip
 
 
-# The columns of each table as a dataset, and what they are.
-COLUMNS: dict[str, dict[str, str]] = {
+class EventColumn(NamedTuple):
+    """What a column of a table of events is, and its dimensions."""
+
+    meaning: str
+    dimensions: str = "1"
+
+
+# The columns of each table as a dataset; those of an oscillator with a mass are not per unit mass.
+COLUMNS: dict[str, dict[str, EventColumn]] = {
     "impact": {
-        "t": "time of the impact",
-        "v_before": "velocity before the impact",
-        "v_after": "velocity after the impact",
-        "stop": "index of the stop that is hit",
-        "cycle": "time in forcing periods, modulo 1",
-        "impulse": "impulse of the stop per unit mass",
+        "t": EventColumn("time of the impact", "time"),
+        "v_before": EventColumn("velocity before the impact", "length/time"),
+        "v_after": EventColumn("velocity after the impact", "length/time"),
+        "stop": EventColumn("index of the stop that is hit"),
+        "cycle": EventColumn("time in forcing periods, modulo 1"),
+        "impulse": EventColumn("impulse of the stop per unit mass", "mass length/time"),
     },
     "crossing": {
-        "t": "time of the crossing",
-        "v": "velocity at the crossing",
-        "stop": "index of the soft stop",
-        "direction": "in or out of the soft stop",
+        "t": EventColumn("time of the crossing", "time"),
+        "v": EventColumn("velocity at the crossing", "length/time"),
+        "stop": EventColumn("index of the soft stop"),
+        "direction": EventColumn("in or out of the soft stop"),
     },
     "contact": {
-        "start": "time at which the motion comes to rest on the stop",
-        "release": "time of the release, NaN if it has not come yet",
-        "stop": "index of the stop",
-        "n_impacts": "number of impacts listed before the contact",
-        "error_bound": "bound of the whole error of the start",
+        "start": EventColumn("time at which the motion comes to rest on the stop", "time"),
+        "release": EventColumn("time of the release, NaN if it has not come yet", "time"),
+        "stop": EventColumn("index of the stop"),
+        "n_impacts": EventColumn("number of impacts listed before the contact"),
+        "error_bound": EventColumn("bound of the whole error of the start", "time"),
     },
     "graze": {
-        "t": "time of the touch",
-        "stop": "index of the stop",
-        "clearance": "distance from the stop",
-        "error_bound": "bound of the error of the clearance",
+        "t": EventColumn("time of the touch", "time"),
+        "stop": EventColumn("index of the stop"),
+        "clearance": EventColumn("distance from the stop", "length"),
+        "error_bound": EventColumn("bound of the error of the clearance", "length"),
     },
 }
 
@@ -58,6 +69,7 @@ class EventTable:
 
     __slots__ = ()
     dimension: ClassVar[str]
+    units: Units | None
 
     def to_xarray(self) -> Dataset:
         """Return the columns as an xarray.Dataset over the events.
@@ -73,10 +85,20 @@ class EventTable:
 
         return xarray.Dataset(
             {
-                name: (self.dimension, values, {"long_name": meaning})
-                for name, meaning, values in self._columns()
+                name: (self.dimension, values, self._about(column))
+                for name, column, values in self._columns()
             }
         )
+
+    def _about(self, column: EventColumn) -> dict[str, str]:
+        """Return what a column is, with its unit where the oscillator has units."""
+        meaning, dimensions = column
+        if getattr(self, "mass", None) is None:
+            dimensions = dimensions.removeprefix("mass ")
+        else:
+            meaning = meaning.removesuffix(" per unit mass")
+        unit = {} if self.units is None else {"units": self.units.of(dimensions)}
+        return {"long_name": meaning} | unit
 
     def to_pandas(self) -> DataFrame:
         """Return the columns as a pandas.DataFrame, a row for each event.
@@ -106,10 +128,10 @@ class EventTable:
         """Return the first column: the instants at which the events begin."""
         return getattr(self, next(iter(COLUMNS[self.dimension])))
 
-    def _columns(self) -> Iterator[tuple[str, str, Any]]:
+    def _columns(self) -> Iterator[tuple[str, EventColumn, Any]]:
         """Yield the name, meaning and values of each column, as arrays."""
-        for name, meaning in COLUMNS[self.dimension].items():
-            yield name, meaning, getattr(self, name)
+        for name, column in COLUMNS[self.dimension].items():
+            yield name, column, getattr(self, name)
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -128,6 +150,10 @@ class Impacts(EventTable):
         (n,) array in [0, 1), (t / period) mod 1; NaN for a forcing without a period.
     intervals
         (n,) array, flight times [time]: from the impact before, the first from the start.
+    mass
+        The mass of the oscillator, None without one.
+    units
+        The units of the oscillator, None without.
     """
 
     dimension: ClassVar[str] = "impact"
@@ -137,11 +163,17 @@ class Impacts(EventTable):
     stop: Integers
     cycle: Floats
     intervals: Floats
+    mass: float | None = None
+    units: Units | None = None
 
     @property
     def impulse(self) -> Floats:
-        """(n,) array, the wall's impulse per unit mass, v_after - v_before [length/time]."""
-        return self.v_after - self.v_before
+        """(n,) array, the wall's impulse on the mass, m (v_after - v_before).
+
+        [mass length/time]; per unit mass, v_after - v_before, without a mass.
+        """
+        gained = self.v_after - self.v_before
+        return gained if self.mass is None else self.mass * gained
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -165,6 +197,7 @@ class Crossings(EventTable):
     v: Floats
     stop: Integers
     direction: NDArray[np.str_]
+    units: Units | None = None
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -190,6 +223,7 @@ class Contacts(EventTable):
     stop: Integers
     n_impacts: Integers
     _errors: Callable[[], Floats] = field(repr=False)
+    units: Units | None = None
 
     @property
     def error_bound(self) -> Floats:
@@ -227,6 +261,7 @@ class Grazes(EventTable):
     stop: Integers
     clearance: Floats
     error_bound: Floats
+    units: Units | None = None
 
 
 def _span(t: Floats) -> str:
@@ -237,6 +272,23 @@ def _span(t: Floats) -> str:
 
 _NO_FLOATS = np.empty(0)
 _NO_NUMBERS = np.empty(0, dtype=np.int64)
-NO_CROSSINGS = Crossings(_NO_FLOATS, _NO_FLOATS, _NO_NUMBERS, np.empty(0, dtype="<U3"))
-NO_CONTACTS = Contacts(_NO_FLOATS, _NO_FLOATS, _NO_NUMBERS, _NO_NUMBERS, partial(np.empty, 0))
-NO_GRAZES = Grazes(_NO_FLOATS, _NO_NUMBERS, _NO_FLOATS, _NO_FLOATS)
+_NO_TEXTS = np.empty(0, dtype="<U3")
+
+
+@lru_cache(maxsize=16)
+def no_crossings(units: Units | None) -> Crossings:
+    """Return a table without rows."""
+    return Crossings(_NO_FLOATS, _NO_FLOATS, _NO_NUMBERS, _NO_TEXTS, units)
+
+
+@lru_cache(maxsize=16)
+def no_contacts(units: Units | None) -> Contacts:
+    """Return a table without rows."""
+    errors = partial(np.empty, 0)
+    return Contacts(_NO_FLOATS, _NO_FLOATS, _NO_NUMBERS, _NO_NUMBERS, errors, units)
+
+
+@lru_cache(maxsize=16)
+def no_grazes(units: Units | None) -> Grazes:
+    """Return a table without rows."""
+    return Grazes(_NO_FLOATS, _NO_NUMBERS, _NO_FLOATS, _NO_FLOATS, units)

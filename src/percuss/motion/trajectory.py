@@ -19,33 +19,32 @@ from percuss.kernels.record import MotionRecord
 from percuss.kernels.sample import cycles, evaluate
 from percuss.model.exact import Phase, as_float, real, reals, whole
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, mass_of
 from percuss.model.start import Start
 from percuss.model.system import System
+from percuss.model.units import FORCE, Units
 from percuss.motion.energetics import energy_at, forces_at
 from percuss.motion.error_bounds import ContactErrors
 from percuss.motion.extremes import Extrema, QuantityName, extremes_of_motion, level_crossings
+from percuss.motion.sections import SectionDirection, section_of
 from percuss.motion.tables import (
-    NO_CONTACTS,
-    NO_CROSSINGS,
-    NO_GRAZES,
     Contacts,
     Crossings,
     Grazes,
     Impacts,
+    no_contacts,
+    no_crossings,
+    no_grazes,
 )
 
 if TYPE_CHECKING:
     # A second of import, and only `sample`, `stroboscopic` and `forces` need it.
     from xarray import Dataset
 
-__all__ = ["Outcome", "Trajectory"]
+__all__ = ["Outcome", "Trajectory", "labelled"]
 
 Limit = Literal["after", "before"]
 _SIDES = ("after", "before")
-SectionDirection = Literal["up", "down", "both"]
-# The sign of the velocity, 0 for either.
-DIRECTIONS = {"up": 1.0, "down": -1.0, "both": 0.0}
 # A computed time may lie outside the run by this many units in the last place.
 ROUNDED = 4.0
 
@@ -121,6 +120,7 @@ class Trajectory:
         (x0, v0), events, marks, grazes = record
         t0 = float(events[0, columns.EVENT_T])
         start = Start(x0, v0, t0) if start is None else start
+        units = system.oscillator.units
         # Mostly all events but the start are impacts.
         has_others = bool((marks[1:, columns.KIND] != columns.IMPACT).any())
         return cls(
@@ -132,8 +132,8 @@ class Trajectory:
             t_end=as_float(t_end),
             outcome=outcome,
             impacts=_impacts(system, events, marks, has_others=has_others),
-            crossings=_crossings(system, events, marks) if has_others else NO_CROSSINGS,
-            contacts=_contacts(system, start, events, marks) if has_others else NO_CONTACTS,
+            crossings=_crossings(system, events, marks) if has_others else no_crossings(units),
+            contacts=_contacts(system, start, events, marks) if has_others else no_contacts(units),
             grazes=_grazes(system, grazes),
             start=start,
             end=t_end,
@@ -250,7 +250,7 @@ class Trajectory:
         n = whole("n", n, 2)
         times = np.linspace(self.t0, self.t_end, n)
         x, v = self(times)
-        return _dataset({"x": ("t", x), "v": ("t", v)}, {"t": times}, str(self.outcome.value))
+        return self._dataset({"x": ("t", x), "v": ("t", v)}, {"t": times})
 
     def stroboscopic(self, cycle: float | None = None) -> Dataset:
         """Return x and v once every forcing period.
@@ -288,9 +288,7 @@ class Trajectory:
         if cycle is None:
             times = self.t0 + count * period
         else:
-            part = real("cycle", cycle)
-            if not 0.0 <= part < 1.0:
-                raise ParameterError("cycle", part, "not in [0, 1)")
+            part = section_of({"cycle": cycle}).cycle or 0.0
             first = math.ceil(self.t0 / period - part)
             times = (first + count + part) * period
         slack = ROUNDED * np.spacing(max(abs(self.t0), abs(self.t_end)))
@@ -299,7 +297,7 @@ class Trajectory:
         x, v = self(times)
         data = {"t": ("period", times), "x": ("period", x), "v": ("period", v)}
         number = np.arange(len(times))
-        return _dataset(data, {"period": number}, str(self.outcome.value))
+        return self._dataset(data, {"period": number})
 
     def section(self, at: float, direction: SectionDirection = "both") -> Dataset:
         """Return the passages of a displacement: a Poincaré section.
@@ -332,15 +330,13 @@ class Trajectory:
         >>> run.section(at=0.5, direction="up").t.values.round(6)
         array([0.523599, 6.806784])
         """
-        if direction not in DIRECTIONS:
-            raise ParameterError("direction", direction, f"none of {', '.join(DIRECTIONS)}")
-        level = real("at", at)
+        section = section_of({"at": at, "direction": direction})
+        level = section.at
         crossings = level_crossings(self.system, self._motion_record, level, self.t_end)
-        sign = DIRECTIONS[direction]
-        t, v = crossings[sign * crossings[:, 1] >= 0.0].T
+        t, v = crossings[section.sign * crossings[:, 1] >= 0.0].T
         data = {"t": ("crossing", t), "x": ("crossing", np.full(len(t), level)),
                 "v": ("crossing", v)}  # fmt: skip
-        return _dataset(data, {}, str(self.outcome.value))
+        return self._dataset(data, {})
 
     def extremes(
         self, of: QuantityName, stop: int = 0, between: Sequence[float] | None = None
@@ -356,8 +352,9 @@ class Trajectory:
         Parameters
         ----------
         of
-            "displacement" [length], "velocity" [length/time], "acceleration", "stop_force" or
-            "spring_force" [length/time^2]; forces are per unit mass, with the sign of `forces`.
+            "displacement" [length], "velocity" [length/time], "acceleration" [length/time^2],
+            "stop_force" or "spring_force" [mass length/time^2], with the sign of `forces`; forces
+            are per unit mass where the oscillator has no mass.
         stop
             Index of the stop whose force it is.
         between
@@ -403,7 +400,7 @@ class Trajectory:
         return first, last
 
     def forces(self, t: ArrayLike) -> Dataset:
-        """Return what acts on the mass at times t, per unit mass.
+        """Return the forces on the mass at times t; per unit mass where there is no mass.
 
         Parameters
         ----------
@@ -413,8 +410,9 @@ class Trajectory:
         Returns
         -------
         xarray.Dataset
-            `spring`, `damping`, `forcing` over t and `stops` over (stop, t) [length/time^2]: a
-            soft stop's force, and a wall's reaction in contact (its impulses are in `impacts`).
+            `spring`, `damping`, `forcing` over t and `stops` over (stop, t) [mass
+            length/time^2]: a soft stop's force, and a wall's reaction in contact (its impulses
+            are in `impacts`).
 
         Raises
         ------
@@ -432,10 +430,10 @@ class Trajectory:
         x, v = self(times)
         data = forces_at(self.system, self.contacts, times, x, v)
         stops = np.arange(len(self.oscillator.stops))
-        return _dataset(data, {"t": times, "stop": stops}, str(self.outcome.value))
+        return self._dataset(data, {"t": times, "stop": stops})
 
     def energy(self, t: ArrayLike) -> Floats:
-        """Return the mechanical energy per unit mass at times t.
+        """Return the mechanical energy at times t; per unit mass where there is no mass.
 
         Parameters
         ----------
@@ -445,7 +443,8 @@ class Trajectory:
         Returns
         -------
         array
-            v^2 / 2 + k x^2 / 2 and the springs of the soft stops [length^2/time^2], of t's shape.
+            m v^2 / 2 + k x^2 / 2 and the springs of the soft stops [mass length^2/time^2], of t's
+            shape.
 
         Raises
         ------
@@ -460,13 +459,32 @@ class Trajectory:
         array([2., 2., 2.])
         """
         x, v = self(t)
-        return energy_at(self.oscillator, x, v)
+        return energy_at(self.system, x, v)
+
+    def _dataset(self, data: Mapping[str, object], coords: Mapping[str, object]) -> Dataset:
+        import xarray
+
+        found = xarray.Dataset(data, coords=coords, attrs={"outcome": str(self.outcome.value)})
+        return labelled(found, self.oscillator.units)
 
 
-def _dataset(data: Mapping[str, object], coords: Mapping[str, object], outcome: str) -> Dataset:
-    import xarray
+# Dimensions of the variables of a run's datasets.
+DIMENSIONS = {
+    "t": "time",
+    "x": "length",
+    "v": "length/time",
+    **dict.fromkeys(("spring", "damping", "forcing", "stops"), FORCE),
+}
 
-    return xarray.Dataset(data, coords=coords, attrs={"outcome": outcome})
+
+def labelled(dataset: Dataset, units: Units | None) -> Dataset:
+    """Return a dataset of a run whose variables name their units, where there are units."""
+    if units is not None:
+        for name in dataset.variables:
+            dimensions = DIMENSIONS.get(str(name).removesuffix("_radius"))
+            if dimensions is not None:
+                dataset[name].attrs["units"] = units.of(dimensions)
+    return dataset
 
 
 def _impacts(system: System, events: Floats, marks: Integers, *, has_others: bool) -> Impacts:
@@ -488,13 +506,18 @@ def _impacts(system: System, events: Floats, marks: Integers, *, has_others: boo
         stop=system.lines.walls[marks[:, columns.BOUND]],
         cycle=cycle,
         intervals=t - before[:, columns.EVENT_T] + (t_low - before[:, columns.EVENT_T_LOW]),
+        mass=mass_of(system.oscillator),
+        units=system.oscillator.units,
     )
 
 
 def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
-    which = np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING)
+    which, units = (
+        np.flatnonzero(marks[:, columns.KIND] == columns.CROSSING),
+        system.oscillator.units,
+    )
     if len(which) == 0:
-        return NO_CROSSINGS
+        return no_crossings(units)
     edges = system.lines.edges
     # Stops that share an edge are crossed together, one line each.
     sharing = np.array([len(edge) for edge in edges])[marks[which, columns.BOUND]]
@@ -503,14 +526,14 @@ def _crossings(system: System, events: Floats, marks: Integers) -> Crossings:
     v = np.repeat(events[which, columns.V_AFTER], sharing)
     direction = np.where((v > 0.0) == above, "in", "out")
     t = np.repeat(events[which, columns.EVENT_T], sharing)
-    return Crossings(t=t, v=v, stop=np.array(stop, dtype=np.int64), direction=direction)
+    return Crossings(t, v, np.array(stop, dtype=np.int64), direction, units)
 
 
 def _contacts(system: System, start: Start, events: Floats, marks: Integers) -> Contacts:
     kind = marks[:, columns.KIND]
     which = np.flatnonzero(kind == columns.CONTACT)
     if len(which) == 0:
-        return NO_CONTACTS
+        return no_contacts(system.oscillator.units)
     released = np.flatnonzero(kind == columns.RELEASE)
     release = np.full(len(which), np.nan)
     # Nothing comes between a contact and its release; only the last contact may have none.
@@ -521,12 +544,13 @@ def _contacts(system: System, start: Start, events: Floats, marks: Integers) -> 
         stop=system.lines.walls[marks[which, columns.BOUND]],
         n_impacts=np.cumsum(kind == columns.IMPACT)[which],
         _errors=ContactErrors(system, start, events, marks),
+        units=system.oscillator.units,
     )
 
 
 def _grazes(system: System, grazes: Floats) -> Grazes:
     if len(grazes) == 0:
-        return NO_GRAZES
+        return no_grazes(system.oscillator.units)
     bounds = grazes[:, columns.GRAZE_BOUND].astype(np.int64)
     lines = system.lines
     stop = [
@@ -538,4 +562,5 @@ def _grazes(system: System, grazes: Floats) -> Grazes:
         stop=np.array(stop, dtype=np.int64),
         clearance=grazes[:, columns.GRAZE_CLEARANCE],
         error_bound=grazes[:, columns.GRAZE_ERROR],
+        units=system.oscillator.units,
     )

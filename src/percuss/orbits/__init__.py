@@ -32,8 +32,10 @@ from percuss.orbits.surface.manifolds import ManifoldBranch as ManifoldBranch
 from percuss.orbits.surface.manifolds import Manifolds as Manifolds
 from percuss.orbits.surface.manifolds import manifolds as manifolds
 from percuss.orbits.surface.maps import ImpactMap as ImpactMap
+from percuss.orbits.surface.maps import SectionMap as SectionMap
 from percuss.orbits.surface.maps import StroboscopicMap as StroboscopicMap
 from percuss.orbits.surface.maps import impact_map as impact_map
+from percuss.orbits.surface.maps import section_map as section_map
 from percuss.orbits.surface.maps import stroboscopic_map as stroboscopic_map
 from percuss.orbits.surface.singularity_set import SingularityCurve as SingularityCurve
 from percuss.orbits.surface.singularity_set import SingularitySet as SingularitySet

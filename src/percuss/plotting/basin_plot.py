@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.model.units import Units
 from percuss.plotting.cells import (
     draw_cells,
     edges_of,
@@ -33,7 +34,6 @@ from percuss.plotting.style import (
     PURPLE,
     SKY_BLUE,
     VERMILION,
-    Units,
     colour_bar,
     legend_above,
     picture,
@@ -60,6 +60,8 @@ def plot_basins(
     *,
     manifolds: Any = (),
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw basins in the plane of the starts, the attractors in them, and saddles' manifolds.
 
@@ -91,7 +93,7 @@ def plot_basins(
     labels = basins["basin"].transpose(upwards, across).to_numpy()
     # Label -2 is the first row.
     table = np.array([to_rgb(NO_START), to_rgb(UNDECIDED), *(_pale(colour) for colour in colours)])
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         x, y = (basins[dim].to_numpy() for dim in (across, upwards))
         draw_cells(ax, x, y, table[labels + 2])
         limits = ax.get_xlim(), ax.get_ylim()
@@ -209,6 +211,8 @@ def plot_fractions(
     *,
     attractor: int | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw which part of the starts goes to which attractor.
 
@@ -238,19 +242,21 @@ def plot_fractions(
         reason = "not what percuss.basin_fractions returns"
         raise ParameterError("fractions", sorted(map(str, fractions)), reason)
     if fractions["fraction"].ndim == 3:
-        return _draw_chart(fractions, ax, attractor, units)
+        return _draw_chart(fractions, ax, attractor, units, (xlabel, ylabel))
     if attractor is not None:
         raise ParameterError("attractor", attractor, "over one parameter all of them are drawn")
-    return _draw_stack(fractions, ax, units)
+    return _draw_stack(fractions, ax, units, (xlabel, ylabel))
 
 
-def _draw_stack(fractions: xr.Dataset, ax: Axes | None, units: Units) -> Axes:
+def _draw_stack(
+    fractions: xr.Dataset, ax: Axes | None, units: Units, labels: tuple[str | None, str | None]
+) -> Axes:
     path = str(fractions["fraction"].dims[1])
     along = np.argsort(fractions[path].to_numpy())
     x = edges_of(fractions[path].to_numpy()[along])
     parts = fractions["fraction"].to_numpy()[:, along]
     order = np.argsort(-parts.sum(axis=1), kind="stable")
-    with picture(ax) as ax:
+    with picture(ax, labels=labels) as ax:
         below = np.zeros(len(along))
         for place, i in enumerate(order):
             colour = CLASS_COLOURS[place] if place < len(CLASS_COLOURS) else OTHERS
@@ -271,7 +277,11 @@ def _draw_stack(fractions: xr.Dataset, ax: Axes | None, units: Units) -> Axes:
 
 
 def _draw_chart(
-    fractions: xr.Dataset, ax: Axes | None, attractor: int | None, units: Units
+    fractions: xr.Dataset,
+    ax: Axes | None,
+    attractor: int | None,
+    units: Units,
+    labels: tuple[str | None, str | None],
 ) -> Axes:
     across, upwards = (str(dim) for dim in fractions["fraction"].dims[1:])
     every = fractions["fraction"].transpose("attractor", upwards, across).to_numpy()
@@ -281,7 +291,7 @@ def _draw_chart(
     if not 0 <= attractor < n:
         raise ParameterError("attractor", attractor, f"the number of none; there are {n}")
     exists = fractions["exists"].transpose("attractor", upwards, across).to_numpy()[attractor]
-    with picture(ax) as ax:
+    with picture(ax, labels=labels) as ax:
         x, y = (fractions[dim].to_numpy() for dim in (across, upwards))
         hatch_missing(ax)
         shown = draw_cells(

@@ -15,10 +15,12 @@ from matplotlib.patheffects import withStroke
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.system import law
+from percuss.model.units import Units
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.curve import Curve, CurveKind
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import turns_of
+from percuss.plotting.cells import parameter_label
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -26,7 +28,6 @@ from percuss.plotting.style import (
     GREEN,
     ORANGE,
     VERMILION,
-    Units,
     label_once,
     picture,
     shared_docs,
@@ -101,6 +102,8 @@ def plot_branch(
     *,
     quantity: BranchQuantity | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw a branch: stable orbits solid, unstable ones dashed, those that are not physical faint.
 
@@ -129,15 +132,15 @@ def plot_branch(
         over one parameter.
     """
     branches = _branches(branch)
-    units = units_of(units)
+    units = units_of(units, branches[0].orbits[0].oscillator)
     has_impacts = all(each.impact_velocity.shape[1] > 0 for each in branches)
     name = quantity or ("impact_velocity" if has_impacts else "grazing_margin")
     columns = [_values(each, name) for each in branches]
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
             breaks = _breaks(each, name)
             _draw(ax, each, values, COLOUR_CYCLE[k % len(COLOUR_CYCLE)], breaks)
-        ax.set_xlabel(branches[0].path)
+        ax.set_xlabel(parameter_label(branches[0], units))
         ax.set_ylabel(_label(name, units, branches))
         together = np.concatenate(columns)
         if name != "multiplier" and (together < 0.0).any() and (together > 0.0).any():
@@ -310,7 +313,13 @@ def _name_point(
 
 
 @shared_docs
-def plot_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None) -> Axes:
+def plot_curves(
+    curves: Curve | Iterable[Curve],
+    ax: Axes | None = None,
+    *,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
+) -> Axes:
     """Draw curves in the plane of their two parameters: physical orbits solid, others faint.
 
     Parameters
@@ -337,7 +346,7 @@ def plot_curves(curves: Curve | Iterable[Curve], ax: Axes | None = None) -> Axes
         if curve.paths != paths:
             reason = f"not over the parameters of the first, {paths[0]} and {paths[1]}"
             raise ParameterError("curves", curve.paths, reason)
-    with picture(ax, CURVES_SIZE) as ax:
+    with picture(ax, CURVES_SIZE, labels=(xlabel, ylabel)) as ax:
         for curve in several:
             _draw_curve(ax, curve)
         ax.set_xlabel(paths[0])

@@ -11,7 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from percuss.arrays import Floats
-from percuss.plotting.style import Units
+from percuss.ensembles.grid import units_of as dimensions_of
+from percuss.model.units import Units, is_unit
+from percuss.orbits.bifurcations.branch import Branch
 
 # Values that are equally spaced to this part of a step are drawn as an image.
 EVEN = 1e-6
@@ -84,6 +86,8 @@ def label_of(name: str, dimensions: str, units: Units | None) -> str:
     >>> label_of("start.v0", "length/time", Units("m", "s"))
     'start.v0 (m/s)'
     """
+    if is_unit(dimensions):
+        return f"{name} ({dimensions})"
     measure = _DIMENSIONS.get(dimensions)
     if units is None or measure is None or units == Units():
         return name
@@ -111,3 +115,11 @@ def path_label(data: xr.Dataset, path: str, units: Units | None) -> str:
     is_only_one = forcing.count("Harmonic(") == 1 and "base=" not in forcing
     name = path.replace("forcing.harmonics.0.", "forcing.") if is_only_one else path
     return label_of(name, str(data[path].attrs.get("units", "")), units)
+
+
+def parameter_label(branch: Branch, units: Units) -> str:
+    """Return the label of an axis over the parameter of a branch, with its unit where there is one."""
+    oscillator, forcing = branch.orbits[0].system
+    if units == Units() or "." not in branch.path:
+        return branch.path
+    return f"{branch.path} ({units.of(dimensions_of(branch.path, oscillator, forcing))})"

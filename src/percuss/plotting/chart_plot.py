@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.model.units import Units
 from percuss.plotting.cells import (
     draw_cells,
     hatch_missing,
@@ -25,7 +26,6 @@ from percuss.plotting.cells import (
 from percuss.plotting.style import (
     BLACK,
     BLUE,
-    Units,
     colour_bar,
     legend_above,
     picture,
@@ -51,6 +51,8 @@ def plot_chart(
     ax: Axes | None = None,
     *,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw a measure over two parameters in colours, with a colour bar.
 
@@ -79,7 +81,7 @@ def plot_chart(
     across, upwards = (str(dim) for dim in data[name].dims)
     values = data[name].transpose(upwards, across).to_numpy().astype(np.float64)
     scale = _periods(values) if name == "period" else _shades(values)
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         x, y = (data[dim].to_numpy() for dim in (across, upwards))
         hatch_missing(ax)
         seen = np.where(np.isneginf(values), np.nan, values)
@@ -101,6 +103,8 @@ def plot_sweep(
     ax: Axes | None = None,
     *,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw a measure over one parameter; points without an answer leave gaps.
 
@@ -121,7 +125,7 @@ def plot_sweep(
     (path,) = (str(dim) for dim in data[name].dims)
     order = np.argsort(data[path].to_numpy(), kind="stable")
     x, y = data[path].to_numpy()[order], data[name].to_numpy()[order]
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         whole = name == "period" or len(x) < 20
         look = {"marker": ".", "linestyle": "none"} if whole else {"linewidth": 1.0}
         ax.plot(x, np.where(np.isfinite(y), y, np.nan), color=BLUE, **look)

@@ -14,13 +14,13 @@ from matplotlib.patches import Patch
 
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
+from percuss.model.units import Units
 from percuss.plotting.cells import EVEN, draw_cells, label_of, path_label
 from percuss.plotting.style import (
     BLACK,
     BLUE,
     GREEN,
     VERMILION,
-    Units,
     colour_bar,
     legend_above,
     picture,
@@ -56,6 +56,8 @@ def plot_diagram(
     *,
     quantity: str | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw a bifurcation diagram, any number of points, by how many of them lie in each cell.
 
@@ -68,7 +70,8 @@ def plot_diagram(
     diagram
         What `percuss.bifurcation_diagram` has returned.
     quantity
-        "x" or "v" at whole periods; of impacts "v_after" or "cycle". Default: "x" or "v_after".
+        "x" or "v" at whole periods or another cycle; of impacts "v_after" or "cycle"; of the
+        passages of a displacement "v" or "cycle". Default: "x", "v_after" or "v".
 
     Returns
     -------
@@ -81,7 +84,7 @@ def plot_diagram(
         If there is no such quantity, or nothing to draw.
     """
     units = units_of(units)
-    name = quantity or ("x" if "x" in diagram else "v_after")
+    name = quantity or next(key for key in ("x", "v_after", "v") if key in diagram)
     if name not in diagram or name not in NAMES:
         known = " nor ".join(key for key in NAMES if key in diagram)
         raise ParameterError("quantity", quantity, f"neither {known}")
@@ -93,18 +96,28 @@ def plot_diagram(
     columns = _columns(x)
     layers = _layers(counts)
     norm = LogNorm(1, max(2, *(int(count.max()) for count in layers.values())))
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         rows = np.linspace(low, high, ROWS + 1)
         middles = 0.5 * (rows[1:] + rows[:-1])
         draw_cells(ax, columns, middles, _coloured(layers, norm))
         ax.set_xlabel(path_label(diagram, path, units))
-        ax.set_ylabel(label_of(NAMES[name], str(diagram[name].attrs.get("units", "")), units))
+        ax.set_ylabel(
+            label_of(_name_of(diagram, name), str(diagram[name].attrs.get("units", "")), units)
+        )
         used = [key for key in COLOURS if key in layers and layers[key].any()]
         _add_bar(ax, norm, COLOURS[used[0]] if len(used) == 1 else BLACK)
         if len(used) > 1:
             handles = [Patch(color=COLOURS[key], label=key) for key in used]
             legend_above(ax, handles=handles, ncols=len(used))
     return ax
+
+
+def _name_of(diagram: xr.Dataset, name: str) -> str:
+    """Return a quantity in words, with the section at which it is taken."""
+    section = str(diagram.attrs.get("section", ""))
+    if "=" not in section:
+        return NAMES[name]
+    return f"cycle of passages of {section}" if name == "cycle" else f"{name} at {section}"
 
 
 def _groups(diagram: xr.Dataset, name: str) -> dict[str, Floats]:

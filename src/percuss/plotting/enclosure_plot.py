@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.model.units import Units
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.plotting.branch_plot import plot_branch
 from percuss.plotting.marks import CONTACT_STYLE, GRAZE_STYLE, draw_jumps, draw_stops, stop_places
@@ -22,7 +23,6 @@ from percuss.plotting.style import (
     GREEN,
     GREY,
     VERMILION,
-    Units,
     fix_ticks,
     picture,
     units_of,
@@ -73,7 +73,7 @@ def plot_enclosure(
     branch
         The branch of special points.
     units
-        Units on the axes; default: dimensionless.
+        Units on the axes; default: those of the oscillator, or dimensionless.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def plot_enclosure(
     from percuss.certified import CertifiedOrbit, CertifiedPoint, CertifiedRun
 
     if isinstance(proven, CertifiedOrbit):
-        return draw_certified_orbit(proven, ax, units_of(units))
+        return draw_certified_orbit(proven, ax, units_of(units, proven.oscillator))
     if isinstance(proven, CertifiedPoint):
         return draw_certified_points([proven], branch, ax, units_of(units))
     if isinstance(proven, list | tuple) and all(isinstance(p, CertifiedPoint) for p in proven):
@@ -106,7 +106,7 @@ def plot_enclosure(
 
 def _draw_run(proven: CertifiedRun, ax: Axes | None, units: Units | None) -> Axes:
     """Draw a motion over time, and below it its radii."""
-    units = units_of(units)
+    units = units_of(units, proven.oscillator)
     t = _times(proven)
     x, _ = proven(t)
     with picture(ax, (8.0, 4.8), legend=True) as ax:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
+from percuss.model.units import Units
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.spectrum import spectrum
 from percuss.motion.trajectory import Trajectory
@@ -42,7 +43,6 @@ from percuss.plotting.style import (
     BLUE,
     GREY,
     ORANGE,
-    Units,
     draw_legend,
     label_phase_plane,
     new_figure,
@@ -89,6 +89,8 @@ def plot_displacement(
     *,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw the displacement over time, with the stops, the contacts and the grazes.
 
@@ -102,10 +104,10 @@ def plot_displacement(
     Axes
         The axes; those of a new figure have a legend.
     """
-    units = units_of(units)
+    units = units_of(units, run.oscillator)
     low, high = window_of(run, window)
     curve = sample_curve(run, (low, high))
-    with picture(ax, legend=True) as ax:
+    with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         t, x, _ = reduce_to_columns(curve.t, curve.x, np.zeros_like(curve.jumps))
         ax.plot(t, x, color=BLUE, linewidth=WIDTH * _thinness(run, low, high))
         draw_stops(ax, run, curve.x, "y")
@@ -120,6 +122,8 @@ def plot_velocity(
     *,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw the velocity over time; an impact is a vertical dashed jump.
 
@@ -134,12 +138,12 @@ def plot_velocity(
         The axes; those of a new figure have a legend. With more than 2,000 impacts the jumps are
         part of the solid line.
     """
-    units = units_of(units)
+    units = units_of(units, run.oscillator)
     low, high = window_of(run, window)
     curve = sample_curve(run, (low, high))
     shown = within(run.impacts.t, low, high)
     is_dashed = 0 < shown.sum() <= MOST_JUMPS
-    with picture(ax, legend=True) as ax:
+    with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         t, v, jumps = reduce_to_columns(curve.t, curve.v, curve.jumps & is_dashed)
         thinness = _thinness(run, low, high)
         ax.plot(separated(t, jumps), separated(v, jumps), color=BLUE, linewidth=WIDTH * thinness)
@@ -182,6 +186,8 @@ def plot_phase_portrait(
     *,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw the velocity over the displacement; an impact is a vertical dashed jump at its stop.
 
@@ -197,10 +203,10 @@ def plot_phase_portrait(
     Axes
         The axes; those of a new figure have a legend.
     """
-    units = units_of(units)
+    units = units_of(units, run.oscillator)
     low, high = window_of(run, window)
     curve = sample_curve(run, (low, high))
-    with picture(ax, legend=True) as ax:
+    with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         x, v = reduce_to_pixels(curve)
         # A long line is drawn finely, so that its loops stay apart; very long ones stay an image
         # inside an SVG, which would be large otherwise.
@@ -259,6 +265,8 @@ def plot_impact_velocities(
     *,
     window: tuple[float, float] | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw the velocity after each impact over the cycle of the forcing.
 
@@ -278,11 +286,11 @@ def plot_impact_velocities(
         The axes; with another one beside it, the scale of the colours. Those of a new figure have
         a legend.
     """
-    units = units_of(units)
+    units = units_of(units, run.oscillator)
     low, high = window_of(run, window)
     period = None if run.forcing is None else run.forcing.period
     groups = _groups(run, low, high, period)
-    with picture(ax, legend=True) as ax:
+    with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         if groups:
             points = [_scatter(ax, hits, groups, period) for hits in groups]
             if period is not None:
@@ -383,6 +391,8 @@ def plot_staircase(
     *,
     spacing: float | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw t_k - k T_0 over the number k of the impact, T_0 being the eigenset's spacing.
 
@@ -405,13 +415,13 @@ def plot_staircase(
         spacing = 2.0 * np.pi / resonant_frequency(run.oscillator)
     elif not 0.0 < spacing < np.inf:
         raise ParameterError("spacing", spacing, "not a positive number")
-    units = units_of(units)
+    units = units_of(units, run.oscillator)
     times = run.impacts.t
     if len(times) == 0:
         times = run.crossings.t[run.crossings.direction == "in"]
     k = np.arange(1, len(times) + 1)
     ahead = (times - run.t0) - k * spacing
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         ax.axhline(0.0, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
         if len(times):
             shown, heights, _ = reduce_to_columns(
@@ -441,6 +451,8 @@ def plot_spectrum(
     *,
     resonance: float | None = None,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw the amplitudes of a spectrum over the angular frequency.
 
@@ -458,14 +470,14 @@ def plot_spectrum(
     Axes
         The axes; the lines of a periodic motion are drawn as lines.
     """
-    units = units_of(units)
+    units = units_of(units, getattr(result, "oscillator", None))
     if isinstance(result, Trajectory):
         resonance = _resonance(result) if resonance is None else resonance
         result = spectrum(result)
     omega = np.asarray(result["omega"].values, dtype=np.float64)
     amplitude = np.asarray(result["amplitude"].values, dtype=np.float64)
     is_velocity = result.attrs["of"] == "velocity"
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         ax.set_yscale("log")
         highest = float(amplitude.max(initial=0.0)) or 1.0
         if "line" in result.dims:

@@ -12,6 +12,7 @@ from matplotlib.patches import Circle
 from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float
+from percuss.model.units import Units
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 from percuss.plotting.marks import draw_jumps, draw_rest_points, draw_stops, stop_places
@@ -20,7 +21,6 @@ from percuss.plotting.style import (
     BLUE,
     GREY,
     VERMILION,
-    Units,
     check_kind,
     label_phase_plane,
     picture,
@@ -36,7 +36,14 @@ SIZE = (5.4, 4.4)
 
 
 @shared_docs
-def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | None = None) -> Axes:
+def plot_orbit(
+    orbit: PeriodicOrbit,
+    ax: Axes | None = None,
+    *,
+    units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
+) -> Axes:
     """Draw a periodic orbit: velocity over displacement, with its stops.
 
     Impacts are dashed jumps. What a formal orbit does beyond a wall, or beyond the edge of a
@@ -59,10 +66,10 @@ def plot_orbit(orbit: PeriodicOrbit, ax: Axes | None = None, *, units: Units | N
         If it is no `PeriodicOrbit`.
     """
     check_kind("orbit", orbit, PeriodicOrbit)
-    units, run = units_of(units), orbit.trajectory()
+    units, run = units_of(units, orbit.oscillator), orbit.trajectory()
     low, high = window_of(run, None)
     curve = sample_curve(run, (low, high))
-    with picture(ax, legend=True) as ax:
+    with picture(ax, legend=True, labels=(xlabel, ylabel)) as ax:
         t, x, v = _broken_at_jumps(curve)
         beyond = _beyond(orbit, t, x)
         ax.plot(np.where(beyond, np.nan, x), v, color=BLUE, linewidth=1.5, label="orbit")
@@ -117,7 +124,13 @@ def _beyond(orbit: PeriodicOrbit, t: Floats, x: Floats) -> Flags:
 
 
 @shared_docs
-def plot_multipliers(what: PeriodicOrbit | Branch, ax: Axes | None = None) -> Axes:
+def plot_multipliers(
+    what: PeriodicOrbit | Branch,
+    ax: Axes | None = None,
+    *,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
+) -> Axes:
     """Draw the multipliers of an orbit, or of a branch along its parameter, and the unit circle.
 
     Those with a real or imaginary part beyond 3 stand as triangles at the edge.
@@ -137,7 +150,7 @@ def plot_multipliers(what: PeriodicOrbit | Branch, ax: Axes | None = None) -> Ax
     values = what.multipliers if isinstance(what, Branch) else what.multipliers[None]
     far = max(1.0, float(np.abs(np.stack([values.real, values.imag])).max(initial=0.0)))
     edge = 1.12 * min(far, MOST)
-    with picture(ax, SIZE) as ax:
+    with picture(ax, SIZE, labels=(xlabel, ylabel)) as ax:
         ax.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY, linewidth=1.0, zorder=1.0))
         ax.axhline(0.0, color=GREY, linewidth=0.5, zorder=0.5)
         ax.axvline(0.0, color=GREY, linewidth=0.5, zorder=0.5)

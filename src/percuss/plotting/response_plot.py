@@ -12,15 +12,16 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
+from percuss.model.units import Units
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.responses.response import CLOSED, Response, kinds_of
 from percuss.orbits.responses.velocity_gap import VelocityGap
 from percuss.plotting.branch_plot import MARKERS, between_rows, drawn_as_stable, stretches
+from percuss.plotting.cells import parameter_label
 from percuss.plotting.style import (
     BLACK,
     COLOUR_CYCLE,
     GREY,
-    Units,
     picture,
     shared_docs,
     units_of,
@@ -74,6 +75,8 @@ def plot_response(
     formal: bool = True,
     legend: bool = True,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw a response chart: stable orbits solid, unstable ones dashed, formal ones faint.
 
@@ -105,15 +108,15 @@ def plot_response(
         raise ParameterError("quantity", quantity, f"none of {', '.join(WORDS)}")
     if not response.branches:
         raise ParameterError("response", response, "it has no branches")
-    units = units_of(units)
+    units = units_of(units, response.branches[0].orbits[0].oscillator)
     unit = units.velocity if quantity == "impact_velocity" else units.displacement
     columns: tuple[Floats, ...] = getattr(response, quantity)
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         for branch, values in zip(response.branches, columns, strict=True):
             _draw(ax, branch, values, formal=formal)
         _mark(ax, response, columns)
         _dots(ax, response, quantity)
-        ax.set_xlabel(response.path)
+        ax.set_xlabel(parameter_label(response.branches[0], units))
         ax.set_ylabel(f"{WORDS[quantity]} ({unit})")
         if log_x or (log_x is None and 0.0 < WIDE * response.low < response.high):
             _make_logarithmic(ax)
@@ -254,6 +257,8 @@ def plot_velocity_gap(
     ax: Axes | None = None,
     *,
     units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw impact velocity against gap: stable orbits solid, unstable dashed, formal faint.
 
@@ -276,7 +281,7 @@ def plot_velocity_gap(
     if not several:
         raise ParameterError("curves", curves, "no curve to draw")
     units = units_of(units)
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         for curve in several:
             _draw_gap(ax, curve)
         ax.axvline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)

@@ -115,14 +115,17 @@ def _counts(run: Trajectory, cuts: Floats) -> Integers:
 def _frequencies(run: Trajectory, cuts: Floats) -> Floats:
     """Return the highest angular frequency in each piece: of the forcing or of the springs."""
     middle, _ = run(0.5 * (cuts[:-1] + cuts[1:]))
-    stiffness = np.full(cuts.size - 1, as_float(run.oscillator.stiffness))
-    for stop in run.oscillator.stops:
+    oscillator = run.oscillator.of_unit_mass()
+    stiffness = np.full(cuts.size - 1, as_float(oscillator.stiffness))
+    for stop in oscillator.stops:
         if isinstance(stop, SoftStop):
             at = as_float(stop.at)
             beyond = middle < at if stop.side == "below" else middle > at
             stiffness[beyond] += as_float(stop.stiffness)
     harmonics = () if run.forcing is None else run.forcing.components()
     fastest = max((float(harmonic.omega) for harmonic in harmonics), default=0.0)
+    if run.forcing is not None and run.forcing.record is not None:
+        fastest = max(fastest, math.pi * run.forcing.record.rate)
     return np.asarray(np.maximum(np.sqrt(np.abs(stiffness)), fastest))
 
 

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from percuss.arrays import Floats
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Wall
+from percuss.model.units import Units
 from percuss.orbits.surface.manifolds import Manifolds
 from percuss.orbits.surface.singularity_set import SingularityCurve, SingularitySet
 from percuss.plotting.style import (
@@ -19,7 +20,6 @@ from percuss.plotting.style import (
     PURPLE,
     SKY_BLUE,
     VERMILION,
-    Units,
     check_kind,
     label_once,
     label_phase_plane,
@@ -36,7 +36,12 @@ KINDS = {"unstable": VERMILION, "stable": BLUE}
 
 @shared_docs
 def plot_singularity_set(
-    found: SingularitySet, ax: Axes | None = None, *, units: Units | None = None
+    found: SingularitySet,
+    ax: Axes | None = None,
+    *,
+    units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
 ) -> Axes:
     """Draw the curves of a singularity set in the impact surface, a colour an iterate.
 
@@ -56,7 +61,7 @@ def plot_singularity_set(
     units = units_of(units)
     several = len({curve.touched for curve in found}) > 1
     is_alone = ax is None
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         for curve in sorted(found, key=lambda curve: -curve.iterate):
             look = LINES[0] if curve.touched == found.stop else LINES[1 + curve.touched % 3]
             label = _label(curve, several=several)
@@ -91,7 +96,14 @@ def _in_the_cycle(curve: SingularityCurve) -> list[tuple[Floats, Floats]]:
 
 
 @shared_docs
-def plot_manifolds(found: Manifolds, ax: Axes | None = None, *, units: Units | None = None) -> Axes:
+def plot_manifolds(
+    found: Manifolds,
+    ax: Axes | None = None,
+    *,
+    units: Units | None = None,
+    xlabel: str | None = None,
+    ylabel: str | None = None,
+) -> Axes:
     """Draw the manifolds of a saddle orbit in their section: stable ones blue, unstable ones red.
 
     Parameters
@@ -111,7 +123,7 @@ def plot_manifolds(found: Manifolds, ax: Axes | None = None, *, units: Units | N
     """
     check_kind("found", found, Manifolds)
     units, is_alone = units_of(units), ax is None
-    with picture(ax) as ax:
+    with picture(ax, labels=(xlabel, ylabel)) as ax:
         for kind, colour in KINDS.items():
             pieces = [p for b in found.branches if b.kind == kind for p in b.pieces]
             if not pieces:

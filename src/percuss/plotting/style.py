@@ -9,7 +9,6 @@ import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
 import matplotlib as mpl
@@ -19,6 +18,8 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure, SubFigure
 
 from percuss.errors import ParameterError
+from percuss.model.oscillator import Oscillator
+from percuss.model.units import Units
 
 # The palette of Okabe and Ito, which people with any of the colour blindnesses can distinguish.
 BLACK = "#000000"
@@ -61,7 +62,11 @@ STYLE: dict[str, Any] = {
 SHARED_PARAMETERS = {
     "ax": "ax\n    Axes to draw on; default: those of a new figure.",
     "window": "window\n    First and last time that are drawn; default: the whole run.",
-    "units": "units\n    Units on the axes; default: dimensionless.",
+    "units": "units\n    Units on the axes; default: those of the oscillator, or dimensionless.",
+    **dict.fromkeys(
+        ("xlabel", "ylabel"),
+        "xlabel, ylabel\n    Titles of the axes; default: what they carry, with its unit.",
+    ),
 }
 SHARED_RETURNS = "Returns\n-------\nAxes\n    The axes.\n"
 PlotFunction = TypeVar("PlotFunction", bound=Callable[..., Any])
@@ -92,47 +97,10 @@ def shared_docs(plot: PlotFunction) -> PlotFunction:
     return plot
 
 
-@dataclass(frozen=True, slots=True)
-class Units:
-    """Units of length and time for the labels of the axes; empty texts mean dimensionless.
+def units_of(units: Units | None, oscillator: Oscillator | None = None) -> Units:
+    """Return the units of a picture: those given, or those of the oscillator.
 
-    They only name what the numbers of the run are measured in: no number is converted.
-
-    Examples
-    --------
-    >>> Units("m", "s").velocity, Units().velocity
-    ('m/s', 'dimensionless')
-    """
-
-    length: str = ""
-    time: str = ""
-
-    @property
-    def displacement(self) -> str:
-        """Unit of a displacement."""
-        return _plain(self.length) or "dimensionless"
-
-    @property
-    def duration(self) -> str:
-        """Unit of a time."""
-        return _plain(self.time) or "dimensionless"
-
-    @property
-    def velocity(self) -> str:
-        """Unit of a velocity."""
-        if not self.length and not self.time:
-            return "dimensionless"
-        length, time = _plain(self.length), _plain(self.time)
-        return f"{length or '1'}/{time}" if time else length
-
-
-def _plain(text: str) -> str:
-    """Return a text in which a dollar is a dollar, not the beginning of mathematics."""
-    return text.replace("$", r"\$")
-
-
-def units_of(units: Units | None) -> Units:
-    """Return the units of a picture, dimensionless by default.
+    In them a dollar is a dollar, not the beginning of mathematics.
 
     Raises
     ------
@@ -140,10 +108,13 @@ def units_of(units: Units | None) -> Units:
         If they are no `Units`.
     """
     if units is None:
+        units = None if oscillator is None else oscillator.units
+    if units is None:
         return Units()
     if not isinstance(units, Units):
         raise ParameterError("units", units, 'not a Units; write Units("m", "s")')
-    return units
+    plain = (name.replace("$", r"\$") for name in (units.length, units.time, units.mass))
+    return Units(*plain)
 
 
 def check_kind(name: str, value: object, kind: type) -> None:
@@ -201,15 +172,24 @@ def offscreen_figure(width: float = 8.0, height: float = 9.0) -> Figure:
 
 @contextmanager
 def picture(
-    ax: Axes | None, size: tuple[float, float] = (6.4, 4.0), *, legend: bool = False
+    ax: Axes | None,
+    size: tuple[float, float] = (6.4, 4.0),
+    *,
+    legend: bool = False,
+    labels: tuple[str | None, str | None] = (None, None),
 ) -> Iterator[Axes]:
     """Yield axes to draw a picture on: those given, or the only ones of a new figure.
 
-    A new figure has a size [inch] and, with `legend`, a legend below all its axes.
+    A new figure has a size [inch] and, with `legend`, a legend below all its axes. `labels` are
+    titles of the axes that replace what the picture writes there.
     """
     with style():
         axes = new_figure(*size).add_subplot() if ax is None else ax
         yield axes
+        if labels[0] is not None:
+            axes.set_xlabel(labels[0])
+        if labels[1] is not None:
+            axes.set_ylabel(labels[1])
         fix_ticks(axes)
         if legend and ax is None:
             draw_legend(axes.figure, axes.figure.axes)

@@ -37,6 +37,8 @@ _KEYS = frozenset(
         "damping_ratio",
         "at",
         "restitution",
+        "speeds",
+        "values",
         "amplitude",
         "omega",
         "phase",
@@ -110,7 +112,11 @@ class _Reader:
     def converted(self, value: Any, path: Path) -> Any:
         """Return a table or a list with the expressions in it."""
         if isinstance(value, Mapping):
-            return {key: self.converted(inner, (*path, key)) for key, inner in value.items()}
+            # Names of units are no numbers, though a parameter may be called m.
+            return {
+                key: inner if key == "units" else self.converted(inner, (*path, key))
+                for key, inner in value.items()
+            }
         if isinstance(value, list):
             return [self.converted(inner, (*path, index)) for index, inner in enumerate(value)]
         keys = [key for key in path if isinstance(key, str)]

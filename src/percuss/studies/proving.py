@@ -96,16 +96,17 @@ def proof_of(study: Study, answer: Any, progress: Report) -> ProofOfStudy:
 def draw_proof(proof: ProofOfStudy, study: Study, figure: Any) -> None:
     """Draw the proof with its enclosure on an empty figure."""
     from percuss.plotting.enclosure_plot import plot_enclosure
-    from percuss.plotting.style import Units, draw_legend
+    from percuss.plotting.style import draw_legend
 
     figure.set_size_inches(9.0 if study.kind == "orbit" else 8.0, 5.0)
-    units = Units(study.draw.length_unit, study.draw.time_unit)
     figure.suptitle(study.title, parse_math=False)
     if study.kind == "orbit" and not proof.result.is_drawable:
         reason = proof.result.reason or "it has contacts, of which no motion is enclosed"
         figure.text(0.5, 0.5, f"no enclosure to draw: {reason}", ha="center", wrap=True)
         return
-    plot_enclosure(proof.result, figure.add_subplot(), branch=proof.branch, units=units)
+    plot_enclosure(
+        proof.result, figure.add_subplot(), branch=proof.branch, units=study.draw.units()
+    )
     if study.kind != "branch":
         draw_legend(figure, figure.axes)
 

@@ -10,20 +10,23 @@ from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from pydantic import ValidationError as ShapeError
 
 from percuss.errors import ParameterError, StudyError
 from percuss.io.record import load_record
-from percuss.model.faults import Fault, damping_faults, draft, positive_faults
+from percuss.model.faults import Fault, draft, positive_faults, scale_faults, unit_problem
 from percuss.model.faults import faults as model_faults
+from percuss.model.force_record import ForceRecord, Outside, RecordKind
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
+from percuss.model.units import Units
 from percuss.studies.parameters import with_expressions
+from percuss.studies.record_file import record_of
 from percuss.studies.study import (
     TABLES,
-    EngineersModel,
     Question,
     Study,
     StudyDraft,
@@ -70,7 +73,7 @@ _PLACE = re.compile(r"\s*\(at (?:line (?P<line>\d+), column \d+|end of document)
 _OF_ALL = ("study", "oscillator", "forcing", "save", "draw")
 _SAVE, _DRAW = ("netcdf", "csv"), ("png", "svg", "length_unit", "time_unit")
 
-ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic)
+ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic, RestitutionTable)
 
 _FOURIER = ("omega", "cos", "sin")
 _DAMPINGS = ("damping_coefficient", "damping_ratio")
@@ -100,7 +103,8 @@ def load_study(path: FilePath | str) -> Study:
     try:
         if file.suffix.lower() in _RESULTS:
             return parse_study(load_record(file).study, str(path))
-        return parse_study(file.read_bytes().decode("utf-8-sig"), str(path))
+        text = file.read_bytes().decode("utf-8-sig")
+        return parse_study(text, str(path), folder=file.parent)
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         reason = f"not UTF-8 text: byte {error.start} is 0x{error.object[error.start]:02x}"
@@ -115,7 +119,7 @@ def load_study(path: FilePath | str) -> Study:
         raise StudyError([error]) from error
 
 
-def parse_study(text: str, name: str = "study") -> Study:
+def parse_study(text: str, name: str = "study", *, folder: FilePath | None = None) -> Study:
     r"""Return the study in a TOML text.
 
     Parameters
@@ -124,6 +128,8 @@ def parse_study(text: str, name: str = "study") -> Study:
         The text of a study file.
     name
         Name of the file, for messages.
+    folder
+        The folder of the file, where those that it names lie; None: it has none beside it.
 
     Returns
     -------
@@ -151,7 +157,7 @@ def parse_study(text: str, name: str = "study") -> Study:
     if document is None:
         raise StudyError(syntax)
     faults = StudyFaults(name, key_lines("\n".join(lines)), list(syntax))
-    study = build_study(document, faults)
+    study = build_study(document, faults, folder)
     # A key that seems to be missing may stand in a line that could not be read.
     certain = (f for f in faults.faults if not (syntax and f.reason.startswith("missing")))
     ordered = sorted(certain, key=lambda fault: (fault.line or 0, fault.path))
@@ -160,7 +166,9 @@ def parse_study(text: str, name: str = "study") -> Study:
     return study
 
 
-def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
+def build_study(
+    document: RawTable, faults: StudyFaults, folder: FilePath | None = None
+) -> Study | None:
     """Return the study of a document, None if it has faults; add these.
 
     Parameters
@@ -169,6 +177,8 @@ def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
         The tables as `tomllib` reads them, faulty ones too.
     faults
         The faults found so far.
+    folder
+        The folder of the file, None without one.
     """
     document = with_expressions(document, faults)
     name = raw_table(document, "study").get("kind", "motion")
@@ -184,14 +194,27 @@ def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
     if "certify" in known and "certify" in document:
         certify = read(Certify, raw_table(document, "certify"), faults, ("certify",))
     question = None if kind is None else _read_question(kind, document, faults)
-    oscillator, forcing, given = read_model(document, faults)
+    oscillator, forcing = read_model(document, faults, folder)
+    _check_units(draw, oscillator, faults)
     # With a faulty parameter nothing is known of the numbers that follow from it.
     if question is None or faults.is_wrong("parameters"):
         return None
     question = question.checked(StudyDraft(document, oscillator, forcing, draw, faults))
     if faults.faults:
         return None
-    return Study(oscillator, forcing, question, head.title, save, draw, given, certify)
+    return Study(oscillator, forcing, question, head.title, save, draw, certify)
+
+
+def _check_units(draw: Draw, oscillator: Oscillator, faults: StudyFaults) -> None:
+    """Add the faults of units of pictures, which fit no length, or not those of the oscillator."""
+    for name in ("length", "time"):
+        key = f"{name}_unit"
+        value, own = getattr(draw, key, ""), getattr(oscillator.units, name, "")
+        problem = unit_problem(name, value)
+        if problem is None and value and own and value != own:
+            problem = f"oscillator.units says {own}"
+        if problem is not None and not faults.is_wrong(f"draw.{key}"):
+            faults.add(("draw", key), problem, shown(value))
 
 
 def known_keys(kind: type[Question] | None) -> dict[str, list[str]]:
@@ -271,11 +294,19 @@ class _Shape(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
 
 
+class _TableShape(_Shape):
+    speeds: list[NumberKey]
+    values: list[NumberKey]
+
+
 class _WallShape(_Shape):
     type: Literal["wall"]
     at: NumberKey
     side: Literal["above", "below"]
-    restitution: NumberKey = 1.0
+    restitution: Annotated[
+        Annotated[NumberKey, Tag("number")] | Annotated[_TableShape, Tag("table")],
+        Discriminator(lambda value: "table" if isinstance(value, Mapping) else "number"),
+    ] = 1.0
 
 
 class _SoftShape(_Shape):
@@ -286,12 +317,19 @@ class _SoftShape(_Shape):
     damping: NumberKey = 0.0
 
 
+class _UnitsShape(_Shape):
+    length: str = ""
+    time: str = ""
+    mass: str = ""
+
+
 class _OscillatorShape(_Shape):
     stiffness: NumberKey = 1.0
     damping: NumberKey = 0.0
     mass: NumberKey | None = None
     damping_coefficient: NumberKey | None = None
     damping_ratio: NumberKey | None = None
+    units: _UnitsShape | None = None
     stops: list[Annotated[_WallShape | _SoftShape, Field(discriminator="type")]] = []
 
 
@@ -301,13 +339,28 @@ class _HarmonicShape(_Shape):
     phase: PhaseKey = 0.0
 
 
+class _RecordShape(_Shape):
+    file: str | None = None
+    time: str = "t"
+    force: str = "f"
+    t: list[PhaseKey] = []
+    f: list[NumberKey] = []
+    kind: RecordKind = "linear"
+    repeat: bool = False
+    outside: Outside = "end"
+    amplitude: NumberKey = 1
+    omega: NumberKey | None = None
+
+
 class _ForcingShape(_Shape):
     constant: NumberKey = 0.0
+    per_mass: bool = False
     period: PhaseKey | None = None
     harmonics: list[_HarmonicShape] = []
     omega: NumberKey | None = None
     cos: list[NumberKey] = []
     sin: list[NumberKey] = []
+    record: _RecordShape | None = None
 
 
 _SHAPES: dict[str, type[_Shape]] = {"oscillator": _OscillatorShape, "forcing": _ForcingShape}
@@ -315,8 +368,8 @@ _STOPS: dict[object, type[_Shape]] = {"wall": _WallShape, "soft": _SoftShape}
 
 
 def read_model(
-    document: RawTable, faults: StudyFaults
-) -> tuple[Oscillator, Forcing | None, EngineersModel | None]:
+    document: RawTable, faults: StudyFaults, folder: FilePath | None = None
+) -> tuple[Oscillator, Forcing | None]:
     """Return the model of a document, and add its faults.
 
     Parameters
@@ -325,23 +378,33 @@ def read_model(
         The tables as `tomllib` reads them.
     faults
         The faults found so far.
+    folder
+        The folder of the file, None without one.
 
     Returns
     -------
-    Oscillator, Forcing or None, EngineersModel or None
-        The model, drafts where they have faults; and the model in engineers' units if a mass is
-        given and nothing is wrong.
+    Oscillator, Forcing or None
+        The model; drafts where they have faults.
     """
     for name in _SHAPES:
         if isinstance(document.get(name), Mapping):
             _check_shape(name, document[name], faults)
-    table = raw_table(document, "oscillator")
-    oscillator = _oscillator(table, faults)
-    forcing = _forcing(raw_table(document, "forcing"), faults) if "forcing" in document else None
-    given = _engineers_model(table, oscillator, forcing, faults)
-    if given is not None:
-        oscillator, forcing = _per_mass(given, faults)
-    return oscillator, forcing, given
+    oscillator = _oscillator(raw_table(document, "oscillator"), faults)
+    forcing = None
+    if "forcing" in document:
+        forcing = _forcing(raw_table(document, "forcing"), folder, faults)
+    if forcing is not None and not (faults.is_wrong("oscillator") or faults.is_wrong("forcing")):
+        _check_quotient(oscillator, forcing, faults)
+    return oscillator, forcing
+
+
+def _check_quotient(oscillator: Oscillator, forcing: Forcing, faults: StudyFaults) -> None:
+    """Add the fault of a force that has left the range of floats after its division by the mass."""
+    try:
+        forcing.acceleration_of(oscillator.mass)
+    except ParameterError as error:
+        reason = f"after the division by it, forcing.{error.name} is {error.reason}"
+        faults.add(("oscillator", "mass"), reason, shown(oscillator.mass))
 
 
 def _check_shape(name: str, table: RawTable, faults: StudyFaults) -> None:
@@ -356,8 +419,15 @@ def _check_shape(name: str, table: RawTable, faults: StudyFaults) -> None:
             if place[:1] == ("stops",) and place[2:3] in (("wall",), ("soft",)):
                 # pydantic puts the type of a stop into its path.
                 known, place = _STOPS[place[2]], (*place[:2], *place[3:])
+                if place[2:3] == ("restitution",):
+                    # And whether it read a number or a table.
+                    known, place = _TableShape, (*place[:3], *place[4:])
             elif place[:1] == ("harmonics",) and len(place) > 1:
                 known = _HarmonicShape
+            elif place[:1] == ("units",) and len(place) > 1:
+                known = _UnitsShape
+            elif place[:1] == ("record",) and len(place) > 1:
+                known = _RecordShape
             path = (name, *place)
             if kind == "extra_forbidden":
                 faults.add(path, unknown_key(path[-1], list(known.model_fields)))
@@ -388,9 +458,62 @@ def _oscillator(table: RawTable, faults: StudyFaults) -> Oscillator:
     stops = tuple(_stop(row) for row in _rows(table, "stops"))
     values = {"stiffness": 1.0, "damping": 0.0}
     values = {name: table.get(name, value) for name, value in values.items()}
-    oscillator = draft(Oscillator, **values, stops=stops)
+    units = _units(table, faults)
+    oscillator = draft(Oscillator, **values, stops=stops, units=None)
     faults.add_from_model(model_faults(oscillator, "oscillator"))
-    return oscillator
+    dampings = {name: table[name] for name in _DAMPINGS if name in table}
+    if "mass" in table:
+        return _with_mass(table, dampings, oscillator, units, faults)
+    for name in dampings:
+        faults.add(("oscillator", name), "needs oscillator.mass; mass = 1 leaves all else as it is")
+    if units is not None and units.mass:
+        reason = "a unit of mass, where there is no oscillator.mass"
+        faults.add(("oscillator", "units", "mass"), reason, shown(units.mass))
+    return draft(Oscillator, **values, stops=stops, units=units)
+
+
+def _units(table: RawTable, faults: StudyFaults) -> Units | None:
+    """Return the units of an oscillator, None without any or with faults; add these."""
+    given = table.get("units")
+    if not isinstance(given, Mapping) or faults.is_wrong("oscillator.units"):
+        return None
+    for name, value in given.items():
+        problem = unit_problem(name, value)
+        if problem is not None:
+            faults.add(("oscillator", "units", name), problem, shown(value))
+    return None if faults.is_wrong("oscillator.units") else draft(Units, **given)
+
+
+def _with_mass(
+    table: RawTable,
+    dampings: Mapping[str, Any],
+    oscillator: Oscillator,
+    units: Units | None,
+    faults: StudyFaults,
+) -> Oscillator:
+    """Return the oscillator with its mass and its damping, and add the faults of these."""
+    faults.add_from_model(positive_faults("oscillator.mass", table["mass"]))
+    for name, value in dampings.items():
+        faults.add_from_model(scale_faults(f"oscillator.{name}", value))
+    if "stiffness" not in table:
+        faults.add(("oscillator", "stiffness"), "missing; with a mass it has no default")
+    if "damping" in table:
+        reason = "given together with mass; give damping_coefficient or damping_ratio"
+        faults.add(("oscillator", "damping"), reason, shown(table["damping"]))
+    if units is not None and not units.mass and (units.length or units.time):
+        faults.add(("oscillator", "units", "mass"), "missing; the oscillator has a mass")
+    if faults.is_wrong("oscillator"):
+        return oscillator
+    try:
+        return Oscillator.from_mass(
+            table["mass"], table["stiffness"], **dampings, stops=oscillator.stops, units=units
+        )
+    except ParameterError as error:
+        name = f"oscillator.{error.name}"
+        reason = error.reason.replace("it, ", "it, oscillator.", 1)
+        reason = reason if error.name == "mass" else error.reason
+        faults.add_from_model([Fault(name, error.value, reason)])
+        return oscillator
 
 
 def _stop(row: Any) -> Wall | SoftStop:
@@ -399,58 +522,23 @@ def _stop(row: Any) -> Wall | SoftStop:
     if kind == "soft":
         return _drafted(SoftStop, row, {**needed, "stiffness": MISSING, "damping": 0.0})
     # A stop of another type has a fault already; as a wall without a place it gets no second one.
+    given = row.get("restitution") if isinstance(row, Mapping) else None
+    if isinstance(given, Mapping):
+        table = _drafted(RestitutionTable, given, {"speeds": MISSING, "values": MISSING})
+        row = {**row, "restitution": table}
     return _drafted(Wall, row, {**needed, "restitution": 1.0})
 
 
-def _engineers_model(
-    table: RawTable, oscillator: Oscillator, forcing: Forcing | None, faults: StudyFaults
-) -> EngineersModel | None:
-    """Return the model in engineers' units if a mass is given and nothing is wrong with it."""
-    dampings = {name: table[name] for name in _DAMPINGS if name in table}
-    if "mass" not in table:
-        for name in dampings:
-            faults.add(
-                ("oscillator", name), "needs oscillator.mass; mass = 1 leaves all else as it is"
-            )
-        return None
-    faults.add_from_model(positive_faults("oscillator.mass", table["mass"]))
-    for name, value in dampings.items():
-        faults.add_from_model(damping_faults(f"oscillator.{name}", value))
-    if "stiffness" not in table:
-        faults.add(("oscillator", "stiffness"), "missing; with a mass it has no default")
-    if "damping" in table:
-        reason = "given together with mass; give damping_coefficient or damping_ratio"
-        faults.add(("oscillator", "damping"), reason, shown(table["damping"]))
-    if faults.is_wrong("oscillator") or faults.is_wrong("forcing"):
-        return None
-    return EngineersModel(
-        table["mass"], table["stiffness"], **dampings, stops=oscillator.stops, forcing=forcing
-    )
-
-
-def _per_mass(given: EngineersModel, faults: StudyFaults) -> tuple[Oscillator, Forcing | None]:
-    """Return the oscillator and the forcing of unit mass; add the faults of the division."""
-    oscillator, forcing = Oscillator(stops=given.stops), given.forcing
-    owner = "oscillator"
-    try:
-        oscillator = given.oscillator()
-        owner = "forcing"
-        forcing = given.forcing_per_mass()
-    except ParameterError as error:
-        if error.name in _DAMPINGS:
-            faults.add_from_model([Fault(f"{owner}.{error.name}", error.value, error.reason)])
-        else:
-            reason = f"after the division by it, {owner}.{error.name} is {error.reason}"
-            faults.add(("oscillator", "mass"), reason, shown(given.mass))
-    return oscillator, forcing
-
-
-def _forcing(table: RawTable, faults: StudyFaults) -> Forcing:
+def _forcing(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> Forcing:
     constant, period = table.get("constant", 0.0), table.get("period")
     given = [name for name in _FOURIER if name in table]
+    record = None
+    if isinstance(table.get("record"), Mapping):
+        record = record_of(table["record"], folder, faults)
     if not given:
         harmonics = tuple(_harmonic(row) for row in _rows(table, "harmonics"))
-        forcing = draft(Forcing, harmonics=harmonics, constant=constant, period=exact_phase(period))
+        own = {"harmonics": harmonics, "period": exact_phase(period), "record": record}
+        forcing = draft(Forcing, **own, constant=constant, is_per_mass=_is_per_mass(table))
     else:
         for name in ("harmonics", "period"):
             if name in table:
@@ -458,9 +546,14 @@ def _forcing(table: RawTable, faults: StudyFaults) -> Forcing:
                 faults.add(("forcing", name), reason)
         if "omega" not in table:
             faults.add(("forcing", "omega"), "missing; cos and sin need the base frequency")
-        forcing = _fourier(table, constant)
+        forcing = _fourier(table, constant, record)
     faults.add_from_model(model_faults(forcing, "forcing"))
     return forcing
+
+
+def _is_per_mass(table: RawTable) -> bool:
+    """Return whether a force is per unit mass; a value of another type has a fault already."""
+    return table.get("per_mass", False) is True
 
 
 def _harmonic(row: Any) -> Harmonic:
@@ -470,13 +563,14 @@ def _harmonic(row: Any) -> Harmonic:
     return _drafted(Harmonic, given, {"amplitude": MISSING, "omega": MISSING, "phase": 0.0})
 
 
-def _fourier(table: RawTable, constant: Any) -> Forcing:
+def _fourier(table: RawTable, constant: Any, record: ForceRecord | None) -> Forcing:
     cos, sin = _rows(table, "cos"), _rows(table, "sin")
     count = max(len(cos), len(sin))
     pairs = zip(*(values + [0.0] * (count - len(values)) for values in (cos, sin)), strict=True)
     terms = tuple(draft(FourierTerm, n=n, cos=c, sin=s) for n, (c, s) in enumerate(pairs, 1))
     base = table.get("omega", MISSING)
-    return draft(Forcing, harmonics=terms, constant=constant, base=base)
+    own = {"harmonics": terms, "constant": constant, "base": base, "record": record}
+    return draft(Forcing, **own, is_per_mass=_is_per_mass(table))
 
 
 def _rows(table: RawTable, name: str) -> list[Any]:

@@ -17,7 +17,7 @@ from percuss.io.figures import write_figure
 from percuss.io.files import OutputFiles, check_output, record_file
 from percuss.io.netcdf import write_netcdf
 from percuss.io.record import Record, make_record
-from percuss.io.results import Columns, table_of
+from percuss.io.results import Columns, table_of, units_of_columns
 from percuss.io.table import write_columns
 from percuss.model.oscillator import Oscillator
 from percuss.motion.simulate import simulate
@@ -255,7 +255,6 @@ def _write(
 ) -> None:
     """Write each file under its temporary name."""
     figures: dict[str, Any] = {}
-    units = {"length_unit": study.draw.length_unit, "time_unit": study.draw.time_unit}
     for file, path in paths.items():
         if file.suffix == ".toml":
             # Written together with its table.
@@ -266,7 +265,17 @@ def _write(
             write_netcdf(answer, path, record, samples=study.save.samples)
         elif file.suffix == ".csv":
             record_path = paths[record_file(file)]
-            write_columns(tables[file.stem], path, record, **units, record_path=record_path)
+            columns = tables[file.stem]
+            units = units_of_columns(answer, columns, study.draw.units())
+            # Those of the pictures alone change no header.
+            write_columns(
+                columns,
+                path,
+                record,
+                units=units,
+                has_header_units=study.oscillator.units is not None,
+                record_path=record_path,
+            )
         else:
             if file.stem not in figures:
                 figures[file.stem] = _figure(file.stem, answer, study, proof)

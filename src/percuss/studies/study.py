@@ -10,8 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
 
 from percuss.execution import Execution
-from percuss.io.study_text import forcing_table, model_tables, number, stop_table, toml_text
-from percuss.model import exact
+from percuss.io.study_text import model_tables, toml_text
 from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Stop
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 __all__ = [
-    "AT_REST", "TABLES", "EngineersModel", "Picture", "Question", "Study", "StudyDraft",
+    "AT_REST", "TABLES", "Picture", "Question", "Study", "StudyDraft",
     "check_start", "counted", "ends_of", "failure_rows", "impacts_in_words", "intervals_in_words",
     "kind_named", "kind_names", "known_walls", "study_text", "titled_axes",
 ]  # fmt: skip
@@ -94,7 +93,7 @@ class StudyDraft:
         """Add a forcing without a period, where one is needed."""
         if self.faults.is_wrong("forcing"):
             return
-        if self.forcing is None or not self.forcing.harmonics:
+        if self.forcing is None or self.forcing.is_constant:
             self.faults.add(("forcing",), f"missing harmonics; {why}")
         elif self.forcing.period is None:
             self.faults.add(("forcing", "period"), f"missing; {why}")
@@ -248,54 +247,6 @@ def ends_of(data: Dataset) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class EngineersModel:
-    """An oscillator and its forcing in engineers' units, before they are divided by the mass.
-
-    Parameters
-    ----------
-    mass, stiffness, damping_coefficient, damping_ratio, stops
-        As `Oscillator.from_mass` takes them.
-    forcing
-        The force on the mass [force]; or None.
-
-    Examples
-    --------
-    >>> from percuss.model import cosine
-    >>> model = EngineersModel(mass=2.0, stiffness=50.0, forcing=cosine(3.0, amplitude=5.0))
-    >>> model.oscillator().stiffness, model.forcing_per_mass().harmonics[0].amplitude
-    (25.0, 2.5)
-    """
-
-    mass: exact.Exact
-    stiffness: exact.Exact
-    damping_coefficient: exact.Exact | None = None
-    damping_ratio: exact.Exact | None = None
-    stops: tuple[Stop, ...] = ()
-    forcing: Forcing | None = None
-
-    def oscillator(self) -> Oscillator:
-        """Return the oscillator of unit mass."""
-        return Oscillator.from_mass(
-            self.mass, self.stiffness, self.damping_coefficient, self.damping_ratio, self.stops
-        )
-
-    def forcing_per_mass(self) -> Forcing | None:
-        """Return the forcing divided by the mass."""
-        return None if self.forcing is None else self.forcing.per_mass(self.mass)
-
-    def tables(self) -> dict[str, object]:
-        """Return the model as the tables of a study."""
-        names = ("mass", "stiffness", "damping_coefficient", "damping_ratio")
-        given = {name: getattr(self, name) for name in names}
-        row = {name: number(value) for name, value in given.items() if value is not None}
-        stops = [stop_table(stop) for stop in self.stops] or None
-        tables: dict[str, object] = {"oscillator": {**row, "stops": stops}}
-        if self.forcing is not None:
-            tables["forcing"] = forcing_table(self.forcing)
-        return tables
-
-
-@dataclass(frozen=True, slots=True)
 class Study:
     """A model, a question about it, and what is kept of the answer.
 
@@ -309,9 +260,6 @@ class Study:
         A line for reports and pictures.
     save, draw
         The files and pictures.
-    given
-        The model in the engineers' units of the study file, if it names a mass; `oscillator` and
-        `forcing` are then those of unit mass that follow from it.
     certify
         The digits to which a motion, an orbit or a branch is proven; None: no proof.
 
@@ -330,7 +278,6 @@ class Study:
     title: str = ""
     save: Save = SAVE_ALL
     draw: Draw = DRAW_ALL
-    given: EngineersModel | None = None
     certify: Certify | None = None
 
     @property
@@ -356,13 +303,11 @@ def study_text(study: Study) -> str:
     str
         The text of a study file.
     """
-    engineers = {} if study.given is None else study.given.tables()
     certify = {} if study.certify is None else {"certify": as_written(study.certify)}
     return toml_text(
         {
             "study": {"kind": study.kind, "title": study.title},
-            **model_tables(study.oscillator, study.forcing, study.given, study.question),
-            **engineers,
+            **model_tables(study.oscillator, study.forcing, study.question),
             **study.question.tables(),
             **certify,
             "save": as_written(study.save),

@@ -7,7 +7,7 @@ import functools
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
 
 from pydantic import ConfigDict, Field, PlainSerializer, PlainValidator, TypeAdapter
 from pydantic import ValidationError as ShapeError
@@ -29,9 +29,7 @@ from percuss.model.exact import (
 )
 from percuss.model.faults import Fault, draft
 from percuss.model.start import Start
-
-if TYPE_CHECKING:
-    from percuss.plotting.style import Units
+from percuss.model.units import Units
 
 __all__ = [
     "DRAW_ALL", "MISSING", "NO_NUMBER", "NO_PHASE", "SAVE_ALL", "Certify", "Count", "Draw", "Flag",
@@ -429,7 +427,7 @@ class Draw:
     window
         First and last time of a motion that are drawn; default: the whole run.
     length_unit, time_unit
-        Units on the axes; empty for dimensionless ones.
+        Units on the axes; empty: those of the oscillator, or dimensionless ones.
     quantity
         The quantity of a branch drawn over its parameter, as in `percuss.plotting.plot_branch`.
     manifolds
@@ -444,10 +442,10 @@ class Draw:
     quantity: DrawnQuantity | None = None
     manifolds: Annotated[Flag, PlainSerializer(lambda is_on: is_on or None)] = False
 
-    def units(self) -> Units:
-        """Return the units as plots take them."""
-        from percuss.plotting.style import Units
-
+    def units(self) -> Units | None:
+        """Return the units as plots take them; None: those of the oscillator."""
+        if not (self.length_unit or self.time_unit):
+            return None
         return Units(self.length_unit, self.time_unit)
 
 

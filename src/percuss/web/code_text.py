@@ -152,18 +152,28 @@ def _oscillator(osc: Oscillator, parameters: Mapping[str, Phase]) -> list[str]:
     table: dict[str, Any] = _in_code(oscillator_table(osc), parameters)
     stops = table.pop("stops", None) or []
     rows = [
-        (_STOPS[stop["type"]], {k: v for k, v in stop.items() if k != "type"}) for stop in stops
+        (_STOPS[stop["type"]], {k: _call(v) for k, v in stop.items() if k != "type"})
+        for stop in stops
     ]
-    return ["osc = pc.Oscillator(", *_lines(table), *_tuple("stops", rows), ")"]
+    units = table.pop("units", None)
+    own = _lines(table) + ([] if units is None else [f"    units=pc.Units({_arguments(units)}),"])
+    made = "Oscillator" if osc.mass is None else "Oscillator.from_mass"
+    return [f"osc = pc.{made}(", *own, *_tuple("stops", rows), ")"]
+
+
+def _call(value: Any) -> Any:
+    """Return a table of restitutions as the call that makes it, anything else as it is."""
+    return _Code(f"pc.restitution_table({_arguments(value)})") if isinstance(value, dict) else value
 
 
 def _forcing(force: Forcing, parameters: Mapping[str, Phase]) -> list[str]:
     table: dict[str, Any] = _in_code(forcing_table(force), parameters)
+    marked = ".per_mass(1)" if table.pop("per_mass", False) else ""
     if "omega" in table:
-        return [f"force = pc.fourier({_arguments(table)})"]
+        return [f"force = pc.fourier({_arguments(table)}){marked}"]
     rows = [("Harmonic", row) for row in table.pop("harmonics", None) or []]
     rest = {name: value for name, value in table.items() if value not in (0, None)}
-    return ["force = pc.Forcing(", *_tuple("harmonics", rows), *_lines(rest), ")"]
+    return ["force = pc.Forcing(", *_tuple("harmonics", rows), *_lines(rest), f"){marked}"]
 
 
 def _tuple(name: str, rows: list[tuple[str, dict[str, Any]]]) -> list[str]:

@@ -260,7 +260,7 @@ def _spectrum(run: Trajectory) -> dict[str, Floats]:
 
 def _fastest(run: Trajectory) -> float:
     """Return the highest frequency of forcing and spring."""
-    stiffness = as_float(run.oscillator.stiffness)
+    stiffness = as_float(run.oscillator.of_unit_mass().stiffness)
     harmonics = () if run.forcing is None else run.forcing.components()
     return (
         max([stiffness**0.5 if stiffness > 0.0 else 0.0, *(as_float(h.omega) for h in harmonics)])

@@ -428,6 +428,10 @@ class BranchEquations(OrbitEquations):
         weight = float(np.prod(speeds))
         trace = float(np.trace(orbit.monodromy))
         determinant = float(np.prod(orbit.multipliers).real)
+        if not self.n_periods:
+            # One multiplier of free motion is 1 all along; two cycles meet where both are.
+            tests["multiplier 1"] = weight * (1.0 - determinant)
+            return tests
         tests["multiplier 1"] = weight * (1.0 - trace + determinant)
         tests["multiplier -1"] = weight * (1.0 + trace + determinant)
         if abs(determinant - 1.0) < CONSERVATIVE:

@@ -11,9 +11,12 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from percuss.errors import ConvergenceError, FormalOrbitWarning, ParameterError
+from percuss.kernels.law_columns import DAMPING
 from percuss.model.exact import as_float, plain, whole
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.restitution import is_elastic
 from percuss.model.system import System
 from percuss.numerics import log
 from percuss.orbits.finding.refine_guess import (
@@ -84,7 +87,8 @@ def find_orbit(
     osc
         The oscillator.
     force
-        The forcing, with a period; None or a constant for free motion, whose period is found.
+        The forcing, with a period; None or a constant for free motion, whose period is found:
+        with negative damping, a limit cycle.
     n_impacts
         Impacts on walls and entries into soft stops: 0 for none, `math.inf` with sticking.
     n_periods
@@ -268,7 +272,9 @@ def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
 
 def _check(system: System, n_impacts: float, sequence: Sequence[int] | None) -> None:
     osc, force = system
-    if force is not None and force.harmonics and force.period is None:
+    if math.isinf(n_impacts):
+        refuse_record(force, "an orbit with sticking", "ask for impacts, or for none")
+    if force is not None and not force.is_constant and force.period is None:
         reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)
     if n_impacts in (0, math.inf) and system.period is None:
@@ -282,9 +288,24 @@ def _check(system: System, n_impacts: float, sequence: Sequence[int] | None) -> 
     if sequence is not None:
         # It raises the error of a stop that there is not, or that lies between two others.
         events_of_stops(system, tuple(sequence))
-    if system.period is None and as_float(osc.damping) > 0.0:
+    if system.period is None:
+        _check_energy(system)
+
+
+def _check_energy(system: System) -> None:
+    """Refuse free motion that only loses, or only gains, energy."""
+    osc, dampings = (
+        system.oscillator,
+        [float(system.law[row, DAMPING]) for row in regions(system.law)],
+    )
+    elastic = all(is_elastic(stop.restitution) for stop in osc.stops if isinstance(stop, Wall))
+    if as_float(osc.damping) > 0.0 and min(dampings) >= 0.0:
         reason = "free motion loses energy all the time and never returns"
-        raise ParameterError("oscillator.damping", osc.damping, reason)
+    elif as_float(osc.damping) < 0.0 and max(dampings) <= 0.0 and elastic:
+        reason = "free motion gains energy all the time and never returns"
+    else:
+        return
+    raise ParameterError("oscillator.damping", osc.damping, reason)
 
 
 def _has_idle_impact(orbit: PeriodicOrbit) -> bool:

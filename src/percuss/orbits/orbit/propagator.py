@@ -73,6 +73,11 @@ class Propagator:
         self._record = run.record
         return self._record
 
+    @property
+    def record(self) -> tuple[Floats, Integers]:
+        """Events and marks of the last run."""
+        return self._record
+
     def state_at(self, x0: float, t: float) -> tuple[float, float]:
         """Return (x, v) of the last run at t; x0 is where it started."""
         motion = np.empty((2, 1))

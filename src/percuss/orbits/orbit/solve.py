@@ -16,8 +16,9 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
-from percuss.kernels.flight import Flight, constant_force, move, place, set_phases
+from percuss.kernels.flight import Flight, constant_force, move_over_knots, place, set_phases
 from percuss.kernels.law_columns import DAMPING, N_HARMONICS, PERIOD, Law
+from percuss.kernels.restitution import kept_of_area
 from percuss.kernels.sample import cycles
 from percuss.kernels.shooting import (
     AFTER,
@@ -32,6 +33,7 @@ from percuss.kernels.shooting import (
     iterate,
 )
 from percuss.kernels.tangent import neighbours
+from percuss.model.oscillator import mass_of
 from percuss.model.system import System
 from percuss.motion.tables import Impacts
 from percuss.numerics import (
@@ -46,7 +48,7 @@ from percuss.numerics import (
 )
 from percuss.orbits.orbit.itinerary import Itinerary, entries_of, events_of_record, is_wall
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
-from percuss.orbits.orbit.stability import multipliers_of, stability_of
+from percuss.orbits.orbit.stability import multipliers_of, stability_of, stability_of_cycle
 from percuss.orbits.orbit.turning_points import margin_of, penetrations_of, turns_of
 
 __all__ = ["Solution", "impacts_of_record", "orbit_of_solution", "solve"]
@@ -102,7 +104,7 @@ def solve(system: System, guess: Itinerary) -> Solution:
     equations = _Equations(law, events, guess.n_periods * float(law[0, PERIOD]))
     unknowns, size = equations.improved(guess.vector)
     for i, (bound, before, _) in enumerate(events.tolist()):
-        if factor(law, before, bound) == 0.0:
+        if factor(law, before, bound, 0.0) == 0.0:
             # After a plastic impact the velocity is zero, without rounding.
             unknowns[1 + len(events) + i] = 0.0
     is_solved = size < SOLVED and not equations.stands_still(unknowns)
@@ -176,7 +178,8 @@ class _Equations:
                 continue
             following = (i + 1) % self.n
             bound = self.events[following, AT]
-            kept = factor(self.law, int(self.events[following, BEFORE]), int(bound))
+            before = int(self.events[following, BEFORE])
+            kept = factor(self.law, before, int(bound), speeds[following])
             if self.events[i, AT] == bound and speeds[following] * kept * speeds[i] > 0.0:
                 return True
         return False
@@ -246,7 +249,10 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
     bound, _, region = itinerary.events[0].tolist()
     x0 = place(law, region, bound)
     monodromy = _monodromy(law, events, marks)
-    determinant, conservative = _determinant(law, itinerary)
+    determinant, conservative = _determinant(law, itinerary, events)
+    stability = stability_of(monodromy, determinant, conservative=conservative)
+    if not itinerary.n_periods:
+        stability = stability_of_cycle(determinant, conservative=conservative)
     turns = turns_of(law, events, marks, x0, float(events[-1, columns.EVENT_T]))
     impacts = impacts_of_record(system, events, marks)
     penetrations = penetrations_of(system.oscillator, turns)
@@ -261,8 +267,8 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
         n_periods=itinerary.n_periods,
         period=period,
         monodromy=monodromy,
-        multipliers=multipliers_of(monodromy, determinant),
-        stability=stability_of(monodromy, determinant, conservative=conservative),
+        multipliers=multipliers_of(monodromy, determinant, is_free=not itinerary.n_periods),
+        stability=stability,
         # A flight of negative duration solves the equations formally, too.
         admissible=len(penetrations) == 0 and not (itinerary.durations < 0.0).any(),
         grazing_margin=margin_of(turns),
@@ -277,12 +283,19 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
     )
 
 
-def _determinant(law: Law, itinerary: Itinerary) -> tuple[float, bool]:
+def _determinant(law: Law, itinerary: Itinerary, events: Floats) -> tuple[float, bool]:
     """Return the determinant of the monodromy matrix, and whether it is 1 by construction.
 
-    It is the product of r^2 over the impacts times exp(-2 integral of the damping).
+    It is the product of r^2 over the impacts times exp(-2 integral of the damping); where the
+    restitution depends on the speed u, of r d(r u)/du. ``events`` are those of a record.
     """
-    factors = [factor(law, int(row[BEFORE]), int(row[AT])) for row in itinerary.events]
+    walls, speeds = is_wall(law, itinerary.events), np.abs(events[:, columns.V_BEFORE])
+    factors = [
+        kept_of_area(law, int(row[BEFORE]), int(row[AT]), speeds[i or len(walls)])
+        if walls[i]
+        else 1.0
+        for i, row in enumerate(itinerary.events)
+    ]
     dampings = law[itinerary.events[:, AFTER], DAMPING]
     conservative = all(abs(value) == 1.0 for value in factors) and not dampings.any()
     decay = exp(-2.0 * dot(dampings, itinerary.durations))
@@ -314,7 +327,8 @@ def _record(law: Law, itinerary: Itinerary) -> tuple[Floats, Integers]:
         force = constant_force(law, region, place(law, region, int(rows[i, AT])))
         set_phases(law, t, t_low, phases)
         s = float(itinerary.durations[i])
-        _, before = move(Flight(law, region, (t, t_low, v, force), phases, arrival), s)
+        flight = Flight(law, region, (t, t_low, v, force), phases, arrival)
+        _, before = move_over_knots(flight, s)
         t, t_low = later(t, t_low, s)
         v = float(itinerary.velocities[following])
         events[i + 1] = t, t_low, before, v
@@ -378,4 +392,6 @@ def impacts_of_record(system: System, events: Floats, marks: Integers) -> Impact
         stop=np.array([met[i] for i in rows], dtype=np.int64),
         cycle=cycle,
         intervals=t - before,
+        mass=mass_of(system.oscillator),
+        units=system.oscillator.units,
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss.arrays import Complexes, Floats
 
-__all__ = ["Stability", "multipliers_of", "stability_of"]
+__all__ = ["Stability", "multipliers_of", "stability_of", "stability_of_cycle"]
 
 Stability: TypeAlias = Literal["asymptotic", "elliptic", "parabolic", "unstable"]
 
@@ -19,9 +19,10 @@ Stability: TypeAlias = Literal["asymptotic", "elliptic", "parabolic", "unstable"
 ON_EDGE = 1e-9
 
 
-def multipliers_of(monodromy: Floats, determinant: float) -> Complexes:
+def multipliers_of(monodromy: Floats, determinant: float, *, is_free: bool = False) -> Complexes:
     """Return the eigenvalues of a 2x2 matrix whose determinant is known exactly, larger first.
 
+    One of free motion is 1, along the orbit, and the other one the determinant.
     The smaller one is the determinant over the larger: it keeps its digits however far the two
     are apart. Of a conjugate pair the one with positive imaginary part comes first.
 
@@ -31,6 +32,8 @@ def multipliers_of(monodromy: Floats, determinant: float) -> Complexes:
     >>> multipliers_of(np.array([[4.0, 0.0], [1.0, 0.5]]), 2.0).real
     array([4. , 0.5])
     """
+    if is_free:
+        return np.array([max(1.0, determinant), min(1.0, determinant)], dtype=np.complex128)
     half = 0.5 * float(np.trace(monodromy))
     root = cmath.sqrt(half * half - determinant)
     first = half + (root if half >= 0.0 else -root)
@@ -43,7 +46,7 @@ def multipliers_of(monodromy: Floats, determinant: float) -> Complexes:
 def stability_of(monodromy: Floats, determinant: float, *, conservative: bool) -> Stability:
     """Return the stability of an orbit to first order, from its monodromy matrix.
 
-    With D its determinant, at most 1, both multipliers lie inside the unit circle if
+    With D its determinant, both multipliers lie inside the unit circle if D < 1 and
     abs(trace) < 1 + D: "asymptotic". Otherwise it is "elliptic", a conjugate pair on the circle,
     "parabolic", a multiplier at +1 or -1, or "unstable". A motion is conservative if it has neither
     dashpots nor restitutions below 1.
@@ -60,8 +63,26 @@ def stability_of(monodromy: Floats, determinant: float, *, conservative: bool) -
     if not math.isfinite(size):
         return "unstable"
     size = max(1.0, size)
+    if determinant > 1.0 and not conservative:
+        return "unstable"
     if trace > edge + ON_EDGE * size:
         return "unstable"
     if trace >= edge - ON_EDGE * size:
         return "parabolic"
     return "elliptic" if conservative else "asymptotic"
+
+
+def stability_of_cycle(determinant: float, *, conservative: bool) -> Stability:
+    """Return the stability of a limit cycle of free motion to first order.
+
+    A neighbour along the cycle stays one, by a multiplier of 1; the distance of all others shrinks
+    by the determinant in a period. Motions without losses are a family: "parabolic".
+
+    Examples
+    --------
+    >>> stability_of_cycle(0.8, conservative=False), stability_of_cycle(1.0, conservative=True)
+    ('asymptotic', 'parabolic')
+    """
+    if conservative or abs(determinant - 1.0) <= ON_EDGE:
+        return "parabolic"
+    return "asymptotic" if determinant < 1.0 else "unstable"

@@ -1,4 +1,4 @@
-"""The two maps that turn a motion into a sequence of points, with exact derivatives."""
+"""The maps that turn a motion into a sequence of points, with exact derivatives."""
 
 from __future__ import annotations
 
@@ -16,24 +16,37 @@ from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import turns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW
-from percuss.kernels.shooting import factor
+from percuss.kernels.shooting import factor_of_error
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.start import start_faults
 from percuss.model.system import System
+from percuss.motion.extremes import level_crossings
+from percuss.motion.sections import PoincareSection, SectionDirection, section_of
 from percuss.numerics import matmul
 from percuss.orbits.orbit.itinerary import entry
 from percuss.orbits.orbit.propagator import Propagator
 
-__all__ = ["ImpactMap", "StroboscopicMap", "impact_map", "periodic_system", "stroboscopic_map"]
+__all__ = [
+    "ImpactMap",
+    "SectionMap",
+    "StroboscopicMap",
+    "impact_map",
+    "periodic_system",
+    "section_map",
+    "stroboscopic_map",
+]
 
 # A quantity of the impact at an instant with a velocity.
 OfImpact: TypeAlias = Callable[[Propagator, float, float], ArrayLike]
 
 # Impacts on other stops before the next one on the stop of the map.
 MOST_IMPACTS = 4096
+
+# Forcing periods in which the next passage of a section is looked for: the first, and then these.
+LOOKED_FOR = (1, 16, 256, 4096)
 
 # The derivative where there is no next impact.
 UNDEFINED = np.full((2, 2), np.nan)
@@ -152,10 +165,8 @@ class ImpactMap:
         if record is None:
             return math.nan, math.nan
         last = record[0][-1]
-        pace = runs.law[0, PERIOD_TURNS], runs.law[0, PERIOD_TURNS_LOW]
-        part = turns(*pace, last[columns.EVENT_T], last[columns.EVENT_T_LOW])
-        part += 1.0 if part < 0.0 else 0.0
-        return part if part < 1.0 else 0.0, float(last[columns.V_AFTER])
+        cycle = _cycle(runs, last[columns.EVENT_T], last[columns.EVENT_T_LOW])
+        return cycle, float(last[columns.V_AFTER])
 
     def _derivative(self, runs: Propagator, t: float, v: float) -> Floats:
         record = self._follow(runs, t, v)
@@ -167,15 +178,124 @@ class ImpactMap:
         matrix = runs.derivative_at(until, after=False)
         at = as_float(self.oscillator.stops[self.stop].at)
         first, last = int(marks[0, columns.NEXT_REGION]), int(marks[-2, columns.NEXT_REGION])
-        begin = np.array([[-v, 0.0], [-_acceleration(runs, first, at, v, t, 0.0), 1.0]])
         before = float(events[-1, columns.V_BEFORE])
         instant = until, float(events[-1, columns.EVENT_T_LOW])
         pull = _acceleration(runs, last, at, before, *instant)
-        kept = factor(runs.law, last, int(marks[-1, columns.BOUND]))
-        end = np.array([[-1.0 / before, 0.0], [-kept * pull / before, kept]])
+        kept = factor_of_error(runs.law, last, int(marks[-1, columns.BOUND]), before)
+        return _between(runs, first, matrix, (at, v, t), (before, kept, pull))
+
+
+@dataclass(frozen=True, slots=True)
+class SectionMap:
+    """From one passage of a displacement to the next one; made by `section_map`.
+
+    Attributes
+    ----------
+    oscillator, forcing
+        What moves.
+    section
+        The displacement, and the direction of the passages.
+    """
+
+    oscillator: Oscillator
+    forcing: Forcing
+    section: PoincareSection
+
+    def __call__(self, cycle: ArrayLike, v: ArrayLike) -> tuple[Floats, Floats]:
+        """Return cycle and velocity at the next passage; NaN where there is none.
+
+        None within 4096 forcing periods counts as none.
+
+        Parameters
+        ----------
+        cycle
+            Cycles of passages, (t / period) mod 1, of any shape.
+        v
+            Velocities there in the direction of the section, not 0, of the same shape or one that
+            broadcasts with it [length/time].
+
+        Returns
+        -------
+        tuple of arrays
+            Cycle in [0, 1) and velocity [length/time], of the common shape.
+
+        Raises
+        ------
+        ParameterError
+            If a number is not finite, or a velocity is 0 or has the other sign.
+        """
+        images = self._each(cycle, v, self._next)
+        return images[..., 0], images[..., 1]
+
+    def jacobian(self, cycle: ArrayLike, v: ArrayLike) -> Floats:
+        """Return the derivative of (cycle, v) at the next passage by that at this one.
+
+        After contact with a wall it is zero: the release does not depend on the past.
+
+        Parameters
+        ----------
+        cycle, v
+            As for the map itself.
+
+        Returns
+        -------
+        array
+            Of the common shape and (2, 2); NaN where there is no next passage.
+
+        Raises
+        ------
+        ParameterError
+            As for the map itself.
+        """
+        matrices = self._each(cycle, v, self._derivative)
+        return matrices.reshape(*matrices.shape[:-1], 2, 2)
+
+    def _each(self, cycle: ArrayLike, v: ArrayLike, quantity: OfImpact) -> Floats:
+        cycles, speeds = np.broadcast_arrays(reals("cycle", cycle), reals("v", v))
+        _check_finite("cycle", cycles)
+        _check_finite("v", speeds)
+        sign = self.section.sign
+        wrong = speeds[(speeds == 0.0) | (sign * speeds < 0.0)]
+        if wrong.size:
+            reason = f"no velocity of a passage {self.section.label}"
+            raise ParameterError("v", float(wrong.flat[0]), reason)
+        runs = Propagator(System(self.oscillator, self.forcing))
         period = float(runs.law[0, PERIOD])
-        scale = np.array([[1.0, 1.0 / period], [period, 1.0]])
-        return np.asarray(scale * matmul(matmul(end, matrix), begin)).reshape(-1)
+        passages = zip(cycles.flat, speeds.flat, strict=True)
+        values = [quantity(runs, c * period, speed) for c, speed in passages]
+        return np.array(values, dtype=np.float64).reshape(*cycles.shape, -1)
+
+    def _follow(self, runs: Propagator, t: float, v: float) -> tuple[float, float] | None:
+        """Return (t, v) of the next passage, None if there is none."""
+        period, level = float(runs.law[0, PERIOD]), self.section.at
+        for periods in LOOKED_FOR:
+            end = t + periods * period
+            events, marks = runs.follow(level, v, t, t_end=end)
+            record = columns.MotionRecord(runs.law, level, events, marks)
+            found = level_crossings(runs.system, record, level, end)
+            found = found[self.section.sign * found[:, 1] >= 0.0]
+            if len(found):
+                return float(found[0, 0]), float(found[0, 1])
+        return None
+
+    def _next(self, runs: Propagator, t: float, v: float) -> tuple[float, float]:
+        passage = self._follow(runs, t, v)
+        if passage is None:
+            return math.nan, math.nan
+        return _cycle(runs, passage[0], 0.0), passage[1]
+
+    def _derivative(self, runs: Propagator, t: float, v: float) -> Floats:
+        passage = self._follow(runs, t, v)
+        if passage is None:
+            return UNDEFINED.reshape(-1)
+        until, speed = passage
+        events, marks = runs.record
+        last = int(np.searchsorted(events[:, columns.EVENT_T], until)) - 1
+        regions = (int(marks[row, columns.NEXT_REGION]) for row in (0, last))
+        first, last = regions
+        matrix = runs.derivative_at(until, after=False)
+        pull = _acceleration(runs, last, self.section.at, speed, until, 0.0)
+        return _between(runs, first, matrix, (self.section.at, v, t), (speed, 1.0, pull))
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,6 +422,51 @@ def impact_map(osc: Oscillator, force: Forcing, stop: int = 0) -> ImpactMap:
     return ImpactMap(osc, force, stop)
 
 
+def section_map(
+    osc: Oscillator, force: Forcing, *, at: float, direction: SectionDirection = "both"
+) -> SectionMap:
+    """Return the map from one passage of a displacement to the next: a Poincaré map.
+
+    It is (cycle, v) -> (cycle, v), through impacts, crossings, chatter and contact. The passages
+    are those of `Trajectory.section`, which takes the same arguments.
+
+    Parameters
+    ----------
+    osc
+        The oscillator.
+    force
+        The forcing, with a period.
+    at
+        The displacement [length], between the walls.
+    direction
+        "up" with v > 0, "down" with v < 0, or "both".
+
+    Returns
+    -------
+    SectionMap
+        A function of (cycle, v), arrays allowed, with `jacobian`.
+
+    Raises
+    ------
+    ParameterError
+        If the displacement is not finite or in a wall, there is no such direction, or the forcing
+        has no period.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> osc, force = pc.impact_oscillator(0.8, damping=0.1), pc.sine(3)
+    >>> cycle, v = section_map(osc, force, at=0.2, direction="up")(0.5, 1.0)
+    >>> run = pc.simulate(osc, force, x0=0.2, v0=1.0, t0=force.period / 2, t_end=20)
+    >>> abs(float(v) - float(run.section(at=0.2, direction="up").v[0])) < 1e-14
+    True
+    """
+    periodic_system(osc, force, "a section map")
+    section = section_of({"at": at, "direction": direction})
+    raise_first(start_faults(osc, section.at, 0.0, t_end=1.0))
+    return SectionMap(osc, force, section)
+
+
 def stroboscopic_map(osc: Oscillator, force: Forcing, *, cycle: float = 0.0) -> StroboscopicMap:
     """Return the map over one forcing period.
 
@@ -352,6 +517,36 @@ def _check_finite(name: str, values: Floats) -> None:
     wrong = values[~np.isfinite(values)]
     if wrong.size:
         raise ParameterError(name, float(wrong.flat[0]), "not a finite number")
+
+
+def _cycle(runs: Propagator, t: float, t_low: float) -> float:
+    """Return the cycle of an instant, in [0, 1)."""
+    pace = runs.law[0, PERIOD_TURNS], runs.law[0, PERIOD_TURNS_LOW]
+    part = turns(*pace, t, t_low)
+    part += 1.0 if part < 0.0 else 0.0
+    return part if part < 1.0 else 0.0
+
+
+def _between(
+    runs: Propagator,
+    region: int,
+    matrix: Floats,
+    start: tuple[float, float, float],
+    end: tuple[float, float, float],
+) -> Floats:
+    """Return the derivative of (cycle, v) at one place by that at another, four numbers.
+
+    ``matrix`` is that of the motion between them at fixed times. ``start`` is (x, v, t) and the
+    flight from there in ``region``; ``end`` is the velocity that arrives, the derivative of the
+    velocity after by it, and the acceleration.
+    """
+    x, v, t = start
+    before, kept, pull = end
+    begin = np.array([[-v, 0.0], [-_acceleration(runs, region, x, v, t, 0.0), 1.0]])
+    ends = np.array([[-1.0 / before, 0.0], [-kept * pull / before, kept]])
+    period = float(runs.law[0, PERIOD])
+    scale = np.array([[1.0, 1.0 / period], [period, 1.0]])
+    return np.asarray(scale * matmul(matmul(ends, matrix), begin)).reshape(-1)
 
 
 def _acceleration(

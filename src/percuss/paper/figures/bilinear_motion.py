@@ -13,7 +13,7 @@ from percuss.model.system import System
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.energetics import forces_at
 from percuss.motion.simulate import simulate
-from percuss.motion.tables import NO_CONTACTS
+from percuss.motion.tables import no_contacts
 from percuss.paper.figure import Figure
 from percuss.paper.figures.drawing import (
     COLOURS,
@@ -48,7 +48,7 @@ def force_laws() -> Dataset:
     x = np.linspace(-0.35, 1.5, 371)
     osc = bilinear_oscillator(stiffness_above=1, stiffness_below=RATIO)
     rest = np.zeros_like(x)
-    acting = xr.Dataset(forces_at(System(osc, None), NO_CONTACTS, rest, x, rest))
+    acting = xr.Dataset(forces_at(System(osc, None), no_contacts(None), rest, x, rest))
     total = acting["spring"].values + acting["stops"].sum("stop").values
     return xr.Dataset(
         {"force": ("x", -total, {"long_name": "return force k(x) x"})},

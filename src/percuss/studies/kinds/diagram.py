@@ -7,13 +7,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter
+from pydantic_core import PydanticCustomError
 
-from percuss.ensembles.diagram import Direction, SectionName, bifurcation_diagram
+from percuss.ensembles.diagram import Direction, bifurcation_diagram
+from percuss.errors import ParameterError
 from percuss.execution import Execution
 from percuss.io.study_text import start_table
 from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
+from percuss.motion.sections import PoincareSection, section_of
 from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.study import (
     AT_REST,
@@ -49,6 +52,24 @@ StartRow = Annotated[
 ]
 
 
+def _section(value: object) -> PoincareSection:
+    try:
+        return section_of(value)
+    except ParameterError as error:
+        # Python's braces are no TOML.
+        reason = error.reason.replace("'cycle':", "cycle =").replace("'at':", "at =")
+        reason = reason.replace("'direction': 'up'", 'direction = "up"')
+        name = "" if error.name == "section" else f"{error.name} = {error.value}: "
+        raise PydanticCustomError("section", "{reason}", {"reason": name + reason}) from None
+
+
+SectionKey = Annotated[
+    PoincareSection,
+    PlainValidator(_section),
+    PlainSerializer(lambda section: section_of(section).given),
+]
+
+
 @table
 class Diagram(Question):
     """The points of the attractors over a parameter, as `bifurcation_diagram` takes them."""
@@ -59,7 +80,7 @@ class Diagram(Question):
     columns: ClassVar = {"diagram": "table"}
 
     over: OverAxes
-    section: SectionName = default(bifurcation_diagram, "section")
+    section: SectionKey = default(bifurcation_diagram, "section")
     starts: Annotated[tuple[StartRow, ...], Field(min_length=1)] = (AT_REST,)
     follow: tuple[Direction, ...] = default(bifurcation_diagram, "follow")
     transient: Whole = default(bifurcation_diagram, "transient")

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+from pydantic import Field, PlainSerializer
 
 from percuss.execution import Execution
 from percuss.orbits import find_orbits
+from percuss.orbits.finding.find import LEAST_EFFORT, MOST_EFFORT
 from percuss.studies.study import Question, StudyDraft
 from percuss.studies.tables import Count, Flag, Whole, default, table
 
@@ -31,6 +34,11 @@ class Orbits(Question):
     max_impacts: Count = default(find_orbits, "max_impacts")
     max_periods: Count = default(find_orbits, "max_periods")
     seed: Whole = default(find_orbits, "seed")
+    effort: Annotated[
+        float,
+        Field(strict=True, ge=LEAST_EFFORT, le=MOST_EFFORT),
+        PlainSerializer(lambda effort: None if effort == 1.0 else effort),
+    ] = default(find_orbits, "effort")
     formal: Flag = default(find_orbits, "formal")
 
     def checked(self, study: StudyDraft) -> Self:

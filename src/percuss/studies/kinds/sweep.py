@@ -10,6 +10,7 @@ from pydantic import BeforeValidator
 
 from percuss.ensembles import sweep
 from percuss.ensembles.measures import MEASURES
+from percuss.ensembles.sweep import SAME_NAME
 from percuss.execution import Execution
 from percuss.studies.axes import OverAxes, over_of, values_over
 from percuss.studies.study import (
@@ -80,6 +81,8 @@ class Sweep(Question):
         path, known = ("sweep", "measure"), list(MEASURES)
         is_one = isinstance(raw_table(study.document, "sweep").get("measure"), str)
         for index, name in enumerate(self.measure):
+            if name in self.over:
+                study.faults.add(("over", name), SAME_NAME)
             if name not in MEASURES:
                 place = path if is_one else (*path, index)
                 study.faults.add(place, unknown_value(name, known), shown(name))

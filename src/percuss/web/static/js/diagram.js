@@ -137,7 +137,7 @@ export class Diagram extends JobView {
     Object.assign(this.settings, { path, low: round(value - 0.4 * size), high: round(value + 0.4 * size) });
     if (path.endsWith("restitution")) Object.assign(this.settings, { low: 0, high: 1 });
     if (path.endsWith("omega")) this.settings.low = Math.max(0.05, this.settings.low);
-    if (path.endsWith("damping")) this.settings.low = Math.max(0, this.settings.low);
+    if (path.endsWith("damping") && value >= 0) this.settings.low = Math.max(0, this.settings.low);
     if (path === "start.x0") {
       const [least, most] = limitsOf(study);
       Object.assign(this.settings, { low: Math.max(least, this.settings.low), high: Math.min(most, this.settings.high) });

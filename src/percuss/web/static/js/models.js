@@ -70,13 +70,15 @@ export function parametersOf(study) {
       title: "Oscillator",
       rows: [
         row("oscillator.stiffness", "stiffness k", [-1, 4], null, "of the spring; 0: free flight"),
-        row("oscillator.damping", "damping a", [0, 1], null, "a ≥ 0; the term is 2 a x′"),
+        row("oscillator.damping", "damping a", [0, 1], null, "the term is 2 a x′; a negative one feeds energy in"),
       ],
     },
   ];
   (oscillator.stops ?? []).forEach((stop, i) => {
     const path = `oscillator.stops.${i}`;
     const rows = [row(`${path}.at`, "at", [-3, 3], null, "where the stop is")];
+    // A table of restitutions over the speed has no slider.
+    if (stop.type === "wall" && typeof stop.restitution === "object") return void groups.push({ title: "Wall", stop: i, rows });
     if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1], null, "1: no loss; 0: it stays"));
     else {
       rows.push(row(`${path}.stiffness`, "stiffness", [-0.9, 50], null, "added to the spring's beyond the stop"));
