@@ -226,4 +226,6 @@ def _is_zero(expression: sympy.Expr) -> bool:
 
 
 def _equation(left: sympy.Expr, right: sympy.Expr) -> str:
-    return f"{mathtext(left)} = {mathtext(right)}"
+    """Return both sides, or one where SymPy has made them the same when they were formed."""
+    sides = list(dict.fromkeys((mathtext(left), mathtext(right))))
+    return " = ".join(sides)

@@ -21,6 +21,7 @@ __all__ = [
     "APART",
     "LINEAR",
     "NUMBERS",
+    "PARTS",
     "ROUNDING",
     "STATEMENTS",
     "Neighbours",

@@ -20,7 +20,7 @@ from percuss.motion.simulate import simulate
 from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims import above_critical, family_limits, model_statements
 from percuss.paper.claims import family_formulas as symbols
-from percuss.paper.claims.certain import impacts_at, subset_constant
+from percuss.paper.claims.certain import certain_run, impacts_at, subset_constant
 from percuss.paper.claims.comparisons import ROUNDING, WALL, furthest, latest
 from percuss.paper.claims.family_formulas import (
     EQ10,
@@ -300,6 +300,9 @@ def _commensurate(counts: tuple[int, int] = (2, 1)) -> Finding:
 def _coincide(numbers: tuple[int, ...] = above_critical.NUMBERS) -> Finding:
     """Look for motions of the example whose impact times have no period."""
     pairs = [pair for pair in above_critical.neighbours_above() if pair.m in numbers]
+    # What is followed for so long is proven in its beginning.
+    if certain_run(_under_its_force(numbers[0])) is None:
+        return Finding((), undecided="the beginning of a motion above V* is not proven")
     chaotic = [pair for pair in pairs if above_critical.is_chaotic(pair)]
     least = min((pair.growth for pair in chaotic), default=0.0)
     return Finding(
@@ -321,6 +324,12 @@ def _coincide(numbers: tuple[int, ...] = above_critical.NUMBERS) -> Finding:
         "m, as the article says above (13); only their velocities, for even m, have twice that.",
         study=motion_text(above_critical.fastest_parting(tuple(pairs))),
     )
+
+
+def _under_its_force(m: int) -> Trajectory:
+    """Return the beginning of a motion above V*."""
+    v0 = above_critical.PARTS[-1] * subset_critical_velocity(m)
+    return simulate(WALL, subset_forcing(m), v0=v0, t_end=10.0)
 
 
 def _stability(late: float = 1e-3) -> Finding:

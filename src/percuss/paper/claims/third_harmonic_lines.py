@@ -19,6 +19,7 @@ from percuss.model.oscillator import bilinear_oscillator
 from percuss.motion.simulate import simulate
 from percuss.motion.spectrum import line_spectrum, spectrum
 from percuss.motion.trajectory import Trajectory
+from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.certain_lines import BITS, jump_bound, power_law, proven_lines
 from percuss.paper.claims.comparisons import WALL, WithError
 from percuss.paper.claims.third_harmonic_family import STIFFNESSES, T_END, bilinear_run, stepped
@@ -214,6 +215,8 @@ def _bilinear_law(v0: str, stiffness_below: float) -> WithError:
     """Return the exponent of the highest line of each octave that fig 8 shows, bilinear."""
     osc = bilinear_oscillator(stiffness_below=stiffness_below)
     run = simulate(osc, sine(3), v0=v0, t_end=T_END)
+    if certain_run(run) is None:
+        return WithError(math.nan, math.nan)
     omega = 0.5 * np.arange(1, int(2.0 * HIGHEST) + 1)
     height = spectrum(run, omega=omega, between=(0.0, WINDOW)).amplitude.values
     tops = [
