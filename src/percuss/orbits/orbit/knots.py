@@ -16,20 +16,12 @@ from percuss.kernels.pieces import next_knot, time_to_knot
 __all__ = ["pieces_of_flight", "with_knots", "without_knots"]
 
 # Instant, displacement and velocity at the start of a piece, and its duration.
-<<<<<<< HEAD
 FlightPiece = tuple[tuple[float, float], float, float, float]
-=======
-PieceOfFlight = tuple[tuple[float, float], float, float, float]
->>>>>>> h-records
 
 
 def pieces_of_flight(
     law: Law, region: int, x: float, start: tuple[float, float, float], duration: float
-<<<<<<< HEAD
 ) -> list[FlightPiece]:
-=======
-) -> list[PieceOfFlight]:
->>>>>>> h-records
     """Return the pieces into which the knots of a record cut a flight.
 
     Parameters
@@ -51,11 +43,7 @@ def pieces_of_flight(
     """
     instant, v = (start[0], start[1]), start[2]
     y, left = 0.0, duration
-<<<<<<< HEAD
     pieces: list[FlightPiece] = []
-=======
-    pieces: list[PieceOfFlight] = []
->>>>>>> h-records
     phases, arrival = np.empty((2, int(law[0, N_HARMONICS]), 2))
     force = constant_force(law, region, x)
     while (to_knot := float(time_to_knot(law, *instant))) < left:
