@@ -77,6 +77,7 @@ def growth_in_bits(proven: pc.certified.CertifiedRun) -> float:
     force, wall = proven.forcing, proven.oscillator.stops[0]
     assert force is not None
     assert isinstance(wall, pc.Wall)
+    assert not isinstance(wall.restitution, pc.model.RestitutionTable)
     part = force.components()[0]
     omega, r = float(part.omega), float(pc.model.as_float(wall.restitution))
     times = [0.0, *proven.impacts.t.mid()]

@@ -57,7 +57,13 @@ if TYPE_CHECKING:
     from percuss.model import impact_oscillator as impact_oscillator
     from percuss.model import parameter as parameter
     from percuss.model import pi_times as pi_times
+    from percuss.model import pulses as pulses
+    from percuss.model import record as record
+    from percuss.model import restitution_table as restitution_table
+    from percuss.model import sea_state as sea_state
     from percuss.model import sine as sine
+    from percuss.model import square_wave as square_wave
+    from percuss.model import triangle_wave as triangle_wave
     from percuss.motion import Contacts as Contacts
     from percuss.motion import Crossings as Crossings
     from percuss.motion import Extrema as Extrema
@@ -187,20 +193,26 @@ __all__ = [
     "manifolds",
     "parameter",
     "pi_times",
+    "pulses",
+    "record",
     "resonant_frequency",
     "response_curve",
+    "restitution_table",
     "save_csv",
     "save_netcdf",
+    "sea_state",
     "simulate",
     "sine",
     "singularity_set",
     "spectrum",
+    "square_wave",
     "status_of_store",
     "stroboscopic_map",
     "subset_critical_velocity",
     "subset_forcing",
     "sweep",
     "switch_branch",
+    "triangle_wave",
     "velocity_gap_curve",
 ]
 
@@ -250,7 +262,13 @@ _HOMES = {
         "impact_oscillator",
         "parameter",
         "pi_times",
+        "pulses",
+        "record",
+        "restitution_table",
+        "sea_state",
         "sine",
+        "square_wave",
+        "triangle_wave",
     ),
     "percuss.motion": (
         "Contacts",

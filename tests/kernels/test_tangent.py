@@ -206,7 +206,7 @@ def test_kernels_are_the_same_compiled_and_plain() -> None:
 
     for kernel, arguments in (
         (propagator, (law, region, 0.7)),
-        (impact_saltation, (0.8, 0.3, -1.2)),
+        (impact_saltation, (0.8, 0.7, 0.3, 0.1, -1.2)),
         (crossing_saltation, (0.1, 0.4)),
         (delayed_start, (law, region, phases, 0.7)),
     ):

@@ -11,7 +11,12 @@ import numpy as np
 import pytest
 from tests.kernels.uncompiled import python_of
 from tests.oracle.from_model import problem_of
-from tests.oracle.random_problems import chattering_motion, random_motion
+from tests.oracle.random_problems import (
+    Motion,
+    chattering_motion,
+    random_motion,
+    with_tables,
+)
 from tests.oracle.taylor_series import simulate
 
 import percuss as pc
@@ -21,10 +26,25 @@ from percuss.motion import error_bounds as bounds_of_a_run
 DURATION = 20.0
 
 
+def chattering_on_tables(seed: int) -> Motion:
+    """Return a chattering motion with restitutions over the speed."""
+    return with_tables(chattering_motion(seed), seed)
+
+
+def excited_and_chattering(seed: int) -> Motion:
+    """Return a chattering motion with negative damping."""
+    case = chattering_motion(seed)
+    osc = case.oscillator
+    fed = pc.Oscillator(osc.stiffness, -0.05 - 0.2 * float(osc.damping), osc.stops)
+    return Motion(fed, case.forcing, case.start)
+
+
 @pytest.mark.parametrize(
     "seeds", [range(16), pytest.param(range(16, 5_000), marks=pytest.mark.nightly)], ids=len
 )
-@pytest.mark.parametrize("kind", [chattering_motion, random_motion])
+@pytest.mark.parametrize(
+    "kind", [chattering_motion, random_motion, chattering_on_tables, excited_and_chattering]
+)
 def test_start_of_a_contact_is_never_farther_off_than_its_bound(kind: type, seeds: range) -> None:
     """Nor is the bound absurdly large: in the median of all it is some hundred times the error."""
     wrong, ratios, open_ones = [], [], 0

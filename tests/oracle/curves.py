@@ -46,11 +46,12 @@ class Curve(Protocol):
 
 @dataclass(frozen=True)
 class Force:
-    """A constant and harmonics, as a function of s = t - t0."""
+    """A constant, harmonics and a slope from t0 on, as a function of s = t - t0."""
 
     constant: Real
     harmonics: tuple[Harmonic, ...]
     t0: Real
+    slope: Real = 0
 
     def value(self, s: Real) -> Real:
         """Return the force at s."""
@@ -58,7 +59,9 @@ class Force:
 
     def taylor(self, s: Real, order: int) -> list[Real]:
         """Return the Taylor coefficients of the force at s."""
-        found = [self.constant] + [mp.zero] * order
+        found = [self.constant + self.slope * s] + [mp.zero] * order
+        if order > 0:
+            found[1] = mp.zero + self.slope
         for h in self.harmonics:
             c, d = mpmath.cos_sin(h.omega * (self.t0 + s))
             now, slope = h.cos * c + h.sin * d, h.sin * c - h.cos * d
@@ -71,7 +74,8 @@ class Force:
 
     def bound(self, coefficients: list[Real], n: int, h: Real) -> Real:  # noqa: ARG002
         """Return a bound of the n-th derivative, n >= 1; it holds everywhere."""
-        return mpmath.fsum(part.amplitude * part.omega**n for part in self.harmonics)
+        waves = mpmath.fsum(part.amplitude * part.omega**n for part in self.harmonics)
+        return waves + abs(self.slope) if n == 1 else waves
 
 
 class Flight:
@@ -85,7 +89,7 @@ class Flight:
             root = mpmath.mpc(nudge)
         up, down = -a + root, -a - root
         terms = []
-        for z, strength in self._drives():
+        for z, strength in self._drives(7 * nudge):
             apart = min(abs(z - up), abs(z - down)) >= nudge
             place = z if apart else z + 3 * nudge
             terms.append((place, strength / ((place - up) * (place - down))))
@@ -95,8 +99,12 @@ class Flight:
         terms.append((down, (up * x - v) / (up - down)))
         self._terms = terms
 
-    def _drives(self) -> list[tuple[Real, Real]]:
+    def _drives(self, apart: Real) -> list[tuple[Real, Real]]:
         drives = [(mpmath.mpc(0), mpmath.mpc(self.force.constant))]
+        if self.force.slope:
+            # s is sinh(z s) / z as z goes to 0.
+            half = mpmath.mpc(self.force.slope) / (2 * apart)
+            drives += [(mpmath.mpc(apart), half), (mpmath.mpc(-apart), -half)]
         for h in self.force.harmonics:
             turn = mpmath.expj(h.omega * self.force.t0)
             drives.append((mpmath.mpc(0, h.omega), mpmath.mpc(h.cos, -h.sin) * turn))

@@ -7,6 +7,7 @@ a speed of 1e-25, where the rest is a geometric series to more digits than a tes
 
 from __future__ import annotations
 
+import itertools
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from typing import Literal
@@ -39,14 +40,27 @@ class Soft:
 
 
 @dataclass(frozen=True)
+class Piece:
+    """A force + slope (t - t of the piece) from t on, until the next piece."""
+
+    t: Real
+    force: Real
+    slope: Real = 0
+
+
+@dataclass(frozen=True)
 class Problem:
-    """x'' + 2 damping x' + stiffness x = constant + harmonics + stops; decimals may be texts."""
+    """x'' + 2 damping x' + stiffness x = constant + harmonics + pieces + stops.
+
+    Decimals may be texts. Before the first piece there is none.
+    """
 
     damping: Real = 0
     stiffness: Real = 1
     constant: Real = 0
     harmonics: tuple[Harmonic, ...] = ()
     stops: tuple[Wall | Soft, ...] = ()
+    pieces: tuple[Piece, ...] = ()
 
 
 @dataclass
@@ -129,8 +143,9 @@ def simulate(
 
 
 def _working(digits: int) -> int:
-    # Exponents moved apart by 10^-digits cost up to two times as many digits, twice over.
-    return 4 * digits + 20
+    # Exponents moved apart by 10^-digits cost up to two times as many digits, twice over, and a
+    # slope once more.
+    return 6 * digits + 20
 
 
 class _March:
@@ -143,6 +158,11 @@ class _March:
             Harmonic(number(h.omega), number(h.cos), number(h.sin)) for h in problem.harmonics
         )
         self.stops = tuple(_as_numbers(stop) for stop in problem.stops)
+        self.pieces = tuple(
+            Piece(number(p.t), number(p.force), number(p.slope)) for p in problem.pieces
+        )
+        self.knots = [piece.t for piece in self.pieces]
+        self.resting = False
         self.walls = {i: s for i, s in enumerate(self.stops) if isinstance(s, Wall)}
         self.softs = {i: s for i, s in enumerate(self.stops) if isinstance(s, Soft)}
         self.x, self.v, self.t = x, v, t
@@ -153,7 +173,9 @@ class _March:
 
     def go(self, t_end: Real, max_impacts: int | None) -> None:
         limit = mp.inf if max_impacts is None else max_impacts
-        while self.t < t_end and len(self.run.impacts.t) < limit:
+        last = t_end
+        while self.t < last and len(self.run.impacts.t) < limit:
+            t_end = min([last, *(t for t in self.knots if t > self.t)])
             wall = self._wall_here()
             order, direction = self._direction()
             into = wall is not None and direction * _inward(self.stops[wall]) >= 0
@@ -163,8 +185,12 @@ class _March:
                 self._rest(wall, t_end)
             elif order == 0:
                 self._note(self.x)
-                return
+                if t_end == last:
+                    return
+                self.t = t_end
             else:
+                if self.resting:
+                    self._release()
                 self._enter(direction, recorded=bool(self.run.starts))
                 self._fly(order, direction, t_end)
 
@@ -176,6 +202,7 @@ class _March:
         c = taylor_of_state(*self._law(), mp.zero, self.x, self.v, ORDER)
         # Nothing is what is below the digits beside quantities of order one.
         scale = 1 + sum(h.amplitude for h in self.harmonics) + abs(self.constant)
+        scale += max((abs(p.force) + abs(p.slope) for p in self.pieces), default=0)
         for n in range(1, ORDER + 1):
             if abs(c[n]) > self.tiny * scale:
                 return n, 1 if c[n] > 0 else -1
@@ -186,7 +213,12 @@ class _March:
         a = self.a + mpmath.fsum(s.damping for s in softs)
         k = self.k + mpmath.fsum(s.stiffness for s in softs)
         constant = self.constant + mpmath.fsum(s.stiffness * s.at for s in softs)
-        return a, k, Force(constant, self.harmonics, self.t)
+        i = bisect_right(self.knots, self.t) - 1
+        if i < 0:
+            return a, k, Force(constant, self.harmonics, self.t)
+        piece = self.pieces[i]
+        constant += piece.force + piece.slope * (self.t - piece.t)
+        return a, k, Force(constant, self.harmonics, self.t, piece.slope)
 
     def _wall_here(self) -> int | None:
         return next((i for i, wall in self.walls.items() if wall.at == self.x), None)
@@ -221,7 +253,8 @@ class _March:
                 self.run.touches += [self.t + s for s in search.touches]
                 if found is not None:
                     end, place = found, level
-        self.t += end
+        # At the end itself, a knot, without rounding.
+        self.t = self.t + end if place is not None else t_end
         self.x, self.v = flight.state(end) if mpmath.isfinite(end) else (self.x, self.v)
         if place is not None:
             self.x = place
@@ -237,7 +270,7 @@ class _March:
         return [min(levels)[1]] if levels else []
 
     def _impact(self, wall: int) -> None:
-        r = self.walls[wall].restitution
+        r = restitution_of(self.walls[wall], abs(self.v))
         after = -r * self.v
         row = self.run.impacts
         row.t.append(self.t)
@@ -261,24 +294,48 @@ class _March:
         self.v = mp.zero
         self._note(self.x)
         _, k, force = self._law()
-        force = Force(force.constant - k * self.x, force.harmonics, self.t)
+        force = Force(force.constant - k * self.x, force.harmonics, self.t, force.slope)
         inward = _inward(self.stops[wall])
         release = None
         # Without harmonics the push never turns.
-        if force.harmonics:
+        if force.harmonics or force.slope:
             c = force.taylor(mp.zero, ORDER)
             order = next(n for n in range(ORDER) if abs(c[n]) > self.tiny)
             search = Search(force, mp.zero, inward, order, self.digits)
             release = search.first_root(t_end - self.t)
+            if release is not None and t_end - self.t - release < self.tiny:
+                # The next piece decides whether the push turns.
+                release = None
         row = self.run.contacts
-        row.start.append(self.t)
-        row.stop.append(wall)
+        if not self.resting:
+            row.start.append(self.t)
+            row.stop.append(wall)
+            row.release.append(mp.nan)
+            self.resting = True
         self.t = t_end if release is None else self.t + release
-        row.release.append(mp.nan if release is None else self.t)
+        if release is not None:
+            self._release()
+
+    def _release(self) -> None:
+        self.run.contacts.release[-1] = self.t
+        self.resting = False
 
     def _note(self, piece: Flight | Real) -> None:
         self.run.starts.append(self.t)
         self.run.pieces.append(piece)
+
+
+def restitution_of(wall: Wall, speed: Real) -> Real:
+    """Return the restitution at a speed, of a table linear between its pairs."""
+    if not isinstance(wall.restitution, tuple):
+        return number(wall.restitution)
+    table = [(number(u), number(r)) for u, r in wall.restitution]
+    if speed <= table[0][0]:
+        return table[0][1]
+    for (u0, r0), (u1, r1) in itertools.pairwise(table):
+        if speed <= u1:
+            return r0 + (r1 - r0) * (speed - u0) / (u1 - u0)
+    return table[-1][1]
 
 
 def _inward(stop: Wall | Soft) -> int:
@@ -288,5 +345,5 @@ def _inward(stop: Wall | Soft) -> int:
 
 def _as_numbers(stop: Wall | Soft) -> Wall | Soft:
     if isinstance(stop, Wall):
-        return Wall(number(stop.at), stop.side, number(stop.restitution))
+        return Wall(number(stop.at), stop.side, stop.restitution)
     return Soft(number(stop.at), stop.side, number(stop.stiffness), number(stop.damping))

@@ -9,6 +9,7 @@ import numpy as np
 
 import percuss as pc
 from percuss.model import Side
+from percuss.model.force_record import Outside, RecordKind
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,30 @@ def _forcing(rng: np.random.Generator) -> pc.Forcing:
     return pc.Forcing(tuple(parts), constant=float(rng.choice([0.0, rng.uniform(-1, 1)])))
 
 
+def with_tables(motion: Motion, seed: int) -> Motion:
+    """Return a motion with restitutions that depend on the speed."""
+    rng = np.random.default_rng([3, seed])
+
+    def table() -> pc.model.RestitutionTable:
+        n = int(rng.integers(1, 5))
+        speeds = np.cumsum(rng.uniform(0.05, 0.8, n)) - (0.05 if rng.random() < 0.5 else 0.0)
+        values = rng.uniform(0.2, 1.0, n)
+        for i in range(1, n):
+            # Not so steep that a faster impact leaves slower: both ends of each piece decide.
+            share = float(speeds[i - 1] / speeds[i])
+            values[i] = max(values[i], values[i - 1] * 0.5 * (1.0 + share))
+            most = values[i - 1] * (1.0 + 0.9 * (1.0 - share) / share) if share > 0.0 else 1.0
+            values[i] = min(values[i], most)
+        return pc.restitution_table(speeds, values)
+
+    stops = tuple(
+        pc.Wall(stop.at, stop.side, table()) if isinstance(stop, pc.Wall) else stop
+        for stop in motion.oscillator.stops
+    )
+    osc = pc.Oscillator(motion.oscillator.stiffness, motion.oscillator.damping, stops)
+    return Motion(osc, motion.forcing, motion.start)
+
+
 _SOFT, _WALL = pc.SoftStop(0.0, "below", 3.0), pc.Wall(0.0, "below", 0.5)
 _SPRING, _NO_SPRING = 1.0, 0.0
 
@@ -175,3 +200,21 @@ def hard_motion(seed: int) -> Motion:
     elif kind == 4 and osc.stops:
         x, v = float(osc.stops[0].at), 0.0
     return Motion(osc, force, (x, v, t))
+
+
+def with_record(motion: Motion, seed: int) -> Motion:
+    """Return a motion with a record added to its force, once or repeated, of any spacing."""
+    rng = np.random.default_rng([13, seed])
+    spacing = float(10.0 ** rng.uniform(-2.0, 0.5))
+    n = int(rng.integers(2, 40))
+    t = motion.start[2] + float(rng.uniform(-2, 3)) + np.cumsum(rng.exponential(spacing, n))
+    f = rng.normal(size=n) * float(rng.choice([0.3, 1.0, 3.0]))
+    if rng.random() < 0.3:
+        # Plateaus, ramps that meet, and forces of exactly zero.
+        f = np.round(f)
+    kind: RecordKind = "linear" if rng.random() < 0.6 else "hold"
+    repeat = bool(rng.random() < 0.3 and t[-1] - t[0] > 0.5)
+    outside: Outside = "end" if rng.random() < 0.5 else "zero"
+    record = pc.record(t - t[0] if repeat else t, f, kind, repeat, outside)
+    force = motion.forcing if rng.random() < 0.5 else pc.Forcing()
+    return Motion(motion.oscillator, force + record, motion.start)

@@ -19,7 +19,7 @@ from itertools import pairwise
 
 import mpmath
 from tests.oracle.curves import Real
-from tests.oracle.event_driven import Problem, Soft, Wall, number
+from tests.oracle.event_driven import Problem, Soft, Wall, number, restitution_of
 
 BITS = 256
 ONE = 1 << BITS
@@ -298,12 +298,12 @@ class _March:
     ) -> None:
         stop = self.walls[wall]
         before = self.v
-        self.v = -times(fixed(stop.restitution), self.v)
+        ratio = fixed(restitution_of(stop, abs(real(self.v))))
+        self.v = -times(ratio, self.v)
         self.run.events.append(
             Event("impact", real(self.t), wall, real(before), real(self.v), flight, bends)
         )
         press = _into(stop) * (self._bend() + times(self._law()[1], self.v))
-        ratio = fixed(stop.restitution)
         # Only where the force presses do slow hops shrink to a point.
         if 0 < abs(self.v) < SLOW and abs(self.v) * 10**9 < press and ratio < ONE:
             left = (2 * abs(self.v) << BITS) // times(press, ONE - ratio)

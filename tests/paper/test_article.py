@@ -72,6 +72,16 @@ def test_quotations_are_short() -> None:
         assert passage.quote == passage.quote.strip(), passage.id
 
 
+def test_a_formula_has_a_repaired_reading() -> None:
+    for passage in passages():
+        assert bool(passage.reading) >= (passage.kind == "formula"), passage.id
+        # The glyphs that the text has for signs are gone.
+        assert not set("þð¼Þ") & set(passage.reading), passage.id
+        assert len(passage.reading.split()) <= 80, passage.id
+        if " ... " in passage.reading and passage.kind != "formula":
+            assert " ... " in passage.quote, passage.id
+
+
 def test_every_formula_figure_table_and_property_is_there() -> None:
     kinds = {passage.id: passage.kind for passage in passages()}
     formulas = [f"eq{n}" for n in range(1, 41)] + [f"eqA{n}" for n in range(1, 9)]
@@ -89,7 +99,7 @@ def test_passages_name_statements_that_are_there() -> None:
 
 
 def test_every_statement_of_the_article_has_a_passage() -> None:
-    of_the_article = {id for id, where in references().items() if where != "beyond the paper"}
+    of_the_article = {id for id, where in references().items() if where != "beyond the article"}
     assert [id for id in sorted(of_the_article) if not passages_of(id)] == []
 
 

@@ -6,7 +6,8 @@ from tests.paper.findings import RECORDS, finding
 
 from percuss.paper.article import passages_of
 from percuss.paper.chain import wrong_lines
-from percuss.paper.dependence import DEPENDS, falls_with, own_errors
+from percuss.paper.collection import statement_with_id
+from percuss.paper.dependence import DEPENDS, LABELS, falls_with, own_errors
 from percuss.paper.statement import VerdictKind, verdict_kind
 
 DIAMOND = {"a": (), "b": ("a",), "c": ("a",), "d": ("b", "c")}
@@ -33,6 +34,13 @@ def test_the_graph_has_no_circle_and_names_statements_of_the_article() -> None:
         assert passages_of(id)
         assert set(needs) <= DEPENDS.keys()
         assert id not in falls_with(id)
+
+
+def test_each_statement_has_a_label_of_its_own() -> None:
+    labels = [LABELS.get(id, statement_with_id(RECORDS[id]).reference) for id in DEPENDS]
+
+    assert len(set(labels)) == len(labels)
+    assert LABELS.keys() <= DEPENDS.keys()
 
 
 def test_the_errors_of_section_5() -> None:

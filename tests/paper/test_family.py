@@ -45,7 +45,6 @@ HOLD = {
     "fig3-4",
     "figA1",
 }
-FAILED: set[str] = set()
 CORRECTED = {
     "multi-harmonics": "J_n = 0",
     "eq15": "x_part(0) cos t",
@@ -65,18 +64,13 @@ def test_every_statement_is_listed_once_and_its_theory_exists() -> None:
     names = [statement.id for statement in family.STATEMENTS]
 
     assert len(set(names)) == len(names)
-    assert set(names) == HOLD | FAILED | set(CORRECTED)
+    assert set(names) == HOLD | set(CORRECTED)
     assert all((THEORY / statement.theory).is_file() for statement in family.STATEMENTS)
 
 
 @pytest.mark.parametrize("name", sorted(HOLD))
 def test_what_holds(name: str) -> None:
     assert judge(finding(name)) == "holds"
-
-
-@pytest.mark.parametrize("name", sorted(FAILED))
-def test_what_fails(name: str) -> None:
-    assert judge(finding(name)) == "fails"
 
 
 @pytest.mark.parametrize("name", sorted(CORRECTED))
@@ -89,7 +83,7 @@ def test_what_holds_with_a_correction(name: str) -> None:
 
 # What is measured in motions, and one of each other kind.
 FEW = {"above-critical", "subset-stability", "table1-simulated", "eq6", "eq12", "neutral-element"}
-ALL = sorted(HOLD | FAILED | set(CORRECTED))
+ALL = sorted(HOLD | set(CORRECTED))
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,6 @@ CERTIFIED_OTHERWISE = {
     "fig15": "fails",
 }
 CERTIFIED = (
-    "eq3-4",
     "fig12",
     "periodicity-fig8a-regular",
     "periodicity-fig8b-irregular",

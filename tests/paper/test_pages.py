@@ -16,7 +16,7 @@ from percuss.cli.terminal import print_verdicts
 from percuss.model.forcing import sine
 from percuss.model.oscillator import impact_oscillator
 from percuss.model.start import Start
-from percuss.paper.article import article_source, passages
+from percuss.paper.article import article_source, passages, passages_of
 from percuss.paper.chain import LINES
 from percuss.paper.claim import Claim, examine
 from percuss.paper.collection import items, statement_with_id
@@ -32,6 +32,7 @@ from percuss.paper.report.formulas import display, formula_svg
 from percuss.paper.report.front import findings
 from percuss.paper.report.page import beyond_page, page, pages
 from percuss.paper.report.pictures import FLAT, THUMBNAIL, thumbnail
+from percuss.paper.report.prose import prose
 from percuss.paper.run import run_paper
 from percuss.paper.statement import Finding, Statement
 from percuss.studies import Limits, Motion, Study, study_text
@@ -145,6 +146,7 @@ def test_a_record_opens_to_quotation_formulas_evidence_and_code() -> None:
     outline(text)
     quoted = next(passage for passage in passages() if "eq33" in passage.records)
     assert quoted.quote in text
+    assert f"<b>Read:</b> {prose(passages_of('eq33')[1].reading)}</p>" in text
     assert f"Section {quoted.section}, p. {quoted.page}" in text
     assert text.index('aria-label="V_k"') < text.index('aria-label="V_{k+1}"')
     assert r'aria-label="\frac{1}{2} = 0.5"' in text

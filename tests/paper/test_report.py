@@ -146,12 +146,13 @@ def test_the_page_says_how_many_errors_are_independent(tmp_path: Path) -> None:
     claims = [statement(id, differs) for id in ("family-period", "family-commensurate", "eq12")]
     found = result(tmp_path, *claims)
 
-    assert "Behind these 3 stand 2 errors independent of each other: the other 1 statement" in page(
-        found
-    )
+    assert (
+        "Of 3 statements 3 hold with a correction. Behind the 3 that do not hold as printed stand 2 "
+        "independent errors; the other one repeats an error in what the article derives them from."
+    ) in page(found)
     records = json.loads(records_text(claims))
     assert records["own_errors"] == ["family-period", "eq12"]
-    assert "independent of each other" not in page(result(tmp_path, HOLDS))
+    assert "independent error" not in page(result(tmp_path, HOLDS))
 
 
 def test_a_formula_in_our_symbols_says_so(tmp_path: Path) -> None:

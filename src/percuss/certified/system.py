@@ -10,8 +10,10 @@ from functools import lru_cache
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, angle, as_fraction
 from percuss.model.expression import Expression, parameters_in
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing, FourierTerm
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.restitution import RestitutionTable
 from percuss.model.system import System
 
 __all__ = ["BallSystem", "Bound", "Region", "Tone", "system_of"]
@@ -134,9 +136,11 @@ def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
     Raises
     ------
     ParameterError
-        If a stop has an irrational place, or a number may be zero or not.
+        If a stop has an irrational place or a table of restitutions, or a number may be zero or
+        not.
     """
     parameters_in(osc, force)  # one name has one value
+    refuse_record(force, "a proof")
     unit, push = System(osc, force).of_unit_mass
     numbers = _Numbers(
         {
@@ -146,6 +150,9 @@ def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
         }
     )
     for i, stop in enumerate(unit.stops):
+        if isinstance(stop, Wall) and isinstance(stop.restitution, RestitutionTable):
+            reason = "a table over the speed; a proof needs one restitution for all impacts"
+            raise ParameterError(f"oscillator.stops.{i}.restitution", stop.restitution, reason)
         names = ("at", "restitution") if isinstance(stop, Wall) else ("at", "stiffness", "damping")
         for name in names:
             numbers.add(f"oscillator.stops.{i}.{name}", getattr(stop, name))

@@ -20,7 +20,7 @@ from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form, moved_fields, replace_parameters
 from percuss.model.start import Start, start_of
-from percuss.model.system import law, stop_rows
+from percuss.model.system import law, region_rows, stop_rows
 from percuss.model.units import FORCE, in_units
 
 __all__ = [
@@ -288,8 +288,8 @@ def walls_of(laws: Floats) -> tuple[Floats, Floats]:
     laws
         (n, rows, columns) array of laws of one shape.
     """
-    n = int(laws[0, 0, at.N_HARMONICS])
-    lowest, highest = laws[:, at.FIRST_HARMONIC + n], laws[:, laws.shape[1] - 1 - n]
+    rows = region_rows(laws[0])
+    lowest, highest = laws[:, rows[0]], laws[:, rows[-1]]
     low = np.where(lowest[:, at.LOWER_KIND] == at.WALL, lowest[:, at.LOWER], -np.inf)
     high = np.where(highest[:, at.UPPER_KIND] == at.WALL, highest[:, at.UPPER], np.inf)
     return low, high

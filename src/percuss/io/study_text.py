@@ -14,8 +14,10 @@ import numpy as np
 
 from percuss.model.exact import Phase, PiTimes, plain
 from percuss.model.expression import Expression, expressions_in, parameters_in
+from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, Stop, Wall
+from percuss.model.restitution import Restitution, RestitutionTable
 from percuss.model.start import Start
 from percuss.model.units import Units
 
@@ -151,11 +153,17 @@ def _pi_text(value: PiTimes) -> str:
 def stop_table(stop: Stop) -> TomlTable:
     """Return a stop as a ``[[oscillator.stops]]`` table."""
     if isinstance(stop, Wall):
-        law: TomlTable = {"restitution": number(stop.restitution)}
+        law: TomlTable = {"restitution": _restitution(stop.restitution)}
     else:
         law = {"stiffness": number(stop.stiffness), "damping": number(stop.damping)}
     kind = "wall" if isinstance(stop, Wall) else "soft"
     return {"type": kind, "at": number(stop.at), "side": stop.side, **law}
+
+
+def _restitution(value: Restitution) -> object:
+    if not isinstance(value, RestitutionTable):
+        return number(value)
+    return {"speeds": list(map(number, value.speeds)), "values": list(map(number, value.values))}
 
 
 def oscillator_table(oscillator: Oscillator) -> TomlTable:
@@ -182,6 +190,8 @@ def forcing_table(forcing: Forcing) -> TomlTable:
     table: TomlTable = {"constant": number(forcing.constant)}
     if forcing.is_per_mass:
         table["per_mass"] = True
+    if forcing.record is not None:
+        table["record"] = record_table(forcing.record)
     if forcing.base is not None:
         terms = {part.n: part for part in forcing.harmonics if isinstance(part, FourierTerm)}
         row = [terms.get(n, FourierTerm(n)) for n in range(1, max(terms, default=0) + 1)]
@@ -202,6 +212,19 @@ def forcing_table(forcing: Forcing) -> TomlTable:
     ]
     period = None if forcing.given_period is None else number(forcing.given_period)
     return {**table, "period": period, "harmonics": harmonics or None}
+
+
+def record_table(record: ForceRecord) -> TomlTable:
+    """Return a record as a ``[forcing.record]`` table that holds its samples."""
+    return {
+        "kind": record.kind,
+        "repeat": record.repeat,
+        "outside": record.outside,
+        "amplitude": number(record.amplitude),
+        "omega": None if record.omega is None else number(record.omega),
+        "t": [number(value) for value in record.t],
+        "f": [number(value) for value in record.f],
+    }
 
 
 def model_tables(oscillator: Oscillator, forcing: Forcing | None, *others: object) -> TomlTable:

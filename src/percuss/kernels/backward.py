@@ -23,7 +23,6 @@ from percuss.kernels.law_columns import (
     FORCE_BOUND,
     LOWER,
     LOWER_KIND,
-    LOWER_RESTITUTION,
     N_HARMONICS,
     NUMBER,
     OMEGA,
@@ -31,10 +30,10 @@ from percuss.kernels.law_columns import (
     STIFFNESS,
     UPPER,
     UPPER_KIND,
-    UPPER_RESTITUTION,
     WALL,
     Law,
 )
+from percuss.kernels.restitution import speed_before
 
 # Columns of the state: instant, displacement from PLACE, velocity, PLACE, the events met, and
 # the size of the flight so far.
@@ -307,10 +306,11 @@ def cross_back(law: Law, state: Floats, region: int, side: float) -> tuple[int, 
     state[Y] = 0.0
     state[SIZE] = 0.0
     if kind == WALL:
-        restitution = law[region, LOWER_RESTITUTION if side < 0.0 else UPPER_RESTITUTION]
-        if restitution == 0.0:
+        bound = int(law[region, NUMBER]) + (1 if side > 0.0 else 0)
+        speed = speed_before(law, region, bound, abs(state[V]))
+        if speed == math.inf:
             return region, NO_RESTITUTION
-        state[V] = -state[V] / restitution
+        state[V] = -math.copysign(speed, state[V])
         return region, -1
     rows = 1 + int(law[0, N_HARMONICS])
     return region + (rows if side > 0.0 else -rows), -1

@@ -19,7 +19,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.kernels.compile import formula, kernel
-from percuss.kernels.flight import Flight, constant_force, restitution_at, set_phases
+from percuss.kernels.flight import Flight, constant_force, set_phases
 from percuss.kernels.law_columns import (
     HARMONIC,
     LOWER,
@@ -103,6 +103,7 @@ from percuss.kernels.record import (
     V,
     X,
 )
+from percuss.kernels.restitution import kept_of_area
 from percuss.kernels.tangent import event_saltation
 
 # Rows of the buffer of events, and of the one for grazes, which are only counted.
@@ -262,6 +263,11 @@ def next_stretch(member: Member, options: Options) -> int:
     status = stay(run, plan[UNTIL]) if in_contact else fly(run, plan[UNTIL])
     if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
         observe_stretches(member, options, past, x, in_contact, counters[N_EVENTS])
+    elif options.with_loads and in_contact and run.state[T] >= plan[SINCE]:
+        # A knot of a record in contact is no event: what came before it is observed here.
+        knot = (run.state[T], run.state[T_LOW])
+        if knot != (past.start[0], past.start[1]):
+            observe_loads(member, past, x, in_contact, int(ONE) - 1, (knot, True))
     if status == REACHED_END and not (abs(values[END_X]) < HUGE and abs(values[END_V]) < HUGE):
         return OVERFLOW
     if counters[N_IMPACTS] >= options.max_impacts and status == MOVING:
@@ -287,7 +293,8 @@ def observe_stretches(
         if until >= plan[SINCE]:
             observe_stretch(member, options, past, x, in_contact, (until, count == 0))
             if options.with_loads:
-                observe_loads(member, past, x, in_contact, row, (until, count == 0))
+                low = events[row, EVENT_T_LOW] if count > 0 else 0.0
+                observe_loads(member, past, x, in_contact, row, ((until, low), count == 0))
         if count == 0:
             set_phases(law, start[0], start[1], phases)
             end_at(past, x, in_contact, until, member.values)
@@ -338,7 +345,8 @@ def carry_neighbour(member: Member, flight: Flight, row: int) -> None:
     jump = event_saltation(law, event, (t, t_low), events[row, V_BEFORE], phases)
     restitution = 1.0
     if kind == IMPACT:
-        restitution = restitution_at(law, region, int(marks[row, BOUND]))
+        speed = abs(events[row, V_BEFORE])
+        restitution = kept_of_area(law, region, int(marks[row, BOUND]), speed)
     if kind == CONTACT:
         restitution = 0.0
     s = (t - start[0]) + (t_low - start[1])

@@ -28,8 +28,13 @@ from percuss.kernels.law_columns import (
     DAMPING,
     FIRST_HARMONIC,
     FORCE_BOUND,
+    KNOT_FORCE,
+    KNOT_SLOPE,
     LOWER,
     N_HARMONICS,
+    N_KNOTS,
+    NUMBER,
+    OUTSIDE_FORCE,
     PERIOD,
     QUICKEST,
     SINE,
@@ -38,6 +43,8 @@ from percuss.kernels.law_columns import (
     UPPER,
     Law,
 )
+from percuss.kernels.pieces import is_record, knot_entry, knot_time, piece_at
+from percuss.kernels.restitution import slow_restitution
 
 # 2 pi less its double.
 FINE_TWO_PI = (2.0 * math.pi, 2.449293598294706414e-16)
@@ -108,6 +115,9 @@ def fine_force(law: Law, force: float, instant: Pair, order: int) -> float:
     total = (force if order == 0 else 0.0, 0.0)
     for j in range(int(law[0, N_HARMONICS])):
         harmonic = FIRST_HARMONIC + j
+        if is_record(law, j):
+            total = plus(total, fine_record(law, instant, order))
+            continue
         cosine, sine = fine_cos_sin(
             law[harmonic, TURNS], law[harmonic, TURNS_LOW], instant[0], instant[1]
         )
@@ -125,6 +135,20 @@ def fine_force(law: Law, force: float, instant: Pair, order: int) -> float:
             part = times(part, omega)
         total = plus(total, part)
     return total[0] + total[1]
+
+
+@kernel
+def fine_record(law: Law, instant: Pair, order: int) -> Pair:
+    """Return the derivative of that order of the record's force as a pair."""
+    k, turn = piece_at(law, instant[0], instant[1])
+    if order > 1 or k < 0:
+        return (law[0, OUTSIDE_FORCE] if order == 0 else 0.0), 0.0
+    slope = knot_entry(law, k, KNOT_SLOPE)
+    if order == 1:
+        return slope, 0.0
+    begin = knot_time(law, k, turn)
+    since = plus(instant, (-begin[0], -begin[1]))
+    return plus((knot_entry(law, k, KNOT_FORCE), 0.0), times((slope, 0.0), since))
 
 
 @kernel
@@ -191,7 +215,6 @@ def chatter_time(
     law: Law,
     region: int,
     side: float,
-    restitution: float,
     speed: float,
     fastest: float,
     force: float,
@@ -204,10 +227,12 @@ def chatter_time(
 
         T = tau (1 + e tau / 3),   tau = 2 q / (1 - r).
 
-    It holds if over 2 tau the force keeps its sign, which its derivatives' bounds prove, and the
+    A restitution r + r' u of slow impacts makes it longer by tau r' u / (1 - r^2). It holds if over 2 tau the force keeps its sign, which its derivatives' bounds prove, and the
     first hop meets nothing else (docs/theory/chatter.md). ``side`` is -1 at a wall below and +1
     at one above.
     """
+    bound = int(law[region, NUMBER]) + (1 if side > 0.0 else 0)
+    restitution, bend = slow_restitution(law, region, bound, speed)
     if restitution >= 1.0 or speed > SLOW * fastest:
         return -1.0, 0.0
     harmonic, slope, _ = force_and_slopes(law, phases)
@@ -219,13 +244,15 @@ def chatter_time(
     pace = max(abs(change), math.sqrt(law[0, FORCE_BOUND + 2] / pressing))
     pace = max(pace, law[region, QUICKEST])
     gap = law[region, UPPER] - law[region, LOWER]
-    if tau * pace > CHATTER_LIMIT or speed * speed > pressing * gap:
+    spread = abs(bend) * speed / (1.0 - restitution)
+    if tau * pace + spread > CHATTER_LIMIT or speed * speed > pressing * gap:
         return -1.0, 0.0
     tilt = -(change + law[region, DAMPING])
-    error = tau * (tau * pace) ** 2 + 4.0 * ULP * tau
+    error = tau * (tau * pace + 2.0 * spread) ** 2 + 4.0 * ULP * tau
     # The force is a difference of terms that may be far larger.
     error += FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND]) / pressing * tau
-    return tau * (1.0 + tilt * tau / 3.0), error
+    longer = bend * speed / (1.0 - restitution * restitution)
+    return tau * (1.0 + (tilt * tau / 3.0 + longer)), error
 
 
 @kernel
@@ -268,17 +295,26 @@ def release_time(
         slope = -sign * slope
         # Where the force falls by more than the tolerance in one ulp of s, that ulp decides.
         doubt = tolerance + abs(slope) * ULP * s
+        if pressing > doubt and bend == 0.0:
+            # Under a record alone the force is linear up to the next knot.
+            s = s - pressing / slope if slope < 0.0 else longest + max(longest, 1.0)
+            if s > longest:
+                break
+            return True, s, 0.0
         if pressing > doubt:
             # Divided first: the squares of small forces would underflow.
             back = slope / bend
             s += back + math.sqrt(back * back + 2.0 * (pressing / bend))
             continue
         # The slope keeps its sign to the zero and as far beyond as doubles leave it open.
-        back = slope / bend
-        if slope < -steep and back * back > SIMPLE_ZERO * ((abs(pressing) + tolerance) / bend):
+        back = slope / bend if bend > 0.0 else math.inf
+        room = (abs(pressing) + tolerance) / bend if bend > 0.0 else 0.0
+        if slope < -steep and back * back > SIMPLE_ZERO * room:
             return True, max(begin, s - pressing / slope), 0.0
         # Some time later in any case: as far as doubles would not see a force that touches zero.
-        least = s + math.sqrt(8.0 * (tolerance / bend))
+        least = s
+        if bend > 0.0 or law[0, N_KNOTS] == 0.0:
+            least = s + math.sqrt(8.0 * (tolerance / bend))
         released, s, free = fine_release(law, sign, force, instant, s, longest, doubt)
         if released or s > longest:
             return released, s, free

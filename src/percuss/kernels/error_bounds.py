@@ -16,7 +16,7 @@ from typing import TypeAlias
 from percuss.arrays import Floats, Integers
 from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, exponential
 from percuss.kernels.compile import kernel
-from percuss.kernels.contact import FORCE_ROUNDING
+from percuss.kernels.contact import CHATTER_LIMIT, FORCE_ROUNDING
 from percuss.kernels.flight import (
     ROUNDING,
     Flight,
@@ -27,7 +27,6 @@ from percuss.kernels.flight import (
     growth_of_rounding,
     move,
     place,
-    restitution_at,
     set_phases,
     sizes,
 )
@@ -52,6 +51,7 @@ from percuss.kernels.record import (
     EVENT_T_LOW,
     IMPACT,
     KIND,
+    KNOT,
     NEXT_REGION,
     RELEASE,
     SLOW_LANDING,
@@ -62,6 +62,13 @@ from percuss.kernels.record import (
     flight_after,
     place_of_event,
     time_since_event,
+)
+from percuss.kernels.restitution import (
+    TABLE_ROUNDING,
+    bend_of_impact,
+    kept_of_error,
+    restitution_at,
+    table_of,
 )
 from percuss.kernels.tangent import delayed_start, propagator
 
@@ -126,6 +133,9 @@ def contact_errors(
         elif kind == SLOW_LANDING:
             # The window of the landing holds the rounding of its own flight, and of none before.
             known = known and errors[1][0] == 0 and place == 0.0
+        elif kind == KNOT:
+            # Errors are compared at equal times since an event, and a knot has its own instant.
+            known = False
         elif known:
             known = carry_along_flight(record, row, (place, doubt), phases, arrival, errors)
             place = 0.0
@@ -292,10 +302,14 @@ def carry_along_flight(
     if not carry_over_event(law, region, v, second, shift, errors):
         return False
     if marks[row, KIND] == IMPACT:
-        restitution = restitution_at(law, region, int(marks[row, BOUND]))
+        at = int(marks[row, BOUND])
+        restitution = restitution_at(law, region, at, abs(v))
+        kept = kept_of_error(law, region, at, abs(v))
+        bent = bend_of_impact(law, region, at, abs(v), total(errors, 1))
+        rounding = 2.0 * ULP if table_of(law, region, at) == 0 else TABLE_ROUNDING
         for i in range(count[0]):
-            rows[1, i] *= -restitution
-        add(errors, 0.0, 2.0 * ULP * restitution * abs(v))
+            rows[1, i] *= -kept
+        add(errors, 0.0, rounding * restitution * abs(v) + bent)
     return True
 
 
@@ -532,4 +546,7 @@ def error_of_contact(
         size += abs(rows[0, i] + whole * gain)
     off = fast + pace * time_error
     size += whole * (4.0 * off * off + 10.0 * whole * pace * off)
+    if table_of(law, region, int(marks[before, BOUND])) > 0:
+        # The time left is in proportion to the speed but for the change of the restitution.
+        size += 2.0 * CHATTER_LIMIT * whole * off
     return size + events[row, V_BEFORE] + low

@@ -41,6 +41,7 @@ from percuss.kernels.law_columns import (
     STIFFNESS,
     Law,
 )
+from percuss.kernels.pieces import is_record
 
 # The last correction is made with the series alone when it is this small a phase.
 SMALL_PHASE = 3e-4
@@ -162,6 +163,9 @@ def turn_by(law: Law, phases: Floats, step: float) -> None:
     """Advance ``phases`` by a step of a small phase."""
     for j in range(phases.shape[0]):
         angle = law[FIRST_HARMONIC + j, OMEGA] * step
+        if is_record(law, j):
+            phases[j, 0] += phases[j, 1] * step
+            continue
         square = angle * angle
         less = square * (0.5 - square / 24.0)
         sine_of_angle = angle * (1.0 - square * (1.0 - square / 20.0) / 6.0)

@@ -4,12 +4,14 @@ A flight is given by its region, its start (an instant, a velocity, the constant
 the displacement y from where it starts. Measured from the start, a hop far below one ulp of x is
 resolved. In every linear regime
 
-    y(s) = v S(s) + g D(s) + sum_j Re[ (force phasor)_j Q_j(s) ],
+    y(s) = v S(s) + g D(s) + sum_j Re[ (force phasor)_j Q_j(s) ] + h E(s),
 
 where with the characteristic roots r1, r2 and divided differences of the exponential
 
-    S = s exp[r1 s, r2 s],   D = s^2 exp[r1 s, r2 s, 0],   Q = s^2 exp[r1 s, r2 s, i w s].
+    S = s exp[r1 s, r2 s],   D = s^2 exp[r1 s, r2 s, 0],   Q = s^2 exp[r1 s, r2 s, i w s],
+    E = s^3 exp[r1 s, r2 s, 0, 0],
 
+with the slope h of the record in the law, whose force at the start is a part of g (`pieces`).
 These are entire functions of all their arguments: critical damping, k = 0 and resonance are
 special cases of their evaluation only. Each function below takes the form that loses no digits
 where it is used (docs/theory/flight.md).
@@ -47,7 +49,6 @@ from percuss.kernels.law_columns import (
     HALF_TURNS_LOW,
     LOWER,
     LOWER_FORCE,
-    LOWER_RESTITUTION,
     NEAR,
     NUMBER,
     OMEGA,
@@ -65,9 +66,9 @@ from percuss.kernels.law_columns import (
     TWICE_PER_RATE,
     UPPER,
     UPPER_FORCE,
-    UPPER_RESTITUTION,
     Law,
 )
+from percuss.kernels.pieces import is_record, next_knot, record_at, time_to_knot
 
 # Below this phase the power series is used: there the closed forms lose digits to cancellation,
 # and above it the series needs more than its terms.
@@ -75,6 +76,11 @@ SERIES_LIMIT = 0.5
 # With abs(rate * s) <= 1/2 the terms from here on are below 0.5**18 / 18! of the sum.
 MOST_TERMS = 20.0
 NEGLIGIBLE = 1e-18
+# The response to a slope cancels more in its closed forms, and its series less.
+SLOPE_SERIES_LIMIT = 3.0
+MOST_SLOPE_TERMS = 60.0
+# Its rounding, relative to it, in terms of that of the other responses.
+SLOPE_TERMS = 4.0
 # The start of a flight: (t, t_low, velocity, constant force).
 FlightStart: TypeAlias = tuple[float, float, float, float]
 # Relative error allowed for each term of a flight: the sum of the roundings in S, D, Q_j and in
@@ -165,6 +171,58 @@ def force_series(damping: float, stiffness: float, s: float) -> float:
     total = term
     n = 3.0
     while n < MOST_TERMS and abs(term) + abs(before) > NEGLIGIBLE * abs(total):
+        following = -(drag * term + spring * before / (n - 1.0)) / n
+        before = term
+        term = following
+        total += term
+        n += 1.0
+    return total
+
+
+@kernel
+def slope_response(law: Law, region: int, s: float, impulse: float, rise: float) -> float:
+    """Return E(s), the response to a force of slope 1: the integral of D.
+
+    ``impulse`` and ``rise`` are S(s) and D(s).
+    """
+    damping = law[region, DAMPING]
+    stiffness = law[region, STIFFNESS]
+    if law[region, QUICKEST] * s < SLOPE_SERIES_LIMIT:
+        return slope_series(damping, stiffness, s)
+    slow = law[region, SLOW_ROOT]
+    fast = law[region, FAST_ROOT]
+    if law[region, OVERDAMPED] == 1.0 and abs(slow) < -0.5 * fast:
+        return (twice_integrated(slow, s) - twice_integrated(fast, s)) / (2.0 * law[region, RATE])
+    # S + 2 a D + K E = s, the equation of D integrated.
+    return (s - impulse - 2.0 * damping * rise) * law[region, PER_STIFFNESS]
+
+
+@kernel
+def twice_integrated(root: float, s: float) -> float:
+    """Return (exp(r s) - 1 - r s) / r^2: exp(r s) integrated twice from 0."""
+    exponent = root * s
+    if abs(exponent) >= SERIES_LIMIT:
+        return (exponential_less_one(exponent) - exponent) / (root * root)
+    term = 0.5 * s * s
+    total = term
+    n = 3.0
+    while n < MOST_TERMS and abs(term) > NEGLIGIBLE * total:
+        term *= exponent / n
+        total += term
+        n += 1.0
+    return total
+
+
+@kernel
+def slope_series(damping: float, stiffness: float, s: float) -> float:
+    """Return E(s) by its power series."""
+    drag = 2.0 * damping * s
+    spring = stiffness * s * s
+    before = 0.0
+    term = s * s * s / 6.0
+    total = term
+    n = 4.0
+    while n < MOST_SLOPE_TERMS and abs(term) + abs(before) > NEGLIGIBLE * abs(total):
         following = -(drag * term + spring * before / (n - 1.0)) / n
         before = term
         term = following
@@ -292,13 +350,6 @@ def place(law: Law, region: int, bound: int) -> float:
 
 
 @kernel
-def restitution_at(law: Law, region: int, bound: int) -> float:
-    """Return the restitution of a wall of a region."""
-    lower = bound == int(law[region, NUMBER])
-    return law[region, LOWER_RESTITUTION if lower else UPPER_RESTITUTION]
-
-
-@kernel
 def constant_force(law: Law, region: int, x: float) -> float:
     """Return G - K x: the constant force at x, without cancellation at the region's bounds."""
     if x == law[region, LOWER]:
@@ -310,9 +361,12 @@ def constant_force(law: Law, region: int, x: float) -> float:
 
 @kernel
 def set_phases(law: Law, t: float, t_low: float, phases: Floats) -> None:
-    """Write cos and sin of w_j (t + t_low) into the rows of ``phases``."""
+    """Write cos and sin of w_j (t + t_low), or force and slope of a record, into ``phases``."""
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
+        if is_record(law, j):
+            phases[j, 0], phases[j, 1] = record_at(law, t, t_low)
+            continue
         cosine, sine = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], t, t_low)
         phases[j, 0] = cosine
         phases[j, 1] = sine
@@ -323,6 +377,8 @@ def force_derivative(law: Law, phases: Floats, order: int) -> float:
     """Return the derivative of that order of the harmonic force, at the instant of ``phases``."""
     total = 0.0
     for j in range(phases.shape[0]):
+        if order > 1 and is_record(law, j):
+            continue
         harmonic = FIRST_HARMONIC + j
         part = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]
         quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
@@ -348,7 +404,8 @@ def force_and_slopes(law: Law, phases: Floats) -> tuple[float, float, float]:
         omega = law[harmonic, OMEGA]
         force += part
         slope += omega * quadrature
-        bend -= omega * omega * part
+        if omega > 0.0:
+            bend -= omega * omega * part
     return force, slope, bend
 
 
@@ -365,6 +422,12 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
         harmonic = FIRST_HARMONIC + j
         cos0 = phases[j, 0]
         sin0 = phases[j, 1]
+        if is_record(law, j):
+            arrival[j, 0] = cos0 + sin0 * s
+            arrival[j, 1] = sin0
+            y += cos0 * rise + sin0 * slope_response(law, region, s, impulse, rise)
+            v += cos0 * impulse + sin0 * rise
+            continue
         turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
         arrival[j, 0] = cos0 * turn[0] - sin0 * turn[1]
         arrival[j, 1] = sin0 * turn[0] + cos0 * turn[1]
@@ -376,6 +439,29 @@ def move(flight: Flight, s: float) -> tuple[float, float]:
         omega = law[harmonic, OMEGA]
         v += in_phase * (impulse - omega * to_sin) + quadrature * omega * to_cos
     return v0 * impulse + y, v0 * even + v
+
+
+@kernel
+def move_over_knots(flight: Flight, s: float) -> tuple[float, float]:
+    """Return (y, v) as `move` does, a time s after the start, over any knots of a record."""
+    law, region, start, _, arrival = flight
+    t, t_low, v, force = start
+    y = 0.0
+    left = s
+    piece = flight
+    to_knot = time_to_knot(law, t, t_low)
+    while to_knot < left:
+        moved, v = move(piece, to_knot)
+        y += moved
+        t, t_low = next_knot(law, t, t_low)
+        left = s - ((t - start[0]) + (t_low - start[1]))
+        set_phases(law, t, t_low, arrival)
+        # Phases may be read and written in one array: each is read before it is written.
+        pull = force - law[region, STIFFNESS] * y
+        piece = Flight(law, region, (t, t_low, v, pull), arrival, arrival)
+        to_knot = time_to_knot(law, t, t_low)
+    moved, v = move(piece, left)
+    return y + moved, v
 
 
 @kernel
@@ -416,6 +502,12 @@ def sizes(flight: Flight, s: float) -> tuple[float, float]:
     for j in range(n):
         response = region + 1 + j
         omega = law[FIRST_HARMONIC + j, OMEGA]
+        if omega < 0.0:
+            push = law[FIRST_HARMONIC + j, AMPLITUDE]
+            slope = SLOPE_TERMS * abs(phases[j, 1])
+            size += push * abs(rise) + slope * slope_response(law, region, s, impulse, rise)
+            speed += push * abs(impulse) + slope * abs(rise)
+            continue
         # No response to a bounded force exceeds the one to its bound while S >= 0, and that is
         # less than twice as large where negative damping makes it grow.
         limit = s * s if law[region, DAMPING] < 0.0 else 0.5 * s * s
@@ -463,6 +555,8 @@ def four_derivatives(
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         omega = law[harmonic, OMEGA]
+        if omega < 0.0:
+            continue
         quadrature = law[harmonic, SINE] * phases[j, 0] - law[harmonic, COSINE] * phases[j, 1]
         twist -= omega * omega * omega * quadrature
     drag = 2.0 * law[region, DAMPING]

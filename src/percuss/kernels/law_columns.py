@@ -12,6 +12,10 @@ of stops and harmonics (docs/decisions/003-one-array-for-the-law.md). Row 0 hold
 all; then comes one row for each harmonic; then, for each region upwards, a row of its own followed
 by one row for each harmonic with the response of the region to it. A region is given by the number
 of its row; the row of its response to harmonic j is ``region + 1 + j``.
+
+A record, a force that is linear between knots, takes the last of the harmonics' rows. Behind the
+regions come the knots of tables of restitution (`restitution`), and last those of the record
+(`pieces`).
 """
 
 from __future__ import annotations
@@ -30,7 +34,10 @@ FORCE_BOUND = 5
 N_FORCE_BOUNDS = 14
 # The mass: all else is per unit mass, and forces, impulses and energies are that times the mass.
 MASS = 19
-FORCING_CONSTANT = 20
+# The number of knots of the record, the row of the first; the force before it; and the time after
+# which it begins again, as the sum of two, 0 where it does not.
+N_KNOTS, FIRST_KNOT, OUTSIDE_FORCE, REPEAT, REPEAT_LOW = 20, 21, 22, 23, 24
+FORCING_CONSTANT = 25
 
 # Columns of a harmonic's row, the rows from FIRST_HARMONIC on.
 FIRST_HARMONIC = 1
@@ -67,11 +74,26 @@ GAIN_RE, GAIN_IM = 0, 1  # 1 / (K - w**2 + 2 i a w), of the steady motion; 0 whe
 NEAR = 2  # 1 where i w lies so near to a characteristic root that the steady motion is useless
 GAP_RE, GAP_IM = 3, 4  # i w minus that root
 X_OF_COS, X_OF_SIN, V_OF_COS, V_OF_SIN = 5, 6, 7, 8  # (x, v) after a step, from the force's
-STEP_COS, STEP_SIN = 9, 10  # two parts at its start; and the turn of its phase
+# two parts at its start; and the turn of its phase, both sines of which a record has apart
+STEP_COS, STEP_SIN, STEP_SIN_OF_COS = 9, 10, 11
 
-COLUMNS = 36
+# Where a wall's restitution is a table, the row of its first knot; else 0.
+LOWER_TABLE, UPPER_TABLE = 36, 37
 
-# Columns of the table of stops, which is no part of the law, per unit mass: its edge, stiffness and dashpot 2 a; the first and the last
-# region in which it acts, none for a wall; the number of a wall's bound, -1 for a soft stop.
+COLUMNS = 38
+
+# Columns of a knot of a table of restitution over the speed.
+KNOT_SPEED, KNOT_RESTITUTION = 0, 1
+KNOTS_LEFT = 2  # how many of the table follow
+
+# Entries of a knot of a record: its instant as the sum of two; the force and its slope from there.
+KNOT_T, KNOT_T_LOW, KNOT_FORCE, KNOT_SLOPE = 0, 1, 2, 3
+KNOT_ENTRIES, KNOTS_A_ROW = 4, 8
+# What stands for the frequency in the row of a record.
+RECORD_OMEGA = -1.0
+
+# Columns of the table of stops, which is no part of the law, per unit mass: its edge, stiffness and
+# dashpot 2 a; the first and the last region in which it acts, none for a wall; the number of a
+# wall's bound, -1 for a soft stop.
 STOP_AT, STOP_STIFFNESS, STOP_DRAG, STOP_FIRST, STOP_LAST, STOP_BOUND = range(6)
 STOP_COLUMNS = 6

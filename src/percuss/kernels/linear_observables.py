@@ -29,19 +29,25 @@ from percuss.kernels.flight import (
     four_derivatives,
     move,
     place,
-    restitution_at,
     set_phases,
 )
 from percuss.kernels.law_columns import (
     AMPLITUDE,
     COSINE,
     FIRST_HARMONIC,
+    FIRST_KNOT,
     FORCE_BOUND,
+    KNOT_ENTRIES,
+    KNOT_FORCE,
+    KNOT_SLOPE,
+    KNOTS_A_ROW,
     LOWER,
     N_FORCE_BOUNDS,
     N_HARMONICS,
+    N_KNOTS,
     NUMBER,
     OMEGA,
+    OUTSIDE_FORCE,
     SINE,
     STIFFNESS,
     STOP_BOUND,
@@ -51,6 +57,7 @@ from percuss.kernels.law_columns import (
     Law,
 )
 from percuss.kernels.next_event import first_passage
+from percuss.kernels.pieces import is_record, next_knot, time_to_knot
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -59,6 +66,7 @@ from percuss.kernels.record import (
     EVENT_T_LOW,
     IMPACT,
     KIND,
+    KNOT,
     NEXT_REGION,
     SLOW_LANDING,
     V_AFTER,
@@ -68,6 +76,7 @@ from percuss.kernels.record import (
     place_of_event,
     time_since_event,
 )
+from percuss.kernels.restitution import restitution_at
 from percuss.kernels.sample import tail_hop
 
 # The weights of x - reference, x', x'' and x'''.
@@ -142,6 +151,9 @@ def derive_law(law: Law, weights: Weights, derived: Law) -> None:
     for j in range(int(law[0, N_HARMONICS])):
         row = FIRST_HARMONIC + j
         omega = law[row, OMEGA]
+        if is_record(law, j):
+            derive_record(law, a, b, derived)
+            continue
         # A derivative turns (cosine, sine) to (omega sine, -omega cosine).
         even = a - c * omega * omega
         odd = (b - d * omega * omega) * omega
@@ -154,6 +166,25 @@ def derive_law(law: Law, weights: Weights, derived: Law) -> None:
         for order in range(N_FORCE_BOUNDS):
             derived[0, FORCE_BOUND + order] += size
             size *= omega
+
+
+@kernel
+def derive_record(law: Law, a: float, b: float, derived: Law) -> None:
+    """Write a times the record plus b times its slope into ``derived``."""
+    steepest = 0.0
+    derived[0, OUTSIDE_FORCE] = a * law[0, OUTSIDE_FORCE]
+    for k in range(int(law[0, N_KNOTS])):
+        row = int(law[0, FIRST_KNOT]) + k // KNOTS_A_ROW
+        first = KNOT_ENTRIES * (k % KNOTS_A_ROW)
+        slope = law[row, first + KNOT_SLOPE]
+        derived[row, first + KNOT_FORCE] = a * law[row, first + KNOT_FORCE] + b * slope
+        derived[row, first + KNOT_SLOPE] = a * slope
+        steepest = max(steepest, abs(slope))
+    row = FIRST_HARMONIC + int(law[0, N_HARMONICS]) - 1
+    size = abs(a) * law[row, AMPLITUDE] + abs(b) * steepest
+    derived[row, AMPLITUDE] = size
+    derived[0, FORCE_BOUND] += size
+    derived[0, FORCE_BOUND + 1] += abs(a) * steepest
 
 
 @formula
@@ -208,6 +239,10 @@ def next_zero(
     force = a * (start[3] - law[region, STIFFNESS] * y) - law[region, STIFFNESS] * rest
     t, t_low = later(start[0], start[1] + left[1], left[0])
     copy_phases(arrival, scratch.begin)
+    for j in range(scratch.begin.shape[0]):
+        if is_record(law, j):
+            scratch.begin[j, 0] = a * arrival[j, 0] + b * arrival[j, 1]
+            scratch.begin[j, 1] = a * arrival[j, 1]
     search = Flight(derived, region, (t, t_low, slope, force), scratch.begin, scratch.end)
     longest = right - left[0]
     sign = 1.0 if value > 0.0 else -1.0
@@ -393,9 +428,8 @@ def extremes_in_contact(
     The wall of the observable bears all other forces; its extremes are the zeros of the force's
     derivative, which are found as a release is. After a period they repeat themselves.
     """
-    law, region, start, _, arrival = flight
+    law, region, start, phases, arrival = flight
     a = observable.weights[0]
-    derived = observable.derived
     s, until = span
     if bound != observable.bound:
         acts = acts_in(observable, int(law[region, NUMBER]))
@@ -403,6 +437,42 @@ def extremes_in_contact(
         note_value(best, held, later(start[0], start[1], s)[0])
         return
     force = constant_force(law, region, x)
+    begin = (start[0], start[1])
+    now = later(start[0], start[1], s)
+    to_knot = time_to_knot(law, now[0], now[1])
+    # A contact may end at a knot: what the force is after it is not the wall's to bear.
+    rounding = 4.0 * ULP * until
+    while s + to_knot <= until + rounding:
+        end = s + to_knot
+        extremes_of_wall(flight, force, observable.derived, begin, (s, end), best)
+        # At a knot the force of the wall may jump: its limit from before.
+        instant = later(begin[0], begin[1], s)
+        knot = next_knot(law, instant[0], instant[1])
+        set_phases(law, instant[0], instant[1], phases)
+        set_phases(law, knot[0], knot[1], arrival)
+        for j in range(arrival.shape[0]):
+            if is_record(law, j):
+                arrival[j, 0] = phases[j, 0] + phases[j, 1] * to_knot
+        note_value(best, -(force + force_and_slopes(law, arrival)[0]), knot[0])
+        until -= (knot[0] - begin[0]) + (knot[1] - begin[1])
+        begin = knot
+        s = 0.0
+        to_knot = time_to_knot(law, knot[0], knot[1])
+        if not until > rounding:
+            return
+    extremes_of_wall(flight, force, observable.derived, begin, (s, until), best)
+
+
+@kernel
+def extremes_of_wall(
+    flight: Flight, force: float, derived: Law, start: Pair, span: Pair, best: Floats
+) -> None:
+    """Note what a wall bears of a constant force and the drive, within one piece of a record.
+
+    ``span`` is counted from the instant ``start``.
+    """
+    law, arrival = flight.law, flight.arrival
+    s, until = span
     while True:
         instant = later(start[0], start[1], s)
         set_phases(law, instant[0], instant[1], arrival)
@@ -506,8 +576,9 @@ def extremes_in_stretch(
         return until, 0.0
     is_last = row + 1 >= record.events.shape[0]
     if marks[row, KIND] == IMPACT and not is_last and marks[row + 1, KIND] == CONTACT:
-        restitution = restitution_at(record.law, region, int(marks[row, BOUND]))
         events = record.events
+        bound, after = int(marks[row, BOUND]), abs(events[row, V_AFTER])
+        restitution = restitution_at(record.law, region, bound, after)
         end = (events[row + 1, EVENT_T], events[row + 1, EVENT_T_LOW])
         tail = (restitution, time_since_event(events, row + 1), end)
         note_tail(flight, x, tail, observable, best)
@@ -523,6 +594,14 @@ def extremes_in_stretch(
     if reached[0] >= until:
         note_limit(flight, x, observable, until, met, best)
     return reached
+
+
+@kernel
+def heading_side(clearance: float, v: float) -> float:
+    """Return the side of a level on which a motion is, or goes to from the level itself."""
+    if clearance == 0.0:
+        return 1.0 if v > 0.0 else -1.0
+    return 1.0 if clearance > 0.0 else -1.0
 
 
 @kernel
@@ -562,6 +641,16 @@ def crossings_of_level(
                 count += 1
             progress[SIDE] = side
         elif marks[row, KIND] != CONTACT and until > 0.0:
+            if marks[row, KIND] == KNOT and progress[SINCE] == 0.0:
+                # A passage that rounding puts between the two flights that a knot parts.
+                side = heading_side(x - level, events[row, V_AFTER])
+                if progress[SIDE] * side < 0.0:
+                    if count == found.shape[0]:
+                        return count
+                    found[count, CROSSING_T] = events[row, EVENT_T]
+                    found[count, CROSSING_V] = events[row, V_AFTER]
+                    count += 1
+                    progress[SIDE] = side
             flight = flight_after(record, row, scratch.phases, scratch.arrival)
             s = (progress[SINCE], progress[SINCE_LOW])
             while s[0] < until:

@@ -11,7 +11,7 @@ from percuss.kernels.arithmetic import Pair, later
 from percuss.kernels.compile import formula, kernel
 from percuss.kernels.contact import FORCE_ROUNDING, chatter_time, push, release_time
 from percuss.kernels.event_location import GRAZE, NONE, is_fast, rest_at_landing
-from percuss.kernels.flight import Flight, constant_force, force_and_slopes, set_phases
+from percuss.kernels.flight import Flight, constant_force, force_and_slopes, move, set_phases
 from percuss.kernels.harmonic_flight import harmonic_flights
 from percuss.kernels.law_columns import (
     EDGE,
@@ -22,16 +22,15 @@ from percuss.kernels.law_columns import (
     LOWER_ENTRY,
     LOWER_FORCE,
     LOWER_KIND,
-    LOWER_RESTITUTION,
     NUMBER,
     UPPER,
     UPPER_ENTRY,
     UPPER_FORCE,
     UPPER_KIND,
-    UPPER_RESTITUTION,
     WALL,
 )
 from percuss.kernels.next_event import PAUSE, NextEvent, next_event
+from percuss.kernels.pieces import next_knot, time_to_knot
 from percuss.kernels.record import (
     AT_REST,
     BOUND,
@@ -53,6 +52,7 @@ from percuss.kernels.record import (
     HUGE,
     IMPACT,
     KIND,
+    KNOT,
     MOVING,
     N_EVENTS,
     N_GRAZES,
@@ -76,6 +76,7 @@ from percuss.kernels.record import (
     V,
     X,
 )
+from percuss.kernels.restitution import restitution_at
 
 # Harmonic impacts between two checks of the patience.
 PLAIN_AT_ONCE = 10_000
@@ -191,8 +192,32 @@ def fly(run: Run, t_end: float) -> int:
     state = run.state
     free = (state[FREE_BELOW], state[FREE_ABOVE])
     longest = (t_end - state[T]) - state[T_LOW]
-    event = next_event(flight_of(run, run.phases), state[X], run.walker, free, longest)
+    to_knot = time_to_knot(run.law, state[T], state[T_LOW])
+    until = min(longest, to_knot)
+    event = next_event(flight_of(run, run.phases), state[X], run.walker, free, until)
+    if to_knot < longest and (event[0] == NONE or event[1] >= to_knot):
+        return pass_knot(run, to_knot)
     return arrive(run, event, longest)
+
+
+@kernel
+def pass_knot(run: Run, s: float) -> int:
+    """Begin a flight under the next piece of the record, a time s later."""
+    law, state = run.law, run.state
+    region = run.counters[REGION]
+    y, v = move(flight_of(run, run.phases), s)
+    if not abs(v) < HUGE:
+        return OVERFLOW
+    # Between two events nothing lies beyond a bound but by rounding.
+    state[X] = min(max(state[X] + y, law[region, LOWER]), law[region, UPPER])
+    state[V] = v
+    state[T], state[T_LOW] = next_knot(law, state[T], state[T_LOW])
+    state[FORCE] = constant_force(law, region, state[X])
+    state[FREE_BELOW] = 0.0
+    state[FREE_ABOVE] = 0.0
+    set_phases(law, state[T], state[T_LOW], run.phases)
+    note(run, KNOT, -1, state[X], v)
+    return MOVING
 
 
 @kernel
@@ -268,12 +293,10 @@ def strike(run: Run, side: float, v: float) -> None:
         bound += 1
         state[X] = law[region, UPPER]
         state[FORCE] = law[region, UPPER_FORCE]
-        restitution = law[region, UPPER_RESTITUTION]
     else:
         state[X] = law[region, LOWER]
         state[FORCE] = law[region, LOWER_FORCE]
-        restitution = law[region, LOWER_RESTITUTION]
-    speed = restitution * abs(v)
+    speed = restitution_at(law, region, bound, abs(v)) * abs(v)
     state[V] = -side * speed if speed > 0.0 else 0.0
     note(run, IMPACT, bound, v, state[V])
     counters[N_IMPACTS] += 1
@@ -283,10 +306,9 @@ def strike(run: Run, side: float, v: float) -> None:
             note(run, CONTACT, bound, 0.0, 0.0)
         return
     state[FASTEST] = max(state[FASTEST], abs(v))
-    time, error = chatter_time(
-        law, region, side, restitution, speed, state[FASTEST], state[FORCE], phases
-    )
-    if time >= 0.0:
+    time, error = chatter_time(law, region, side, speed, state[FASTEST], state[FORCE], phases)
+    # A chatter that a knot may interrupt is not summed.
+    if 0.0 <= time < time_to_knot(law, state[T], state[T_LOW]):
         state[T], state[T_LOW] = later(state[T], state[T_LOW], time)
         state[V] = 0.0
         set_phases(law, state[T], state[T_LOW], phases)
@@ -328,9 +350,14 @@ def stay(run: Run, t_end: float) -> int:
     normal = counters[TOUCHED]
     longest = (t_end - state[T]) - state[T_LOW]
     instant = (state[T], state[T_LOW])
+    to_knot = time_to_knot(law, state[T], state[T_LOW])
+    until = min(longest, to_knot)
     released, s, free = release_time(
-        law, float(normal), state[FORCE], instant, state[CONTACT_UNTIL], longest, phases
+        law, float(normal), state[FORCE], instant, state[CONTACT_UNTIL], until, phases
     )
+    if to_knot < longest and to_knot <= s < math.inf:
+        stay_past_knot(run)
+        return MOVING
     if s > longest:
         return REACHED_END if s < math.inf else AT_REST
     if not released:
@@ -346,6 +373,27 @@ def stay(run: Run, t_end: float) -> int:
     bound = int(law[region, NUMBER]) + (1 if normal < 0 else 0)
     note(run, RELEASE, bound, 0.0, 0.0)
     return MOVING
+
+
+@kernel
+def stay_past_knot(run: Run) -> None:
+    """Stay in contact under the next piece of the record, unless its force pulls at once."""
+    law, state, counters, phases = run.law, run.state, run.counters, run.phases
+    normal = counters[TOUCHED]
+    state[T], state[T_LOW] = next_knot(law, state[T], state[T_LOW])
+    state[CONTACT_UNTIL] = 0.0
+    set_phases(law, state[T], state[T_LOW], phases)
+    if not normal * push(law, state[FORCE], (state[T], state[T_LOW]), phases) > 0.0:
+        return
+    counters[TOUCHED] = 0
+    region = counters[REGION]
+    note(run, RELEASE, int(law[region, NUMBER]) + (1 if normal < 0 else 0), 0.0, 0.0)
+    drive = force_and_slopes(law, phases)[0]
+    if abs(state[FORCE] + drive) > FORCE_ROUNDING * (abs(state[FORCE]) + law[0, FORCE_BOUND]):
+        # The force has jumped: the flight does not begin with none, as after other releases.
+        note(run, KNOT, -1, state[X], 0.0)
+    else:
+        state[FORCE] = -drive
 
 
 @kernel

@@ -205,7 +205,7 @@ def move_neighbour(
 ) -> None:
     """Take a neighbour along a flight and over the event at its end.
 
-    ``jump`` is the event's saltation matrix, ``restitution`` the wall's, or 1.
+    ``jump`` is the event's saltation matrix, ``restitution`` the square root of its determinant.
     """
     stretch, x, v = stretched(law, region, s, jump, values)
     values[STRETCHED] += stretch

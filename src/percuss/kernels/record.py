@@ -19,7 +19,10 @@ from percuss.kernels.law_columns import N_HARMONICS, Law
 # What an event is: column KIND of the marks.
 # (As int64 and not int, for which numba would compile a function anew for each value.)
 # After a SLOW_LANDING, whose speed is lost in its own rounding, the mass is at rest on the wall.
-IMPACT, CROSSING, CONTACT, RELEASE, START, SLOW_LANDING = (np.int64(kind) for kind in range(6))
+# A KNOT is no event of the motion: the force has another slope from there on (`pieces`).
+IMPACT, CROSSING, CONTACT, RELEASE, START, SLOW_LANDING, KNOT = (
+    np.int64(kind) for kind in range(7)
+)
 
 # Why `march` came back.
 MOVING, REACHED_END, REACHED_LIMIT, AT_REST, OVERFLOW, NO_MORE, FULL, SPENT = range(8)
@@ -33,7 +36,8 @@ STATE_ENTRIES = 9
 REGION, TOUCHED, N_EVENTS, N_IMPACTS, N_GRAZES = range(5)
 COUNTERS = 5
 
-# Columns of `events`. For a CONTACT, V_BEFORE holds the error bound of its instant.
+# Columns of `events`. For a CONTACT, V_BEFORE holds the error bound of its instant, for a KNOT the
+# position.
 EVENT_T, EVENT_T_LOW, V_BEFORE, V_AFTER = range(4)
 EVENT_COLUMNS = 4
 # Columns of `marks`: kind of the event, number of the bound, row of the region that follows.
@@ -81,6 +85,8 @@ def place_of_event(record: MotionRecord, row: int) -> float:
     marks = record.marks
     if marks[row, KIND] == START:
         return record.x0
+    if marks[row, KIND] == KNOT:
+        return record.events[row, V_BEFORE]
     return place(record.law, int(marks[row, NEXT_REGION]), int(marks[row, BOUND]))
 
 

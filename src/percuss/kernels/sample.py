@@ -11,7 +11,6 @@ from percuss.kernels.flight import (
     Flight,
     force_and_slopes,
     move,
-    restitution_at,
     set_phases,
     uncertainty,
 )
@@ -50,6 +49,7 @@ from percuss.kernels.record import (
     place_of_event,
     time_since_event,
 )
+from percuss.kernels.restitution import restitution_at
 
 # Below this phase the fast formula would lose more than three digits of what the force has done
 # (1 / phase**2 ulp of it), which shows in a hop that is slow from its start.
@@ -156,7 +156,8 @@ def fill_tail(
     """Write x and v at those instants between a chatter's last listed impact and its end."""
     law, events, marks = record.law, record.events, record.marks
     region = int(marks[event, NEXT_REGION])
-    restitution = restitution_at(law, region, int(marks[event, BOUND]))
+    # That of the slow impacts of the tail.
+    restitution = restitution_at(law, region, int(marks[event, BOUND]), abs(events[event, V_AFTER]))
     t = events[event, EVENT_T]
     t_low = events[event, EVENT_T_LOW]
     whole = time_since_event(events, event + 1)

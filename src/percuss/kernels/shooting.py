@@ -21,8 +21,8 @@ from percuss.kernels.flight import (
     acceleration_and_jerk,
     constant_force,
     move,
+    move_over_knots,
     place,
-    restitution_at,
     set_phases,
     uncertainty,
 )
@@ -34,6 +34,8 @@ from percuss.kernels.law_columns import (
     Law,
 )
 from percuss.kernels.linear import eliminate
+from percuss.kernels.pieces import time_to_knot
+from percuss.kernels.restitution import kept_of_error, restitution_at
 from percuss.kernels.tangent import delayed_start, propagator
 
 # Columns of an itinerary: number of the bound, row of the region before the event and after it.
@@ -66,10 +68,17 @@ class ShootingProblem(NamedTuple):
 
 
 @kernel
-def factor(law: Law, region: int, bound: int) -> float:
-    """Return the velocity after an event at a bound of a region as a part of that before."""
+def factor(law: Law, region: int, bound: int, v: float) -> float:
+    """Return the velocity after an event at a bound of a region as a part of that before, v."""
     kind = law[region, LOWER_KIND if bound == int(law[region, NUMBER]) else UPPER_KIND]
-    return -restitution_at(law, region, bound) if kind == WALL else 1.0
+    return -restitution_at(law, region, bound, abs(v)) if kind == WALL else 1.0
+
+
+@kernel
+def factor_of_error(law: Law, region: int, bound: int, v: float) -> float:
+    """Return the derivative of the velocity after an event by that before, v."""
+    kind = law[region, LOWER_KIND if bound == int(law[region, NUMBER]) else UPPER_KIND]
+    return -kept_of_error(law, region, bound, abs(v)) if kind == WALL else 1.0
 
 
 @kernel
@@ -98,13 +107,19 @@ def shoot(problem: ShootingProblem, unknowns: Floats, residual: Floats, jacobian
         start = (t, t_low, v0, constant_force(law, region, x))
         flight = Flight(law, region, start, phases, arrival)
         set_phases(law, t, t_low, phases)
-        y, v = move(flight, s)
+        y, v = move_over_knots(flight, s)
         acceleration, _ = acceleration_and_jerk(law, region, start[3], arrival, y, v)
-        _, x_of_v, _, v_of_v = propagator(law, region, s)
+        x_of_x, x_of_v, v_of_x, v_of_v = propagator(law, region, s)
         x_of_t, v_of_t = delayed_start(law, region, phases, s)
-        kept = factor(law, region, itinerary[following, AT])
-        residual[2 * i] = y - (place(law, region, itinerary[following, AT]) - x)
-        residual[2 * i + 1] = unknowns[1 + n + following] - kept * v
+        if time_to_knot(law, t, t_low) < s:
+            # A delay moves the end along the motion, and takes what the start would have moved.
+            begin, _ = acceleration_and_jerk(law, region, start[3], phases, 0.0, v0)
+            x_of_t = v - (x_of_x * v0 + x_of_v * begin)
+            v_of_t = acceleration - (v_of_x * v0 + v_of_v * begin)
+        bound = itinerary[following, AT]
+        kept = factor_of_error(law, region, bound, v)
+        residual[2 * i] = y - (place(law, region, bound) - x)
+        residual[2 * i + 1] = unknowns[1 + n + following] - factor(law, region, bound, v) * v
         for k in range(1 + i):
             # Event 0 and each duration before this flight shift it.
             jacobian[2 * i, k] = x_of_t

@@ -11,7 +11,7 @@ from typing import TypeAlias
 from percuss.arrays import Floats
 from percuss.kernels.arithmetic import cos_sin
 from percuss.kernels.compile import kernel
-from percuss.kernels.flight import free_response, harmonic_response
+from percuss.kernels.flight import free_response, harmonic_response, slope_response
 from percuss.kernels.law_columns import (
     COSINE,
     DAMPING,
@@ -23,6 +23,7 @@ from percuss.kernels.law_columns import (
     STEP,
     STEP_COS,
     STEP_SIN,
+    STEP_SIN_OF_COS,
     STIFFNESS,
     TURNS,
     TURNS_LOW,
@@ -61,6 +62,16 @@ def fill_steps(law: Law) -> None:
         for j in range(n):
             harmonic = FIRST_HARMONIC + j
             response = region + 1 + j
+            if law[harmonic, OMEGA] < 0.0:
+                # The force and less its slope stand for the two parts of a harmonic.
+                law[response, X_OF_COS] = rise
+                law[response, X_OF_SIN] = -slope_response(law, region, step, impulse, rise)
+                law[response, V_OF_COS] = impulse
+                law[response, V_OF_SIN] = -rise
+                # The force changes by the slope, which stays.
+                law[response, STEP_COS] = 1.0
+                law[response, STEP_SIN] = -step
+                continue
             turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], step, 0.0)
             to_cos, to_sin = harmonic_response(law, region, j, step, impulse, even, turn)
             law[response, X_OF_COS] = to_cos
@@ -69,6 +80,7 @@ def fill_steps(law: Law) -> None:
             law[response, V_OF_SIN] = law[harmonic, OMEGA] * to_cos
             law[response, STEP_COS] = turn[0]
             law[response, STEP_SIN] = turn[1]
+            law[response, STEP_SIN_OF_COS] = turn[1]
 
 
 @kernel
@@ -89,7 +101,7 @@ def step_on(
         y1 += law[response, X_OF_COS] * in_phase + law[response, X_OF_SIN] * quadrature
         v1 += law[response, V_OF_COS] * in_phase + law[response, V_OF_SIN] * quadrature
         walker[j, 0] = cosine * law[response, STEP_COS] - sine * law[response, STEP_SIN]
-        walker[j, 1] = sine * law[response, STEP_COS] + cosine * law[response, STEP_SIN]
+        walker[j, 1] = sine * law[response, STEP_COS] + cosine * law[response, STEP_SIN_OF_COS]
     y1 += law[region, X_OF_X] * y + law[region, X_OF_V] * v
     v1 += law[region, V_OF_X] * y + law[region, V_OF_V] * v
     return y1, v1

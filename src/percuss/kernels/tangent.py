@@ -22,7 +22,6 @@ from percuss.kernels.flight import (
     free_response,
     harmonic_response,
     place,
-    restitution_at,
     set_phases,
 )
 from percuss.kernels.law_columns import (
@@ -49,6 +48,7 @@ from percuss.kernels.record import (
     MotionRecord,
     time_since_event,
 )
+from percuss.kernels.restitution import kept_of_error, restitution_at
 
 Matrix: TypeAlias = tuple[float, float, float, float]
 
@@ -73,14 +73,18 @@ def propagator(law: Law, region: int, s: float) -> Matrix:
 
 
 @kernel
-def impact_saltation(restitution: float, force: float, v: float) -> Matrix:
+def impact_saltation(
+    restitution: float, kept: float, force: float, damping: float, v: float
+) -> Matrix:
     """Return the saltation matrix of an impact that comes with velocity v.
 
-    ``force`` is that at the wall, without damping. A neighbour that is ahead by dx arrives
-    earlier by dx / v. In the entry (r a_before + a_after) / v of the accelerations the damping
-    cancels, since the velocity after is -r v.
+    ``force`` is that at the wall, without damping, and ``kept`` the derivative of r(u) u by the
+    speed u: r where the restitution is one number. A neighbour that is ahead by dx arrives earlier
+    by dx / v. In the entry (kept a_before + a_after) / v of the accelerations the damping cancels
+    then, since the velocity after is -r v.
     """
-    return -restitution, 0.0, (1.0 + restitution) * force / v, -restitution
+    drag = 2.0 * damping * (restitution - kept)
+    return -restitution, 0.0, (1.0 + kept) * force / v + drag, -kept
 
 
 @kernel
@@ -111,7 +115,9 @@ def event_saltation(
         set_phases(law, instant[0], instant[1], phases)
         force = constant_force(law, before, place(law, before, bound))
         force += force_and_slopes(law, phases)[0]
-        return impact_saltation(restitution_at(law, before, bound), force, v)
+        restitution = restitution_at(law, before, bound, abs(v))
+        kept = kept_of_error(law, before, bound, abs(v))
+        return impact_saltation(restitution, kept, force, law[before, DAMPING], v)
     if kind == CONTACT:
         return 0.0, 0.0, 0.0, 0.0
     return 1.0, 0.0, 0.0, 1.0
@@ -160,12 +166,16 @@ def delayed_start(law: Law, region: int, phases: Floats, s: float) -> tuple[floa
     start. It is the response to the rate of the force: no difference of large terms in short
     flights.
     """
-    impulse, even, _ = free_response(law, region, s)
+    impulse, even, rise = free_response(law, region, s)
     dy = 0.0
     dv = 0.0
     for j in range(phases.shape[0]):
         harmonic = FIRST_HARMONIC + j
         omega = law[harmonic, OMEGA]
+        if omega < 0.0:
+            dy += phases[j, 1] * rise
+            dv += phases[j, 1] * impulse
+            continue
         turn = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
         to_cos, to_sin = harmonic_response(law, region, j, s, impulse, even, turn)
         in_phase = law[harmonic, COSINE] * phases[j, 0] + law[harmonic, SINE] * phases[j, 1]

@@ -16,6 +16,7 @@ from percuss.model.expression import parameter as parameter
 from percuss.model.faults import Fault as Fault
 from percuss.model.faults import draft as draft
 from percuss.model.faults import faults as faults
+from percuss.model.force_record import ForceRecord as ForceRecord
 from percuss.model.forcing import Component as Component
 from percuss.model.forcing import Forcing as Forcing
 from percuss.model.forcing import FourierTerm as FourierTerm
@@ -37,8 +38,16 @@ from percuss.model.paths import moved_fields as moved_fields
 from percuss.model.paths import parameter_paths as parameter_paths
 from percuss.model.paths import replace_parameter as replace_parameter
 from percuss.model.paths import replace_parameters as replace_parameters
+from percuss.model.restitution import Restitution as Restitution
+from percuss.model.restitution import RestitutionTable as RestitutionTable
+from percuss.model.restitution import restitution_table as restitution_table
+from percuss.model.sea_state import sea_state as sea_state
 from percuss.model.start import Start as Start
 from percuss.model.start import end_after_periods as end_after_periods
 from percuss.model.start import periods_faults as periods_faults
 from percuss.model.start import start_faults as start_faults
 from percuss.model.units import Units as Units
+from percuss.model.waves import pulses as pulses
+from percuss.model.waves import record as record
+from percuss.model.waves import square_wave as square_wave
+from percuss.model.waves import triangle_wave as triangle_wave

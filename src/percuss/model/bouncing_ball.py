@@ -6,6 +6,7 @@ from percuss.model.exact import Exact, Phase, kept, operand, plain, scaled
 from percuss.model.faults import not_negative_faults, number_faults, raise_first
 from percuss.model.forcing import Forcing, frequency_faults, sine
 from percuss.model.oscillator import Oscillator, impact_oscillator
+from percuss.model.restitution import Restitution
 
 __all__ = ["ball_on_table"]
 
@@ -15,7 +16,7 @@ def ball_on_table(
     omega: Exact,
     *,
     gravity: Exact = 1.0,
-    restitution: Exact = 1.0,
+    restitution: Restitution = 1.0,
     phase: Phase = 0.0,
 ) -> tuple[Oscillator, Forcing]:
     """Return the oscillator and the forcing of a ball on a table at A sin(omega t + phase).
@@ -37,7 +38,7 @@ def ball_on_table(
     gravity
         Acceleration of gravity, downwards [length/time^2], >= 0.
     restitution
-        Coefficient of restitution of the impacts on the table, in [0, 1].
+        Coefficient of restitution of the impacts on the table, in [0, 1], or a `restitution_table`.
     phase
         Phase of the table [rad].
 

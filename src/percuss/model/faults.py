@@ -92,13 +92,13 @@ def faults(value: object, prefix: str | None = None) -> list[Fault]:
     raise TypeError(f"{type(value).__name__} is no part of the model ({prefix or 'no prefix'})")
 
 
-def draft(kind: type[Model], **fields: object) -> Model:
+def draft(kind: type[Model], /, **fields: object) -> Model:
     """Return a part of the model that has not been checked, whose faults `faults` then lists.
 
     Parameters
     ----------
     kind
-        Wall, SoftStop, Oscillator, Harmonic, FourierTerm, Forcing or Start.
+        Wall, SoftStop, Oscillator, Harmonic, FourierTerm, ForceRecord, Forcing or Start.
     **fields
         Its fields by name, the parts of a part as drafts themselves.
 

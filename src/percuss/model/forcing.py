@@ -1,4 +1,4 @@
-"""The forcing: a constant and harmonics, as frozen values."""
+"""The forcing: a constant, harmonics and a record, as frozen values."""
 
 from __future__ import annotations
 
@@ -39,6 +39,7 @@ from percuss.model.faults import (
     raise_first,
     scale_faults,
 )
+from percuss.model.force_record import ForceRecord
 
 __all__ = [
     "Component",
@@ -143,7 +144,7 @@ ForcingTerm: TypeAlias = Harmonic | FourierTerm
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
 class Forcing:
-    """The force per unit mass f(t) = constant + sum of A cos(omega t + phase).
+    """The force per unit mass f(t) = constant + sum of A cos(omega t + phase) + record.
 
     Parameters
     ----------
@@ -157,6 +158,8 @@ class Forcing:
         number within 1e-9. May be a multiple of pi.
     base
         Base frequency of a sum made by `fourier`, which sets it.
+    record
+        A force given by its samples; `record` (the function) and `square_wave` make one.
     is_per_mass
         Whether it is per unit mass for an oscillator that has a mass, too; `per_mass` sets it.
 
@@ -181,6 +184,7 @@ class Forcing:
     constant: Exact = 0.0
     given_period: Phase | None = field(default=None, metadata={"given_as": "period"})
     base: Exact | None = None
+    record: ForceRecord | None = None
     is_per_mass: bool = False
 
     def __init__(
@@ -190,12 +194,14 @@ class Forcing:
         period: Phase | None = None,
         *,
         base: Exact | None = None,
+        record: ForceRecord | None = None,
         is_per_mass: bool = False,
     ) -> None:
         object.__setattr__(self, "harmonics", as_tuple(harmonics))
         object.__setattr__(self, "constant", plain(constant))
         object.__setattr__(self, "given_period", plain(period))
         object.__setattr__(self, "base", plain(base))
+        object.__setattr__(self, "record", record)
         object.__setattr__(self, "is_per_mass", is_per_mass)
         raise_first(faults(self, ""))
 
@@ -204,16 +210,20 @@ class Forcing:
             terms = cast("tuple[FourierTerm, ...]", self.harmonics)
             cos, sin = tuple(term.cos for term in terms), tuple(term.sin for term in terms)
             text = f"fourier({self.base!r}, cos={cos!r}, sin={sin!r}, constant={self.constant!r})"
+            if self.record is not None:
+                text = f"{text} + {Forcing(record=self.record)!r}"
+                return f"({text}).per_mass(1)" if self.is_per_mass else text
             return f"{text}.per_mass(1)" if self.is_per_mass else text
         more = "" if self.given_period is None else f", period={self.given_period!r}"
+        more += "" if self.record is None else f", record={self.record!r}"
         more += ", is_per_mass=True" if self.is_per_mass else ""
         return f"Forcing(harmonics={self.harmonics!r}, constant={self.constant!r}{more})"
 
     def __add__(self, other: Forcing) -> Forcing:
         """Return the sum of two forcings, exactly.
 
-        It keeps a period that both have, and that of the one with harmonics if the other is
-        constant; otherwise it has none. Both are forces, or both per unit mass.
+        It keeps a period that both have, and that of the other one if one is constant; otherwise it
+        has none. Two records cannot be added. Both are forces, or both per unit mass.
         """
         if not isinstance(other, Forcing):
             return NotImplemented
@@ -223,30 +233,58 @@ class Forcing:
             )
             raise ParameterError("force", other, reason)
         constant = kept(operand(self.constant) + operand(other.constant))
-        for force, added in ((self, other), (other, self)):
-            if not added.harmonics:
-                return Forcing(
-                    force.harmonics,
-                    constant,
-                    force.given_period,
-                    base=force.base,
-                    is_per_mass=self.is_per_mass,
-                )
-        parts = [part for force in (self, other) for part in _plain_harmonics(force)]
+        if self.record is not None and other.record is not None:
+            reason = "both forces have a record; add the samples of the two, and make one of them"
+            raise ParameterError("forcing.record", other.record, reason)
+        record = self.record or other.record
+        pairs = ((self, other), (other, self))
+        for force, added in pairs:
+            if added.is_constant:
+                return force._with(constant, force.given_period, record)
         periods = {_exact_period(force) for force in (self, other)}
-        period = periods.pop() if parts and len(periods) == 1 else None
-        return Forcing(parts, constant, period, is_per_mass=self.is_per_mass)
+        period = periods.pop() if len(periods) == 1 else None
+        for force, added in pairs:
+            if not added.harmonics:
+                # A Fourier sum has its period from its base.
+                return force._with(constant, period if force.base is None else None, record)
+        parts = [part for force in (self, other) for part in _plain_harmonics(force)]
+        # Of harmonics that are all zero none is left.
+        period = period if parts or record is not None else None
+        return Forcing(parts, constant, period, record=record, is_per_mass=self.is_per_mass)
+
+    def _with(self, constant: Exact, period: Phase | None, record: ForceRecord | None) -> Forcing:
+        """Return the same harmonics with another constant, period and record."""
+        return Forcing(
+            self.harmonics,
+            constant,
+            period,
+            base=self.base,
+            record=record,
+            is_per_mass=self.is_per_mass,
+        )
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether it is its constant alone: no harmonics and no record."""
+        return not self.harmonics and self.record is None
 
     @property
     def period(self) -> float | None:
         """Period [time]; None without harmonics, and for several unless you give ``period=``.
 
-        `fourier` needs none: its period is 2 pi over its base frequency.
+        `fourier` needs none: its period is 2 pi over its base frequency. That of a repeated record
+        is the period of its sum with harmonics only if it is theirs, too.
         """
         frequency = self.frequency
         if frequency is not None:
             return float(2 * PI / frequency)
-        return None if self.given_period is None else as_float(self.given_period)
+        exact = self.exact_period
+        return None if exact is None else as_float(exact)
+
+    @property
+    def exact_period(self) -> PiTimes | None:
+        """The period as the exact number that it is or was given as; None without one."""
+        return _exact_period(self)
 
     @property
     def frequency(self) -> Fraction | None:
@@ -306,7 +344,10 @@ class Forcing:
         factor = 1 / operand(mass)
         parts = tuple(_scaled_part(part, factor) for part in self.harmonics)
         constant = scaled(self.constant, factor)
-        return Forcing(parts, constant, self.given_period, base=self.base, is_per_mass=True)
+        record = None if self.record is None else self.record.scaled(kept(factor))
+        return Forcing(
+            parts, constant, self.given_period, base=self.base, record=record, is_per_mass=True
+        )
 
     def acceleration_of(self, mass: Exact | None) -> Forcing:
         """Return what a force does to a mass: the force per unit mass.
@@ -482,6 +523,11 @@ def _(value: Forcing, prefix: str | None = None) -> list[Fault]:
         problems.append(Fault(name, value.is_per_mass, "neither true nor false"))
     if value.base is not None:
         problems += frequency_faults(dotted(prefix, "omega"), value.base)
+    if value.record is not None:
+        if not isinstance(value.record, ForceRecord):
+            problems.append(Fault(dotted(prefix, "record"), value.record, "not a ForceRecord"))
+        else:
+            problems += faults(value.record, dotted(prefix, "record"))
     if not isinstance(value.harmonics, tuple):
         return [*problems, Fault(dotted(prefix, "harmonics"), value.harmonics, "not a tuple")]
     for index, part in enumerate(value.harmonics):
@@ -507,8 +553,10 @@ def _period_faults(forcing: Forcing, prefix: str) -> list[Fault]:
     problem = phase_problem(period)
     if problem is None and as_float(period) <= 0.0:
         problem = "not positive"
-    if problem is None and not forcing.harmonics:
+    if problem is None and forcing.is_constant:
         problem = "given without harmonics; there is nothing to repeat"
+    if problem is None and forcing.record is not None:
+        problem = _record_problem(forcing.record, period)
     if problem is not None:
         return [Fault(name, period, problem)]
     problems = []
@@ -521,6 +569,17 @@ def _period_faults(forcing: Forcing, prefix: str) -> list[Fault]:
             )
             problems.append(Fault(name, period, reason))
     return problems
+
+
+def _record_problem(record: ForceRecord, period: Phase) -> str | None:
+    """Return what is wrong with a period of a sum with a record."""
+    if record.period is None:
+        return "given with a record that does not repeat; give repeat=True"
+    (times, plus), (own_times, own_plus) = angle(period), angle(record.period)
+    turns = (times * PI + plus) / (own_times * PI + own_plus)
+    if abs(turns - max(round(turns), 1)) > PERIOD_TOLERANCE:
+        return f"{float(turns):.15g} periods of the record, not a whole number"
+    return None
 
 
 def frequency_faults(name: str, value: object) -> list[Fault]:
@@ -588,6 +647,14 @@ def _plain_harmonics(forcing: Forcing) -> list[Harmonic]:
 
 def _exact_period(forcing: Forcing) -> PiTimes | None:
     """Return the period as the exact number it is or was given as."""
+    if forcing.record is not None:
+        if forcing.given_period is not None:
+            return PiTimes(*angle(forcing.given_period))
+        own = forcing.record.period
+        if not forcing.harmonics or own is None:
+            return own
+        harmonics = Forcing(forcing.harmonics, base=forcing.base)
+        return own if _exact_period(harmonics) == own else None
     if forcing.frequency is not None:
         return PiTimes(2 / forcing.frequency)
     return None if forcing.given_period is None else PiTimes(*angle(forcing.given_period))
@@ -596,6 +663,9 @@ def _exact_period(forcing: Forcing) -> PiTimes | None:
 # Every run asks for the next two, which depend on the frozen value alone.
 @lru_cache(maxsize=1024)
 def _frequency(forcing: Forcing) -> Fraction | None:
+    if forcing.record is not None:
+        period = _exact_period(forcing)
+        return 2 / angle(period)[0] if period is not None and not angle(period)[1] else None
     omegas = _omegas(forcing)
     if forcing.given_period is None:
         if forcing.base is not None:

@@ -31,6 +31,7 @@ from percuss.model.faults import (
     raise_first,
     scale_faults,
 )
+from percuss.model.restitution import Restitution, RestitutionTable
 from percuss.model.units import Units
 
 __all__ = [
@@ -60,7 +61,7 @@ class Wall:
     side
         On which side of the free motion the wall lies: a wall ``"below"`` keeps x >= at.
     restitution
-        Coefficient of restitution r, in [0, 1].
+        Coefficient of restitution r, in [0, 1], or a `restitution_table` over the speed of impacts.
 
     Raises
     ------
@@ -75,7 +76,7 @@ class Wall:
 
     at: Exact
     side: Side
-    restitution: Exact = 1.0
+    restitution: Restitution = 1.0
 
     def __post_init__(self) -> None:
         make_plain(self, "at", "side", "restitution")
@@ -285,7 +286,7 @@ def _unit_draft(osc: Oscillator) -> Oscillator:
 
 
 def impact_oscillator(
-    restitution: Exact = 1.0,
+    restitution: Restitution = 1.0,
     *,
     wall: Exact = 0.0,
     side: Side = "below",
@@ -297,7 +298,7 @@ def impact_oscillator(
     Parameters
     ----------
     restitution
-        Coefficient of restitution, in [0, 1].
+        Coefficient of restitution, in [0, 1], or a `restitution_table`.
     wall
         Position of the wall [length].
     side
@@ -419,6 +420,8 @@ def _(value: Wall, prefix: str | None = None) -> list[Fault]:
         *_side_faults(dotted(prefix, "side"), value.side),
     ]
     name = dotted(prefix, "restitution")
+    if isinstance(value.restitution, RestitutionTable):
+        return problems + faults(value.restitution, name)
     not_a_number = number_faults(name, value.restitution)
     if not_a_number:
         return problems + not_a_number

@@ -5,8 +5,9 @@ A path is the way to a number through the frozen values: ``oscillator.damping``,
 ``start.x0``. With exactly one harmonic, ``forcing.omega``, ``forcing.amplitude`` and
 ``forcing.phase`` are short for those of ``forcing.harmonics.0``. A Fourier sum has
 ``forcing.omega``, its base frequency, and ``forcing.cos.0`` for the first of its ``cos``. Where
-there is one frequency, ``forcing.period`` is 2 pi over it. With a mass, ``oscillator.mass``,
-``oscillator.damping_coefficient`` is another name of ``oscillator.damping``.
+there is one frequency, ``forcing.period`` is 2 pi over it. A record has
+``forcing.record.amplitude``, and ``forcing.record.omega`` where it is a wave. With a mass,
+``oscillator.mass``, ``oscillator.damping_coefficient`` is another name of ``oscillator.damping``.
 
 The name of a parameter (`percuss.model.expression`) is a path, too: it changes all numbers that are
 expressions of it, which are no paths of their own then. The path of a number that is a parameter
@@ -25,8 +26,10 @@ from percuss.errors import ParameterError
 from percuss.model.exact import Phase, PiTimes, angle, as_float, kept, pi_times
 from percuss.model.expression import Expression, as_expression, parameters_in
 from percuss.model.faults import draft, faults, raise_first
+from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Forcing, ForcingTerm, FourierTerm
 from percuss.model.oscillator import Oscillator
+from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
 
 __all__ = [
@@ -454,6 +457,8 @@ def _fields_of(osc: Oscillator, force: Forcing | None, start: Start | None) -> d
     for index, stop in enumerate(osc.stops):
         fields = _fields(stop)
         del fields["side"]
+        if isinstance(fields.get("restitution"), RestitutionTable):
+            del fields["restitution"]
         parameters |= {f"oscillator.stops.{index}.{name}": value for name, value in fields.items()}
     if force is not None:
         parameters |= _forcing_parameters(force)
@@ -468,6 +473,10 @@ def _forcing_parameters(force: Forcing) -> dict[str, Phase]:
         parameters["forcing.period"] = force.given_period
     if force.base is not None:
         parameters["forcing.omega"] = force.base
+    if force.record is not None:
+        parameters["forcing.record.amplitude"] = force.record.amplitude
+        if force.record.omega is not None:
+            parameters["forcing.record.omega"] = force.record.omega
     for index, part in enumerate(force.harmonics):
         parameters |= {path: _fields(part)[name] for path, name in _part_paths(index, part).items()}
     return parameters
@@ -513,8 +522,18 @@ def _replace_in_forcing(force: Forcing, by_path: Mapping[str, Phase]) -> Forcing
         constant=by_path.get("forcing.constant", force.constant),
         period=by_path.get("forcing.period", force.given_period),
         base=by_path.get("forcing.omega", force.base),
+        record=_replace_in_record(force.record, by_path),
         is_per_mass=force.is_per_mass,
     )
+
+
+def _replace_in_record(
+    record: ForceRecord | None, by_path: Mapping[str, Phase]
+) -> ForceRecord | None:
+    names = ("amplitude", "omega")
+    paths = {name: f"forcing.record.{name}" for name in names}
+    new = {name: by_path[path] for name, path in paths.items() if path in by_path}
+    return record if record is None or not new else record.with_fields(**new)
 
 
 def _replace_fields(value: T, prefix: str, by_path: Mapping[str, Phase]) -> T:

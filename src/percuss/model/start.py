@@ -226,7 +226,7 @@ def periods_faults(
     problems = positive_faults(name, periods)
     if problems:
         return problems
-    if force is None or not force.harmonics:
+    if force is None or force.is_constant:
         return [Fault(name, periods, "without harmonics there is no period; give t_end")]
     if force.period is None:
         reason = "the forcing has no period; give forcing.period, or t_end instead"
@@ -260,7 +260,7 @@ def end_after_periods(force: Forcing, t0: Phase, periods: Exact) -> PiTimes:
     if force.frequency is not None:
         times, plus = 2 / force.frequency, Fraction(0)
     else:
-        times, plus = angle(cast("Phase", force.given_period))
+        times, plus = angle(cast("PiTimes", force.exact_period))
     n = as_fraction(periods)
     return PiTimes(n * times, n * plus) + t0
 

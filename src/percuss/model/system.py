@@ -7,10 +7,11 @@ floats, so that a phase after a million periods has all its digits.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -18,11 +19,18 @@ from percuss.arrays import Floats, Integers
 from percuss.kernels import law_columns as at
 from percuss.kernels.law_columns import Law
 from percuss.kernels.step import fill_steps
-from percuss.model.exact import PI, as_fraction
+from percuss.model.exact import PI, Phase, PiTimes, angle, as_float, as_fraction
 from percuss.model.expression import parameters_in
 from percuss.model.faults import Fault, raise_first
+from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Component, Forcing, Harmonic
-from percuss.model.oscillator import Oscillator, SoftStop, Wall, mass_of
+from percuss.model.oscillator import Oscillator, Side, SoftStop, Wall, mass_of
+from percuss.model.restitution import (
+    Restitution,
+    RestitutionTable,
+    restitution_at_rest,
+    restitution_knots,
+)
 from percuss.numerics import exp
 
 __all__ = [
@@ -31,6 +39,7 @@ __all__ = [
     "kind_faults",
     "law",
     "lines",
+    "region_rows",
     "stop_rows",
     "touching_stops",
     "turns_per_time",
@@ -171,13 +180,22 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     mass = mass_of(oscillator)
     oscillator, forcing = _of_unit_mass(oscillator, forcing)
     components = forcing.components() if forcing is not None else ()
+    record = forcing.record if forcing is not None else None
     constant = as_fraction(forcing.constant) if forcing is not None else Fraction(0)
     bounds = lines(oscillator)
-    n, n_regions = len(components), len(bounds.at) - 1
-    rows = np.zeros((at.FIRST_HARMONIC + n + n_regions * (1 + n), at.COLUMNS))
+    n, n_regions = len(components) + (record is not None), len(bounds.at) - 1
+    walls = [stop for stop in oscillator.stops if isinstance(stop, Wall)]
+    tables = {wall.side: wall.restitution for wall in walls if _has_table(wall)}
+    first_of_tables = at.FIRST_HARMONIC + n + n_regions * (1 + n)
+    first_of_record = first_of_tables + sum(len(restitution_knots(it)) for it in tables.values())
+    n_knots = 0 if record is None else len(record.t) - record.repeat
+    rows = np.zeros((first_of_record + -(-n_knots // at.KNOTS_A_ROW), at.COLUMNS))
     _fill_header(rows[0], forcing, components, n_regions)
     rows[0, at.MASS] = 1.0 if mass is None else mass
     rows[0, at.FORCING_CONSTANT] = float(constant)
+    if record is not None:
+        rows[0, at.N_HARMONICS], rows[0, at.FIRST_KNOT] = n, first_of_record
+        _fill_record(rows, record)
     for j, component in enumerate(components):
         _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
     # A harmonic of zero amplitude does not shorten the step.
@@ -186,10 +204,18 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
         first = at.FIRST_HARMONIC + n + number * (1 + n)
         row, stiffness, damping = _region_row(oscillator, constant, number)
         rows[first] = row
+        if tables:
+            _fill_tables(rows, first, tables, first_of_tables)
         _fill_steps_of_search(rows[first], quickest)
+        if record is not None and rows[first, at.STEP] == 0.0:
+            # No rate sets a step: the motion is a cubic on each piece.
+            rows[first, at.STEP] = (as_float(record.t[-1]) - as_float(record.t[0])) / n_knots
+            if record.omega is not None:
+                rows[first, at.STEP] /= as_float(record.omega)
         for j, component in enumerate(components):
             _fill_response(rows[first + 1 + j], stiffness, damping, component.omega)
-        _mark_simple(rows[first], rows[first + 1 : first + 1 + n])
+        if record is None:
+            _mark_simple(rows[first], rows[first + 1 : first + 1 + n])
     fill_steps(rows)
     return rows
 
@@ -199,6 +225,83 @@ def _of_unit_mass(
 ) -> tuple[Oscillator, Forcing | None]:
     force = None if forcing is None else forcing.acceleration_of(oscillator.mass)
     return oscillator.of_unit_mass(), force
+
+
+def region_rows(rows: Law) -> range:
+    """Return the rows of the regions of a law, upwards."""
+    n, n_regions = int(rows[0, at.N_HARMONICS]), int(rows[0, at.N_REGIONS])
+    first = at.FIRST_HARMONIC + n
+    return range(first, first + n_regions * (1 + n), 1 + n)
+
+
+def _fill_record(rows: Law, record: ForceRecord) -> None:
+    """Fill the row of a record and its knots (`kernels.pieces`)."""
+    samples = _exact_samples(record)
+    knots = _knots(record, samples)
+    header = rows[0]
+    header[at.N_KNOTS] = len(knots)
+    if not record.repeat and record.outside == "end":
+        header[at.OUTSIDE_FORCE] = knots[0, at.KNOT_FORCE]
+    if record.repeat:
+        (first, _), (last, _) = samples[0], samples[-1]
+        length = Fraction(*last) - Fraction(*first)
+        header[at.REPEAT], header[at.REPEAT_LOW] = _pair(length.numerator, length.denominator)
+    behind = int(header[at.FIRST_KNOT])
+    for k in range(at.KNOTS_A_ROW):
+        some = knots[k :: at.KNOTS_A_ROW]
+        columns = slice(at.KNOT_ENTRIES * k, at.KNOT_ENTRIES * (k + 1))
+        rows[behind : behind + len(some), columns] = some
+    row = rows[at.FIRST_HARMONIC + int(header[at.N_HARMONICS]) - 1]
+    row[at.COSINE], row[at.OMEGA] = 1.0, at.RECORD_OMEGA
+    # A linear force is largest at the ends of its pieces.
+    row[at.AMPLITUDE] = max(abs(f[0] / f[1]) for _, f in samples)
+    header[at.FORCE_BOUND] += row[at.AMPLITUDE]
+    header[at.FORCE_BOUND + 1] += np.abs(knots[:, at.KNOT_SLOPE]).max()
+
+
+# Numerator and denominator: arithmetic without the reduction to lowest terms takes a tenth of the
+# time, and records are long.
+_Ratio: TypeAlias = tuple[int, int]
+
+
+def _exact_samples(record: ForceRecord) -> list[tuple[_Ratio, _Ratio]]:
+    """Return instants and forces of a record, exactly."""
+    pace = Fraction(1) if record.omega is None else as_fraction(record.omega)
+    amplitude = as_fraction(record.amplitude)
+    samples = []
+    for t, f in zip(record.t, record.f, strict=True):
+        p, q = t.as_integer_ratio() if type(t) is float else _instant(t).as_integer_ratio()
+        m, d = f.as_integer_ratio() if type(f) is float else as_fraction(f).as_integer_ratio()
+        samples.append(
+            (
+                (p * pace.denominator, q * pace.numerator),
+                (m * amplitude.numerator, d * amplitude.denominator),
+            )
+        )
+    return samples
+
+
+def _instant(t: Phase) -> Fraction:
+    times, plus = angle(t)
+    return times * PI + plus
+
+
+def _knots(record: ForceRecord, samples: list[tuple[_Ratio, _Ratio]]) -> Floats:
+    """Return instant, its low part, force and slope of each knot, (n, 4), each rounded once."""
+    knots = np.zeros((len(samples), at.KNOT_ENTRIES))
+    for knot, (t, f) in zip(knots, samples, strict=True):
+        knot[at.KNOT_T], knot[at.KNOT_T_LOW] = _pair(*t)
+        knot[at.KNOT_FORCE] = f[0] / f[1]
+    if record.kind == "linear":
+        for knot, ((p, q), (m, d)), ((p1, q1), (m1, d1)) in zip(
+            knots[:-1], samples[:-1], samples[1:], strict=True
+        ):
+            knot[at.KNOT_SLOPE] = (m1 * d - m * d1) * q * q1 / ((p1 * q - p * q1) * d * d1)
+    if record.repeat:
+        return knots[:-1]
+    if record.outside == "zero":
+        knots[-1, at.KNOT_FORCE] = 0.0
+    return knots
 
 
 def _pair(numerator: int, denominator: int) -> tuple[float, float]:
@@ -313,7 +416,11 @@ def _fill_header(
         return
     row[at.PERIOD] = period
     frequency = forcing.frequency
-    if frequency is None:
+    if frequency is None and forcing.record is not None:
+        times, plus = angle(cast("PiTimes", forcing.exact_period))
+        whole = times * PI + plus
+        row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(whole.denominator, whole.numerator)
+    elif frequency is None:
         p, q = period.as_integer_ratio()
         row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = _pair(q, p)
     else:
@@ -343,7 +450,33 @@ def _fill_bounds(row: Floats, oscillator: Oscillator, bounds: RegionBounds, numb
         if wall is not None:
             stop = oscillator.stops[wall]
             row[kind] = at.WALL
-            row[restitution] = float(as_fraction(stop.restitution)) if isinstance(stop, Wall) else 0
+            row[restitution] = (
+                restitution_at_rest(stop.restitution) if isinstance(stop, Wall) else 0
+            )
+
+
+def _has_table(wall: Wall) -> bool:
+    return isinstance(wall.restitution, RestitutionTable)
+
+
+def _fill_tables(
+    rows: Floats, region: int, tables: Mapping[Side, Restitution], first_knot: int
+) -> None:
+    """Fill the knots of the tables of restitution, and where they are in the row of a region."""
+    columns: dict[Side, tuple[int, int]] = {
+        "below": (at.LOWER_KIND, at.LOWER_TABLE),
+        "above": (at.UPPER_KIND, at.UPPER_TABLE),
+    }
+    knot = first_knot
+    for side, table in tables.items():
+        kind, place = columns[side]
+        if rows[region, kind] == at.WALL:
+            rows[region, place] = knot
+        knots = restitution_knots(table)
+        for i, (speed, value) in enumerate(knots):
+            rows[knot, at.KNOT_SPEED], rows[knot, at.KNOT_RESTITUTION] = float(speed), float(value)
+            rows[knot, at.KNOTS_LEFT] = len(knots) - 1 - i
+            knot += 1
 
 
 def _fill_forces(row: Floats, region: _Region, bounds: RegionBounds, constant: Fraction) -> None:
@@ -431,7 +564,8 @@ def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: F
 def _mark_simple(row: Floats, responses: Floats) -> None:
     """Mark a region where one harmonic, away from resonance, meets an oscillating mass."""
     kinds = {float(row[at.LOWER_KIND]), float(row[at.UPPER_KIND])}
+    has_table = row[at.LOWER_TABLE] + row[at.UPPER_TABLE] > 0.0
     if len(responses) == 1 and responses[0, at.NEAR] == 0.0:
         oscillates = row[at.OVERDAMPED] == 0.0 and row[at.RATE] > 0.0
         row[at.SIMPLE] = oscillates and row[at.GROWTH] == 0.0
-        row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING}
+        row[at.HARMONIC] = row[at.SIMPLE] and kinds == {at.WALL, at.NOTHING} and not has_table

@@ -12,6 +12,7 @@ from percuss.kernels.law_columns import (
     DAMPING,
     FIRST_HARMONIC,
     LOWER_KIND,
+    N_REGIONS,
     OVERDAMPED,
     RATE,
     UPPER_KIND,
@@ -106,7 +107,7 @@ def _half_periods(osc: Oscillator) -> tuple[float, float]:
         raise ParameterError("oscillator.stops", len(bounds), reason)
     law = system.law
     halves = []
-    for row in law[FIRST_HARMONIC:]:
+    for row in law[FIRST_HARMONIC : FIRST_HARMONIC + int(law[0, N_REGIONS])]:
         if row[OVERDAMPED] == 1.0 or row[RATE] == 0.0:
             reason = f"damping {row[DAMPING]:g} lets the mass creep back, it does not oscillate"
             raise ParameterError("oscillator.damping", float(row[DAMPING]), reason)

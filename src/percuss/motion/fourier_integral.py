@@ -35,6 +35,7 @@ from percuss.kernels.law_columns import (
     UPPER,
     Law,
 )
+from percuss.model.system import region_rows
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import cos, dot, gauss_legendre, modulus, phasor, sin, times
 
@@ -178,9 +179,7 @@ def _places(run: Trajectory, law: Law, marks: Integers) -> Floats:
 
 def _constant_forces(law: Law) -> dict[int, float]:
     """Return, for each region's row, the constant G of x'' + 2 a x' + K x = G + harmonics."""
-    n = int(law[0, N_HARMONICS])
-    rows = range(FIRST_HARMONIC + n, len(law), 1 + n)
-    return {row: _constant(law, row) for row in rows}
+    return {row: _constant(law, row) for row in region_rows(law)}
 
 
 def _constant(law: Law, row: int) -> float:

@@ -13,6 +13,7 @@ from percuss.errors import ParameterError
 from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.restitution import is_elastic
 from percuss.motion.eigenset import resonant_frequency
 from percuss.motion.growth import CERTAIN, Growth, fit_power_law
 from percuss.motion.patterns import FEWEST, REPETITIONS, ROUNDINGS, TOLERANCE, find_pattern
@@ -150,7 +151,7 @@ def classify_impact_times(
 def _changes_areas(osc: Oscillator) -> bool:
     """Return whether areas of the phase plane change: by damping, dashpots or restitution."""
     return as_float(osc.damping) != 0.0 or any(
-        as_float(stop.restitution) < 1.0 if isinstance(stop, Wall) else as_float(stop.damping) != 0
+        not is_elastic(stop.restitution) if isinstance(stop, Wall) else as_float(stop.damping) != 0
         for stop in osc.stops
     )
 

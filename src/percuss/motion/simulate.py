@@ -35,7 +35,7 @@ from percuss.model.start import (
     start_of,
     wall_faults,
 )
-from percuss.model.system import System
+from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.progress import RunProgress
@@ -179,7 +179,7 @@ def _start(start: object, x0: Exact, v0: Exact, t0: Phase) -> Start:
 def _check_times(law: Law, t0: float, t_end: float) -> None:
     """Refuse times so late that a phase there has no digits left."""
     n = int(law[0, N_HARMONICS])
-    free = [2.0 * half for half in law[FIRST_HARMONIC + n :: 1 + n, HALF_TURNS].tolist()]
+    free = [2.0 * half for half in law[region_rows(law), HALF_TURNS].tolist()]
     fastest = max(free + law[FIRST_HARMONIC : FIRST_HARMONIC + n, TURNS].tolist())
     for name, time in (("t0", t0), ("t_end", t_end)):
         if abs(time) < math.inf and abs(time) * fastest > MOST_PERIODS:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ParameterError
 from percuss.model.exact import as_float, real, reals, whole
+from percuss.model.force_record import refuse_record
 from percuss.motion.fourier_integral import fourier_integral
 from percuss.motion.trajectory import Trajectory
 from percuss.numerics import cos, modulus, phasor, times
@@ -275,6 +276,7 @@ def _exact(
     run: Trajectory, omega: Floats, low: float, high: float, window: WindowName, of: Quantity
 ) -> Complexes:
     """Return X: the Hann window is three exponentials, so it takes three integrals."""
+    refuse_record(run.forcing, "an exact spectrum", 'method="fft" takes it from samples')
     if window == "none":
         transform = _plain(run, omega, low, high, of)
     else:

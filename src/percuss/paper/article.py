@@ -62,6 +62,9 @@ class Passage:
     quote
         The passage as it stands in the text; of a long one the first and the last words, with
         " ... " between them. Each run of line breaks is one blank.
+    reading
+        How it reads in print where the text has its lines in disorder or has lost its signs, in
+        plain text with formulas as `percuss.paper.report.prose` has them; empty elsewhere.
     at, end
         Where it begins and ends in the text, in characters.
     records
@@ -85,6 +88,7 @@ class Passage:
     end: int
     records: tuple[str, ...]
     because: str
+    reading: str = ""
 
     @property
     def is_examined(self) -> bool:

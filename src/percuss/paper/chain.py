@@ -262,9 +262,8 @@ def _chain(lines: Sequence[ChainLine]) -> Finding:
         "sqrt(sin(2 psi)/2)",
         remark=(
             "It breaks at (33). The square root of time survives; the argument by an average does "
-            "not, and b depends on the phase. With (33) fall, as argued: "
-            + ", ".join(falls_with("eq33"))
-            + "."
+            "not, and b depends on the phase. Of the statements of section 5 "
+            f"{len(falls_with('eq33'))} rest on (33) as argued in print."
         ),
     )
 

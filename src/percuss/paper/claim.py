@@ -108,6 +108,7 @@ def _quotations(id: str) -> list[dict[str, object]]:
             "page": passage.page,
             "at": passage.at,
             "text": passage.quote,
+            "reading": passage.reading,
         }
         for passage in passages_of(id)
     ]

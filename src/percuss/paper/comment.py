@@ -176,7 +176,8 @@ def _chain(claims: Mapping[str, Claim]) -> dict[str, object]:
         for line in lines
         if line.is_break
         for record in falls_with(line.record)
-        if record in claims
+        # The derivation as a whole is what is spoken of.
+        if record in claims and record != "chain"
     ]
     rests = f" On ({BREAK}) rest {', '.join(dict.fromkeys(fallen))}." if fallen else ""
     return {
@@ -217,6 +218,7 @@ def _record(claim: Claim) -> dict[str, object]:
         "printed_as": "printed" if claim.is_printed else "stated",
         "correction": _runs(claim.finding.correction),
         "instead": _runs(claim.finding.instead),
+        "open": _runs(claim.finding.undecided),
         "evidence": _runs(_decisive(claim)),
     }
 

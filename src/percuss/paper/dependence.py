@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from percuss.paper.statement import VerdictKind
 
-__all__ = ["DEPENDS", "falls_with", "own_errors"]
+__all__ = ["DEPENDS", "LABELS", "falls_with", "own_errors"]
 
 # Which statements of the article each one is derived from, or illustrates.
 DEPENDS: dict[str, tuple[str, ...]] = {
@@ -47,6 +47,28 @@ DEPENDS: dict[str, tuple[str, ...]] = {
     "family-commensurate": ("family-period",),
     "periodicity-outside-range": (),
     "periodicity-fig6b-lost": ("periodicity-outside-range",),
+}
+
+# What a graph says of those that have no number of their own.
+LABELS: dict[str, str] = {
+    "periodicity-subharmonic": "near the eigenset",
+    "large-times": "time of two flights",
+    "chain": "(27) to (35)",
+    "eq35-constant": "b, by (34)",
+    "fig11-bilinear": "fig 11, bilinear",
+    "fig11-asymptotic": "b = 0.61",
+    "accuracy-argument": "accuracy, argued",
+    "fig10-accuracy": "accuracy",
+    "poincare-maps": "Poincaré maps",
+    "eq38-velocity": "x' of (38)",
+    "cosine-half-pi": "impact at π/2",
+    "cosine-steady": "steady for V0 > 0",
+    "cosine-becomes-sine": "(36) turns into (27)",
+    "fig14-numerics": "figs 14-15, method",
+    "family-period": "period of the example",
+    "family-commensurate": "the same, m = 2, 3",
+    "periodicity-outside-range": "periodicity is lost",
+    "periodicity-fig6b-lost": "the same, fig 6b",
 }
 
 

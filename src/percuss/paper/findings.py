@@ -155,7 +155,7 @@ HEADLINES = (
         (
             FormulaPair(
                 "eq35-constant",
-                "b of (35),",
+                "(34), b of (35),",
                 r"b = \sqrt{\frac{2a}{\pi}}",
                 r"b = \sqrt{\frac{\sin 2\psi}{2}}",
                 is_printed=False,

@@ -50,7 +50,7 @@ MOST = 100_000_000
 # Keys of the model whose faults concern a value only: the parameters of the model are known.
 LEAF = re.compile(
     r"oscillator\.((?!stop)\w+|stops\.\d+\.(?!type)\w+)"
-    r"|forcing\.(constant|period|harmonics\.\d+\.\w+|(cos|sin)\.\d+)"
+    r"|forcing\.(constant|period|harmonics\.\d+\.\w+|record\.(amplitude|omega)|(cos|sin)\.\d+)"
 )
 
 

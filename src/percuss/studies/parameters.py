@@ -37,6 +37,8 @@ _KEYS = frozenset(
         "damping_ratio",
         "at",
         "restitution",
+        "speeds",
+        "values",
         "amplitude",
         "omega",
         "phase",

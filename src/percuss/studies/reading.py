@@ -10,18 +10,21 @@ from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from pydantic import ValidationError as ShapeError
 
 from percuss.errors import ParameterError, StudyError
 from percuss.io.record import load_record
 from percuss.model.faults import Fault, draft, positive_faults, scale_faults, unit_problem
 from percuss.model.faults import faults as model_faults
+from percuss.model.force_record import ForceRecord, Outside, RecordKind
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
 from percuss.model.units import Units
 from percuss.studies.parameters import with_expressions
+from percuss.studies.record_file import record_of
 from percuss.studies.study import (
     TABLES,
     Question,
@@ -70,7 +73,7 @@ _PLACE = re.compile(r"\s*\(at (?:line (?P<line>\d+), column \d+|end of document)
 _OF_ALL = ("study", "oscillator", "forcing", "save", "draw")
 _SAVE, _DRAW = ("netcdf", "csv"), ("png", "svg", "length_unit", "time_unit")
 
-ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic)
+ModelPart = TypeVar("ModelPart", Wall, SoftStop, Harmonic, RestitutionTable)
 
 _FOURIER = ("omega", "cos", "sin")
 _DAMPINGS = ("damping_coefficient", "damping_ratio")
@@ -100,7 +103,8 @@ def load_study(path: FilePath | str) -> Study:
     try:
         if file.suffix.lower() in _RESULTS:
             return parse_study(load_record(file).study, str(path))
-        return parse_study(file.read_bytes().decode("utf-8-sig"), str(path))
+        text = file.read_bytes().decode("utf-8-sig")
+        return parse_study(text, str(path), folder=file.parent)
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         reason = f"not UTF-8 text: byte {error.start} is 0x{error.object[error.start]:02x}"
@@ -115,7 +119,7 @@ def load_study(path: FilePath | str) -> Study:
         raise StudyError([error]) from error
 
 
-def parse_study(text: str, name: str = "study") -> Study:
+def parse_study(text: str, name: str = "study", *, folder: FilePath | None = None) -> Study:
     r"""Return the study in a TOML text.
 
     Parameters
@@ -124,6 +128,8 @@ def parse_study(text: str, name: str = "study") -> Study:
         The text of a study file.
     name
         Name of the file, for messages.
+    folder
+        The folder of the file, where those that it names lie; None: it has none beside it.
 
     Returns
     -------
@@ -151,7 +157,7 @@ def parse_study(text: str, name: str = "study") -> Study:
     if document is None:
         raise StudyError(syntax)
     faults = StudyFaults(name, key_lines("\n".join(lines)), list(syntax))
-    study = build_study(document, faults)
+    study = build_study(document, faults, folder)
     # A key that seems to be missing may stand in a line that could not be read.
     certain = (f for f in faults.faults if not (syntax and f.reason.startswith("missing")))
     ordered = sorted(certain, key=lambda fault: (fault.line or 0, fault.path))
@@ -160,7 +166,9 @@ def parse_study(text: str, name: str = "study") -> Study:
     return study
 
 
-def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
+def build_study(
+    document: RawTable, faults: StudyFaults, folder: FilePath | None = None
+) -> Study | None:
     """Return the study of a document, None if it has faults; add these.
 
     Parameters
@@ -169,6 +177,8 @@ def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
         The tables as `tomllib` reads them, faulty ones too.
     faults
         The faults found so far.
+    folder
+        The folder of the file, None without one.
     """
     document = with_expressions(document, faults)
     name = raw_table(document, "study").get("kind", "motion")
@@ -184,7 +194,7 @@ def build_study(document: RawTable, faults: StudyFaults) -> Study | None:
     if "certify" in known and "certify" in document:
         certify = read(Certify, raw_table(document, "certify"), faults, ("certify",))
     question = None if kind is None else _read_question(kind, document, faults)
-    oscillator, forcing = read_model(document, faults)
+    oscillator, forcing = read_model(document, faults, folder)
     _check_units(draw, oscillator, faults)
     # With a faulty parameter nothing is known of the numbers that follow from it.
     if question is None or faults.is_wrong("parameters"):
@@ -284,11 +294,19 @@ class _Shape(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, arbitrary_types_allowed=True)
 
 
+class _TableShape(_Shape):
+    speeds: list[NumberKey]
+    values: list[NumberKey]
+
+
 class _WallShape(_Shape):
     type: Literal["wall"]
     at: NumberKey
     side: Literal["above", "below"]
-    restitution: NumberKey = 1.0
+    restitution: Annotated[
+        Annotated[NumberKey, Tag("number")] | Annotated[_TableShape, Tag("table")],
+        Discriminator(lambda value: "table" if isinstance(value, Mapping) else "number"),
+    ] = 1.0
 
 
 class _SoftShape(_Shape):
@@ -321,6 +339,19 @@ class _HarmonicShape(_Shape):
     phase: PhaseKey = 0.0
 
 
+class _RecordShape(_Shape):
+    file: str | None = None
+    time: str = "t"
+    force: str = "f"
+    t: list[PhaseKey] = []
+    f: list[NumberKey] = []
+    kind: RecordKind = "linear"
+    repeat: bool = False
+    outside: Outside = "end"
+    amplitude: NumberKey = 1
+    omega: NumberKey | None = None
+
+
 class _ForcingShape(_Shape):
     constant: NumberKey = 0.0
     per_mass: bool = False
@@ -329,13 +360,16 @@ class _ForcingShape(_Shape):
     omega: NumberKey | None = None
     cos: list[NumberKey] = []
     sin: list[NumberKey] = []
+    record: _RecordShape | None = None
 
 
 _SHAPES: dict[str, type[_Shape]] = {"oscillator": _OscillatorShape, "forcing": _ForcingShape}
 _STOPS: dict[object, type[_Shape]] = {"wall": _WallShape, "soft": _SoftShape}
 
 
-def read_model(document: RawTable, faults: StudyFaults) -> tuple[Oscillator, Forcing | None]:
+def read_model(
+    document: RawTable, faults: StudyFaults, folder: FilePath | None = None
+) -> tuple[Oscillator, Forcing | None]:
     """Return the model of a document, and add its faults.
 
     Parameters
@@ -344,6 +378,8 @@ def read_model(document: RawTable, faults: StudyFaults) -> tuple[Oscillator, For
         The tables as `tomllib` reads them.
     faults
         The faults found so far.
+    folder
+        The folder of the file, None without one.
 
     Returns
     -------
@@ -354,7 +390,9 @@ def read_model(document: RawTable, faults: StudyFaults) -> tuple[Oscillator, For
         if isinstance(document.get(name), Mapping):
             _check_shape(name, document[name], faults)
     oscillator = _oscillator(raw_table(document, "oscillator"), faults)
-    forcing = _forcing(raw_table(document, "forcing"), faults) if "forcing" in document else None
+    forcing = None
+    if "forcing" in document:
+        forcing = _forcing(raw_table(document, "forcing"), folder, faults)
     if forcing is not None and not (faults.is_wrong("oscillator") or faults.is_wrong("forcing")):
         _check_quotient(oscillator, forcing, faults)
     return oscillator, forcing
@@ -381,10 +419,15 @@ def _check_shape(name: str, table: RawTable, faults: StudyFaults) -> None:
             if place[:1] == ("stops",) and place[2:3] in (("wall",), ("soft",)):
                 # pydantic puts the type of a stop into its path.
                 known, place = _STOPS[place[2]], (*place[:2], *place[3:])
+                if place[2:3] == ("restitution",):
+                    # And whether it read a number or a table.
+                    known, place = _TableShape, (*place[:3], *place[4:])
             elif place[:1] == ("harmonics",) and len(place) > 1:
                 known = _HarmonicShape
             elif place[:1] == ("units",) and len(place) > 1:
                 known = _UnitsShape
+            elif place[:1] == ("record",) and len(place) > 1:
+                known = _RecordShape
             path = (name, *place)
             if kind == "extra_forbidden":
                 faults.add(path, unknown_key(path[-1], list(known.model_fields)))
@@ -479,15 +522,22 @@ def _stop(row: Any) -> Wall | SoftStop:
     if kind == "soft":
         return _drafted(SoftStop, row, {**needed, "stiffness": MISSING, "damping": 0.0})
     # A stop of another type has a fault already; as a wall without a place it gets no second one.
+    given = row.get("restitution") if isinstance(row, Mapping) else None
+    if isinstance(given, Mapping):
+        table = _drafted(RestitutionTable, given, {"speeds": MISSING, "values": MISSING})
+        row = {**row, "restitution": table}
     return _drafted(Wall, row, {**needed, "restitution": 1.0})
 
 
-def _forcing(table: RawTable, faults: StudyFaults) -> Forcing:
+def _forcing(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> Forcing:
     constant, period = table.get("constant", 0.0), table.get("period")
     given = [name for name in _FOURIER if name in table]
+    record = None
+    if isinstance(table.get("record"), Mapping):
+        record = record_of(table["record"], folder, faults)
     if not given:
         harmonics = tuple(_harmonic(row) for row in _rows(table, "harmonics"))
-        own = {"harmonics": harmonics, "period": exact_phase(period)}
+        own = {"harmonics": harmonics, "period": exact_phase(period), "record": record}
         forcing = draft(Forcing, **own, constant=constant, is_per_mass=_is_per_mass(table))
     else:
         for name in ("harmonics", "period"):
@@ -496,7 +546,7 @@ def _forcing(table: RawTable, faults: StudyFaults) -> Forcing:
                 faults.add(("forcing", name), reason)
         if "omega" not in table:
             faults.add(("forcing", "omega"), "missing; cos and sin need the base frequency")
-        forcing = _fourier(table, constant)
+        forcing = _fourier(table, constant, record)
     faults.add_from_model(model_faults(forcing, "forcing"))
     return forcing
 
@@ -513,13 +563,13 @@ def _harmonic(row: Any) -> Harmonic:
     return _drafted(Harmonic, given, {"amplitude": MISSING, "omega": MISSING, "phase": 0.0})
 
 
-def _fourier(table: RawTable, constant: Any) -> Forcing:
+def _fourier(table: RawTable, constant: Any, record: ForceRecord | None) -> Forcing:
     cos, sin = _rows(table, "cos"), _rows(table, "sin")
     count = max(len(cos), len(sin))
     pairs = zip(*(values + [0.0] * (count - len(values)) for values in (cos, sin)), strict=True)
     terms = tuple(draft(FourierTerm, n=n, cos=c, sin=s) for n, (c, s) in enumerate(pairs, 1))
     base = table.get("omega", MISSING)
-    own = {"harmonics": terms, "constant": constant, "base": base}
+    own = {"harmonics": terms, "constant": constant, "base": base, "record": record}
     return draft(Forcing, **own, is_per_mass=_is_per_mass(table))
 
 

@@ -93,7 +93,7 @@ class StudyDraft:
         """Add a forcing without a period, where one is needed."""
         if self.faults.is_wrong("forcing"):
             return
-        if self.forcing is None or not self.forcing.harmonics:
+        if self.forcing is None or self.forcing.is_constant:
             self.faults.add(("forcing",), f"missing harmonics; {why}")
         elif self.forcing.period is None:
             self.faults.add(("forcing", "period"), f"missing; {why}")

@@ -152,12 +152,18 @@ def _oscillator(osc: Oscillator, parameters: Mapping[str, Phase]) -> list[str]:
     table: dict[str, Any] = _in_code(oscillator_table(osc), parameters)
     stops = table.pop("stops", None) or []
     rows = [
-        (_STOPS[stop["type"]], {k: v for k, v in stop.items() if k != "type"}) for stop in stops
+        (_STOPS[stop["type"]], {k: _call(v) for k, v in stop.items() if k != "type"})
+        for stop in stops
     ]
     units = table.pop("units", None)
     own = _lines(table) + ([] if units is None else [f"    units=pc.Units({_arguments(units)}),"])
     made = "Oscillator" if osc.mass is None else "Oscillator.from_mass"
     return [f"osc = pc.{made}(", *own, *_tuple("stops", rows), ")"]
+
+
+def _call(value: Any) -> Any:
+    """Return a table of restitutions as the call that makes it, anything else as it is."""
+    return _Code(f"pc.restitution_table({_arguments(value)})") if isinstance(value, dict) else value
 
 
 def _forcing(force: Forcing, parameters: Mapping[str, Phase]) -> list[str]:

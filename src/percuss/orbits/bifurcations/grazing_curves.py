@@ -297,6 +297,7 @@ def elastic(law: Law, region: int) -> Floats:
     """Return the law with elastic walls round a region, at which a graze keeps its velocity."""
     changed = law.copy()
     changed[region, at.LOWER_RESTITUTION] = changed[region, at.UPPER_RESTITUTION] = 1.0
+    changed[region, at.LOWER_TABLE] = changed[region, at.UPPER_TABLE] = 0.0
     return changed
 
 

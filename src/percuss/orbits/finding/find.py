@@ -13,8 +13,10 @@ import numpy as np
 from percuss.errors import ConvergenceError, FormalOrbitWarning, ParameterError
 from percuss.kernels.law_columns import DAMPING
 from percuss.model.exact import as_float, plain, whole
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.restitution import is_elastic
 from percuss.model.system import System
 from percuss.numerics import log
 from percuss.orbits.finding.refine_guess import (
@@ -270,7 +272,9 @@ def _counts(n_impacts: float, n_periods: int) -> tuple[float, int]:
 
 def _check(system: System, n_impacts: float, sequence: Sequence[int] | None) -> None:
     osc, force = system
-    if force is not None and force.harmonics and force.period is None:
+    if math.isinf(n_impacts):
+        refuse_record(force, "an orbit with sticking", "ask for impacts, or for none")
+    if force is not None and not force.is_constant and force.period is None:
         reason = "a periodic orbit needs a periodic forcing; give period= where it has one"
         raise ParameterError("forcing.period", None, reason)
     if n_impacts in (0, math.inf) and system.period is None:
@@ -294,7 +298,7 @@ def _check_energy(system: System) -> None:
         system.oscillator,
         [float(system.law[row, DAMPING]) for row in regions(system.law)],
     )
-    elastic = all(as_float(stop.restitution) == 1 for stop in osc.stops if isinstance(stop, Wall))
+    elastic = all(is_elastic(stop.restitution) for stop in osc.stops if isinstance(stop, Wall))
     if as_float(osc.damping) > 0.0 and min(dampings) >= 0.0:
         reason = "free motion loses energy all the time and never returns"
     elif as_float(osc.damping) < 0.0 and max(dampings) <= 0.0 and elastic:

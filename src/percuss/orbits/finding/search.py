@@ -30,6 +30,7 @@ from percuss.orbits.orbit.itinerary import (
     events_of_stops,
     row_of_region,
 )
+from percuss.orbits.orbit.knots import without_knots
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.propagator import Propagator
 
@@ -148,7 +149,7 @@ def _motions(
         t_end = math.inf
         if period > 0.0:
             t_end = t0 + (n_impacts + 2) * max_periods * period
-        events, marks = runs.follow(x0, v0, t0, t_end=t_end, n_impacts=n_impacts)
+        events, marks = without_knots(*runs.follow(x0, v0, t0, t_end=t_end, n_impacts=n_impacts))
         if i >= n_short:
             last = 6 * max_impacts * (len(osc.stops) + 1)
             events, marks = events[-last:], marks[-last:]
@@ -212,7 +213,10 @@ def scale_of_speed(system: System) -> float:
     (osc, force), law = system.of_unit_mass, system.law
     n = int(law[0, at.N_HARMONICS])
     rows = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]
-    speed = float((rows[:, at.AMPLITUDE] / rows[:, at.OMEGA]).sum()) if n else 0.0
+    # A record has no frequency but that of its period.
+    slowest = 2.0 * math.pi / (float(law[0, at.PERIOD]) or 1.0)
+    omega = np.where(rows[:, at.OMEGA] > 0.0, rows[:, at.OMEGA], slowest)
+    speed = float((rows[:, at.AMPLITUDE] / omega).sum()) if n else 0.0
     spring = math.sqrt(abs(as_float(osc.stiffness)))
     speed += spring * max((abs(as_float(stop.at)) for stop in osc.stops), default=0.0)
     if force is not None:
@@ -399,7 +403,7 @@ def _of_run(system: System, n_impacts: int, n_periods: int, run: Trajectory) -> 
         raise ParameterError("guess", run, "a run of another oscillator or forcing")
     # Enough events for the stretch, crossings out of soft stops among them.
     last = 4 * (n_impacts + 1) * (1 + len(system.oscillator.stops))
-    events, marks = run.record
+    events, marks = without_knots(*run.record)
     record = events[-last:], marks[-last:]
     fitting = [
         guess
@@ -433,7 +437,7 @@ def _of_impact(
     states, marks = Propagator(system).follow(x0, v, t0, t_end=end, n_impacts=n_impacts)
     # The start stands for the impact before it.
     events = events_of_stops(system, stops or (stop,) * n_impacts)
-    record = _with_first(system, stop, states.copy(), marks.copy())
+    record = _with_first(system, stop, *without_knots(states.copy(), marks.copy()))
     for guess in guesses_in(system, record, n_impacts, 10**6, near=math.inf):
         met = tuple(k for _, k in entries_of(system, guess.itinerary.events))
         if guess.n_impacts == n_impacts and (stops is None or met == stops):

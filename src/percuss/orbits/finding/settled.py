@@ -20,6 +20,7 @@ from percuss.numerics import power
 from percuss.orbits.finding.search import Guess, guesses_in, scale_of_speed
 from percuss.orbits.finding.search_budget import SearchBudget
 from percuss.orbits.orbit.extremes import Extremes, extremes_of, extremes_of_record
+from percuss.orbits.orbit.knots import without_knots
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.propagator import Propagator
 from percuss.orbits.orbit.signature import are_same
@@ -204,7 +205,7 @@ class _Search:
 
 def _tail(record: tuple[Floats, Integers], end: float, period: float) -> tuple[Floats, Integers]:
     """Return the last part of a record; its first row stands for a start."""
-    events, marks = record
+    events, marks = without_knots(*record)
     first = int(np.searchsorted(events[:, columns.EVENT_T], end - TAIL * period))
     return events[max(first - 1, 0) :].copy(), marks[max(first - 1, 0) :].copy()
 
@@ -221,7 +222,7 @@ def _is_on(known: Settled, record: tuple[Floats, Integers], period: float) -> bo
     orbit = known.orbit
     if orbit is None or orbit.n_impacts == 0 or math.isinf(orbit.n_impacts):
         return False
-    events, _ = record
+    events, _ = without_knots(*record)
     last, own = events[-1], orbit.record[0][1:]
     if len(events) <= len(own):
         return False

@@ -27,6 +27,7 @@ from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import factor
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.restitution import RestitutionTable
 from percuss.model.system import System
 from percuss.numerics import atan2, directions, dot, matmul, solve_linear
 from percuss.orbits.orbit.itinerary import Itinerary, entry, events_of_stops, row_of_region
@@ -86,7 +87,10 @@ class SingleImpact:
 def has_closed_form(system: System, stop: int) -> bool:
     """Return whether `single_impact` has a formula for impacts on a stop."""
     osc, force = system
-    return force is not None and len(force.components()) == 1 and isinstance(osc.stops[stop], Wall)
+    if force is None or force.record is not None or len(force.components()) != 1:
+        return False
+    wall = osc.stops[stop]
+    return isinstance(wall, Wall) and not isinstance(wall.restitution, RestitutionTable)
 
 
 def single_impact(
@@ -139,7 +143,7 @@ def equations_of(system: System, n_periods: int, stop: int) -> tuple[Floats, Flo
     """Return M, b and d of the equations M (p, q) = b + d U."""
     law, met = system.law, entry(system.oscillator, stop)
     bound, region = met.bound, row_of_region(law, met.before)
-    kept = factor(law, region, bound)
+    kept = factor(law, region, bound, 0.0)
     period = n_periods * float(law[0, at.PERIOD])
     impulse, even, rise = free_response(law, region, period)
     # After whole periods the force is what it was, exactly.
@@ -257,7 +261,9 @@ def orbit_of_root(
     law, events = system.law, events_of_stops(system, (form.stop,))
     period = float(law[0, at.PERIOD])
     bound, before, _ = events[0].tolist()
-    unknowns = np.array([cycle * period, form.n_periods * period, factor(law, before, bound) * u])
+    unknowns = np.array(
+        [cycle * period, form.n_periods * period, factor(law, before, bound, u) * u]
+    )
     guess = Itinerary.of_vector(events, unknowns, form.n_periods)
     solution = solve(system, guess)
     if not solution.converged:

@@ -20,6 +20,7 @@ from percuss.motion.spectrum import line_spectrum
 from percuss.motion.tables import Impacts
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.orbits.orbit.itinerary import Itinerary
+from percuss.orbits.orbit.knots import with_knots
 from percuss.orbits.orbit.stability import Stability
 from percuss.orbits.orbit.symmetry import is_mirrored_state, is_symmetric_system
 from percuss.orbits.orbit.turning_points import Passages, TurningPoints, turns_of
@@ -212,6 +213,7 @@ class PeriodicOrbit:
         t_end = float(events[-1, columns.EVENT_T]) if len(events) > 1 else 0.0
         if len(self._events) == 1:
             t_end = self.t0 + periods * self.period
+        events, marks = with_knots(self.system.law, events, marks, self.x0, t_end)
         record = (self.x0, self.v0), events, marks, np.empty((0, columns.GRAZE_COLUMNS))
         return Trajectory.of_record(self.system, record, t_end, Outcome.reached_t_end)
 

@@ -16,8 +16,9 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import later
-from percuss.kernels.flight import Flight, constant_force, move, place, set_phases
+from percuss.kernels.flight import Flight, constant_force, move_over_knots, place, set_phases
 from percuss.kernels.law_columns import DAMPING, N_HARMONICS, PERIOD, Law
+from percuss.kernels.restitution import kept_of_area
 from percuss.kernels.sample import cycles
 from percuss.kernels.shooting import (
     AFTER,
@@ -103,7 +104,7 @@ def solve(system: System, guess: Itinerary) -> Solution:
     equations = _Equations(law, events, guess.n_periods * float(law[0, PERIOD]))
     unknowns, size = equations.improved(guess.vector)
     for i, (bound, before, _) in enumerate(events.tolist()):
-        if factor(law, before, bound) == 0.0:
+        if factor(law, before, bound, 0.0) == 0.0:
             # After a plastic impact the velocity is zero, without rounding.
             unknowns[1 + len(events) + i] = 0.0
     is_solved = size < SOLVED and not equations.stands_still(unknowns)
@@ -177,7 +178,8 @@ class _Equations:
                 continue
             following = (i + 1) % self.n
             bound = self.events[following, AT]
-            kept = factor(self.law, int(self.events[following, BEFORE]), int(bound))
+            before = int(self.events[following, BEFORE])
+            kept = factor(self.law, before, int(bound), speeds[following])
             if self.events[i, AT] == bound and speeds[following] * kept * speeds[i] > 0.0:
                 return True
         return False
@@ -247,7 +249,7 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
     bound, _, region = itinerary.events[0].tolist()
     x0 = place(law, region, bound)
     monodromy = _monodromy(law, events, marks)
-    determinant, conservative = _determinant(law, itinerary)
+    determinant, conservative = _determinant(law, itinerary, events)
     stability = stability_of(monodromy, determinant, conservative=conservative)
     if not itinerary.n_periods:
         stability = stability_of_cycle(determinant, conservative=conservative)
@@ -281,12 +283,19 @@ def orbit_of_solution(system: System, solution: Solution) -> PeriodicOrbit:
     )
 
 
-def _determinant(law: Law, itinerary: Itinerary) -> tuple[float, bool]:
+def _determinant(law: Law, itinerary: Itinerary, events: Floats) -> tuple[float, bool]:
     """Return the determinant of the monodromy matrix, and whether it is 1 by construction.
 
-    It is the product of r^2 over the impacts times exp(-2 integral of the damping).
+    It is the product of r^2 over the impacts times exp(-2 integral of the damping); where the
+    restitution depends on the speed u, of r d(r u)/du. ``events`` are those of a record.
     """
-    factors = [factor(law, int(row[BEFORE]), int(row[AT])) for row in itinerary.events]
+    walls, speeds = is_wall(law, itinerary.events), np.abs(events[:, columns.V_BEFORE])
+    factors = [
+        kept_of_area(law, int(row[BEFORE]), int(row[AT]), speeds[i or len(walls)])
+        if walls[i]
+        else 1.0
+        for i, row in enumerate(itinerary.events)
+    ]
     dampings = law[itinerary.events[:, AFTER], DAMPING]
     conservative = all(abs(value) == 1.0 for value in factors) and not dampings.any()
     decay = exp(-2.0 * dot(dampings, itinerary.durations))
@@ -318,7 +327,8 @@ def _record(law: Law, itinerary: Itinerary) -> tuple[Floats, Integers]:
         force = constant_force(law, region, place(law, region, int(rows[i, AT])))
         set_phases(law, t, t_low, phases)
         s = float(itinerary.durations[i])
-        _, before = move(Flight(law, region, (t, t_low, v, force), phases, arrival), s)
+        flight = Flight(law, region, (t, t_low, v, force), phases, arrival)
+        _, before = move_over_knots(flight, s)
         t, t_low = later(t, t_low, s)
         v = float(itinerary.velocities[following])
         events[i + 1] = t, t_low, before, v

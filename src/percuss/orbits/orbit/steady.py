@@ -10,14 +10,14 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import ConvergenceError
 from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
-from percuss.kernels.flight import set_phases
+from percuss.kernels.flight import Flight, move_over_knots, set_phases
 from percuss.kernels.law_columns import Law
 from percuss.kernels.tangent import propagator
 from percuss.model.oscillator import mass_of
 from percuss.model.system import System
 from percuss.motion.reach import steady
 from percuss.motion.tables import Impacts
-from percuss.numerics import exp
+from percuss.numerics import determinant, exp, solve_linear
 from percuss.orbits.orbit.itinerary import row_of_region
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.stability import multipliers_of, stability_of
@@ -72,6 +72,9 @@ def steady_orbit(system: System, region: int) -> PeriodicOrbit:
     law = system.law
     n = int(law[0, at.N_HARMONICS])
     period = float(law[0, at.PERIOD])
+    if law[0, at.N_KNOTS] > 0.0:
+        state = _under_record(law, region, period)
+        return _orbit(system, region, (*state, period), *_started(state[1], region))
     phases = np.empty((n, 2))
     set_phases(law, 0.0, 0.0, phases)
     x0 = _mean(law, region)
@@ -84,9 +87,32 @@ def steady_orbit(system: System, region: int) -> PeriodicOrbit:
         raise ConvergenceError(reason, None, math.nan, "add damping, or ask for impacts")
     y, v0 = steady(law, region, phases).sum(axis=0)
     x0 += float(y)
-    events = np.array([[0.0, 0.0, float(v0), float(v0)]])
-    marks = np.array([[columns.START, -1, region]], dtype=np.int64)
-    return _orbit(system, region, (x0, float(v0), period), events, marks)
+    return _orbit(system, region, (x0, float(v0), period), *_started(float(v0), region))
+
+
+def _started(v0: float, region: int) -> tuple[Floats, Integers]:
+    """Return the record of a motion without events."""
+    events = np.array([[0.0, 0.0, v0, v0]])
+    return events, np.array([[columns.START, -1, region]], dtype=np.int64)
+
+
+def _under_record(law: Law, region: int, period: float) -> tuple[float, float]:
+    """Return (x, v) at t = 0 of the periodic motion of a region under a repeated record.
+
+    A period is an affine map of the state, whose fixed point it is.
+    """
+    phases, arrival = np.empty((2, int(law[0, at.N_HARMONICS]), 2))
+    set_phases(law, 0.0, 0.0, phases)
+    state = (0.0, 0.0, 0.0, float(law[region, at.ORIGIN_FORCE]))
+    moved = move_over_knots(Flight(law, region, state, phases, arrival), period)
+    rest = np.eye(2) - np.array(propagator(law, region, period)).reshape(2, 2)
+    if not abs(determinant(rest)) > IDENTITY:
+        reason = (
+            "no one periodic motion without impacts: in resonance without damping, or springless"
+        )
+        raise ConvergenceError(reason, None, math.nan, "add damping, or ask for impacts")
+    y, v = solve_linear(rest, np.array(moved))
+    return float(law[region, at.ORIGIN]) + float(y), float(v)
 
 
 def _mean(law: Law, region: int) -> float | None:
@@ -112,7 +138,7 @@ def _orbit(
     law = system.law
     monodromy = np.array(propagator(law, region, period)).reshape(2, 2)
     damping = float(law[region, at.DAMPING])
-    determinant = exp(-2.0 * damping * period)
+    shrunk = exp(-2.0 * damping * period)
     turns = _one_period_of(turns_of(law, events, marks, x0, 1.5 * period), period)
     penetrations = penetrations_of(system.oscillator, turns)
     none = np.empty(0)
@@ -139,8 +165,8 @@ def _orbit(
         n_periods=1,
         period=period,
         monodromy=monodromy,
-        multipliers=multipliers_of(monodromy, determinant),
-        stability=stability_of(monodromy, determinant, conservative=damping == 0.0),
+        multipliers=multipliers_of(monodromy, shrunk),
+        stability=stability_of(monodromy, shrunk, conservative=damping == 0.0),
         admissible=len(penetrations) == 0,
         grazing_margin=margin_of(turns),
         passages=penetrations,

@@ -14,6 +14,7 @@ from percuss.kernels.tangent import neighbours
 from percuss.model.exact import as_fraction
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, SoftStop, Stop
+from percuss.model.restitution import restitution_knots
 
 __all__ = ["half_multipliers", "is_mirrored_state", "is_symmetric_system"]
 
@@ -56,6 +57,9 @@ def is_symmetric_system(osc: Oscillator, force: Forcing | None) -> bool:
         return True
     if as_fraction(force.constant) != 0 or (force.harmonics and force.period is None):
         return False
+    if force.record is not None:
+        # Not looked for: an orbit is then told as any other.
+        return False
     return all(_is_odd(part.omega, force) for part in force.components() if part.cos or part.sin)
 
 
@@ -63,9 +67,9 @@ def _identity(stop: Stop, *, mirrored: bool) -> tuple[object, ...]:
     """Return numbers that distinguish a stop, or its mirror image, from others."""
     at, above = as_fraction(stop.at), stop.side == "above"
     if isinstance(stop, SoftStop):
-        numbers = 1, as_fraction(stop.stiffness), as_fraction(stop.damping)
+        numbers: tuple[object, ...] = 1, as_fraction(stop.stiffness), as_fraction(stop.damping)
     else:
-        numbers = 0, as_fraction(stop.restitution), as_fraction(0)
+        numbers = 0, restitution_knots(stop.restitution)
     return (-at, not above, *numbers) if mirrored else (at, above, *numbers)
 
 

@@ -16,6 +16,7 @@ from percuss.kernels.law_columns import N_HARMONICS, Law
 from percuss.kernels.shooting import turning_points
 from percuss.model.oscillator import Oscillator
 from percuss.model.system import lines
+from percuss.orbits.orbit.knots import pieces_of_flight
 
 __all__ = [
     "Passages",
@@ -132,10 +133,34 @@ def flight_turns(
 
     A steady motion holds no free motion: its harmonics alone bound how fast it turns.
     """
+    if law[0, at.N_KNOTS] == 0.0:
+        state = (*start, constant_force(law, region, x))
+        return _turns_to(law, region, state, duration, is_steady=is_steady)
+    force, stiffness = constant_force(law, region, x), float(law[region, at.STIFFNESS])
+    parts = []
+    for (t, t_low), y, v, lasting in pieces_of_flight(law, region, x, start, duration):
+        since = (t - start[0]) + (t_low - start[1])
+        if v == 0.0 and since > 0.0:
+            # It turns at the knot itself, the end of two pieces.
+            parts.append(np.array([[since, y, 0.0]]))
+        state = (t, t_low, v, force - stiffness * y)
+        turns = _turns_to(law, region, state, lasting, is_steady=False)
+        parts.append(turns + np.array([since, y, 0.0]))
+    return np.concatenate(parts)
+
+
+def _turns_to(
+    law: Law,
+    region: int,
+    state: tuple[float, float, float, float],
+    duration: float,
+    *,
+    is_steady: bool,
+) -> Floats:
+    """Return (s, y, doubt) of the turning points of a flight under one piece of a record."""
     n = int(law[0, N_HARMONICS])
     phases, arrival = np.empty((n, 2)), np.empty((n, 2))
-    set_phases(law, start[0], start[1], phases)
-    state = (*start, constant_force(law, region, x))
+    set_phases(law, state[0], state[1], phases)
     search_step = float(law[region, at.STEP])
     if is_steady:
         harmonics = law[at.FIRST_HARMONIC : at.FIRST_HARMONIC + n]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, whole
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import long_form
@@ -259,6 +260,7 @@ def _checked(
     system = System.of(osc, force)
     if force is None:
         raise ParameterError("force", force, "not a Forcing; a response is one to a forcing")
+    refuse_record(force, "a response curve")
     if len(over) != 1:
         raise ParameterError("over", over, "not one parameter and its range")
     ((path, given),) = over.items()

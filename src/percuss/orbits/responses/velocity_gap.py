@@ -32,6 +32,7 @@ from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
 from percuss.kernels.flight import free_response
 from percuss.model.exact import as_float, whole
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import replace_parameter
@@ -222,6 +223,7 @@ def velocity_gap_curve(
 
 def _check(system: System) -> None:
     osc = system.oscillator
+    refuse_record(system.forcing, "this curve")
     if len(osc.stops) != 1 or not has_closed_form(system, 0):
         reason = "the closed form is for one wall and no other stop, under one harmonic"
         raise ParameterError("osc", osc, reason)

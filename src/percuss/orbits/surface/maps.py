@@ -16,7 +16,7 @@ from percuss.kernels import record as columns
 from percuss.kernels.arithmetic import turns
 from percuss.kernels.flight import acceleration_and_jerk, constant_force, set_phases
 from percuss.kernels.law_columns import N_HARMONICS, PERIOD, PERIOD_TURNS, PERIOD_TURNS_LOW
-from percuss.kernels.shooting import factor
+from percuss.kernels.shooting import factor_of_error
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
@@ -171,7 +171,7 @@ class ImpactMap:
         before = float(events[-1, columns.V_BEFORE])
         instant = until, float(events[-1, columns.EVENT_T_LOW])
         pull = _acceleration(runs, last, at, before, *instant)
-        kept = factor(runs.law, last, int(marks[-1, columns.BOUND]))
+        kept = factor_of_error(runs.law, last, int(marks[-1, columns.BOUND]), before)
         end = np.array([[-1.0 / before, 0.0], [-kept * pull / before, kept]])
         period = float(runs.law[0, PERIOD])
         scale = np.array([[1.0, 1.0 / period], [period, 1.0]])

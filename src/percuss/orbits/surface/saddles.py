@@ -13,6 +13,7 @@ from percuss.arrays import Flags, Floats
 from percuss.errors import ParameterError
 from percuss.kernels import backward as engine
 from percuss.kernels import law_columns as at
+from percuss.kernels.restitution import speed_before
 from percuss.model.exact import as_float
 from percuss.model.oscillator import Wall
 from percuss.model.system import System
@@ -248,10 +249,12 @@ class ImpactSection:
         motions = BackwardMotions(System(osc, self.map.forcing))
         before = points[known, 1].copy()
         if isinstance(stop, Wall):
-            restitution = as_float(stop.restitution)
-            if restitution == 0.0:
-                return images
-            before /= -restitution
+            row = motions.row(entered.before)
+            for i, v in enumerate(before):
+                speed = speed_before(motions.law, row, entered.bound, abs(v))
+                if speed == math.inf:
+                    return images
+                before[i] = -math.copysign(speed, v)
         period = float(motions.law[0, at.PERIOD])
         past = motions.follow(
             points[known, 0] * period,

@@ -17,8 +17,10 @@ from percuss.kernels import law_columns as at
 from percuss.kernels.flight import constant_force
 from percuss.kernels.law_columns import Law
 from percuss.model.exact import as_float, real, whole
+from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.restitution import restitution_at_rest
 from percuss.numerics import atan2, geometric, hypot, modulus, polynomial_roots
 from percuss.numerics import cos as cos_of
 from percuss.numerics import sin as sin_of
@@ -539,6 +541,7 @@ def singularity_set(
     (True, True)
     """
     system = periodic_system(osc, force, "a singularity set")
+    refuse_record(force, "a singularity set")
     stop, n_iterates = whole("stop", stop, 0), whole("n_iterates", n_iterates, 1)
     spacing = real("spacing", spacing)
     longest = None if longest is None else real("longest", longest)
@@ -569,7 +572,7 @@ def _check(
     if longest is not None and not longest > 0.0:
         raise ParameterError("longest", longest, "not a finite positive time")
     wall = osc.stops[stop]
-    if n_iterates > 1 and isinstance(wall, Wall) and as_float(wall.restitution) == 0.0:
+    if n_iterates > 1 and isinstance(wall, Wall) and restitution_at_rest(wall.restitution) == 0.0:
         reason = "with restitution 0 nothing tells what came before an impact; at most 1"
         raise ParameterError("n_iterates", n_iterates, reason)
 

@@ -15,7 +15,13 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run
 from percuss.paper.claims.comparisons import WALL
 
-__all__ = ["mean_gain", "rate_over_two_impacts", "two_impacts", "two_proven_impacts"]
+__all__ = [
+    "excess_of_two_flights",
+    "mean_gain",
+    "rate_over_two_impacts",
+    "two_impacts",
+    "two_proven_impacts",
+]
 
 # At V = 1e6 the change of V^2 is 1e-12 of it: so many digits leave 28.
 DIGITS = 40
@@ -56,3 +62,11 @@ def rate_over_two_impacts(t: str, v: int) -> tuple[float, float]:
         instant, after = two_proven_impacts(t, v)
         rate = v * (after - v) / (instant - ball(Fraction(t)))
     return float(rate.mid()), float(rate.rad()) + 1e-15
+
+
+def excess_of_two_flights(t: str, v: int) -> tuple[float, float]:
+    """Return V times what two flights last beyond 2 pi, and its radius."""
+    with precision(BITS):
+        instant, _ = two_proven_impacts(t, v)
+        excess = v * (instant - ball(Fraction(t)) - 2 * arb.pi())
+    return float(excess.mid()), float(excess.rad()) + 1e-15

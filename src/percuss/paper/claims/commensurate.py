@@ -85,9 +85,9 @@ def bounded_off_the_eigenset(inside: Rational = LATER) -> tuple[Step, ...]:
             -V * cos(GAP) - SLOPE,
         ),
         argument(
-            "periodic impact times have finitely many gaps in a period: one that is not pi bounds "
-            "the velocity before it in every period, and so all others. Without a bound all gaps "
-            "are pi"
+            "Periodic impact times have finitely many gaps in a period. A gap that is not pi bounds "
+            "the velocity before it in every period, and with it all others. Where velocities have "
+            "no bound, all gaps are pi."
         ),
     )
 
@@ -195,9 +195,14 @@ def which_harmonics(growing: sympy.Expr = GAINED) -> tuple[Step, ...]:
             "k = 1 asks for a zero of one of two factors", off(1), 2 * cos(half + phase) * sin(half)
         ),
         identity("k = 2 likewise", off(2), 2 * cos(2 * half + phase) * sin(2 * half)),
-        argument(
-            "so omega is odd, with any phase; or omega is even and phi = 0 or pi. (If both cosines "
-            "are zero their arguments differ by a multiple of pi, and omega is odd.)"
+        identity(
+            "If both cosines are zero, so is the sine: it is zero in any case but omega even, phi = 0 "
+            "or pi. So omega is odd, with any phase, or even with one of these.",
+            sympy.expand_trig(sin((2 * half + phase) - (half + phase))),
+            sympy.expand_trig(
+                sin(2 * half + phase) * cos(half + phase)
+                - cos(2 * half + phase) * sin(half + phase)
+            ),
         ),
         identity("Odd omega gains nothing at an impact", gain.subs(w, 2 * m + 1), Integer(0)),
         identity("even omega gains", gain.subs(w, 2 * m), growing.subs(w, 2 * m)),
@@ -259,13 +264,7 @@ def _others(growing: sympy.Expr = GAINED) -> Finding:
                 "unbounded velocities under sin(omega t + phi) on periodic impact times need an "
                 "even "
                 "omega",
-                (
-                    *steps,
-                    argument(
-                        "so where velocities grow without bound at another frequency, sub-harmonic "
-                        "or not, the impact times have no period"
-                    ),
-                ),
+                steps,
             ),
         ),
         remark="The article expects it; here it is proven, for the impact oscillator without "

@@ -295,7 +295,7 @@ def _impact_at_half_pi(instant: sympy.Expr = sympy.pi / 2) -> Finding:
             counted("touches without speed up to 900", len(run.grazes), touches),
         ),
         "no impact at pi/2, where x = pi/4: the extra root of V_1 - t/2, V_1 = pi/2, is t = pi "
-        "after the impact at pi, a double zero at 2 pi that touches the stop without speed; the "
+        "after the impact at pi, a double zero at 2 pi that touches the wall without speed; the "
         "motion x = (t/2) sin t, ((2 pi - t)/2) |sin t| has period 2 pi and impacts at odd "
         "multiples of pi",
         study=motion_text(run),
@@ -319,7 +319,7 @@ def _becomes_sine(shift: sympy.Expr = sympy.pi / 2) -> Finding:
         {TIME: ("7/10", "7/10")},
     )
     at_origin = compared(
-        "the mass is on the stop at the new origin",
+        "the mass is on the wall at the new origin",
         from_rest_steps(),
         sympy.Integer(0),
         (ELAPSED / 2 * sympy.sin(ELAPSED)).subs(ELAPSED, sympy.Abs(shift)),

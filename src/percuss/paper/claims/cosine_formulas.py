@@ -121,7 +121,7 @@ def on_eigenset_steps(motion: sympy.Expr = EQ38.printed.rhs) -> tuple[Step, ...]
             "and the motion solves (36):", force_of(motion, ELAPSED), SIGN * sympy.cos(ELAPSED)
         ),
         replace(
-            identity("it begins on the stop", motion.subs(ELAPSED, 0), sympy.Integer(0)),
+            identity("it begins on the wall", motion.subs(ELAPSED, 0), sympy.Integer(0)),
             formula=r"x(k \pi) = 0",
         ),
         replace(identity("with V_k.", speed.subs(ELAPSED, 0), V_K), formula=r"x'(k \pi) = V_k"),
@@ -164,7 +164,7 @@ def no_other_root_steps(odd: sympy.Expr = EQ40.printed.rhs) -> tuple[Step, ...]:
 
 @cache
 def from_rest_steps() -> tuple[Step, ...]:
-    """Return the steps to the motion under cos t from rest on the stop, which does not grow."""
+    """Return the steps to the motion under cos t from rest on the wall, which does not grow."""
     first = EQ38.printed.rhs.subs({SIGN: 1, V_K: 0})
     second = EQ38.printed.rhs.subs({SIGN: -1, V_K: sympy.pi / 2})
     end = {ELAPSED: sympy.pi}
@@ -191,7 +191,7 @@ def from_rest_steps() -> tuple[Step, ...]:
             "The second flight is this,", second, (sympy.pi - ELAPSED) / 2 * sympy.sin(ELAPSED)
         ),
         replace(
-            identity("which ends at 2 pi on the stop", second.subs(end), zero),
+            identity("which ends at 2 pi on the wall", second.subs(end), zero),
             formula=r"x(2 \pi) = 0",
         ),
         replace(

@@ -349,7 +349,7 @@ def _accuracy(bilinear: str = "stiff") -> Finding:
         remark=(
             "The article names neither its error test nor its tolerance. The factor of the envelope "
             f"and the largest difference of x are, by the tolerance of a step: {', '.join(said)}. So "
-            "a run that has the printed envelope 0.61 is accurate, whatever its tolerance. A "
+            "each of these runs that has the printed envelope 0.61 is accurate. A "
             f"contact lasts {math.pi / math.sqrt(below):.1e}, the points are {step:.1e} apart: steps "
             "from point to point, without an error test, do not resolve a contact, and reach "
             f"velocities of {float(np.abs(plain.v).max()):.0e} before t = {T_FIGURE / 8:g}. The "

@@ -162,12 +162,18 @@ EQ35 = Formula(
     sympy.Eq(sympy.Symbol("V(t)"), ROOT_FACTOR * sympy.sqrt(TIME)),
 )
 
+
+def _root(square: sympy.Expr) -> sympy.Expr:
+    """Return a root that is set as one, not as a quotient of roots."""
+    return sympy.Pow(square, sympy.Rational(1, 2), evaluate=False)
+
+
 # What (34) gives for b, and what is right.
 EQ35_FACTOR = Formula(
     "35",
     "",
-    sympy.Eq(ROOT_FACTOR, sympy.sqrt(2 * MEAN / sympy.pi)),
-    sympy.Eq(ROOT_FACTOR, sympy.sqrt(sympy.sin(2 * PHASE) / 2)),
+    sympy.Eq(ROOT_FACTOR, _root(2 * MEAN / sympy.pi)),
+    sympy.Eq(ROOT_FACTOR, _root(sympy.sin(2 * PHASE) / 2)),
 )
 
 # x and x' a time tau after an impact, t = t_k + tau.
@@ -229,7 +235,7 @@ def flight_equation_steps() -> tuple[Step, ...]:
             sympy.sin(T_K + ELAPSED),
         ),
         replace(
-            identity("It begins on the stop,", _FLIGHT.subs(ELAPSED, 0), sympy.Integer(0)),
+            identity("It begins on the wall,", _FLIGHT.subs(ELAPSED, 0), sympy.Integer(0)),
             formula=r"x(t_k) = 0",
         ),
         replace(

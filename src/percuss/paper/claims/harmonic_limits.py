@@ -31,7 +31,7 @@ from percuss.paper.claims.harmonic_formulas import EQ23, bound_steps, end_steps,
 from percuss.paper.claims.harmonic_formulas import V as VELOCITY
 from percuss.paper.evidence import Deduction, Step, compare, counted
 from percuss.paper.formula import Formula, ordered
-from percuss.paper.proof import argument, identity, sign, theorem
+from percuss.paper.proof import identity, sign, theorem
 from percuss.paper.statement import Finding, Statement
 
 __all__ = ["EQ26", "STATEMENTS", "critical_ball", "keeps_steps"]
@@ -312,9 +312,12 @@ def _largest_steps() -> tuple[Step, ...]:
             for odd, parity in ((0, "even"), (1, "odd"))
         ),
         identity("sin ns returns after 2 pi/n", sin(n * s + 2 * pi), sin(n * s)),
-        argument(
-            "and is negative first for pi/n < s < 2 pi/n; sin s rises to pi/2, so in a later "
-            "interval the same sin ns is divided by more: the largest value lies in the first"
+        identity(
+            "and is negative first for pi/n < s < 2 pi/n. Later the same sin ns is divided by more, "
+            "since sin s grows in a turn by this, positive up to s = pi/2; so the largest value "
+            "lies in the first interval:",
+            sin(s + 2 * pi / n) - sin(s),
+            2 * cos(s + pi / n) * sin(pi / n),
         ),
         identity(
             "It lies where n cot ns = cot s, which is (25); the difference falls, as |sin ns| < "
@@ -323,10 +326,10 @@ def _largest_steps() -> tuple[Step, ...]:
             1 / sin(s) ** 2 - n**2 / sin(n * s) ** 2,
         ),
         *bound_steps(),
-        argument(
-            "so there is one root in that interval and none for 0 < s <= pi/n, where the "
-            "difference "
-            "begins below 0: it is the smallest s, the largest xi"
+        theorem(
+            "A falling difference has one root in that interval at most, and one where it changes "
+            "its sign (intermediate value theorem: Rudin 1976, theorem 4.23); for 0 < s <= pi/n it "
+            "begins below 0 and has none. So the root is the smallest s, the largest xi."
         ),
     )
 
@@ -358,7 +361,7 @@ def _which_root(limit: Formula = EQ26, *, every: bool = True) -> Finding:
         (*(refuted if every else ()), *(() if every else right)),
         (Deduction("the largest root gives V_max", _largest_steps()), *right, *numbers),
         "with the largest of the (n-1)/2 roots of (25) in [0, pi/2), the touch next to the impact",
-        remark="The paper does not say which root; its table 2 has the right one.",
+        remark="The article does not say which root; its table 2 has the right one.",
         study=motion_text(_two_turns(5, critical_ball(5).mid())),
     )
 
@@ -382,10 +385,11 @@ def keeps_steps() -> tuple[Step, ...]:
     return (
         *_shifted_steps(EQ24, EQ24_VELOCITY),
         *_touch_steps(EQ26),
-        argument(
-            "Flights with even k have no extra root by (22), those with odd k none for V > V_max "
-            "and one for 0 < V < V_max, as W is continuous and takes all values from 0 to V_max; "
-            "by (21) V is the same on all flights of the eigenset"
+        theorem(
+            "W is continuous and takes all values from 0 to V_max (intermediate value theorem: Rudin "
+            "1976, theorem 4.23). So flights with odd k have an extra root for 0 < V < V_max, and "
+            "none for V > V_max; those with even k have none by (22), and by (21) V is the same on "
+            "all flights of the eigenset."
         ),
     )
 

@@ -53,7 +53,7 @@ from percuss.paper.statement import Finding, Statement
 
 __all__ = ["GRAZES", "STATEMENTS"]
 
-BEYOND = "beyond the paper"
+BEYOND = "beyond the article"
 
 # Frequency and phase of a force with which the bilinear oscillator arrives too low at a graze,
 # and of one with which it passes above.
@@ -152,7 +152,7 @@ def _periodic_motion(faster: float) -> Deduction:
     speed = size * sympy.tan(half)
     steps = (
         identity("This flight solves the equation:", sympy.diff(x, t, 2) + x, sympy.cos(omega * t)),
-        _meets("it begins on the stop,", x.subs(t, 0), "x(0) = 0"),
+        _meets("it begins on the wall,", x.subs(t, 0), "x(0) = 0"),
         identity("with V0;", sympy.diff(x, t).subs(t, 0), speed + sympy.nsimplify(faster)),
         _meets(
             "and ends there after one period of the force,",

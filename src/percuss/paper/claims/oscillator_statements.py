@@ -21,9 +21,9 @@ from percuss.motion.trajectory import Trajectory
 from percuss.paper.claims.certain import certain_run, enclosed
 from percuss.paper.claims.certain_motion import furthest_apart
 from percuss.paper.claims.comparisons import ROUNDING, WALL, apart
-from percuss.paper.evidence import Comparison, Deduction, compare
+from percuss.paper.evidence import Comparison, Deduction, Step, compare
 from percuss.paper.formula import Formula, ordered, product
-from percuss.paper.proof import identity
+from percuss.paper.proof import identity, theorem
 from percuss.paper.statement import Finding, Statement
 
 __all__ = [
@@ -247,6 +247,45 @@ def _frequency(
     return compare(what, worst, expected, ROUNDING, radius)
 
 
+def _contact_steps(impact: Formula) -> tuple[Step, ...]:
+    """Return the steps to what a contact with x < 0 becomes as w- tends to infinity."""
+    small, speed = sympy.symbols("epsilon V", positive=True)
+    t, push = sympy.symbols("t F", real=True)
+    x = push * small**2 * (1 - sympy.cos(t / small)) - speed * small * sympy.sin(t / small)
+    velocity = sympy.diff(x, t)
+    # Twice the energy over the mass.
+    energy = velocity**2 + x**2 / small**2 - 2 * push * x
+    return (
+        identity(
+            "With epsilon = 1/w- and a constant force F a contact from x = 0, entered with V, is "
+            "this, without damping:",
+            sympy.diff(x, t, 2) + x / small**2,
+            push,
+        ),
+        identity("It is entered at x = 0 with -V,", (x + velocity).subs(t, 0), -speed),
+        identity(
+            "and keeps its energy, so that it leaves x = 0 with the speed that (4) gives, V.",
+            sympy.simplify(energy),
+            impact.printed.rhs.subs(BEFORE, -speed) ** 2,
+        ),
+        identity("(4) turns -V into V:", impact.printed.rhs.subs(BEFORE, -speed), speed),
+        identity(
+            "It lasts no longer than a turn, 2 pi epsilon, and is no deeper than "
+            "V epsilon + 2 |F| epsilon^2; both tend to 0.",
+            sympy.limit(
+                2 * sympy.pi * small + speed * small + 2 * sympy.Abs(push) * small**2, small, 0
+            ),
+            sympy.Integer(0),
+        ),
+        theorem(
+            "In so short a time a continuous force changes, and damping acts, by as little: their "
+            "share tends to 0 with epsilon, and so does the difference of the flights that follow "
+            "(continuous dependence: Coddington & Levinson 1955, chapter 1), as long as each "
+            "contact is entered with V > 0."
+        ),
+    )
+
+
 def _limit(impact: Formula = EQ4) -> Finding:
     """Follow stiff bilinear oscillators and the impact oscillator side by side."""
     t = np.linspace(0.0, 20.0, 2001)
@@ -260,6 +299,7 @@ def _limit(impact: Formula = EQ4) -> Finding:
     ratio = None if soft is None or stiff is None else stiff / soft
     return Finding(
         (
+            Deduction("a contact becomes an impact", _contact_steps(impact)),
             enclosed("x at w-^2 = 1e12 less the limit, largest to t = 20", stiff, 0.0, 1e-4),
             enclosed("that error over the one at w-^2 = 1e10", ratio, 0.099, 0.101),
             _reversed(runs[1], impact),
@@ -365,7 +405,7 @@ STATEMENTS: tuple[Statement, ...] = (
         reference="(3), (4)",
         claim="With w- to infinity (1) turns into (3) with the impacts (4).",
         formula=EQ4,
-        method="motions for w-^2 = 1e10 and 1e12 beside that of the limit, up to t = 20",
+        method="the contact for large w-; motions for w-^2 = 1e10 and 1e12 beside that of the limit",
         find=_limit,
     ),
     _of(

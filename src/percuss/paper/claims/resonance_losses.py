@@ -1,4 +1,4 @@
-"""Beyond the paper: the resonances with losses, restitution below 1 and damping above 0."""
+"""Beyond the article: the resonances with losses, restitution below 1 and damping above 0."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ from percuss.studies.study import Study, study_text
 
 __all__ = ["STATEMENTS"]
 
-BEYOND = "beyond the paper"
+BEYOND = "beyond the article"
 THEORY = "resonances.md"
 
 # Restitution and damping, as text: exact.
@@ -149,7 +149,7 @@ def _peaks(factor: float = 1.0) -> Finding:
                 )
     return Finding(
         tuple(checks),
-        remark="WithError at lambda = 0.1, 0.05 and 0.025; what is of order lambda is removed.",
+        remark="Measured at eps = 0.1, 0.05 and 0.025; what is of order eps is removed.",
         study=_chart(lossy(1.0 - LOST, 0.0), _across(EVEN[0], LOST)[1]),
     )
 
@@ -193,16 +193,16 @@ def _half(end: float = 0.125) -> Finding:
         (
             # What is left falls as the root of the loss: it halves, and is removed.
             agreement(
-                "height less sqrt(pi/(4 lambda))",
+                "height less sqrt(pi/(4 eps))",
                 extrapolated(above, 2.0),
                 0.25 * math.pi / math.sqrt(2.0),
                 0.02,
             ),
             # What is left falls as the loss here.
-            agreement("end of the stable orbits over lambda^2", extrapolated(ends, 2.0), end, 1e-3),
+            agreement("end of the stable orbits over eps^2", extrapolated(ends, 2.0), end, 1e-3),
             agreement("multiplier of the speed", extrapolated(fast, 4.0), -4.0, 0.02),
             agreement(
-                "multiplier of the phase: its order in lambda",
+                "multiplier of the phase: its order in eps",
                 last_of(local_orders(np.array(losses), slow)),
                 2.0,
                 0.05,
@@ -210,8 +210,8 @@ def _half(end: float = 0.125) -> Finding:
             Measurement("which is below 1", other.multipliers[0], 0.0, 1.0, 1e-9),
         ),
         remark=(
-            f"Its width at 1/sqrt 2 is {one.width / large**2:.2f} lambda^2 at lambda = {large:g} "
-            f"and {other.width / small**2:.2f} lambda^2 at {small:g}: {other.width:.1e}. A motion "
+            f"Its width at 1/sqrt 2 is {one.width / large**2:.2f} eps^2 at eps = {large:g} "
+            f"and {other.width / small**2:.2f} eps^2 at {small:g}: {other.width:.1e}. A motion "
             f"needs some {1.0 / (1.0 - other.multipliers[0]):.0f} periods to find its phase at "
             "the latter. The height's leading part and "
             "the multiplier of the speed are derived, the others found from the numbers."
@@ -239,7 +239,7 @@ def _saddles(factor: float = 1.0) -> Finding:
         ]
         shrinking, growing = (last_of(column) for column in np.array(rates).T)
         tolerance = 0.01 * q * q
-        what = f"omega = {omega}: (multiplier - 1)/lambda"
+        what = f"omega = {omega}: (multiplier - 1)/eps"
         checks.append(agreement(f"{what} of the speed", shrinking, -q * q, tolerance))
         checks.append(agreement(f"{what} of the phase", growing, q * (q - 2), tolerance))
     return Finding(
@@ -285,7 +285,7 @@ def _survive(survivors: tuple[str, ...] = ("2", "4", "6")) -> Finding:
         remark=(
             "Prominence, the largest speed within 0.02 of the frequency over the largest at a "
             f"distance of 0.1 to 0.2: {', '.join(words)}. With r = 0.6 and a = 0.05 it is {both}: "
-            f"peaks of the width 2 lambda/pi = {wide:.2f} are hills no narrower than that."
+            f"peaks of the width 2 eps/pi = {wide:.2f} are hills no narrower than that."
         ),
         study=_chart(lossy(REAL, 0.0), 2.0 + AROUND),
     )
@@ -354,19 +354,19 @@ STATEMENTS = (
     ),
     _of(
         id="losses-peaks",
-        claim="The multi-harmonic peaks fall as 1/lambda and broaden as lambda, the share of the "
+        claim="The multi-harmonic peaks fall as 1/eps and broaden as eps, the share of the "
         "speed lost from impact to impact; their width does not depend on n.",
-        formula=r"V_{max} \to \frac{2n}{(n^2-1)\,\lambda},\ \Delta\omega \to "
-        r"\frac{2\lambda}{\pi},\ \lambda = 1 - r\,e^{-\pi a}",
+        formula=r"V_{max} \to \frac{2n}{(n^2-1)\,\varepsilon},\ \Delta\omega \to "
+        r"\frac{2\varepsilon}{\pi},\ \varepsilon = 1 - r\,e^{-\pi a}",
         method="motions at 41 frequencies across each peak, at three losses of either kind",
         find=_peaks,
     ),
     _of(
         id="losses-half",
-        claim="The half-harmonic peak falls as the root of 1/lambda only, stays stable, and is "
-        "as narrow as lambda^2.",
-        formula=r"V_{max} \to \sqrt{\frac{\pi}{4\lambda}} + \frac{\pi}{4\sqrt{2}},\ "
-        r"\omega < 1 + \frac{\lambda^2}{8}",
+        claim="The half-harmonic peak falls as the root of 1/eps only, stays stable, and is "
+        "as narrow as eps^2.",
+        formula=r"V_{max} \to \sqrt{\frac{\pi}{4\varepsilon}} + \frac{\pi}{4\sqrt{2}},\ "
+        r"\omega < 1 + \frac{\varepsilon^2}{8}",
         method="branches of periodic orbits at four losses",
         find=_half,
     ),
@@ -374,8 +374,8 @@ STATEMENTS = (
         id="losses-saddles",
         claim="At omega = 2p/q with q > 2 the motion on which gain and loss balance is a saddle, "
         "however small the loss.",
-        formula=r"V^q = \frac{2\pi p\,|h_q|}{\lambda},\ \mu_1 = 1 - q^2\lambda,\ "
-        r"\mu_2 = 1 + q(q-2)\lambda",
+        formula=r"V^q = \frac{2\pi p\,|h_q|}{\varepsilon},\ \mu_1 = 1 - q^2\varepsilon,\ "
+        r"\mu_2 = 1 + q(q-2)\varepsilon",
         method="periodic orbits of q impacts and their multipliers at three small losses",
         find=_saddles,
     ),

@@ -1,4 +1,4 @@
-"""Beyond the paper: which frequencies resonate at all, for the elastic impact oscillator."""
+"""Beyond the article: which frequencies resonate at all, for the elastic impact oscillator."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from percuss.paper.statement import Finding, Statement
 
 __all__ = ["GOLDEN", "OF_ORDER", "OTHERS", "STATEMENTS"]
 
-BEYOND = "beyond the paper"
+BEYOND = "beyond the article"
 THEORY = "resonances.md"
 
 # One frequency 2 p / q for each order q whose strength is large; how many motions are followed
@@ -251,7 +251,7 @@ def _weight(m: int, low: float, high: float) -> Comparison:
     found = averaged(Fraction(2, m))
     if found.q <= 4:
         # There is no part without the phase of the same order: what is left must not vanish.
-        what = f"m = {m}: strength of the resonance in q = {found.q} flights, above 0"
+        what = f"m = {m}: |h_q| of the resonance in q = {found.q} flights, above 0"
         return Measurement(what, abs(found.strength), min(low, 1e-3), high, 1e-5)
     ratio = abs(found.strength) * FAST ** (6 - found.q) / abs(found.twist)
     what = f"m = {m}: force that depends on the phase over that which does not, V = {FAST:g}"
@@ -348,8 +348,8 @@ def _others(frequencies: tuple[Fraction, ...] = OTHERS) -> Finding:
     return Finding(
         tuple(found),
         remark=(
-            f"omega = 2/3 grows by {third.value:.2f}. The speed above which the twist outweighs the "
-            f"phase is {balance}: near a strong resonance slow motions grow for a very long time."
+            f"omega = 2/3 grows by {third.value:.2f}. From this speed on the length of a flight depends on the speed more "
+            f"strongly than on the phase: {balance}: near a strong resonance slow motions grow for very long."
         ),
         study=motion_text(first_run(frequencies[0], SHOWN, *SPEEDS)),
     )
@@ -373,7 +373,7 @@ STATEMENTS = (
         claim=(
             "At omega = 1 a motion grows as the square root of time, with a factor that depends on "
             "the phase psi in which it leaves low speeds; only where sin 2 psi = 0, as under cos t "
-            "from the stop at t = 0, it does not grow."
+            "from the wall at t = 0, it does not grow."
         ),
         method="Second-order averaging, held against 16 motions.",
         find=_half,
@@ -412,8 +412,9 @@ STATEMENTS = (
         reference=BEYOND,
         scope="beyond",
         claim=(
-            "The averaged force of order q has the strength K/pi, 1/8, K^3 (1-omega^2)/(12 pi), "
-            "K^4 omega (1-omega^2) tan(pi omega/2)/(24 pi) for q = 1, 2, 3, 4."
+            "At omega = 2p/q the averaged motion of psi and V^2/2 has the Hamiltonian H = V^(2-q) "
+            "h_q cos(q psi), with h_q = K/pi, 1/8, K^3 (1-omega^2)/(12 pi), K^4 omega (1-omega^2) "
+            "tan(pi omega/2)/(24 pi) for q = 1, 2, 3, 4."
         ),
         method="Exact series of q flights in 1/V; q flights in a row at three speeds.",
         find=_strengths,
@@ -449,7 +450,8 @@ STATEMENTS = (
         reference="section 1, (2)",
         claim="There are sub-harmonic resonances at W_r / m (impact oscillator, undamped; for "
         "any m).",
-        method="Averaging up to the order where the twist bounds the growth; ensembles of fast "
+        method="Averaging up to the order at which the dependence of flight times on the speed "
+        "bounds the growth; ensembles of fast "
         "starts.",
         find=_subharmonics,
         formula=r"\omega = 2/m",

@@ -35,7 +35,7 @@ from percuss.paper.statement import Finding, Statement
 
 __all__ = ["RATE", "STATEMENTS", "STIFF_RADII"]
 
-BEYOND = "beyond the paper"
+BEYOND = "beyond the article"
 STIFF_RADII = (1e-1, 1e-2, 1e-3, 1e-4)
 # Of displacements by Runge and Kutta's method with steps to 1e-14.
 ROUNDING = 1e-11
@@ -167,7 +167,7 @@ def _smoothed_in_time(factor: float = 2.0) -> Finding:
     error = 3.0 * float(longer[:, least].std(ddof=1)) / math.sqrt(len(found))
     gained, gained_error = time_gained()
     expected, expected_error = expected_gain()
-    # Of ln(10)/lambda, which is half of what is expected; three standard errors of the quotient.
+    # Of ln(10)/sigma, which is half of what is expected; three standard errors of the quotient.
     multiple = WithError(
         2.0 * gained / expected,
         6.0 * math.hypot(gained_error / expected, gained * expected_error / expected**2),
@@ -183,14 +183,14 @@ def _smoothed_in_time(factor: float = 2.0) -> Finding:
             ),
             # The order of the error in rho: a whole number.
             agreement(
-                "time gained by a tenth of rho (mean over the starts) by ln 10 / lambda",
+                "time gained by a tenth of rho (mean over the starts) by ln 10 / sigma",
                 multiple,
                 factor,
                 0.5,
             ),
         ),
         remark=f"A tenth of rho gains {gained:.1f} +- {gained_error:.1f} over {len(found)} starts; "
-        f"2 ln 10 / lambda is {expected:.1f} +- {expected_error:.1f}. The motions do not converge "
+        f"2 ln 10 / sigma is {expected:.1f} +- {expected_error:.1f}. The motions do not converge "
         "uniformly in time, as one might expect from the convergence at each time.",
         study=motion_text(chaotic_run()),
     )
@@ -271,10 +271,11 @@ STATEMENTS = (
         reference=BEYOND,
         scope="beyond",
         claim="Where motions are chaotic the smoothed one stays near the bilinear one up to a time that "
-        "grows as (2/lambda) ln(1/rho), with the growth rate lambda of small differences.",
+        "grows as (2/sigma) ln(1/rho), with the growth rate sigma of small differences, the Lyapunov "
+        "exponent.",
         method="Chaotic motions, k- = 20, omega = 2.6: until when both are within 0.1, over many starts.",
         find=_smoothed_in_time,
-        formula=r"t \sim \frac{2}{\lambda_L}\ln(1/\rho)",
+        formula=r"t \sim \frac{2}{\sigma}\ln(1/\rho)",
         theory="smoothed-law.md",
     ),
     Statement(

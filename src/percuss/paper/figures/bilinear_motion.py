@@ -144,7 +144,7 @@ def _caption_motion(data: Dataset) -> str:
     drift = float(np.sum(flights - 1.0))
     return (
         "Bilinear oscillator with w-^2/w+^2 = 20, no damping, driven at 1.01 W_r = "
-        f"{data.omega:.6f}, at the start (a) and the end (b) of 60 resonant periods. The paper "
+        f"{data.omega:.6f}, at the start (a) and the end (b) of 60 resonant periods. The article "
         "states neither the amplitude nor the phase of the force, nor the start; chosen: force "
         f"{data.amplitude:g} cos ωt (w+ = 1), start at rest at x = 0. The greatest displacements "
         f"are then {early:.4g} in (a) and {late:.4g} in (b); displacements are proportional to the "

@@ -57,10 +57,10 @@ def _caption_velocity(data: Dataset) -> str:
         "Velocity under x'' + x = cos t from rest. (a) The exact limit does not grow: it repeats "
         "after 2π, is at rest on the wall at each 2πk and strikes it with π/2 in between (greatest "
         f"speed {ends[0]:.6f}), as (38) with V_0 = 0 says {within(data.closed_form_error)} to "
-        f"t = {T_END}. The bilinear oscillator of the paper does not keep to "
+        f"t = {T_END}. The bilinear oscillator of the article does not keep to "
         "this motion: solved exactly, with 2e4 as the ratio of frequencies (b) and of "
         f"their squares (c), its greatest speeds are {ends[1]:.3f} and {ends[2]:.3f}, at the end "
-        f"{last[1]:.3f} and {last[2]:.3f}; (b) computed as in the paper by Runge-Kutta, here to a coarse "
+        f"{last[1]:.3f} and {last[2]:.3f}; (b) computed as in the article by Runge-Kutta, here to a coarse "
         f"{STEP_TOLERANCE:g} a step (d), {ends[3]:.3f}, at the end {last[3]:.3f}. Dashed, the printed "
         f"{PRINTED_FACTOR['v']:g} sqrt t, {PRINTED_FACTOR['v'] * T_END**0.5:.2f} at the end."
     )

@@ -96,8 +96,8 @@ def _caption_velocity(data: Dataset) -> str:
         "on; the factor b of the asymptotics b sqrt t, computed from the last impact, is "
         f"{data.asymptotic_factor:.5f}; dashed, {PRINTED_FACTOR:g} sqrt t, the factor printed in "
         "figure 11 (figure 10 bears none). The bilinear oscillator "
-        "of the paper, solved exactly with 2e4 as the ratio of frequencies (b) and of their "
-        "squares (c), and (b) once more as the paper computed it, by Runge-Kutta, here to a "
+        "of the article, solved exactly with 2e4 as the ratio of frequencies (b) and of their "
+        "squares (c), and (b) once more as the article computed it, by Runge-Kutta, here to a "
         f"coarse {STEP_TOLERANCE:g} a step (d). "
         f"Greatest speeds to t = {T_END}: {_greatest(data, 'v')}. {_alternation(data, 'v')}"
     )
@@ -106,7 +106,7 @@ def _caption_velocity(data: Dataset) -> str:
 def _caption_displacement(data: Dataset) -> str:
     return (
         "Displacement of the motions of figure 10. (a) In the limit the highest points of the flights grow "
-        f"as {_law(data, 'displacement')}; dashed, {PRINTED_FACTOR:g} sqrt t, which the paper "
+        f"as {_law(data, 'displacement')}; dashed, {PRINTED_FACTOR:g} sqrt t, which the article "
         "fitted by eye. (b), (c) The bilinear oscillator, exactly; (d) by Runge-Kutta. Greatest "
         f"displacements: {_greatest(data, 'x')}. {_alternation(data, 'x')}"
     )
@@ -174,7 +174,7 @@ def _caption_portraits(data: Dataset) -> str:
         "(a) The limit; (b) 2e4 as ratio of frequencies; (c) as ratio of their squares; (d) (b) by "
         f"Runge-Kutta. The printed motion lasts to t = {T_END}, and by then the four are at "
         f"(a) {ends[0]}; (b) {ends[1]}; (c) {ends[2]}; (d) {ends[3]}. Only (c) stays within a step "
-        "of the printed numbers to the end (grey). But its loops are irregular, and the paper calls "
+        "of the printed numbers to the end (grey). But its loops are irregular, and the article calls "
         "its own regular; and it stays below half of the printed axes of figures 10 and 11, which "
         "reach 15 and 12. So the authors' stiffness is not that of (c): 2e4 is the ratio of "
         "frequencies, and the printed portrait shows the beginning of the motion only."

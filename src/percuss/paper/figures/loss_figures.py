@@ -285,7 +285,7 @@ def _draw_peaks(data: Dataset) -> Picture:
     top.set(xscale="log", yscale="log", ylabel="height of the peak")
     top.legend(loc="upper right", ncols=2, fontsize=8)
     bottom.set(
-        yscale="log", ylabel="width of the peak", xlabel=r"share lost at an impact, $\lambda$"
+        yscale="log", ylabel="width of the peak", xlabel=r"share lost at an impact, $\varepsilon$"
     )
     label(top, "impact speed at the peak", "a")
     label(bottom, r"width in $\omega$ at $1/\sqrt{2}$ of the height", "b")

@@ -53,7 +53,7 @@ def _caption(data: Dataset) -> str:
     )
     apart = float(np.abs(data.gain - data.printed_gain).max())
     return (
-        "Multi-harmonic resonances x'' + x = sin nt from rest (the paper does not state V0; its "
+        "Multi-harmonic resonances x'' + x = sin nt from rest (the article does not state V0; its "
         f"plot agrees with V0 = 0). The velocity gained at an impact is {gains}: 2n/(n^2-1) of "
         f"(19) {within(apart)}. The impact times are kπ "
         f"{within(float(data.time_error.max()))}. Dotted: the impact velocities, on straight lines."

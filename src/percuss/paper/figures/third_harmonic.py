@@ -124,7 +124,7 @@ def _caption_motions(data: Dataset) -> str:
         "Third harmonic x'' + x = sin 3t above and below the critical velocity 1/2, to 30π. "
         f"(a) V0 = {ABOVE}: {counts[0]} impacts, {kinds[0]}. V0 = {BELOW}: (b) in the exact limit "
         f"{counts[1]} impacts, off the eigenset by up to {data.off_eigenset_below_limit:.3f}, "
-        f"{kinds[1]}. (c) How far the bilinear oscillator of the paper is from (b): solved exactly "
+        f"{kinds[1]}. (c) How far the bilinear oscillator of the article is from (b): solved exactly "
         f"with the printed 2e4 as ratio of frequencies (impact times {kinds[2]}; by up to "
         f"{data.off_limit_below_stiff:.2g}) and of their squares ({kinds[3]}; by up to "
         f"{data.off_limit_below_soft:.2g}), and the first by Runge-Kutta, here to a coarse "
@@ -220,7 +220,7 @@ def _caption_power(data: Dataset) -> str:
     floor = float(np.median(data.S_below_limit.values[_between_lines(omega)]))
     ends = [float(data[f"smooth_{name}"].values[omega > 32.0].max()) for name in NAMES[:2]]
     return (
-        f"Power spectra of figure 6 on the printed scale, {SCALE_IN_WORDS}. The paper does not "
+        f"Power spectra of figure 6 on the printed scale, {SCALE_IN_WORDS}. The article does not "
         "state its normalisation; this one puts the exact Fourier series of (a) where it is "
         f"printed: the mean at {top:.3g} and, off the lines, the median at {median:.2g} (the last "
         "point repeats the first). Not divided by N they would be at "

@@ -45,7 +45,7 @@ MODEL_LABELS = {
     "soft": r"bilinear, $\omega_-^2/\omega_+^2 = 2\cdot 10^4$",
     "steps": r"bilinear, $\omega_-/\omega_+ = 2\cdot 10^4$, by Runge-Kutta",
 }
-# The paper does not state its tolerance; this one is coarse enough to show.
+# The article does not state its tolerance; this one is coarse enough to show.
 STEP_TOLERANCE = 1e-2
 # Of the 2^20 points of the paper so many are kept.
 STEP_POINTS = 2**14
@@ -118,7 +118,7 @@ def impact_speeds(run: Trajectory) -> tuple[Floats, Floats]:
 
 @cache
 def step_through(force: Forcing, v0: Exact, t_end: Exact) -> SteppedMotion:
-    """Return the motion of the stiff bilinear oscillator as the paper computed it, by steps.
+    """Return the motion of the stiff bilinear oscillator as the article computed it, by steps.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ def runge_kutta(
 
     Examples
     --------
-    Free motion above the stop:
+    Free motion above the wall:
 
     >>> motion = runge_kutta(
     ...     4e8, 2.0, 0.5 * math.pi, v0=1.0, t_end=1.0, tolerance=1e-6, n_points=100

@@ -7,7 +7,7 @@ from html import escape
 
 from percuss.paper.chain import LINES, ChainLine
 from percuss.paper.claim import Claim
-from percuss.paper.dependence import DEPENDS, falls_with
+from percuss.paper.dependence import DEPENDS, LABELS, falls_with
 from percuss.paper.report.claims import badge, formula_pair
 from percuss.paper.report.prose import prose
 
@@ -114,10 +114,12 @@ def _arrows(edges: Iterable[tuple[str, str]], place: Mapping[str, tuple[float, f
 def _node(name: str, at: tuple[float, float], is_fallen: bool, claims: Mapping[str, Claim]) -> str:
     claim = claims.get(name)
     kind, words = (claim.kind, claim.reference) if claim else ("undecided", name)
+    said = f"<title>{escape(claim.claim)}</title>" if claim else ""
+    label = LABELS.get(name, words)
     box = (
-        f'<g class="{kind}{" fallen" if is_fallen else ""}"><rect x="{at[0] - BOX / 2:g}" '
+        f'<g class="{kind}{" fallen" if is_fallen else ""}">{said}<rect x="{at[0] - BOX / 2:g}" '
         f'y="{at[1] - HEIGHT / 2:g}" width="{BOX}" height="{HEIGHT}" rx="6"/>'
-        f'<text x="{at[0]:g}" y="{at[1] + 5:g}" text-anchor="middle">{escape(words)}</text></g>'
+        f'<text x="{at[0]:g}" y="{at[1] + 5:g}" text-anchor="middle">{escape(label)}</text></g>'
     )
     if claim is None:
         return box

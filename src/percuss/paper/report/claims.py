@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from percuss.paper.article import passages_of
+from percuss.paper.article import Passage, passages_of
 from percuss.paper.claim import Claim
 from percuss.paper.evidence import Deduction
 from percuss.paper.report.evidence_table import agreeing_range, evidence_table, number
@@ -13,7 +13,7 @@ from percuss.paper.report.prose import prose, sentence
 from percuss.studies.link import link_of
 from percuss.studies.reading import parse_study
 
-__all__ = ["anchored", "badge", "formula_pair", "grade_mark", "record_details"]
+__all__ = ["anchored", "badge", "formula_pair", "grade_mark", "read_as", "record_details"]
 
 DOCUMENTATION = "docs/theory"
 # What can be done with a study: computed, and opened in the workbench.
@@ -125,11 +125,18 @@ def _against(claim: Claim) -> str:
 
 def _quotations(claim: Claim) -> str:
     quoted = "".join(
-        f"<blockquote><p>{escape(passage.quote)}</p><footer>{_place(passage.section)}, "
-        f"p. {passage.page}</footer></blockquote>"
+        f"<blockquote><p>{escape(passage.quote)}</p>{read_as(passage)}"
+        f"<footer>{_place(passage.section)}, p. {passage.page}</footer></blockquote>"
         for passage in passages_of(claim.id)
     )
     return f"<h4>The article</h4>{quoted}" if quoted else ""
+
+
+def read_as(passage: Passage) -> str:
+    """Return how a passage reads whose lines the text has in disorder."""
+    return (
+        f'<p class="reading"><b>Read:</b> {prose(passage.reading)}</p>' if passage.reading else ""
+    )
 
 
 def _place(section: str) -> str:

@@ -8,7 +8,7 @@ from html import escape
 
 from percuss.paper.article import Passage, article_source, passages
 from percuss.paper.claim import Claim
-from percuss.paper.report.claims import badge
+from percuss.paper.report.claims import badge, read_as
 from percuss.paper.report.frame import framed
 
 __all__ = ["coverage_page"]
@@ -84,7 +84,8 @@ def _row(passage: Passage, claims: Mapping[str, Claim]) -> str:
     said = by or f"<em>not examinable:</em> {escape(passage.because)}"
     return (
         f'<tr id="{escape(passage.id)}"><td>{passage.page}</td><td><span class="small">'
-        f"{escape(passage.kind)}</span> {escape(passage.quote)}</td><td>{said}</td></tr>"
+        f"{escape(passage.kind)}</span> {escape(passage.quote)}{read_as(passage)}</td>"
+        f"<td>{said}</td></tr>"
     )
 
 

@@ -43,7 +43,7 @@ def number(value: float, digits: int = 12) -> str:
 
 def evidence_table(finding: Finding) -> str:
     """Return the evidence as a table, folded where it is long."""
-    groups = {"As printed": finding.printed, "Corrected": finding.corrected}
+    groups = {"As stated": finding.printed, "Corrected": finding.corrected}
     body = "".join(_group(title, checks) for title, checks in groups.items() if checks)
     if not body:
         return ""

@@ -14,7 +14,7 @@ from percuss.paper.report.prose import prose, sentence
 from percuss.paper.sections import SECTIONS
 from percuss.paper.statement import Grade, VerdictKind
 
-__all__ = ["RecordEntry", "counts", "failures", "records"]
+__all__ = ["RecordEntry", "counts", "failures", "records", "summary"]
 
 RecordEntry = tuple[Claim, str]
 COUNTS: dict[VerdictKind, str] = {
@@ -23,6 +23,8 @@ COUNTS: dict[VerdictKind, str] = {
     "undecided": "are undecided",
     "holds": "hold",
 }
+# In a sentence.
+TOLD: tuple[VerdictKind, ...] = ("holds", "corrected", "fails", "undecided")
 GRADES: tuple[Grade, ...] = get_args(Grade)
 
 
@@ -54,22 +56,34 @@ def counts(entries: Sequence[RecordEntry]) -> str:
     noun = "statement" if len(entries) == 1 else "statements"
     return (
         f'<p class="of">Of <a href="?#records">{len(entries)} {noun}</a></p>'
-        f'<div class="counts">{cells}</div>{_errors(claims)}'
-        f'<p class="small">The verdicts are {words}.</p>'
+        f'<div class="counts">{cells}</div><p class="small">The verdicts are {words}.</p>'
     )
 
 
-def _errors(claims: Sequence[Claim]) -> str:
-    """Return how many errors the article has: those that no other statement hands on."""
-    wrong = [claim for claim in claims if claim.kind in ("fails", "corrected")]
-    own = errors_of_their_own(claims)
-    if not own:
+def summary(entries: Sequence[RecordEntry]) -> str:
+    """Return in a sentence how many statements hold, and how many errors stand behind the others.
+
+    Parameters
+    ----------
+    entries
+        Records of the article, each with the name of its section.
+    """
+    claims = [claim for claim, _ in entries]
+    number = Counter(claim.kind for claim in claims)
+    wrong, own = number["fails"] + number["corrected"], len(errors_of_their_own(claims))
+    if not wrong:
         return ""
-    said = f"{len(own)} errors" if len(own) > 1 else "one error"
-    rest = len(wrong) - len(own)
-    noun = "statements repeat" if rest > 1 else "statement repeats"
-    more = f": the other {rest} {noun} an error on which the article rests them" if rest else ""
-    return f'<p class="small">Behind these {len(wrong)} stand {said} independent of each other{more}.</p>'
+    said = ", ".join(f"{number[kind]} {COUNTS[kind]}" for kind in TOLD if number[kind])
+    errors = f"{own} independent errors" if own > 1 else "one error"
+    rest = wrong - own
+    more = ""
+    if rest:
+        which = "one repeats" if rest == 1 else f"{rest} repeat"
+        more = f"; the other {which} an error in what the article derives them from"
+    return (
+        f"Of {len(claims)} statements {said}. Behind the {wrong} that do not hold as printed stand "
+        f"{errors}{more}."
+    )
 
 
 def failures(entries: Sequence[RecordEntry]) -> str:

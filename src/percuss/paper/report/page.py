@@ -11,7 +11,7 @@ from percuss.paper.claim import Claim
 from percuss.paper.figure_files import versions
 from percuss.paper.report.chain import chain
 from percuss.paper.report.coverage import coverage_page
-from percuss.paper.report.filters import RecordEntry, counts, failures, records
+from percuss.paper.report.filters import RecordEntry, counts, failures, records, summary
 from percuss.paper.report.frame import framed, part
 from percuss.paper.report.front import findings
 from percuss.paper.report.pictures import figure_element, is_of_article
@@ -66,6 +66,7 @@ def page(result: PaperResult) -> str:
         parts,
         warning=_warning(result),
         counts=counts(entries),
+        summary=summary(entries),
         failures=failures(entries),
         beyond=_beyond(_entries(result, "beyond")),
         contents=_contents(parts, claims),

@@ -18,6 +18,7 @@ WORDS = {
     "psi": "ψ",
     "phi": "φ",
     "eps": "ε",
+    "sigma": "&sigma;",
 }
 SIGNS = {
     "&lt;=": "≤",
@@ -36,6 +37,7 @@ RULES = (
     (r"(?<![A-Za-z_])k([+-])(?=[\s^/),.;:=]|$)", r"<i>k</i><sub>\1</sub>"),
     (r"(?<![A-Za-z])W_r(?![A-Za-z])", r"<i>Ω</i><sub>r</sub>"),
     (rf"(?<![A-Za-z])({'|'.join(WORDS)})(?![A-Za-z])", lambda found: WORDS[found[1]]),
+    (r"(?<=[0-9]) (?=[πψ])", ""),
     (r"\bsqrt\s?(?=[\w(])", "√"),
     (rf"(?<![A-Za-z])({SYMBOL})_([A-Za-z]+|[0-9]+|[+-](?![0-9]))", r"<i>\1</i><sub>\2</sub>"),
     (rf"(?<![A-Za-z])({SYMBOL})_\(([^()]+)\)", r"<i>\1</i><sub>\2</sub>"),

@@ -71,7 +71,7 @@ class Sought:
             reason = f"missing; a guess is a cycle and a v_after, and {given} is given"
             faults.add(("orbit", missing[0]), reason)
         self._check_stops(study)
-        if study.forcing is not None and study.forcing.harmonics:
+        if study.forcing is not None and not study.forcing.is_constant:
             study.needs_period("a periodic orbit needs a periodic forcing")
 
     def _check_stops(self, study: StudyDraft) -> None:

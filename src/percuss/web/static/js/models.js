@@ -117,6 +117,8 @@ export function parametersOf(study) {
   (oscillator.stops ?? []).forEach((stop, i) => {
     const path = `oscillator.stops.${i}`;
     const rows = [row(`${path}.at`, named("at", units.length), [-3, 3], null, "where the stop is")];
+    // A table of restitutions over the speed has no slider.
+    if (stop.type === "wall" && typeof stop.restitution === "object") return void groups.push({ title: "Wall", stop: i, rows });
     if (stop.type === "wall") rows.push(row(`${path}.restitution`, "restitution r", [0, 1], null, "1: no loss; 0: it stays"));
     else {
       rows.push(row(`${path}.stiffness`, named("stiffness", units.stiffness), range(stop.stiffness, [-0.9, 50]), null, "added to the spring's beyond the stop"));

@@ -1,0 +1,100 @@
+"""An irregular sea as a sum of harmonics, from its spectrum."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, get_args
+
+import numpy as np
+
+from percuss.arrays import Floats
+from percuss.errors import ParameterError
+from percuss.model.exact import Exact, as_float, plain, whole
+from percuss.model.faults import positive_faults, raise_first
+from percuss.model.forcing import Forcing, Harmonic
+from percuss.numerics import exp, power
+
+__all__ = ["SeaKind", "sea_state"]
+
+SeaKind = Literal["jonswap", "pierson-moskowitz"]
+# The band of frequencies in units of that of the peak: 98 % of the energy of either spectrum.
+LOWEST, HIGHEST = 0.5, 4.0
+# Peak enhancement of the mean JONSWAP spectrum, and its widths below and above the peak
+# (Hasselmann et al. 1973).
+ENHANCEMENT = 3.3
+WIDTH_BELOW, WIDTH_ABOVE = 0.07, 0.09
+
+
+def sea_state(
+    hs: Exact, tp: Exact, kind: SeaKind = "jonswap", n: int = 40, seed: int = 0
+) -> Forcing:
+    """Return the elevation of an irregular sea as a forcing of n harmonics.
+
+    The band from half to four times the frequency of the peak is cut into n equal parts. Each gives
+    one harmonic: its frequency is drawn from the part, so that the sea does not repeat itself, its
+    phase at random, and its amplitude is sqrt(2 S dw). The amplitudes are scaled so that they hold
+    the whole energy, the sum of their squares being hs^2 / 8.
+
+    Take the elevation as a force per unit mass with `per_mass`: of F newtons for each metre on a
+    mass m, ``sea_state(...).per_mass(m / F)``.
+
+    Parameters
+    ----------
+    hs
+        Significant wave height [length], > 0: four times the standard deviation of the elevation.
+    tp
+        Period of the peak of the spectrum [time], > 0.
+    kind
+        "jonswap", with a peak enhancement of 3.3 (Hasselmann et al. 1973), or "pierson-moskowitz"
+        (Pierson & Moskowitz 1964).
+    n
+        Number of harmonics, 1 to 10,000.
+    seed
+        Of the random numbers, a whole number of at least 0: the same sea each time.
+
+    Returns
+    -------
+    Forcing
+        With n harmonics and no period.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its domain, or there is no such spectrum.
+
+    Examples
+    --------
+    >>> sea = sea_state(hs=2.0, tp=8.0, n=30, seed=1)
+    >>> len(sea.harmonics), round(sum(h.amplitude**2 for h in sea.harmonics), 12)
+    (30, 0.5)
+    """
+    hs, tp = plain(hs), plain(tp)  # type: ignore[assignment]
+    raise_first([*positive_faults("hs", hs), *positive_faults("tp", tp)])
+    if kind not in get_args(SeaKind):
+        raise ParameterError("kind", kind, f"none of {', '.join(get_args(SeaKind))}")
+    n, seed = whole("n", n, 1, 10_000), whole("seed", seed, 0)
+    peak = 2.0 * math.pi / as_float(tp)
+    draw = np.random.Generator(np.random.PCG64(seed)).random((2, n))
+    # In units of the peak's frequency.
+    places = LOWEST + (HIGHEST - LOWEST) * (np.arange(n) + draw[0]) / n
+    energy = np.array([spectrum_at(float(w), kind) for w in places])
+    amplitudes: Floats = as_float(hs) * np.sqrt(energy / (8.0 * math.fsum(energy)))
+    return Forcing(
+        Harmonic(float(a), float(w) * peak, 2.0 * math.pi * float(phase))
+        for a, w, phase in zip(amplitudes, places, draw[1], strict=True)
+    )
+
+
+def spectrum_at(w: float, kind: SeaKind) -> float:
+    """Return the density of energy at a frequency in units of the peak's, but for a factor.
+
+    Examples
+    --------
+    >>> round(spectrum_at(1.0, "jonswap") / spectrum_at(1.0, "pierson-moskowitz"), 12)
+    3.3
+    """
+    density = w**-5 * exp(-1.25 * w**-4)
+    if kind == "pierson-moskowitz":
+        return density
+    width = WIDTH_BELOW if w <= 1.0 else WIDTH_ABOVE
+    return density * power(ENHANCEMENT, exp(-0.5 * ((w - 1.0) / width) ** 2))

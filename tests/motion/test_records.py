@@ -1,0 +1,314 @@
+"""Motions under records: closed forms, many digits, and what a knot must not change."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from fractions import Fraction
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.oracle.event_driven import simulate
+from tests.oracle.from_model import problem_of
+
+import percuss as pc
+from percuss.arrays import Floats
+from percuss.kernels.pieces import next_knot, record_at
+from percuss.model.force_record import RecordKind
+from percuss.model.system import law
+
+# Stiffness and damping: undamped, damped, critical, overdamped, and so without a spring and with
+# a negative one; near critical, and stiff with a strong dashpot.
+REGIMES = [
+    (1.0, 0.0),
+    (1.0, 0.1),
+    (1.0, 1.0),
+    (1.0, 3.0),
+    (0.0, 0.0),
+    (0.0, 0.4),
+    (-0.5, 0.0),
+    (-0.5, 0.3),
+    (1e-6, 5.0),
+    (1.0, 0.999999),
+    (40.0, 7.0),
+]
+# The error of a motion relative to the largest displacement in it (issue: 1e-13 of the amplitude).
+ROUNDED = 1e-13
+
+
+def noise(n: int, seed: int, spacing: float = 0.7) -> tuple[Floats, Floats]:
+    rng = np.random.default_rng(seed)
+    return np.cumsum(rng.exponential(spacing, n)), rng.normal(size=n)
+
+
+@pytest.mark.parametrize("kind", ["linear", "hold"])
+@pytest.mark.parametrize(("stiffness", "damping"), REGIMES)
+def test_free_motions_are_exact_in_every_regime(
+    stiffness: float, damping: float, kind: RecordKind
+) -> None:
+    """Against the exponential of a matrix, in 40 digits, piece by piece."""
+    t, f = noise(40, 3)
+    osc = pc.Oscillator(stiffness, damping)
+
+    run = pc.simulate(osc, pc.record(t, f, kind), 0.3, -0.2, float(t[0]), t_end=float(t[-1]))
+
+    with mpmath.workdps(40):
+        state = mpmath.matrix([0.3, -0.2, 0, 0])
+        largest = [abs(state[0]), abs(state[1])]
+        for i in range(len(t) - 1):
+            s = mpmath.mpf(t[i + 1]) - mpmath.mpf(t[i])
+            slope = (mpmath.mpf(f[i + 1]) - mpmath.mpf(f[i])) / s if kind == "linear" else 0
+            rates = [[0, 1, 0, 0], [-stiffness, -2 * damping, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]
+            state[2], state[3] = mpmath.mpf(f[i]), slope
+            state = mpmath.expm(mpmath.matrix(rates) * s) * state
+            largest = [max(size, abs(state[i])) for i, size in enumerate(largest)]
+    x, v = run(t[-1])
+    assert abs(x - state[0]) <= ROUNDED * largest[0]
+    assert abs(v - state[1]) <= ROUNDED * largest[1]
+
+
+def test_a_long_record_keeps_its_digits() -> None:
+    """Twenty thousand knots against 40 digits, whose step is a closed form of its own."""
+    t: Floats = np.linspace(0.0, 1000.0, 20_001)
+    f = np.random.default_rng(4).normal(size=20_001)
+    a, k = 0.02, 1.0
+    run = pc.simulate(pc.Oscillator(k, a), pc.record(t, f), t_end=float(t[-1]))
+    with mpmath.workdps(40):
+        x, v, largest = mpmath.mpf(0), mpmath.mpf(0), mpmath.mpf(0)
+        rate = mpmath.sqrt(mpmath.mpf(k) - mpmath.mpf(a) ** 2)
+        for i in range(len(t) - 1):
+            s = mpmath.mpf(t[i + 1]) - mpmath.mpf(t[i])
+            slope = (mpmath.mpf(f[i + 1]) - mpmath.mpf(f[i])) / s
+            constant = mpmath.mpf(f[i]) - 2 * mpmath.mpf(a) * slope
+            z, w = x - constant, v - slope
+            shrink = mpmath.exp(-a * s)
+            c, d = mpmath.cos(rate * s), mpmath.sin(rate * s) / rate
+            x = constant + slope * s + shrink * (z * c + (w + a * z) * d)
+            v = slope + shrink * (w * c - (a * w + k * z) * d)
+            largest = max(largest, abs(x))
+    assert abs(run(t[-1])[0] - x) <= ROUNDED * largest
+
+
+def test_a_square_wave_in_resonance_grows_by_four_a_period() -> None:
+    """x = 1 - cos t over the first half; each half period adds two to the amplitude."""
+    run = pc.simulate(pc.Oscillator(), pc.square_wave(1), t_end="400*pi")
+    count = np.arange(1, 400)
+    x, v = run(count * math.pi)
+    assert np.abs(x - (-1.0) ** (count + 1) * 2.0 * count).max() < 800 * ROUNDED
+    # The instants are off by their own rounding, times the acceleration.
+    assert np.abs(v).max() < 800 * 1e-12
+
+
+def test_a_wave_is_the_wave_and_keeps_its_phase_after_a_million_periods() -> None:
+    force = pc.square_wave("0.3", amplitude=2)
+    period = 2 * math.pi / 0.3
+    system = law(pc.Oscillator(), force)
+    for turn in (0, 1, 10**6):
+        for part, value in ((0.01, 2.0), (0.49, 2.0), (0.51, -2.0), (0.99, -2.0)):
+            assert record_at(system, (turn + part) * period, 0.0) == (value, 0.0)
+    high, low = next_knot(system, 1e6 * period + 1.0, 0.0)
+    with mpmath.workdps(50):
+        exact = (2 * 10**6 + 1) * mpmath.pi / (mpmath.mpf(3) / 10)
+        assert abs(mpmath.mpf(high) + mpmath.mpf(low) - exact) < 1e-24
+    assert force.period == pytest.approx(period, rel=1e-16)
+
+
+@pytest.mark.parametrize("kind", ["linear", "hold"])
+@pytest.mark.parametrize("delta", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
+def test_a_touch_under_a_record_is_seen_however_shallow(delta: float, kind: RecordKind) -> None:
+    """A wall a hair before, or behind, the highest point of a motion without stops.
+
+    The highest point is that of the oracle, in 40 digits; one knot more lies at, just before or
+    just after it, which changes no force.
+    """
+    for seed in range(6):
+        t, f = noise(25, seed)
+        rng = np.random.default_rng([5, seed])
+        k, a = REGIMES[seed]
+        if k < 0.0:
+            k = 1.0
+        osc, t_end = pc.Oscillator(k, a), float(t[-1])
+        exact = simulate(problem_of(osc, pc.record(t, f, kind)), 0.1, 0.2, t_end=t_end, digits=25)
+        with mpmath.workdps(60):
+            top, at = highest(exact, 0.0, t_end)
+        near = at * (1.0 + float(rng.choice([0.0, 1e-9, -1e-9, 1e-15])))
+        i = int(np.searchsorted(t, near))
+        if 0 < i < len(t) and t[i] != near and kind == "hold":
+            t, f = np.insert(t, i, near), np.insert(f, i, f[i - 1])
+        size = max(1.0, abs(float(top)))
+        for side in (-1.0, 1.0):
+            place = float(top) + side * delta * size
+            hard = pc.Oscillator(k, a, (pc.Wall(place, "above", 0.5),))
+            run = pc.simulate(hard, pc.record(t, f, kind), 0.1, 0.2, t_end=t_end)
+            assert (len(run.impacts) > 0) == (side < 0.0), (seed, place)
+            if side < 0.0:
+                assert run.impacts.t[0] <= at
+
+
+def highest(run: object, low: float, high: float) -> tuple[mpmath.mpf, float]:
+    """Return the largest x inside a run of the oracle, and its instant."""
+    times = np.linspace(low, high, 4000)
+    values = [float(run(float(t))[0]) for t in times]  # type: ignore[operator]
+    i = int(np.argmax(values[1:-1])) + 1
+    left, right = mpmath.mpf(times[i - 1]), mpmath.mpf(times[i + 1])
+    for _ in range(150):
+        middle = (left + right) / 2
+        if run(middle)[1] > 0:  # type: ignore[operator]
+            left = middle
+        else:
+            right = middle
+    return run(left)[0], float(left)  # type: ignore[operator]
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from(["linear", "hold"]), st.booleans())
+def test_a_knot_on_a_straight_line_changes_nothing(seed: int, kind: RecordKind, soft: bool) -> None:
+    """Events and motion are the same when pieces are cut in two."""
+    rng = np.random.default_rng(seed)
+    t, f = noise(8, seed)
+    parts = rng.uniform(0.1, 0.9, len(t) - 1)
+    cut = t[:-1] + parts * np.diff(t)
+    between = f[:-1] + parts * np.diff(f) if kind == "linear" else f[:-1]
+    more = np.insert(t, np.arange(1, len(t)), cut), np.insert(f, np.arange(1, len(t)), between)
+    stop = pc.SoftStop(0.3, "above", 20.0, 0.1) if soft else pc.Wall(0.3, "above", 0.7)
+    osc = pc.Oscillator(1.0, 0.05, (stop,))
+    first, second = (
+        pc.simulate(osc, pc.record(*samples, kind), 0.0, 0.4, t_end=float(t[-1]), max_impacts=40)
+        for samples in ((t, f), more)
+    )
+    meetings = [run.crossings.t if soft else run.impacts.t for run in (first, second)]
+    assert len(meetings[0]) == len(meetings[1])
+    assert np.abs(meetings[0] - meetings[1]).max(initial=0.0) < 1e-9
+    if len(first.impacts) < 40:
+        times = np.linspace(0.0, 0.9 * float(min(first.t_end, second.t_end)), 50)
+        assert np.abs(first(times)[0] - second(times)[0]).max() < 1e-9
+
+
+def test_knots_are_in_no_table() -> None:
+    t, f = noise(200, 1, 0.05)
+    osc = pc.impact_oscillator(0.8, wall=-0.1)
+    run = pc.simulate(osc, pc.record(t, f), v0=1.0, t_end=20.0)
+    assert len(run.impacts) > 3
+    assert np.allclose(np.diff(run.impacts.t), run.impacts.intervals[1:], rtol=1e-14)
+    assert run.impacts.intervals[0] == run.impacts.t[0]
+    assert np.abs(run(run.impacts.t)[0] + 0.1).max() == 0.0
+    assert len(run.crossings) == len(run.grazes) == 0
+
+
+def test_what_the_force_does_is_what_the_energy_gains() -> None:
+    """Without dashpot: the change of energy is the integral of f v, by Gauss's rule on pieces."""
+    t, f = noise(30, 2)
+    stop = pc.SoftStop(0.2, "above", 30.0)
+    run = pc.simulate(pc.Oscillator(2.0, 0.0, (stop,)), pc.record(t, f), v0=0.5, t_end=float(t[-1]))
+    cuts = np.union1d(np.concatenate([[0.0], t]), run.crossings.t)
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+    work = 0.0
+    for low, high in pairwise(cuts):
+        times = 0.5 * (low + high) + 0.5 * (high - low) * nodes
+        power = run.forces(times).forcing.values * run(times)[1]
+        work += 0.5 * (high - low) * float(weights @ power)
+    assert len(run.crossings) > 4
+    gained = run.energy(run.t_end) - run.energy(0.0)
+    assert abs(float(gained) - work) < 1e-11
+
+
+def test_a_mass_is_held_and_let_go_at_the_jump_of_a_force() -> None:
+    """Pulses that press for the first half: rest on the wall, off it when the force turns."""
+    osc = pc.impact_oscillator(0.0, wall=0, side="above", stiffness=0)
+    run = pc.simulate(osc, pc.square_wave(2 * Fraction(1), amplitude=3), t_end="3*pi")
+    # Up at once: the mass rests on the wall and leaves it at pi/2, falls, returns and sticks.
+    assert run.contacts.start[0] == 0.0
+    assert run.contacts.release[0] == pytest.approx(math.pi / 2, rel=1e-15)
+    x, v = run(math.pi)
+    assert float(x) == pytest.approx(-1.5 * (math.pi / 2) ** 2, rel=1e-14)
+    assert float(v) == pytest.approx(-1.5 * math.pi, rel=1e-14)
+    # Braked as long as it was driven, it is at rest again, twice as far, once a period.
+    place, speed = (float(value) for value in run(2.5 * math.pi))
+    assert place == pytest.approx(-6.0 * (math.pi / 2) ** 2, rel=1e-14)
+    assert abs(speed) < 1e-13
+
+
+def test_a_contact_lasts_over_many_knots_and_ends_where_the_force_turns() -> None:
+    t = np.arange(0.0, 10.5, 0.5)
+    f = np.where(t < 8.0, -1.0 - 0.1 * np.sin(7.0 * t), 2.0 * (t - 8.25))
+    run = pc.simulate(pc.impact_oscillator(0.5, stiffness=0), pc.record(t, f), t_end=10.0)
+    assert len(run.contacts) == 1
+    # From f(7.5) to f(8) < 0 to f(8.5) = 0.5: the zero of the line between.
+    low, high = f[16], f[17]
+    assert run.contacts.release[0] == pytest.approx(8.0 + 0.5 * low / (low - high), rel=1e-14)
+    assert run(9.9)[0] > 0.0
+
+
+@pytest.mark.parametrize("kind", ["linear", "hold"])
+def test_chatter_meets_knots(kind: RecordKind) -> None:
+    """Hops that die while the force changes its slope: against the oracle, hop by hop."""
+    t = np.linspace(0.0, 6.0, 61)
+    f = -1.0 - 0.4 * np.cos(3.0 * t)
+    osc = pc.impact_oscillator(0.6, stiffness=0.5)
+    force = pc.record(t, f, kind)
+    run = pc.simulate(osc, force, x0=0.4, t_end=6.0)
+    exact = simulate(problem_of(osc, force), 0.4, 0.0, t_end=6.0, digits=25)
+    assert len(run.contacts) == len(exact.contacts.start) == 1
+    assert run.contacts.start[0] == pytest.approx(float(exact.contacts.start[0]), rel=1e-10)
+    n = min(len(run.impacts), 12)
+    assert np.allclose(run.impacts.t[:n], [float(s) for s in exact.impacts.t[:n]], rtol=1e-12)
+
+
+def test_extremes_and_sections_see_what_lies_between_knots() -> None:
+    t, f = noise(50, 8, 0.3)
+    run = pc.simulate(pc.Oscillator(1.0, 0.05), pc.record(t, f), v0=0.3, t_end=float(t[-1]))
+    times = np.linspace(0.0, run.t_end, 200_001)
+    x, v = run(times)
+    for name, values in (("displacement", x), ("velocity", v)):
+        found = run.extremes(name)  # type: ignore[arg-type]
+        assert found.minimum <= values.min() <= found.minimum + 1e-6
+        assert values.max() <= found.maximum <= values.max() + 1e-6
+    passages = run.section(at=0.05).t.values
+    assert len(passages) == np.count_nonzero(np.diff(np.sign(x - 0.05)))
+    assert np.abs(run(passages)[0] - 0.05).max() < 1e-13
+
+
+@pytest.mark.parametrize("kind", ["linear", "hold"])
+def test_the_acceleration_has_both_limits_at_a_knot(kind: RecordKind) -> None:
+    t, f = [0.0, 1.0, 2.0, 3.0], [0.0, 5.0, -5.0, 0.0]
+    run = pc.simulate(pc.Oscillator(0.0, 0.0), pc.record(t, f, kind), t_end=3.0)
+    found = run.extremes("acceleration")
+    assert (found.minimum, found.maximum) == (-5.0, 5.0)
+    assert (found.t_minimum, found.t_maximum) == (2.0, 1.0)
+
+
+def test_the_force_of_a_wall_in_contact_has_its_extremes_at_knots() -> None:
+    force = pc.record([0.0, 1.0, 2.0, 3.0], [-1.0, -4.0, -2.0, -3.0])
+    run = pc.simulate(pc.impact_oscillator(0.5), force, t_end=3.0)
+    found = run.extremes("stop_force")
+    assert (found.minimum, found.maximum) == (1.0, 4.0)
+    assert (found.t_minimum, found.t_maximum) == (0.0, 1.0)
+    jumps = pc.record([0.0, 1.0, 2.0, 3.0], [-1.0, -4.0, -2.0, -3.0], "hold")
+    found = pc.simulate(pc.impact_oscillator(0.5), jumps, t_end=2.5).extremes("stop_force")
+    assert (found.minimum, found.maximum) == (1.0, 4.0)
+
+
+def test_before_and_after_a_record_its_ends_hold_or_nothing_acts() -> None:
+    t, f = [1.0, 2.0], [3.0, 5.0]
+    free = pc.Oscillator(stiffness=0)
+    held = pc.simulate(free, pc.record(t, f), t_end=4.0)
+    assert held.forces([0.5, 1.0, 1.5, 2.0, 3.0]).forcing.values.tolist() == [3, 3, 4, 5, 5]
+    none = pc.simulate(free, pc.record(t, f, outside="zero"), t_end=4.0)
+    assert none.forces([0.5, 1.0, 1.5, 2.0, 3.0]).forcing.values.tolist() == [0, 3, 4, 0, 0]
+    # 3.5 of speed in the second second alone.
+    assert float(none(4.0)[1]) == pytest.approx(4.0, rel=1e-15)
+
+
+def test_runs_of_a_record_are_the_same_after_pickling() -> None:
+    t, f = noise(20, 6)
+    force = pc.record(t, f) + pc.cosine("1.3", amplitude="0.4")
+    osc = pc.impact_oscillator("0.8", wall=-0.2)
+    copy = pickle.loads(pickle.dumps(force))
+    assert copy == force
+    assert hash(copy) == hash(force)
+    runs = [pc.simulate(osc, one, v0=1.0, t_end=12.0) for one in (force, copy)]
+    assert runs[0].impacts.t.tobytes() == runs[1].impacts.t.tobytes()

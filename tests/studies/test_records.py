@@ -1,0 +1,117 @@
+"""Records in study files: samples in the study, or in a table beside it."""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+
+import pytest
+
+import percuss as pc
+from percuss.errors import StudyError
+from percuss.io.exact_json import decoded, encoded
+from percuss.studies import load_study, parse_study
+from percuss.studies.link import link_of
+from percuss.studies.running import run_study
+
+HEAD = '[oscillator]\nstiffness = 1\n[start]\nx0 = 0\nv0 = "0.5"\n[run]\nt_end = 5\n'
+RECORD = "[forcing.record]\n"
+
+
+def study_file(folder: Path, body: str, table: str | None = None) -> Path:
+    if table is not None:
+        (folder / "waves.csv").write_text(table, encoding="utf-8")
+    path = folder / "s.toml"
+    path.write_text(HEAD + RECORD + body, encoding="utf-8")
+    return path
+
+
+def test_a_table_beside_the_study_is_read_by_the_names_of_its_columns(tmp_path: Path) -> None:
+    table = "# measured\n\ntime, height, force\n0, 9, 0.5\n1, 9, -1e-1\n\n2.5, 9, 0\n"
+    body = 'file = "waves.csv"\ntime = "time"\nforce = "force"\namplitude = "0.1"\nkind = "hold"\n'
+    study = load_study(study_file(tmp_path, body, table))
+    assert study.forcing is not None
+    assert study.forcing.record == pc.model.ForceRecord(
+        (0.0, 1.0, 2.5), (0.5, -0.1, 0.0), "hold", amplitude="0.1"
+    )
+
+
+def test_a_study_that_is_written_holds_its_samples(tmp_path: Path) -> None:
+    study = load_study(study_file(tmp_path, 'file = "waves.csv"\n', "t,f\n0,1\n1,0.1\n"))
+    again = parse_study(study.text())
+    assert again.forcing == study.forcing
+    wave = (
+        't = [0, "pi", "2*pi"]\nf = [1, "-1/3", 1]\nkind = "hold"\nrepeat = true\nomega = "1.7"\n'
+    )
+    study = parse_study(HEAD + RECORD + wave)
+    assert parse_study(study.text()).forcing == study.forcing
+    assert study.forcing is not None
+    assert decoded(json.loads(json.dumps(encoded(study.forcing)))) == study.forcing
+    state = json.loads(base64.urlsafe_b64decode(link_of(study) + "=="))
+    assert state["study"]["forcing"]["record"]["f"] == [1, "-1/3", 1]
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("t,f\n0,0\n1,nan\n", ['line 3: f = "nan" is no finite number']),
+        ("t,f\n0,0\n1,\n2\n", ['line 3: f = ""', 'line 4: f = ""']),
+        ("t,f\n0,0\n1,2\n1,3\n", ["line 4: t = 1.0 is there twice"]),
+        ("t,f\n0,0\n2,2\n1,3\n", ["line 4: t = 1.0 comes after 2.0; instants must rise"]),
+        ("time,f\n0,0\n", ['no column "t"; its columns are time, f']),
+        ("t,f\n0,0\n", ["1 samples; a record needs two at least"]),
+        ("", ["0 samples"]),
+        ("t,f\n" + "x,y\n" * 20, ["line 2: t", "line 6: f", "and 30 more"]),
+    ],
+)
+def test_faults_of_a_table_are_told_by_its_lines_all_at_once(
+    tmp_path: Path, table: str, words: list[str]
+) -> None:
+    with pytest.raises(StudyError) as error:
+        load_study(study_file(tmp_path, 'file = "waves.csv"\n', table))
+    assert len(error.value.faults) == 1
+    assert '9: forcing.record.file = "waves.csv": ' in str(error.value)
+    for word in words:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("body", "fault"),
+    [
+        ('file = "none.csv"\n', '9: forcing.record.file = "none.csv": no such file or directory'),
+        ("t = [0, 1]\n", "8: forcing.record.f: missing; give t and f, or a file"),
+        ("t = [0, 1]\nf = [1]\n", "9: forcing.record.t = 2: 2 instants for 1 forces"),
+        ("t = [0]\nf = [1]\n", "9: forcing.record.t = 1: a record needs two samples at least"),
+        ("t = [0, 1]\nf = [1, 2]\nkindd = 1\n", "11: forcing.record.kindd: unknown key; did you"),
+        ("t = [0, 0]\nf = [1, 2]\n", "9: forcing.record.t.1 = 0: the instant of t.0, too"),
+        ('file = "waves.csv"\nt = [0]\n', "10: forcing.record.t: given together with file"),
+        ("t = [0, 1]\nf = [1, 2]\nomega = -1\n", "11: forcing.record.omega = -1: not positive"),
+    ],
+)
+def test_faults_of_a_record_have_line_and_path(tmp_path: Path, body: str, fault: str) -> None:
+    with pytest.raises(StudyError) as error:
+        load_study(study_file(tmp_path, body, "t,f\n0,0\n1,1\n"))
+    assert fault in str(error.value)
+
+
+def test_a_text_without_a_place_has_no_tables_beside_it() -> None:
+    with pytest.raises(StudyError, match="a study that is no file has no files beside it"):
+        parse_study(HEAD + RECORD + 'file = "waves.csv"\n')
+
+
+def test_a_study_under_a_record_runs_and_its_results_repeat_it(tmp_path: Path) -> None:
+    table = "t,f\n0,0\n1,2\n3,-2\n5,0\n"
+    study = load_study(study_file(tmp_path, 'file = "waves.csv"\n', table))
+    run_study(study, tmp_path / "out")
+    again = load_study(tmp_path / "out" / "motion.nc")
+    assert again.forcing == study.forcing
+
+
+def test_a_record_may_have_a_frequency_that_a_study_ranges_over() -> None:
+    text = (
+        '[study]\nkind = "diagram"\n[oscillator]\n[[oscillator.stops]]\ntype = "wall"\nat = 0\n'
+        'side = "below"\n[forcing.record]\nt = [0, "pi", "2*pi"]\nf = [1, -1, 1]\nkind = "hold"\n'
+        'repeat = true\nomega = 2\n[over]\n"forcing.record.omega" = {from = 2, to = 3, count = 5}\n'
+    )
+    assert parse_study(text).kind == "diagram"
