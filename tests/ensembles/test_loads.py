@@ -72,6 +72,16 @@ CASES = {
         pc.cosine("0.9", constant="0.4"),
         (0.1, 0.0),
     ),
+    "sticking under a record, over its knots": (
+        pc.impact_oscillator(0.4, wall=0.1, side="above", damping=0.05),
+        pc.triangle_wave("1.3") + pc.cosine("1.3", constant="0.2"),
+        (0.0, 0.5),
+    ),
+    "a release where a record jumps": (
+        pc.impact_oscillator(0.4, wall=0.1, side="above", damping=0.05),
+        pc.square_wave("1.3"),
+        (0.0, 0.5),
+    ),
     "at rest for good": (
         pc.impact_oscillator(0.5), pc.cosine("1.3", amplitude="0.1", constant=-2), (0.3, 0.0),
     ),

@@ -7,7 +7,7 @@ from typing import Any
 import mpmath
 from mpmath import mp
 from tests.oracle.curves import Flight, Real
-from tests.oracle.event_driven import Problem, Run, Soft, number
+from tests.oracle.event_driven import Piece, Problem, Run, Soft, number
 
 # Parts of a unit of phase over which Gauss's rule is taken: with twelve nodes, which mpmath calls
 # its third degree, it leaves 1e-35.
@@ -34,22 +34,29 @@ def integrals(problem: Problem, run: Run, t_end: Real) -> tuple[Real, Real, Real
             steps = int(mpmath.ceil(end * max(fastest, mpmath.sqrt(abs(piece.k))) * PARTS))
             nodes = mpmath.linspace(0, end, steps + 1)
             square += mpmath.quad(lambda s, p=piece: p.state(s)[0] ** 2, nodes, **RULE)
+            knot = _knot(problem, t + end / 2)
             work += mpmath.quad(
-                lambda s, p=piece, t=t: _force(problem, t + s) * p.state(s)[1], nodes, **RULE
+                lambda s, p=piece, t=t, k=knot: _force(problem, t + s, k) * p.state(s)[1],
+                nodes,
+                **RULE,
             )
             if any(_touches(stop, piece.value(end / 2)) for stop in problem.stops):
                 touch += end
         return square, work, touch
 
 
-def _force(problem: Problem, t: Real) -> Real:
+def _knot(problem: Problem, t: Real) -> Piece:
+    """Return the piece of the record in which a flight is: its flights end at the knots."""
+    before = [piece for piece in problem.pieces if number(piece.t) <= t]
+    return max(before, key=lambda piece: number(piece.t), default=Piece(0, 0))
+
+
+def _force(problem: Problem, t: Real, knot: Piece) -> Real:
     force = number(problem.constant)
+    force += number(knot.force) + number(knot.slope) * (t - number(knot.t))
     for part in problem.harmonics:
         cosine, sine = mpmath.cos_sin(number(part.omega) * t)
         force += number(part.cos) * cosine + number(part.sin) * sine
-    if problem.pieces:
-        piece = max((p for p in problem.pieces if number(p.t) <= t), key=lambda p: number(p.t))
-        force += number(piece.force) + number(piece.slope) * (t - number(piece.t))
     return force
 
 

@@ -268,9 +268,11 @@ def next_stretch(member: Member, options: Options) -> int:
     status = stay(run, plan[UNTIL]) if in_contact else fly(run, plan[UNTIL])
     if counters[N_EVENTS] > 0 or status in (REACHED_END, AT_REST):
         observe_stretches(member, options, past, x, in_contact, counters[N_EVENTS])
-    elif in_contact and options.with_loads and plan[SINCE] <= run.state[T] > past.start[0]:
-        # A contact goes on over a knot of the record, which is no event.
-        observe_loads(member, past, x, in_contact, 0, (run.state[T], True))
+    elif options.with_loads and in_contact and run.state[T] >= plan[SINCE]:
+        # A knot of a record in contact is no event: what came before it is observed here.
+        knot = (run.state[T], run.state[T_LOW])
+        if knot != (past.start[0], past.start[1]):
+            observe_loads(member, past, x, in_contact, 0, (knot, True))
     if status == REACHED_END and not (abs(values[END_X]) < HUGE and abs(values[END_V]) < HUGE):
         return OVERFLOW
     if counters[N_IMPACTS] >= options.max_impacts and status == MOVING:
@@ -296,7 +298,8 @@ def observe_stretches(
         if until >= plan[SINCE]:
             observe_stretch(member, options, past, x, in_contact, (until, count == 0))
             if options.with_loads:
-                observe_loads(member, past, x, in_contact, row, (until, count == 0))
+                low = events[row, EVENT_T_LOW] if count > 0 else 0.0
+                observe_loads(member, past, x, in_contact, row, ((until, low), count == 0))
         if count == 0:
             set_phases(law, start[0], start[1], phases)
             end_at(past, x, in_contact, until, member.values)

@@ -453,7 +453,9 @@ def extremes_in_contact(
     begin = (start[0], start[1])
     now = later(start[0], start[1], s)
     to_knot = time_to_knot(law, now[0], now[1])
-    while s + to_knot < until:
+    # A contact may end at a knot: what the force is after it is not the wall's to bear.
+    rounding = 4.0 * ULP * until
+    while s + to_knot <= until + rounding:
         end = s + to_knot
         extremes_of_wall(flight, force, observable.derived, begin, (s, end), best)
         # At a knot the force of the wall may jump: its limit from before.
@@ -469,6 +471,8 @@ def extremes_in_contact(
         begin = knot
         s = 0.0
         to_knot = time_to_knot(law, knot[0], knot[1])
+        if not until > rounding:
+            return
     extremes_of_wall(flight, force, observable.derived, begin, (s, until), best)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from percuss.arrays import Floats
+from percuss.kernels.arithmetic import Pair
 from percuss.kernels.compile import kernel
 from percuss.kernels.flight import Flight, force_and_slopes, move, set_phases
 from percuss.kernels.law_columns import (
@@ -91,16 +92,16 @@ ALL = 1 << 62
 
 @kernel
 def observe_loads(
-    member: Member, flight: Flight, x: float, in_contact: bool, row: int, end: tuple[float, bool]
+    member: Member, flight: Flight, x: float, in_contact: bool, row: int, end: tuple[Pair, bool]
 ) -> None:
-    """Record the loads of a stretch; ``end`` is its end, and whether no event of a row is there."""
+    """Record the loads of a stretch; ``end`` is its end, and whether no event of a row is there.
+
+    The instant has both its parts: a contact may begin at the very instant of an impact.
+    """
     law, region, start, phases, _ = flight
     values = member.values
     begin = max(0.0, (member.plan[SINCE] - start[0]) - start[1])
-    events = member.run.events
-    # The whole instant of an event: a contact may begin at the very instant of an impact.
-    low = 0.0 if end[1] else events[row, EVENT_T_LOW]
-    until = (end[0] - start[0]) + (low - start[1])
+    until = (end[0][0] - start[0]) + (end[0][1] - start[1])
     is_tail = in_contact and not end[1] and member.run.marks[row, KIND] == CONTACT
     if until < begin or (is_tail and until <= 0.0):
         return
