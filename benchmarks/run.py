@@ -21,6 +21,7 @@ NAMES = {
     "w3": "bilinear",
     "w4": "basin",
     "harmonics": "three_harmonics",
+    "records": "records",
     "long": "long_runs",
     "adversarial": "grazes",
     "sampling": "sampling",
