@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from percuss.errors import ParameterError
 from percuss.model import (
     Component,
+    ForceRecord,
     Forcing,
     FourierTerm,
     Harmonic,
@@ -249,3 +250,25 @@ def test_a_fourier_sum_is_added_as_its_harmonics() -> None:
 def test_only_forcings_are_added() -> None:
     with pytest.raises(TypeError, match="unsupported operand"):
         cosine(2) + 1.0  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        cosine(2, amplitude="0.5", phase="pi/3", constant=-1),
+        fourier(2, cos=(1, "0.5"), constant="0.25"),
+        Forcing(record=ForceRecord((0, 1, 2), (0, "1.5", 0), repeat=True)) + Forcing(constant=1),
+    ],
+)
+def test_a_force_times_a_number_is_the_force_divided_by_its_inverse(force: Forcing) -> None:
+    assert (4 * force).per_mass(1) == (force * 4).per_mass(1) == force.per_mass("1/4")
+    assert (4 * force).period == force.period
+    assert not (4 * force).is_per_mass
+    assert (4 * force.per_mass(2)).is_per_mass
+
+
+def test_a_force_is_multiplied_by_numbers_only() -> None:
+    with pytest.raises(ParameterError, match="factor"):
+        cosine(2) * "two"
+    with pytest.raises(TypeError):
+        cosine(2) * cosine(2)  # type: ignore[operator]

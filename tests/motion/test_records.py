@@ -312,3 +312,20 @@ def test_runs_of_a_record_are_the_same_after_pickling() -> None:
     assert hash(copy) == hash(force)
     runs = [pc.simulate(osc, one, v0=1.0, t_end=12.0) for one in (force, copy)]
     assert runs[0].impacts.t.tobytes() == runs[1].impacts.t.tobytes()
+
+
+def test_a_run_beyond_its_record_says_so() -> None:
+    osc = pc.impact_oscillator("0.8", wall="0.5", side="above", damping="0.05")
+    t = np.arange(0.0, 60.0, 0.1)
+    f = np.cos(2.6 * t)
+    for push, words in (
+        (pc.record(t, f), "its end values hold"),
+        (pc.record(t, f, outside="zero"), "nothing acts"),
+    ):
+        within, beyond = (pc.simulate(osc, push, t_end=end) for end in (t[-1], 80.0))
+        assert within.beyond_record == ""
+        assert beyond.beyond_record in repr(beyond)
+        assert beyond.beyond_record == f"the record lasts from t = 0 to 59.9, {words} beyond"
+    early = pc.simulate(osc, pc.record(t + 10.0, np.cos(t)), t_end=50.0)
+    assert early.beyond_record.startswith("the record lasts from t = 10 to 69.9")
+    assert pc.simulate(osc, pc.square_wave(2), t_end=500.0).beyond_record == ""

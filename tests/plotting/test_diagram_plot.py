@@ -118,5 +118,15 @@ def test_values_need_no_order_nor_equal_steps() -> None:
 def test_what_cannot_be_drawn_is_told(hysteresis: xr.Dataset) -> None:
     with pytest.raises(pc.ParameterError, match="neither x nor v"):
         plot_diagram(hysteresis, new_axes(), quantity="cycle")
-    with pytest.raises(pc.ParameterError, match="no points"):
-        plot_diagram(hysteresis.assign(x=hysteresis.x.where(hysteresis.x > 1e9)), new_axes())
+
+
+def test_a_section_that_no_motion_reaches_is_told_and_drawn_as_empty() -> None:
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    over = {"forcing.omega": [2.4, 2.6]}
+    section = {"at": 0.3, "direction": "up"}
+    with pytest.warns(
+        UserWarning, match=r"no motion has a point on the section .* any of 2 values"
+    ):
+        data = pc.bifurcation_diagram(osc, pc.cosine(2.5), over=over, section=section)
+    ax = plot_diagram(data)
+    assert any("no points" in text.get_text() for text in ax.texts)

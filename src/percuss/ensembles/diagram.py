@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -207,6 +208,15 @@ def _warn(data: Dataset) -> None:
     empty = (reasons != "").all(axis=1)
     if not data.attrs["complete"]:
         return
+    if not (reasons != "").any() and all(
+        np.isnan(data[name].values).all() for name in data.data_vars if "sample" in data[name].dims
+    ):
+        where = str(data.attrs["section"])
+        n_values = reasons.shape[1]
+        warnings.warn(
+            f"no motion has a point on the section {where!r} at any of {n_values:,} values",
+            stacklevel=3,
+        )
     branches, values = np.nonzero((reasons != "") & ~empty[:, np.newaxis])
     if len(values):
         path = str(data["reason"].dims[1])

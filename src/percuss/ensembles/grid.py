@@ -419,6 +419,10 @@ def units_of(path: str, osc: Oscillator | None = None, force: Forcing | None = N
     """
     words = [word for word in path.split(".") if not word.isdigit()]
     name = words[-1]
+    record = None if force is None else force.record
+    if words[-2:] == ["record", "amplitude"] and record is not None and record.omega is None:
+        # The factor of samples, which have their own units.
+        return "1"
     if osc is not None and osc.mass is not None:
         if name in _OF_OSCILLATOR:
             return _OF_OSCILLATOR[name]

@@ -341,12 +341,36 @@ class Forcing:
         raise_first(positive_faults("mass", plain(mass)))
         if self.is_per_mass:
             raise ParameterError("mass", mass, "the force is per unit mass already")
-        factor = 1 / operand(mass)
-        parts = tuple(_scaled_part(part, factor) for part in self.harmonics)
-        constant = scaled(self.constant, factor)
-        record = None if self.record is None else self.record.scaled(kept(factor))
+        return self._times(1 / operand(mass), is_per_mass=True)
+
+    def __mul__(self, factor: Exact) -> Forcing:
+        """Return the force times a number, exactly: ``20e3 * sea`` of a sea in metres.
+
+        Raises
+        ------
+        ParameterError
+            If the factor is no number.
+
+        Examples
+        --------
+        >>> (3 * cosine(2.0, amplitude="0.5", constant=1)).harmonics[0].amplitude
+        '1.5'
+        """
+        if isinstance(factor, Forcing):
+            return NotImplemented
+        raise_first(number_faults("factor", plain(factor)))
+        return self._times(operand(factor), is_per_mass=self.is_per_mass)
+
+    __rmul__ = __mul__
+
+    def _times(self, factor: Fraction, *, is_per_mass: bool) -> Forcing:
         return Forcing(
-            parts, constant, self.given_period, base=self.base, record=record, is_per_mass=True
+            tuple(_scaled_part(part, factor) for part in self.harmonics),
+            scaled(self.constant, factor),
+            self.given_period,
+            base=self.base,
+            record=None if self.record is None else self.record.scaled(kept(factor)),
+            is_per_mass=is_per_mass,
         )
 
     def acceleration_of(self, mass: Exact | None) -> Forcing:

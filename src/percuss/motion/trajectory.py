@@ -164,7 +164,32 @@ class Trajectory:
             if len(events) > 0 or name == "impacts"
         ]
         span = f"t = {self.t0:.6g} ... {self.t_end:.6g}"
-        return f"<Trajectory: {span}, {', '.join(parts)}; {self.outcome.value}>"
+        beyond = self.beyond_record
+        ends = [self.outcome.value, beyond] if beyond else [self.outcome.value]
+        return f"<Trajectory: {span}, {', '.join(parts)}; {'; '.join(ends)}>"
+
+    @property
+    def beyond_record(self) -> str:
+        """What acts before and after the samples of a force's record, if the run goes there.
+
+        Empty without a record, under one that is repeated, and for a run within its samples.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> push = pc.record([0.0, 1.0, 2.0], [0.0, 1.0, 0.5])
+        >>> pc.simulate(pc.Oscillator(), push, t_end=5).beyond_record
+        'the record lasts from t = 0 to 2, its end values hold beyond'
+        """
+        record = None if self.forcing is None else self.forcing.record
+        if record is None or record.repeat:
+            return ""
+        pace = 1.0 if record.omega is None else as_float(record.omega)
+        first, last = as_float(record.t[0]) / pace, as_float(record.t[-1]) / pace
+        if first <= self.t0 and self.t_end <= last:
+            return ""
+        what = "its end values hold" if record.outside == "end" else "nothing acts"
+        return f"the record lasts from t = {first:.6g} to {last:.6g}, {what} beyond"
 
     def __call__(self, t: ArrayLike, limit: Limit = "after") -> tuple[Floats, Floats]:
         """Return (x, v) at times t, from the closed form.

@@ -81,7 +81,7 @@ def plot_diagram(
     Raises
     ------
     ParameterError
-        If there is no such quantity, or nothing to draw.
+        If there is no such quantity.
     """
     units = units_of(units)
     name = quantity or next(key for key in ("x", "v_after", "v") if key in diagram)
@@ -105,6 +105,10 @@ def plot_diagram(
             label_of(_name_of(diagram, name), str(diagram[name].attrs.get("units", "")), units)
         )
         used = [key for key in COLOURS if key in layers and layers[key].any()]
+        if not used:
+            where = str(diagram.attrs.get("section", "")) or name
+            ax.text(0.5, 0.5, f"no points: {where}", transform=ax.transAxes, ha="center")
+            return ax
         _add_bar(ax, norm, COLOURS[used[0]] if len(used) == 1 else BLACK)
         if len(used) > 1:
             handles = [Patch(color=COLOURS[key], label=key) for key in used]
@@ -128,14 +132,14 @@ def _groups(diagram: xr.Dataset, name: str) -> dict[str, Floats]:
         key = str(branch) if branch in ("forward", "backward") else "from the starts"
         values = diagram[name].sel(branch=branch).transpose(path, "sample").to_numpy()
         groups[key] = np.concatenate([groups[key], values], axis=1) if key in groups else values
-    if not any(np.isfinite(values).any() for values in groups.values()):
-        raise ParameterError("diagram", name, "no points to draw")
     return groups
 
 
 def _range(groups: dict[str, Floats]) -> tuple[float, float]:
     """Return the range of the vertical axis, without a few points that are far out."""
     every = np.concatenate([values[np.isfinite(values)] for values in groups.values()])
+    if len(every) == 0:
+        return -1.0, 1.0
     low, high = float(every.min()), float(every.max())
     inner, outer = (float(q) for q in np.percentile(every, [SHARE, 100.0 - SHARE]))
     if high - low > FAR_OUT * (outer - inner) > 0.0:

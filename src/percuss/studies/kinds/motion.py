@@ -174,7 +174,8 @@ class Motion(Question):
         contacts = result.contacts
         first = f", the first from t = {contacts.start[0]:.10g}" if len(contacts) else ""
         entries = len(result.crossings) > 0 and len(result.impacts) == 0
-        return {
+        record = {"record": result.beyond_record} if result.beyond_record else {}
+        return record | {
             "impacts": str(len(result.impacts)),
             "crossings": str(len(result.crossings)),
             "contacts": f"{len(contacts)}{first}",
