@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
+from percuss.ensembles.diagram import impact_periods
 from percuss.ensembles.measures import period_of
 from percuss.motion.sections import SectionDirection, SectionGiven
 
@@ -33,6 +34,7 @@ SOFT = pc.Oscillator(
 )
 
 
+@pytest.mark.filterwarnings("ignore:no motion has a point")
 @pytest.mark.parametrize("osc", [OSC, SOFT], ids=["a wall", "a soft stop and a wall"])
 @pytest.mark.parametrize("direction", ["up", "down", "both"])
 @pytest.mark.parametrize("at", [0.3, 0.2, -0.85])
@@ -219,6 +221,15 @@ def test_the_turning_end_of_a_transient_is_no_period() -> None:
     settled = np.stack([1.0 + 0.1 * np.cos(2 * np.pi * k / 3), np.zeros(33)], axis=1)
 
     assert period_of(np.stack([points, settled]), 16).tolist() == [0, 3]
+
+
+def test_the_alternating_end_of_a_transient_is_no_doubled_period_of_impacts() -> None:
+    """A multiplier near -1, as before a doubling: two periods later the impacts are the same."""
+    k = np.arange(33)
+    speeds = [1.0 + 3e-6 * (-0.99) ** k, 1.0 + 0.1 * (-1.0) ** k, np.ones(33)]
+    points = np.stack([np.stack([np.full(33, 0.25), v, np.zeros(33)], axis=1) for v in speeds])
+
+    assert impact_periods(points, np.full(3, 33), 33).tolist() == [0, 2, 1]
 
 
 @pytest.mark.parametrize(

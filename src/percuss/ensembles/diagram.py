@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Flags, Floats, Integers
 from percuss.ensembles.batch import MOST_IMPACTS, Plan, follow_batch, reason_of
 from percuss.ensembles.datasets import (
     attributes_of,
@@ -23,7 +23,7 @@ from percuss.ensembles.datasets import (
 from percuss.ensembles.engines import Engine, make_ready
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
-from percuss.ensembles.measures import SAME, Window, period_of
+from percuss.ensembles.measures import SAME, SETTLED, Window, period_of
 from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.ensembles.store import (
     Store,
@@ -559,18 +559,29 @@ def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:
     Returns
     -------
     (n,) array
-        0 where half of the points show no period.
+        0 where half of the points show no period, or where they are still settling on one.
     """
     n, m = points.shape[:2]
     n_periods = np.zeros(n, dtype=np.int64)
-    speed = np.nan_to_num(np.abs(points[:, :, 1])).max(axis=1, keepdims=True)
-    for count in range(m // 2, 0, -1):
-        step = points[:, count:] - points[:, :-count]
-        turn = np.abs(step[:, :, 0] - np.round(step[:, :, 0]))
-        known = ~np.isnan(step[:, :, 1])
-        same = (turn <= SAME) & (np.abs(step[:, :, 1]) <= SAME * speed) & (step[:, :, 2] == 0.0)
-        repeats = (same | ~known).all(axis=1) & (known.sum(axis=1) >= count)
-        with np.errstate(divide="ignore"):
-            whole_periods = np.round(count * periods / impacts)
-        n_periods = np.where(repeats, whole_periods, n_periods).astype(np.int64)
+    undecided = np.ones(n, dtype=np.bool_)
+    for count in range(1, m // 2 + 1):
+        found = undecided & _repeats(points, count, SAME)
+        if not found.any():
+            continue
+        undecided &= ~found
+        # As of strobes: smaller differences of a divisor are the end of a transient.
+        for q in (q for q in range(1, count // 2 + 1) if count % q == 0):
+            found &= ~_repeats(points, q, SETTLED * SAME)
+        n_periods[found] = np.round(count * periods / impacts[found])
     return n_periods
+
+
+def _repeats(points: Floats, count: int, tolerance: float) -> Flags:
+    """Return which rows of points are, within a part of their size, those so many points later."""
+    speed = np.nan_to_num(np.abs(points[:, :, 1])).max(axis=1, keepdims=True)
+    step = points[:, count:] - points[:, :-count]
+    turn = np.abs(step[:, :, 0] - np.round(step[:, :, 0]))
+    known = ~np.isnan(step[:, :, 1])
+    near = (turn <= tolerance) & (np.abs(step[:, :, 1]) <= tolerance * speed)
+    same = near & (step[:, :, 2] == 0.0)
+    return np.asarray((same | ~known).all(axis=1) & (known.sum(axis=1) >= count))

@@ -354,7 +354,7 @@ class Forcing:
         Examples
         --------
         >>> (3 * cosine(2.0, amplitude="0.5", constant=1)).harmonics[0].amplitude
-        '1.5'
+        1.5
         """
         if isinstance(factor, Forcing):
             return NotImplemented
