@@ -118,7 +118,10 @@ def test_a_wave_is_the_wave_and_keeps_its_phase_after_a_million_periods() -> Non
 
 
 @pytest.mark.parametrize("kind", ["linear", "hold"])
-@pytest.mark.parametrize("delta", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
+@pytest.mark.parametrize(
+    "delta",
+    [pytest.param(d, marks=pytest.mark.nightly) for d in (1e-3, 1e-6, 1e-9)] + [1e-11, 1e-12],
+)
 def test_a_touch_under_a_record_is_seen_however_shallow(delta: float, kind: RecordKind) -> None:
     """A wall a hair before, or behind, the highest point of a motion without stops.
 

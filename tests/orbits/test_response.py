@@ -44,7 +44,7 @@ def kinds(chart: pc.Response) -> set[tuple[int, int]]:
     return {(family.n_impacts, family.n_periods) for family in chart.families}
 
 
-@pytest.mark.parametrize("n", [7, pytest.param(20, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("n", [4, pytest.param(20, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("which", ["wall", "soft"])
 def test_every_attractor_of_many_motions_is_on_a_branch(which: str, n: int) -> None:
     """Some frequencies, six starts each, told apart by their states at whole periods."""

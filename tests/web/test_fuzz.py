@@ -243,7 +243,7 @@ def check(caplog: pytest.LogCaptureFixture, address: str, *works: Any) -> None:
 def test_mutants_of_messages_and_files_are_answered_or_refused_in_words(
     address: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    works = (messages(address, 1, 4.0, 200), files(address, 2, 4.0, 60))
+    works = (messages(address, 1, 2.0, 100), files(address, 2, 2.0, 30))
     check(caplog, address, *works)
 
 
