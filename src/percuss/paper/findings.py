@@ -219,8 +219,8 @@ HEADLINES = (
     Headline(
         "Slips in single formulas, with the right forms.",
         "In the force (12) both factors before the cosine are wrong; in the amplitude (13) of the "
-        "long flight a plus stands for a minus; (26) gives the critical velocity for the largest "
-        "root of (25) only, which the article does not say.",
+        "long flight a plus, which no extraction makes, stands for a minus; (26) gives the critical "
+        "velocity for the largest root of (25) only, which the article does not say.",
         {"eq12": ("corrected",), "eq13-long": ("corrected",), "eq26": ("corrected",)},
         (
             FormulaPair(
