@@ -332,3 +332,20 @@ def test_a_run_beyond_its_record_says_so() -> None:
     early = pc.simulate(osc, pc.record(t + 10.0, np.cos(t)), t_end=50.0)
     assert early.beyond_record.startswith("the record lasts from t = 10 to 69.9")
     assert pc.simulate(osc, pc.square_wave(2), t_end=500.0).beyond_record == ""
+
+
+@pytest.mark.parametrize("stiffness", [0, -0.5, 0.1, 0.25, 1e-9, -1e-9, 1])
+@pytest.mark.parametrize("damping", [-0.5, 0.5, -0.1])
+def test_one_long_piece_is_that_of_the_matrix_exponential(stiffness: float, damping: float) -> None:
+    """A force 0.3 + 0.07 t from rest, for damping of either sign down to no spring at all."""
+    t, f = (0.0, 20.0), (0.3, 1.7)
+    run = pc.simulate(pc.Oscillator(stiffness, damping), pc.record(t, f), t_end=20.0)
+    with mpmath.workdps(40):
+        slope = (mpmath.mpf(f[1]) - mpmath.mpf(f[0])) / 20
+        k, a = mpmath.mpf(stiffness), mpmath.mpf(damping)
+        equation = mpmath.matrix([[0, 1, 0, 0], [-k, -2 * a, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]])
+        for instant in (1.0, 9.0, 15.0):
+            force = mpmath.matrix([0, 0, mpmath.mpf(f[0]), slope])
+            exact = mpmath.expm(equation * instant) * force
+            size = max(1.0, abs(float(exact[0])))
+            assert abs(float(run(instant)[0]) - float(exact[0])) < 1e-13 * size

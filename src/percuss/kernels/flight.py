@@ -117,7 +117,8 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
         impulse = slow * (-shrink) / (2.0 * rate)
         even = slow * (1.0 + 0.5 * shrink)
         if law[region, QUICKEST] * s < SERIES_LIMIT:
-            force = force_series(damping, law[region, STIFFNESS], s)
+            first = 0.5 * s * s
+            force = response_series(damping, law[region, STIFFNESS], s, first, 3.0, MOST_TERMS)
         elif are_apart(law[region, SLOW_ROOT], law[region, FAST_ROOT]):
             slow_part = mean_of_exponential(law[region, SLOW_ROOT], s)
             fast_part = mean_of_exponential(law[region, FAST_ROOT], s)
@@ -140,7 +141,8 @@ def free_response(law: Law, region: int, s: float) -> tuple[float, float, float]
         # Of the two forms the one whose square is the small one.
         even = shrink * (1.0 - square if square < 1.0 else 2.0 * half_cos * half_cos - 1.0)
     if law[region, QUICKEST] * s < SERIES_LIMIT:
-        force = force_series(damping, law[region, STIFFNESS], s)
+        first = 0.5 * s * s
+        force = response_series(damping, law[region, STIFFNESS], s, first, 3.0, MOST_TERMS)
     elif damping == 0.0:
         force = square * law[region, PER_STIFFNESS]
     else:
@@ -162,15 +164,19 @@ def mean_of_exponential(root: float, s: float) -> float:
 
 
 @kernel
-def force_series(damping: float, stiffness: float, s: float) -> float:
-    """Return D(s) by its power series, for small s."""
+def response_series(
+    damping: float, stiffness: float, s: float, first: float, n: float, most: float
+) -> float:
+    """Return by its power series, for small s, what repeated integration makes of S.
+
+    ``first`` is its first term, s^(n - 1) / (n - 1)!: n = 3 gives D(s), n = 4 its integral E(s).
+    """
     drag = 2.0 * damping * s
     spring = stiffness * s * s
     before = 0.0
-    term = 0.5 * s * s
+    term = first
     total = term
-    n = 3.0
-    while n < MOST_TERMS and abs(term) + abs(before) > NEGLIGIBLE * abs(total):
+    while n < most and abs(term) + abs(before) > NEGLIGIBLE * abs(total):
         following = -(drag * term + spring * before / (n - 1.0)) / n
         before = term
         term = following
@@ -188,10 +194,11 @@ def slope_response(law: Law, region: int, s: float, impulse: float, rise: float)
     damping = law[region, DAMPING]
     stiffness = law[region, STIFFNESS]
     if law[region, QUICKEST] * s < SLOPE_SERIES_LIMIT:
-        return slope_series(damping, stiffness, s)
+        first = s * s * s / 6.0
+        return response_series(damping, stiffness, s, first, 4.0, MOST_SLOPE_TERMS)
     slow = law[region, SLOW_ROOT]
     fast = law[region, FAST_ROOT]
-    if law[region, OVERDAMPED] == 1.0 and abs(slow) < -0.5 * fast:
+    if law[region, OVERDAMPED] == 1.0 and are_apart(slow, fast):
         return (twice_integrated(slow, s) - twice_integrated(fast, s)) / (2.0 * law[region, RATE])
     # S + 2 a D + K E = s, the equation of D integrated.
     return (s - impulse - 2.0 * damping * rise) * law[region, PER_STIFFNESS]
@@ -208,24 +215,6 @@ def twice_integrated(root: float, s: float) -> float:
     n = 3.0
     while n < MOST_TERMS and abs(term) > NEGLIGIBLE * total:
         term *= exponent / n
-        total += term
-        n += 1.0
-    return total
-
-
-@kernel
-def slope_series(damping: float, stiffness: float, s: float) -> float:
-    """Return E(s) by its power series."""
-    drag = 2.0 * damping * s
-    spring = stiffness * s * s
-    before = 0.0
-    term = s * s * s / 6.0
-    total = term
-    n = 4.0
-    while n < MOST_SLOPE_TERMS and abs(term) + abs(before) > NEGLIGIBLE * abs(total):
-        following = -(drag * term + spring * before / (n - 1.0)) / n
-        before = term
-        term = following
         total += term
         n += 1.0
     return total

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from itertools import zip_longest
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 from percuss.errors import ParameterError
 from percuss.model.exact import (
@@ -240,28 +240,30 @@ class Forcing:
         pairs = ((self, other), (other, self))
         for force, added in pairs:
             if added.is_constant:
-                return force._with(constant, force.given_period, record)
+                return force._with(constant=constant, record=record)
         periods = {_exact_period(force) for force in (self, other)}
         period = periods.pop() if len(periods) == 1 else None
         for force, added in pairs:
             if not added.harmonics:
                 # A Fourier sum has its period from its base.
-                return force._with(constant, period if force.base is None else None, record)
+                own = period if force.base is None else None
+                return force._with(constant=constant, period=own, record=record)
         parts = [part for force in (self, other) for part in _plain_harmonics(force)]
         # Of harmonics that are all zero none is left.
         period = period if parts or record is not None else None
         return Forcing(parts, constant, period, record=record, is_per_mass=self.is_per_mass)
 
-    def _with(self, constant: Exact, period: Phase | None, record: ForceRecord | None) -> Forcing:
-        """Return the same harmonics with another constant, period and record."""
-        return Forcing(
-            self.harmonics,
-            constant,
-            period,
-            base=self.base,
-            record=record,
-            is_per_mass=self.is_per_mass,
-        )
+    def _with(self, **changed: Any) -> Forcing:
+        """Return the forcing with other values of some arguments."""
+        own = {
+            "harmonics": self.harmonics,
+            "constant": self.constant,
+            "period": self.given_period,
+            "base": self.base,
+            "record": self.record,
+            "is_per_mass": self.is_per_mass,
+        }
+        return Forcing(**(own | changed))
 
     @property
     def is_constant(self) -> bool:
@@ -364,11 +366,9 @@ class Forcing:
     __rmul__ = __mul__
 
     def _times(self, factor: Fraction, *, is_per_mass: bool) -> Forcing:
-        return Forcing(
-            tuple(_scaled_part(part, factor) for part in self.harmonics),
-            scaled(self.constant, factor),
-            self.given_period,
-            base=self.base,
+        return self._with(
+            harmonics=tuple(_scaled_part(part, factor) for part in self.harmonics),
+            constant=scaled(self.constant, factor),
             record=None if self.record is None else self.record.scaled(kept(factor)),
             is_per_mass=is_per_mass,
         )

@@ -196,6 +196,7 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
     if record is not None:
         rows[0, at.N_HARMONICS], rows[0, at.FIRST_KNOT] = n, first_of_record
         _fill_record(rows, record)
+    places = _fill_tables(rows, tables, first_of_tables)
     for j, component in enumerate(components):
         _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
     # A harmonic of zero amplitude does not shorten the step.
@@ -204,8 +205,9 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
         first = at.FIRST_HARMONIC + n + number * (1 + n)
         row, stiffness, damping = _region_row(oscillator, constant, number)
         rows[first] = row
-        if tables:
-            _fill_tables(rows, first, tables, first_of_tables)
+        for kind, column, wall in _WALLS:
+            if wall in places and row[kind] == at.WALL:
+                rows[first, column] = places[wall]
         _fill_steps_of_search(rows[first], quickest)
         if record is not None and rows[first, at.STEP] == 0.0:
             # No rate sets a step: the motion is a cubic on each piece.
@@ -332,12 +334,9 @@ def stop_rows(oscillator: Oscillator) -> Floats:
     rows = np.zeros((len(unit.stops), at.STOP_COLUMNS))
     for i, stop in enumerate(unit.stops):
         row = rows[i]
+        row[at.STOP_AT] = float(as_fraction(stop.at))
         # No region; a soft stop acts on one side of its edge.
-        row[at.STOP_AT], row[at.STOP_FIRST], row[at.STOP_LAST] = (
-            float(as_fraction(stop.at)),
-            1.0,
-            0.0,
-        )
+        row[at.STOP_FIRST], row[at.STOP_LAST] = 1.0, 0.0
         row[at.STOP_BOUND] = -1.0 if isinstance(stop, SoftStop) else float(bounds.wall.index(i))
         if isinstance(stop, SoftStop):
             row[at.STOP_STIFFNESS] = float(as_fraction(stop.stiffness))
@@ -457,24 +456,24 @@ def _has_table(wall: Wall) -> bool:
     return isinstance(wall.restitution, RestitutionTable)
 
 
-def _fill_tables(
-    rows: Floats, region: int, tables: Mapping[Side, Restitution], first_knot: int
-) -> None:
-    """Fill the knots of the tables of restitution, and where they are in the row of a region."""
-    columns: dict[Side, tuple[int, int]] = {
-        "below": (at.LOWER_KIND, at.LOWER_TABLE),
-        "above": (at.UPPER_KIND, at.UPPER_TABLE),
-    }
-    knot = first_knot
+# Of the walls of a region: what kind of bound it is, the row of its table, and its side.
+_WALLS: tuple[tuple[int, int, Side], ...] = (
+    (at.LOWER_KIND, at.LOWER_TABLE, "below"),
+    (at.UPPER_KIND, at.UPPER_TABLE, "above"),
+)
+
+
+def _fill_tables(rows: Floats, tables: Mapping[Side, Restitution], knot: int) -> dict[Side, int]:
+    """Fill the knots of tables of restitution, from a row on; return the first row of each."""
+    places: dict[Side, int] = {}
     for side, table in tables.items():
-        kind, place = columns[side]
-        if rows[region, kind] == at.WALL:
-            rows[region, place] = knot
+        places[side] = knot
         knots = restitution_knots(table)
         for i, (speed, value) in enumerate(knots):
             rows[knot, at.KNOT_SPEED], rows[knot, at.KNOT_RESTITUTION] = float(speed), float(value)
             rows[knot, at.KNOTS_LEFT] = len(knots) - 1 - i
             knot += 1
+    return places
 
 
 def _fill_forces(row: Floats, region: _Region, bounds: RegionBounds, constant: Fraction) -> None:
