@@ -19,6 +19,7 @@ from percuss.numerics.functions import (
     times,
 )
 from percuss.numerics.linear import (
+    cholesky,
     determinant,
     directions,
     dot,
@@ -34,6 +35,7 @@ from percuss.numerics.roots import gauss_legendre, polynomial_roots
 
 __all__ = [
     "atan2",
+    "cholesky",
     "cos",
     "determinant",
     "directions",
