@@ -31,9 +31,11 @@ from percuss.numerics.linear import (
     norm,
     solve_linear,
 )
+from percuss.numerics.modes import ModePairs, mode_pairs
 from percuss.numerics.roots import gauss_legendre, polynomial_roots
 
 __all__ = [
+    "ModePairs",
     "atan2",
     "cholesky",
     "cos",
@@ -51,6 +53,7 @@ __all__ = [
     "least_squares",
     "log",
     "matmul",
+    "mode_pairs",
     "modulus",
     "norm",
     "phasor",
