@@ -49,7 +49,7 @@ def diagonalise(matrix: Floats, vectors: Floats) -> bool:
                 matrix[i, k] = 0.0
                 matrix[k, i] = 0.0
                 for j in range(n):
-                    if j != i and j != k:
+                    if j not in (i, k):
                         a = matrix[j, i]
                         b = matrix[j, k]
                         matrix[j, i] = cosine * a - sine * b

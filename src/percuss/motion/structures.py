@@ -15,7 +15,7 @@ from percuss.arrays import Floats, Integers
 from percuss.errors import LimitWarning, ParameterError
 from percuss.kernels import record as columns
 from percuss.kernels.structure import march as engine
-from percuss.kernels.structure.march import Run, new_run
+from percuss.kernels.structure.march import StructureRun, new_run
 from percuss.kernels.structure.sample import evaluate
 from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Exact, Phase, as_float, reals, whole
@@ -87,7 +87,7 @@ def follow_structure(
 
 def _followed(
     system: StructureSystem, start: StructureStart, end: float, limit: int, progress: RunProgress
-) -> tuple[Run, Outcome]:
+) -> tuple[StructureRun, Outcome]:
     """March to the limits, making sets of acting stops as they are met."""
     key = system.key_at(start.x, start.v)
     system.add(key)
@@ -120,7 +120,7 @@ def _followed(
         progress.close()
 
 
-def _longer(run: Run) -> Run:
+def _longer(run: StructureRun) -> StructureRun:
     """Return a run with room for as many events and grazes again."""
     return run._replace(
         events=np.concatenate([run.events, np.empty_like(run.events)]),
@@ -158,14 +158,14 @@ class StructureTrajectory:
     crossings: Crossings
     contacts: Contacts
     grazes: Grazes
-    _run: Run = field(repr=False)
+    _run: StructureRun = field(repr=False)
 
     @classmethod
     def of_run(
         cls,
         system: StructureSystem,
         start: StructureStart,
-        run: Run,
+        run: StructureRun,
         end: float,
         outcome: Outcome,
     ) -> StructureTrajectory:
@@ -260,7 +260,7 @@ class StructureTrajectory:
         shape = (*instants.shape, self.structure.n)
         return place[:, :, 0].reshape(shape), place[:, :, 1].reshape(shape)
 
-    def _scratch(self) -> Run:
+    def _scratch(self) -> StructureRun:
         """Return the run with arrays to write into: two threads may evaluate one result."""
         run = self._run
         fresh = new_run(run.sets, 0, 0)
@@ -379,11 +379,11 @@ class StructureTrajectory:
         return xarray.Dataset(data, coordinates, attrs={"outcome": self.outcome.value})
 
 
-def _rows(run: Run, *kinds: np.int64) -> Integers:
+def _rows(run: StructureRun, *kinds: np.int64) -> Integers:
     return np.flatnonzero(np.isin(run.marks[:, columns.KIND], kinds))
 
 
-def _impacts(system: StructureSystem, run: Run) -> Impacts:
+def _impacts(system: StructureSystem, run: StructureRun) -> Impacts:
     rows = _rows(run, columns.IMPACT)
     stops = run.marks[rows, columns.BOUND]
     t = run.events[rows, columns.EVENT_T]
@@ -417,7 +417,7 @@ class StructureImpacts(Impacts):
         return (self.v_after - self.v_before) * self.effective_mass
 
 
-def _crossings(system: StructureSystem, run: Run) -> Crossings:
+def _crossings(system: StructureSystem, run: StructureRun) -> Crossings:
     rows = _rows(run, columns.CROSSING)
     stops = run.marks[rows, columns.BOUND]
     inwards = run.events[rows, columns.V_AFTER] < 0.0
@@ -428,7 +428,7 @@ def _crossings(system: StructureSystem, run: Run) -> Crossings:
     return Crossings(t, v, stops, direction, system.structure.units)
 
 
-def _contacts(system: StructureSystem, run: Run) -> Contacts:
+def _contacts(system: StructureSystem, run: StructureRun) -> Contacts:
     rows = _rows(run, columns.CONTACT)
     stops = run.marks[rows, columns.BOUND]
     start = run.events[rows, columns.EVENT_T]
@@ -444,7 +444,7 @@ def _contacts(system: StructureSystem, run: Run) -> Contacts:
     return Contacts(start, release, stops, listed, lambda: errors, system.structure.units)
 
 
-def _grazes(system: StructureSystem, run: Run) -> Grazes:
+def _grazes(system: StructureSystem, run: StructureRun) -> Grazes:
     t, _, stop, clearance, error = (run.grazes[:, i] for i in range(5))
     units = system.structure.units
     return Grazes(t, stop.astype(np.int64), clearance, error, units)

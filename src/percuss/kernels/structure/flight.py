@@ -51,7 +51,7 @@ from percuss.kernels.structure.basis import (
 # Columns of a flight's input into a mode: into w' and u', constant and slope.
 PULL, SLOPE, DRIFT, DRIFT_SLOPE = range(4)
 PULL_COLUMNS = 4
-# Columns of a mode's state: u and w; and in `Flight.begin` nothing else.
+# Columns of a mode's state: u and w; and in `ModalFlight.begin` nothing else.
 U, W = range(2)
 # Rows of what is seen of a watch: value, slope, bound of the fourth derivative without the growth
 # over the stretch, and the sums of the magnitudes of the terms of value and slope.
@@ -59,7 +59,7 @@ VALUE, SPEED, BEND, SIZE, RATE_SIZE = range(5)
 SEEN_COLUMNS = 5
 
 
-class Flight(NamedTuple):
+class ModalFlight(NamedTuple):
     """A flight: its basis, the modes (n, 2), inputs (n, 4), phases (m, 2) and records (r, 2) at its start.
 
     ``values`` (s,) are the watches there: exactly 0 where ``order`` (s,), the number of derivatives
@@ -79,7 +79,7 @@ class Flight(NamedTuple):
 
 
 @kernel
-def set_pull(flight: Flight) -> None:
+def set_pull(flight: ModalFlight) -> None:
     """Fill the constant input into each mode, and its slope, from the records at the start."""
     basis = flight.basis
     for j in range(basis.modes.shape[0]):
@@ -97,7 +97,7 @@ def set_pull(flight: Flight) -> None:
 
 
 @kernel
-def move(flight: Flight, s: float) -> None:
+def move(flight: ModalFlight, s: float) -> None:
     """Write into ``later`` the changes of the modes a time s after the start, and the phases there."""
     basis, begin, pull, phases = flight.basis, flight.begin, flight.pull, flight.phases
     law = basis.law
@@ -154,7 +154,7 @@ def move(flight: Flight, s: float) -> None:
 
 
 @kernel
-def arrive(flight: Flight, s: float, modes: Floats) -> None:
+def arrive(flight: ModalFlight, s: float, modes: Floats) -> None:
     """Write into ``modes`` (n, 2) the modes a time s after the start."""
     move(flight, s)
     for j in range(modes.shape[0]):
@@ -219,7 +219,7 @@ def fed(basis: Basis, i: int, phases: Floats, records: Floats, s: float, order: 
 
 
 @kernel
-def see(flight: Flight, modes: Floats, phases: Floats, s: float, seen: Floats) -> None:
+def see(flight: ModalFlight, modes: Floats, phases: Floats, s: float, seen: Floats) -> None:
     """Write into ``seen`` (stops, 5) what the watches see of the ``modes`` at a time s."""
     basis = flight.basis
     n_watches = seen.shape[0]
@@ -234,7 +234,7 @@ def see(flight: Flight, modes: Floats, phases: Floats, s: float, seen: Floats) -
         seen[i, BEND] = 0.0
         seen[i, RATE_SIZE] = 0.0
     for j in range(modes.shape[0]):
-        force, slope, bend, rate, rate_slope, rate_bend = inputs(basis, j, phases, flight.pull, s)
+        force, slope, _, rate, rate_slope, _ = inputs(basis, j, phases, flight.pull, s)
         spring = basis.modes[j, SPRING]
         drag = basis.modes[j, DRAG]
         u = modes[j, U]
@@ -243,7 +243,7 @@ def see(flight: Flight, modes: Floats, phases: Floats, s: float, seen: Floats) -
         w1 = force - spring * u - drag * w
         u2 = w1 + rate_slope
         w2 = slope - spring * u1 - drag * w1
-        norm = basis.modes[j, ROOT] * abs(u2 + 0.0) + abs(w2)
+        norm = basis.modes[j, ROOT] * abs(u2) + abs(w2)
         for i in range(n_watches):
             p = basis.watch[i, j, OF_U]
             q = basis.watch[i, j, OF_W]
@@ -256,7 +256,7 @@ def see(flight: Flight, modes: Floats, phases: Floats, s: float, seen: Floats) -
 
 @kernel
 def derivatives(
-    flight: Flight, i: int, s: float, is_begin: bool
+    flight: ModalFlight, i: int, s: float, is_begin: bool
 ) -> tuple[float, float, float, float, float, float]:
     """Return a watch with its first four derivatives, and the part of the fifth's bound that it moves by.
 
@@ -326,7 +326,7 @@ def fourth_bound(basis: Basis, i: int, bend: float, width: float) -> float:
 
 
 @kernel
-def uncertainty(flight: Flight, i: int, s: float) -> float:
+def uncertainty(flight: ModalFlight, i: int, s: float) -> float:
     """Return a bound on the rounding error of a watch a time s after the start.
 
     It is that of its terms, each taken at the sum of the magnitudes of its parts. A watch that

@@ -69,7 +69,7 @@ from percuss.kernels.structure.basis import (
     find,
 )
 from percuss.kernels.structure.flight import (
-    Flight,
+    ModalFlight,
     U,
     W,
     arrive,
@@ -97,7 +97,7 @@ MOST_AT_ONCE = 1000
 SAME = 1e-11
 
 
-class Run(NamedTuple):
+class StructureRun(NamedTuple):
     """All that `march` reads and writes.
 
     ``begin`` (n, 2) are the modes after the last event, in the set of `counters`; ``order`` (s,)
@@ -124,11 +124,11 @@ class Run(NamedTuple):
     grazes: Floats
 
 
-def new_run(sets: Sets, capacity: int, grazes: int = 16) -> Run:
+def new_run(sets: Sets, capacity: int, grazes: int = 16) -> StructureRun:
     """Return the arrays of a run for at most so many events and grazes."""
     n, m = sets.modes.shape[1], sets.turns.shape[2]
     s, r = sets.stops.shape[0], sets.records.shape[0]
-    return Run(
+    return StructureRun(
         sets,
         np.zeros(STATE_ENTRIES),
         np.zeros(COUNTERS, dtype=np.int64),
@@ -150,9 +150,9 @@ def new_run(sets: Sets, capacity: int, grazes: int = 16) -> Run:
 
 
 @kernel
-def flight_of(run: Run) -> Flight:
+def flight_of(run: StructureRun) -> ModalFlight:
     """Return the flight from the last event."""
-    return Flight(
+    return ModalFlight(
         basis_of(run.sets, run.counters[SET]),
         run.begin,
         run.pull,
@@ -175,7 +175,7 @@ def load_at(sets: Sets, instant: tuple[float, float], phases: Floats, records: F
 
 
 @kernel
-def set_off(run: Run) -> Flight:
+def set_off(run: StructureRun) -> ModalFlight:
     """Begin a flight at the instant and with the modes of the state, all else from these."""
     load_at(run.sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
     flight = flight_of(run)
@@ -189,7 +189,7 @@ def set_off(run: Run) -> Flight:
 
 
 @kernel
-def value_of(flight: Flight, i: int) -> float:
+def value_of(flight: ModalFlight, i: int) -> float:
     """Return the value of a watch at the start of a flight."""
     basis = flight.basis
     value = basis.levels[i, CONSTANT] + fed(basis, i, flight.phases, flight.records, 0.0, 0)
@@ -243,7 +243,7 @@ def decompose(sets: Sets, b: int, place: Floats, modes: Floats) -> None:
 
 
 @kernel
-def change_set(run: Run, b: int) -> None:
+def change_set(run: StructureRun, b: int) -> None:
     """Take the modes of the state over into another set; velocities that it forbids are lost."""
     if b == run.counters[SET]:
         return
@@ -254,7 +254,7 @@ def change_set(run: Run, b: int) -> None:
 
 
 @kernel
-def march(run: Run, t_end: float, max_impacts: int, patience: int) -> int:
+def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> int:
     """Go on from event to event; return why this came to an end."""
     state, counters = run.state, run.counters
     if counters[N_EVENTS] == 0:
@@ -298,7 +298,7 @@ def march(run: Run, t_end: float, max_impacts: int, patience: int) -> int:
 
 
 @kernel
-def set_off_again(run: Run) -> Flight:
+def set_off_again(run: StructureRun) -> ModalFlight:
     """Return the flight of the state, with its search as far as it was."""
     scratch = run.scratch[7]
     for i in range(run.free.shape[0]):
@@ -321,14 +321,14 @@ def next_of_all(sets: Sets, t: float, t_low: float) -> tuple[float, float]:
 
 
 @kernel
-def clear_orders(run: Run) -> None:
+def clear_orders(run: StructureRun) -> None:
     """Forget which watches were at zero."""
     for i in range(run.order.shape[0]):
         run.order[i] = 0.0
 
 
 @kernel
-def begin(run: Run) -> int:
+def begin(run: StructureRun) -> int:
     """Record the START, from the modes of the set that acts there.
 
     A wall that is touched is struck, or holds the structure; an edge is passed as it is met.
@@ -354,7 +354,9 @@ def begin(run: Run) -> int:
 
 
 @kernel
-def carry_out(run: Run, flight: Flight, event: tuple[int, float, int, float, float]) -> int:
+def carry_out(
+    run: StructureRun, flight: ModalFlight, event: tuple[int, float, int, float, float]
+) -> int:
     """Carry out a HIT: MOVING, or NEW_SET where a set is needed that is not known yet."""
     state, counters, sets = run.state, run.counters, run.sets
     _, s, i, speed, s_low = event
@@ -428,7 +430,7 @@ def walls_of(sets: Sets) -> int:
 
 
 @kernel
-def step_to(run: Run, flight: Flight, s: float, s_low: float) -> None:
+def step_to(run: StructureRun, flight: ModalFlight, s: float, s_low: float) -> None:
     """Move the state a time s + s_low on; the modes to s, from which they differ by rounding."""
     arrive(flight, s + s_low, run.begin)
     t, t_low = later(run.state[T], run.state[T_LOW], s)
@@ -436,7 +438,7 @@ def step_to(run: Run, flight: Flight, s: float, s_low: float) -> None:
 
 
 @kernel
-def strike(run: Run, b: int, first: int, speed: float, slow: float) -> int:
+def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> int:
     """Carry out the impacts of an instant, the first that of a wall at a given speed (negative).
 
     A speed below ``slow`` is lost in the rounding of the clearance: the structure is at rest there.
@@ -506,7 +508,7 @@ def strike(run: Run, b: int, first: int, speed: float, slow: float) -> int:
 
 
 @kernel
-def is_at_rest(run: Run) -> bool:
+def is_at_rest(run: StructureRun) -> bool:
     """Return whether the structure touches a wall at rest."""
     for k in range(run.order.shape[0]):
         if run.order[k] == 2.0 and run.sets.stops[k, IS_WALL] == 1.0:
@@ -515,7 +517,7 @@ def is_at_rest(run: Run) -> bool:
 
 
 @kernel
-def kick(run: Run, b: int, i: int, change: float) -> None:
+def kick(run: StructureRun, b: int, i: int, change: float) -> None:
     """Change the velocity of a clearance by an impulse of its wall."""
     for j in range(run.begin.shape[0]):
         run.begin[j, U] += run.sets.kick[b, i, j, 0] * change
@@ -533,7 +535,7 @@ def restitution(sets: Sets, i: int, speed: float) -> float:
 
 
 @kernel
-def hold(run: Run) -> int:
+def hold(run: StructureRun) -> int:
     """Find the walls that hold the structure, of those that it touches at rest (order 2).
 
     All are tried; that with the largest force away from the structure is left, until none pulls.
@@ -592,7 +594,9 @@ def force_of(basis: Basis, i: int, modes: Floats, phases: Floats, records: Float
 
 
 @kernel
-def chatter_time(run: Run, flight: Flight, i: int, speed: float) -> tuple[float, float]:
+def chatter_time(
+    run: StructureRun, flight: ModalFlight, i: int, speed: float
+) -> tuple[float, float]:
     """Return (time to the end of a chatter, its error bound), or (-1, 0) where none is summed.
 
     As `percuss.kernels.contact.chatter_time`, with the clearance's own derivatives.
@@ -628,7 +632,7 @@ def chatter_time(run: Run, flight: Flight, i: int, speed: float) -> tuple[float,
 
 
 @kernel
-def size_of_push(flight: Flight, i: int) -> float:
+def size_of_push(flight: ModalFlight, i: int) -> float:
     """Return the sum of the magnitudes of the terms of a watch's second derivative."""
     basis = flight.basis
     total = 0.0
@@ -646,7 +650,7 @@ def size_of_push(flight: Flight, i: int) -> float:
 
 
 @kernel
-def note(run: Run, kind: np.int64, stop: int, v_before: float, v_after: float) -> None:
+def note(run: StructureRun, kind: np.int64, stop: int, v_before: float, v_after: float) -> None:
     """Write the event at the state's instant into the record, with the modes after it."""
     state, counters = run.state, run.counters
     row = counters[N_EVENTS]
@@ -661,7 +665,7 @@ def note(run: Run, kind: np.int64, stop: int, v_before: float, v_after: float) -
 
 
 @kernel
-def keep(run: Run, first: int) -> None:
+def keep(run: StructureRun, first: int) -> None:
     """Write set and modes of the state into the rows from one on: they are of one instant."""
     for row in range(first, run.counters[N_EVENTS]):
         run.marks[row, NEXT_REGION] = run.counters[SET]
@@ -672,7 +676,7 @@ def keep(run: Run, first: int) -> None:
 
 @kernel
 def note_graze(
-    run: Run, instant: tuple[float, float], stop: int, value: float, error: float
+    run: StructureRun, instant: tuple[float, float], stop: int, value: float, error: float
 ) -> None:
     """Write a graze into the record."""
     row = run.counters[N_GRAZES]

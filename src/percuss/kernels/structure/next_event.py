@@ -60,7 +60,7 @@ from percuss.kernels.structure.flight import (
     SLOPE,
     SPEED,
     VALUE,
-    Flight,
+    ModalFlight,
     U,
     W,
     arrive,
@@ -83,7 +83,7 @@ WALKS_AT_ONCE = 4096
 
 @kernel
 def step_on(
-    flight: Flight,
+    flight: ModalFlight,
     level: int,
     s: float,
     modes: Floats,
@@ -145,7 +145,7 @@ def copy(source: Floats, target: Floats) -> None:
 
 
 @kernel
-def next_event(flight: Flight, scratch: Floats, free: Floats, longest: float) -> Event:
+def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: float) -> Event:
     """Return the first passage of a watch through zero before ``longest``.
 
     ``free`` (stops,) are the times up to which each watch is known to be positive, and come back
@@ -188,10 +188,10 @@ def next_event(flight: Flight, scratch: Floats, free: Floats, longest: float) ->
             unclear = -1
             count = 0
             for i in range(n_watches):
-                if basis.levels[i, IS_ON] == 1.0 and free[i] < s + width:
-                    if not is_clear(flight, i, s, width, seen, seen1, free):
-                        count += 1
-                        unclear = i
+                is_due = basis.levels[i, IS_ON] == 1.0 and free[i] < s + width
+                if is_due and not is_clear(flight, i, s, width, seen, seen1, free):
+                    count += 1
+                    unclear = i
             if count > 0:
                 event = (NONE, s, -1, 0.0, 0.0)
                 if count == 1 and free[unclear] <= s:
@@ -228,7 +228,7 @@ def slack_of(i: int, width: float, seen: Floats, seen1: Floats) -> float:
 
 @kernel
 def is_clear(
-    flight: Flight, i: int, s: float, width: float, seen: Floats, seen1: Floats, free: Floats
+    flight: ModalFlight, i: int, s: float, width: float, seen: Floats, seen1: Floats, free: Floats
 ) -> bool:
     """Return whether a watch stays positive over a step."""
     y = seen[i, VALUE]
@@ -256,7 +256,9 @@ def is_clear(
 
 
 @kernel
-def crossing(flight: Flight, i: int, s: float, width: float, seen: Floats, seen1: Floats) -> Event:
+def crossing(
+    flight: ModalFlight, i: int, s: float, width: float, seen: Floats, seen1: Floats
+) -> Event:
     """Return the HIT of the one watch of a step that is not clear, if it simply falls through zero.
 
     A root is the first one if the cubic through the beginning and the root has Bernstein
@@ -296,7 +298,7 @@ def chord(ends: tuple[float, float, float], ends1: tuple[float, float, float]) -
 
 @kernel
 def locate_root(
-    flight: Flight, i: int, bracket: tuple[float, float, float]
+    flight: ModalFlight, i: int, bracket: tuple[float, float, float]
 ) -> tuple[float, float, float]:
     """Return (s, slope, s_low) where a watch falls to zero; ``later`` holds the modes at s.
 
@@ -338,7 +340,7 @@ def locate_root(
 
 
 @kernel
-def departure(flight: Flight, i: int, longest: float) -> float:
+def departure(flight: ModalFlight, i: int, longest: float) -> float:
     """Return a time up to which a watch that begins at zero is positive, 0 if it is not at all.
 
     As `percuss.kernels.event_location.departure`, up to the third derivative; ``order`` says how
@@ -381,7 +383,7 @@ def departure(flight: Flight, i: int, longest: float) -> float:
 
 @kernel
 def first_of_all(
-    flight: Flight,
+    flight: ModalFlight,
     free: Floats,
     s: float,
     end: float,
@@ -413,7 +415,7 @@ def first_of_all(
 
 
 @kernel
-def first_root(flight: Flight, i: int, span: Pair) -> tuple[int, float, float, float, float]:
+def first_root(flight: ModalFlight, i: int, span: Pair) -> tuple[int, float, float, float, float]:
     """Return (verdict, s, slope or value, s_low or rounding bound, free up to) of the first root.
 
     As `percuss.kernels.event_location.first_root`, for a watch of a structure.
@@ -467,7 +469,7 @@ def first_root(flight: Flight, i: int, span: Pair) -> tuple[int, float, float, f
 
 
 @kernel
-def lowest(flight: Flight, i: int, left: float, right: float) -> tuple[float, float, float]:
+def lowest(flight: ModalFlight, i: int, left: float, right: float) -> tuple[float, float, float]:
     """Return (s, value, rounding bound) at the one turning point of a convex stretch of a watch."""
     s = 0.5 * (left + right)
     value = 0.0

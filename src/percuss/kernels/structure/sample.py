@@ -7,19 +7,19 @@ from percuss.kernels.compile import kernel
 from percuss.kernels.record import EVENT_T, EVENT_T_LOW, NEXT_REGION
 from percuss.kernels.sample import flight_at
 from percuss.kernels.structure.basis import basis_of
-from percuss.kernels.structure.flight import Flight, U, W, arrive, set_pull
-from percuss.kernels.structure.march import Run, displace, load_at
+from percuss.kernels.structure.flight import ModalFlight, U, W, arrive, set_pull
+from percuss.kernels.structure.march import StructureRun, displace, load_at
 
 
 @kernel
-def flight_after(run: Run, row: int) -> Flight:
+def flight_after(run: StructureRun, row: int) -> ModalFlight:
     """Return the flight that begins with an event of a record, of which the modes are changed."""
     for j in range(run.begin.shape[0]):
         run.begin[j, U] = run.states[row, j, U]
         run.begin[j, W] = run.states[row, j, W]
     instant = (run.events[row, EVENT_T], run.events[row, EVENT_T_LOW])
     load_at(run.sets, instant, run.phases, run.records)
-    flight = Flight(
+    flight = ModalFlight(
         basis_of(run.sets, run.marks[row, NEXT_REGION]),
         run.begin,
         run.pull,
@@ -35,7 +35,7 @@ def flight_after(run: Run, row: int) -> Flight:
 
 
 @kernel
-def evaluate(run: Run, times: Floats, after: bool, place: Floats) -> None:
+def evaluate(run: StructureRun, times: Floats, after: bool, place: Floats) -> None:
     """Write displacements and velocities, (n_times, n_x, 2), of a record at instants within it.
 
     At the very instant of an event they are those after it, or those before.
@@ -50,7 +50,7 @@ def evaluate(run: Run, times: Floats, after: bool, place: Floats) -> None:
 
 
 @kernel
-def evaluate_modes(run: Run, times: Floats, rows: Integers, modes: Floats) -> None:
+def evaluate_modes(run: StructureRun, times: Floats, rows: Integers, modes: Floats) -> None:
     """Write the modes (n_times, n, 2) at instants, each in the flight that its row begins."""
     for k in range(times.shape[0]):
         flight = flight_after(run, rows[k])
