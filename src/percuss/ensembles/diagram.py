@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from percuss.arrays import Flags, Floats, Integers
-from percuss.ensembles.batch import MOST_IMPACTS, Plan, follow_batch, reason_of
+from percuss.ensembles.batch import MOST_IMPACTS, Plan, reason_of
 from percuss.ensembles.datasets import (
     attributes_of,
     coordinates_of,
@@ -21,7 +21,7 @@ from percuss.ensembles.datasets import (
     with_units,
 )
 from percuss.ensembles.engines import Engine, make_ready
-from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
+from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole, within_walls
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
 from percuss.ensembles.measures import SAME, SETTLED, Window, period_of
 from percuss.ensembles.run_job import execution_of, keep, run_job
@@ -37,11 +37,12 @@ from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
 from percuss.kernels import observables
-from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.loads import Loads
+from percuss.model.oscillator import On, Oscillator, Wall
 from percuss.model.start import Start
+from percuss.model.structure import Structure, StructureStart
 from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.progress import Report
 
@@ -68,13 +69,14 @@ NO_PERIOD = -1
 
 
 def bifurcation_diagram(
-    osc: Oscillator,
-    force: Forcing | None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None,
     *,
     over: Mapping[str, object],
     section: SectionGiven = "stroboscopic",
-    starts: Sequence[Start | Sequence[Phase]] = ((0.0, 0.0),),
-    start: Start | Sequence[Phase] | None = None,
+    on: On | None = None,
+    starts: Sequence[Start | StructureStart | Sequence[Any]] | None = None,
+    start: Start | StructureStart | Sequence[Any] | None = None,
     follow: Sequence[Direction] = ("forward", "backward"),
     transient: int = 200,
     points: int = 64,
@@ -92,7 +94,7 @@ def bifurcation_diagram(
     Parameters
     ----------
     osc, force
-        The oscillator, and a forcing with a period.
+        The oscillator, and a forcing with a period; or a structure, and loads with a period.
     over
         One path, and a range (low, high) that stands for 401 values, or the values themselves, in
         the order in which they are followed forward. A path of the start needs ``follow=()``.
@@ -101,9 +103,14 @@ def bifurcation_diagram(
         at entries into soft stops. As the views of a run take it, ``{"cycle": 0.25}`` (x, v) at
         this cycle of the forcing (`Trajectory.stroboscopic`), and
         ``{"at": 0.3, "direction": "up"}`` (cycle, v) where x passes 0.3 (`Trajectory.section`).
+    on
+        Of a structure the coordinate, direction or point whose y = c . x and velocity are the
+        points of a stroboscopic section; needed there where there are several coordinates. At
+        impacts the number of a stop, whose impacts alone are kept; None keeps those of all.
     starts
-        Starts, each a `Start` or x0, v0. Followed branches begin at the first one; at values where
-        it lies behind a wall they have no points until they have begun.
+        Starts, each a `Start` or x0, v0; of a structure each a `StructureStart` or x0, v0 with a
+        number for each coordinate; default: at rest at 0. Followed branches begin at the first one;
+        at values where it lies behind a wall they have no points until they have begun.
     start
         One start, in place of several.
     follow
@@ -150,17 +157,17 @@ def bifurcation_diagram(
     array([1, 2])
     """
     execution = execution_of(store, engine, n_workers, progress)
-    if start is not None:
-        if tuple(starts) != ((0.0, 0.0),):
-            raise ParameterError("start", start, "given together with starts; give one")
-        starts = (start,)
-    _check_lists(starts, follow)
-    grids = [make_grid(osc, force, start, over, VALUES) for start in starts]
+    if start is not None and starts is not None:
+        raise ParameterError("start", start, "given together with starts; give one")
+    _check_lists(((0.0, 0.0),) if starts is None else starts, follow)
     kept = section_of(section)
-    _check(grids, force, follow, points)
+    along, of_stop = (on, -1) if kept.kind != "impacts" else (None, _stop_of(osc, on))
+    begins: Sequence[Any] = (start,) if starts is None else starts
+    grids = [make_grid(osc, force, begin, over, VALUES, along) for begin in begins]
+    _check(grids, kept, follow, points)
     window = Window(transient, points - 1)
-    followed = FollowedBranches(kept, window, grids[0], tuple(follow))
-    afresh = FreshBranches(kept, window, tuple(grids))
+    followed = FollowedBranches(kept, window, of_stop, grids[0], tuple(follow))
+    afresh = FreshBranches(kept, window, of_stop, tuple(grids))
     parts = {job.part: job for job in (followed, afresh) if job.size}
     _make_ready(parts, execution)
     answers: list[Answer] = []
@@ -232,7 +239,7 @@ def _check_lists(starts: object, follow: object) -> None:
     """Raise a `ParameterError` unless starts and directions are lists."""
     is_list = hasattr(starts, "__iter__") and not isinstance(starts, str)
     if not is_list or not all(
-        isinstance(start, Start) or hasattr(start, "__iter__")
+        isinstance(start, Start | StructureStart) or hasattr(start, "__iter__")
         for start in starts  # type: ignore[attr-defined]  # tested above
     ):
         raise ParameterError("starts", starts, "not a list of starts, such as [(0.0, 1.0)]")
@@ -243,7 +250,20 @@ def _check_lists(starts: object, follow: object) -> None:
         raise ParameterError("follow", names, "the same twice")
 
 
-def _check(grids: list[Grid], force: Forcing | None, follow: Sequence[str], points: int) -> None:
+def _stop_of(osc: object, on: On | None) -> int:
+    """Return the number of the stop whose impacts are kept, -1 for those of all."""
+    if on is None:
+        return -1
+    n = len(osc.stops) if isinstance(osc, Structure) else 0
+    if isinstance(on, bool) or not isinstance(on, int) or not 0 <= on < n:
+        stops = f"the stops are 0 to {n - 1}" if n else "there is none to choose"
+        raise ParameterError("on", on, f"at impacts not the number of a stop; {stops}")
+    return on
+
+
+def _check(
+    grids: list[Grid], section: PoincareSection, follow: Sequence[str], points: int
+) -> None:
     if not grids:
         raise ParameterError("starts", (), "none at all; give (x0, v0)")
     given = [axis.path for axis in grids[0].axes]
@@ -261,8 +281,15 @@ def _check(grids: list[Grid], force: Forcing | None, follow: Sequence[str], poin
     problem = too_large([len(grids) + len(follow), grids[0].size], 3 * points)
     if problem is not None:
         raise ParameterError("points", points, f"{points:,} at each of {problem}")
-    if force is None or force.period is None:
-        raise ParameterError("forcing.period", None, "a diagram needs a periodic forcing")
+    grid = grids[0]
+    if grid.force is None or grid.force.period is None:
+        raise ParameterError(grid.period_path, None, "a diagram needs a periodic forcing")
+    if isinstance(grid.osc, Structure) and section.kind == "passages":
+        reason = 'no section of a structure; take "stroboscopic", a cycle, or "impacts"'
+        raise ParameterError("section", section.given, reason)
+    if isinstance(grid.osc, Structure) and section.kind == "stroboscopic" and not grid.on:
+        # The sentence that says of what the displacement may be.
+        grid.osc.direction(None)
 
 
 def _dataset(
@@ -334,6 +361,7 @@ class Branches:
     part: ClassVar[str]
     section: PoincareSection
     window: Window
+    of_stop: int
 
     @property
     def of_value(self) -> dict[str, Column]:
@@ -359,12 +387,12 @@ class Branches:
             "section": self.section.label,
             "transient": self.window.transient,
             "points": self.window.periods + 1,
-        }
+        } | ({"stop": self.of_stop} if self.of_stop >= 0 else {})
 
-    def fill(self, block: Block, group: Group, rows: Integers) -> Floats:
+    def fill(self, block: Block, group: AnyGroup, rows: Integers) -> Floats:
         """Follow motions, fill rows of a block with their points, and return where they end."""
-        period = group.laws[group.which, 0, PERIOD]
-        since = group.starts[:, 2] + self.window.transient * period
+        period = group.periods
+        since = group.starts[:, -1] + self.window.transient * period
         until = since + self.window.periods * period
         cycle = self.section.cycle
         if cycle is not None:
@@ -379,19 +407,21 @@ class Branches:
             max_impacts=MOST_IMPACTS,
             level=self.section.at,
             way=self.section.sign,
+            of_stop=self.of_stop,
         )
-        result = follow_batch(group.laws, group.which, group.starts, plan)
+        result = group.follow(plan)
         bad = np.array([reason_of(int(status), plan) is not None for status in result.status])
         points = result.points.copy()
         points[bad] = np.nan
-        n_periods = _period(result.values, points, self.section)
+        strobes = np.where(bad[:, np.newaxis, np.newaxis], np.nan, result.strobes)
+        n_periods = _period(result.values, points, strobes, self.section)
         block.arrays["points"][rows] = points
         block.arrays["period"][rows] = np.where(bad, NO_PERIOD, n_periods)
         block.arrays["status"][rows] = result.status
         block.n_impacts += int(result.n_impacts.sum())
         for i in np.flatnonzero(bad):
             block.reasons[int(rows[i])] = str(reason_of(int(result.status[i]), plan))
-        return np.asarray(result.values[:, [observables.END_X, observables.END_V]])
+        return result.ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -499,18 +529,15 @@ class FollowedBranches(Branches):
         groups, faults = self.grid.groups(k, k + 1)
         if begin is not None and faults:
             # The start of the grid may be inside a wall that has moved; the branch is not.
-            x0 = _between_walls(self.grid, k, float(begin[0]))
-            grid = replace(self.grid, start=Start(x0, float(begin[1])))
-            groups, faults = grid.groups(k, k + 1)
+            groups, faults = _between_walls(self.grid, k, begin).groups(k, k + 1)
         if faults:
             block.arrays["status"][row, k] = FAULTY
             return begin
         group = groups[0]
         if begin is not None:
-            low, high = walls_of(group.laws)
             starts = group.starts.copy()
-            starts[0, :2] = min(max(begin[0], low[0]), high[0]), begin[1]
-            group = replace(group, starts=starts)
+            starts[0, :-1] = group.within_walls(begin)
+            group = group.beginning(np.zeros(1, dtype=np.int64), starts)
         step = self.empty(1)
         ends = self.fill(step, group, np.zeros(1, dtype=np.int64))
         for name, array in step.arrays.items():
@@ -519,16 +546,21 @@ class FollowedBranches(Branches):
         return ends[0] if np.isfinite(ends).all() else begin
 
 
-def _between_walls(grid: Grid, k: int, x: float) -> float:
-    """Return a place, or the wall that has moved past it."""
+def _between_walls(grid: Grid, k: int, state: Floats) -> Grid:
+    """Return the grid that starts at a state, or at the walls that have moved past it."""
     try:
         osc, _, _ = grid.point(k)
     except ParameterError:
-        return x
+        return grid
+    if isinstance(osc, Structure):
+        begin = within_walls(osc, state).tolist()
+        start = StructureStart(begin[: osc.n], begin[osc.n :])
+        return replace(grid, start=start)
+    x = float(state[0])
     for stop in osc.stops:
         if isinstance(stop, Wall):
             x = (max if stop.side == "below" else min)(x, as_float(stop.at))
-    return x
+    return replace(grid, start=Start(x, float(state[1])))
 
 
 def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
@@ -536,12 +568,13 @@ def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
     return int(((arrays["period"] == NO_PERIOD) & (arrays["status"] != NOT_DONE)).sum())
 
 
-def _period(values: Floats, points: Floats, section: PoincareSection) -> Integers:
+def _period(
+    values: Floats, points: Floats, strobes: Floats, section: PoincareSection
+) -> Integers:
     longest = points.shape[1] // 2
     if section.kind == "stroboscopic":
-        return period_of(points[:, :, :2], max(1, min(longest, points.shape[1] - 1)))
-    counted = observables.IMPACTS if section.kind == "impacts" else observables.POINTS
-    return impact_periods(points, values[:, counted], points.shape[1] - 1)
+        return period_of(strobes, max(1, min(longest, points.shape[1] - 1)))
+    return impact_periods(points, values[:, observables.POINTS], points.shape[1] - 1)
 
 
 def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:

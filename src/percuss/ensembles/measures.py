@@ -12,15 +12,14 @@ from percuss.ensembles.batch import (
     BatchResult,
     Plan,
     exponents_of,
-    follow_batch,
     reason_of,
     tangent_plan,
 )
-from percuss.ensembles.grid import Group, whole
+from percuss.ensembles.grid import AnyGroup, whole
 from percuss.kernels import observables
 from percuss.kernels import record as columns
-from percuss.kernels.law_columns import PERIOD
 from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 from percuss.model.units import FORCE, in_units
 from percuss.motion.growth import fit_power_law
 from percuss.numerics import geometric
@@ -70,6 +69,8 @@ class Measure:
         Its meaning, in a line.
     value
         Returns the numbers of motions from their results, their plan and the window.
+    of_structures, of_displacement
+        Whether structures have it, and whether it is that of one displacement.
     needs_extremes, needs_loads, needs_strobes, needs_peaks, needs_tangent
         What the kernels must record for it: extremes and work; loads; a strobe in each period;
         the fastest impacts of intervals of time; the growth of a perturbation.
@@ -80,6 +81,8 @@ class Measure:
     units: str
     meaning: str
     value: Callable[[BatchResult, Plan, Window], Floats]
+    of_structures: bool = True
+    of_displacement: bool = False
     needs_extremes: bool = False
     needs_loads: bool = False
     needs_strobes: bool = False
@@ -87,11 +90,11 @@ class Measure:
     needs_tangent: bool = False
     without: str = ""
 
-    def meaning_for(self, osc: Oscillator) -> str:
+    def meaning_for(self, osc: Oscillator | Structure) -> str:
         """Return its meaning for an oscillator, with a mass or without."""
         return self.meaning if osc.mass is None else self.meaning.replace(" per unit mass", "")
 
-    def unit_of(self, osc: Oscillator) -> str:
+    def unit_of(self, osc: Oscillator | Structure) -> str:
         """Return its unit, or where an oscillator has no units its dimensions."""
         dimensions = self.units if osc.mass is not None else self.units.removeprefix("mass ")
         return in_units(osc.units, dimensions)
@@ -144,8 +147,7 @@ def _difference(points: Floats, p: int) -> Floats:
 
 
 def _period(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    strobes = result.points[:, :, [observables.FIRST, observables.SECOND]]
-    return period_of(strobes, max(1, window.periods // 2)).astype(np.float64)
+    return period_of(result.strobes, max(1, window.periods // 2)).astype(np.float64)
 
 
 def _peak_displacement(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
@@ -219,13 +221,16 @@ def _growth(result: BatchResult, plan: Plan, window: Window) -> Floats:
 
 MEASURES: dict[str, Measure] = {
     "peak_displacement": Measure(
-        "length", "largest distance from 0", _peak_displacement, needs_extremes=True
+        "length", "largest distance from 0", _peak_displacement,
+        of_displacement=True, needs_extremes=True,
     ),
     "min_displacement": Measure(
-        "length", "least displacement", _min_displacement, needs_extremes=True
+        "length", "least displacement", _min_displacement,
+        of_displacement=True, needs_extremes=True,
     ),
     "max_displacement": Measure(
-        "length", "largest displacement", _max_displacement, needs_extremes=True
+        "length", "largest displacement", _max_displacement,
+        of_displacement=True, needs_extremes=True,
     ),
     "peak_impact_velocity": Measure(
         "length/time",
@@ -248,6 +253,7 @@ MEASURES: dict[str, Measure] = {
         "mass length^2/time^2",
         "energy per unit mass that impacts and dashpots take in a forcing period",
         _dissipated,
+        of_structures=False,
         needs_extremes=True,
     ),
     "peak_stop_force": Measure(
@@ -261,10 +267,12 @@ MEASURES: dict[str, Measure] = {
         "length/time^2",
         "largest magnitude of the acceleration, both limits at a jump, impacts left out",
         _peak_acceleration,
+        of_structures=False,
         needs_loads=True,
     ),
     "rms_displacement": Measure(
-        "length", "square root of the mean of x^2 over time", _rms_displacement, needs_loads=True
+        "length", "square root of the mean of x^2 over time", _rms_displacement,
+        of_structures=False, needs_loads=True,
     ),
     "contact_share": Measure(
         "1",
@@ -276,6 +284,7 @@ MEASURES: dict[str, Measure] = {
         "mass length^2/time^3",
         "mean power per unit mass of the forcing",
         _mean_power,
+        of_structures=False,
         needs_loads=True,
     ),
     "largest_lyapunov_exponent": Measure(
@@ -296,7 +305,7 @@ MEASURES: dict[str, Measure] = {
 
 
 def measure_group(
-    names: Sequence[str], group: Group, window: Window, max_impacts: int
+    names: Sequence[str], group: AnyGroup, window: Window, max_impacts: int
 ) -> tuple[dict[str, Floats], dict[int, str], int]:
     """Return the measures of motions, the reasons of those without, and the number of impacts.
 
@@ -322,7 +331,7 @@ def measure_group(
     n_impacts = 0
     for together in _together(names):
         plan = _plan(together, group, window, max_impacts)
-        result = follow_batch(group.laws, group.which, group.starts, plan, group.stops)
+        result = group.follow(plan)
         n_impacts += int(result.n_impacts.sum())
         lost = _reasons(result, plan)
         reasons |= lost
@@ -349,9 +358,9 @@ def _together(names: Sequence[str]) -> list[list[str]]:
     return [rest, alone] if alone else [rest]
 
 
-def _plan(names: Sequence[str], group: Group, window: Window, max_impacts: int) -> Plan:
-    period = group.laws[group.which, 0, PERIOD]
-    t0 = group.starts[:, 2]
+def _plan(names: Sequence[str], group: AnyGroup, window: Window, max_impacts: int) -> Plan:
+    period = group.periods
+    t0 = group.starts[:, -1]
     measures = [MEASURES[name] for name in names]
     since = t0 + window.transient * period
     plan = Plan(since, period, since + window.periods * period)

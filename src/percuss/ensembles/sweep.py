@@ -31,8 +31,10 @@ from percuss.errors import ParameterError
 from percuss.kernels import observables
 from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator
+from percuss.model.loads import Loads
+from percuss.model.oscillator import On, Oscillator
 from percuss.model.start import Start
+from percuss.model.structure import Structure, StructureStart
 from percuss.motion.simulate import simulate
 from percuss.progress import Report
 
@@ -61,11 +63,12 @@ SAME_NAME = "the name of a measure that is asked for; give the parameter another
 
 def sweep(
     measure: str | Callable[..., float] | Sequence[str],
-    osc: Oscillator,
-    force: Forcing | None = None,
+    osc: Oscillator | Structure,
+    force: Forcing | Loads | None = None,
     *,
     over: Mapping[str, object],
-    start: Start | Sequence[Phase] | None = None,
+    on: On | None = None,
+    start: Start | StructureStart | Sequence[Any] | None = None,
     transient: int = 200,
     periods: int = 64,
     max_impacts: int = MOST_IMPACTS,
@@ -85,14 +88,19 @@ def sweep(
         "largest_lyapunov_exponent", "growth_exponent", which run compiled. Or a function: of a run, of (osc, force), or of (osc, force, start), that
         returns a number.
     osc, force
-        The oscillator and its forcing; ``over`` replaces some of their parameters.
+        The oscillator and its forcing, or a structure and its loads; ``over`` replaces some of
+        their parameters.
     over
         The axes of the grid, by the dotted path of a parameter or of a number of the start: a
         range (low, high), which stands for 101 values, or the values themselves. Without axes,
         {}, there is one point.
+    on
+        Of a structure the coordinate, direction or point whose displacement is measured: needed
+        for measures of a displacement where there are several coordinates.
     start
         Where the motions start: a `Start`, or x0 [length], v0 [length/time] and where wanted
-        t0 [time]; default: at rest at 0.
+        t0 [time]; of a structure a `StructureStart`, or these with a number for each coordinate;
+        default: at rest at 0.
     transient, periods
         Forcing periods that are left out, and that are measured after them.
     max_impacts
@@ -143,7 +151,7 @@ def sweep(
     array([1., 2., 0.])
     """
     execution = execution_of(store, engine, n_workers, progress)
-    grid = make_grid(osc, force, start, over)
+    grid = make_grid(osc, force, start, over, on=on)
     work = _work(measure, grid, Window(transient, periods), max_impacts)
     answer = run_job(work, execution, is_read_from_disk=True)
     nowhere = [name for name in work.names if not _has_any(answer.arrays[name])]
@@ -196,9 +204,11 @@ def _work(
     for axis in grid.axes:
         if axis.dimension in names:
             raise ParameterError("over", axis.dimension, SAME_NAME)
+    if isinstance(grid.osc, Structure):
+        _check_structure(names, grid.osc, grid)
     if grid.force is None or grid.force.period is None:
         reason = "a built-in measure counts in forcing periods; give a forcing that has one"
-        raise ParameterError("forcing.period", None, reason)
+        raise ParameterError(grid.period_path, None, reason)
     if any(MEASURES[name].needs_strobes for name in names):
         # Those of one motion at least are in memory at once.
         problem = too_large([1], observables.POINT_COLUMNS * (window.periods + 1))
@@ -206,6 +216,17 @@ def _work(
             reason = f"a period is found from a strobe in each; {problem}"
             raise ParameterError("periods", window.periods, reason)
     return Measured(grid, tuple(names), window, max_impacts)
+
+
+def _check_structure(names: Sequence[str], structure: Structure, grid: Grid) -> None:
+    """Raise unless a structure has these measures, of the displacement that was given."""
+    for name in names:
+        if not MEASURES[name].of_structures:
+            known = ", ".join(name for name, one in MEASURES.items() if one.of_structures)
+            raise ParameterError("measure", name, f"not for structures; there are {known}")
+        if MEASURES[name].of_displacement and not grid.on:
+            # The sentence that says of what the displacement may be.
+            structure.direction(None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,7 +344,7 @@ class Called(OverGrid):
                 block.reasons[i - first] = traceback.format_exc()
         return block
 
-    def _call(self, osc: Oscillator, force: Forcing | None, start: Start) -> Any:
+    def _call(self, osc: Any, force: Forcing | Loads | None, start: Start | StructureStart) -> Any:
         count = _positional(self.measure)
         if count >= 3:
             return self.measure(osc, force, start)
@@ -332,10 +353,11 @@ class Called(OverGrid):
         period = force.period if force is not None else None
         if period is None:
             reason = "a measure of a run counts in forcing periods; take a function of (osc, force)"
-            raise ParameterError("forcing.period", None, reason)
+            raise ParameterError(self.grid.period_path, None, reason)
         length = (self.window.transient + self.window.periods) * period
         t_end = float(start.t0) + length
-        return self.measure(simulate(osc, force, start.x0, start.v0, start.t0, t_end=t_end))
+        begin: tuple[Any, ...] = (start.x0, start.v0, start.t0)
+        return self.measure(simulate(osc, force, *begin, t_end=t_end))
 
 
 def _number(name: str, value: Any) -> float:
