@@ -102,6 +102,7 @@ class StructureSystem:
         self._sets = Sets(
             **arrays, keys=np.array(list(self._made), dtype=np.int64),
             stops=self._stops, walls=self._walls, records=self._records,
+            normals=self.structure.stop_directions * self.signs[:, None], impulses=self._impulses,
         )  # fmt: skip
 
     def key_at(self, x: Floats, v: Floats) -> int:
@@ -214,6 +215,12 @@ class StructureSystem:
         """The gradients of the clearances in coordinates of unit mass, (n_stops, n)."""
         rows = self.structure.stop_directions * self.signs[:, None]
         return matmul(rows, self._inverse_factor.T) if len(rows) else rows
+
+    @cached_property
+    def _impulses(self) -> Floats:
+        """M^-1 c / (c . M^-1 c) of each stop, along its clearance, (n_stops, n)."""
+        along = matmul(self._normals, self._inverse_factor) if len(self._normals) else self._normals
+        return np.asarray(along * self.effective_masses[:, None])
 
     @cached_property
     def _levels(self) -> Floats:
