@@ -42,19 +42,25 @@ if TYPE_CHECKING:
     from percuss.model import Expression as Expression
     from percuss.model import Forcing as Forcing
     from percuss.model import Harmonic as Harmonic
+    from percuss.model import Loads as Loads
     from percuss.model import Oscillator as Oscillator
     from percuss.model import SoftStop as SoftStop
     from percuss.model import Start as Start
+    from percuss.model import Structure as Structure
+    from percuss.model import StructureStart as StructureStart
     from percuss.model import Units as Units
     from percuss.model import Wall as Wall
     from percuss.model import backlash_oscillator as backlash_oscillator
     from percuss.model import ball_on_table as ball_on_table
     from percuss.model import base_excitation as base_excitation
     from percuss.model import bilinear_oscillator as bilinear_oscillator
+    from percuss.model import cantilever as cantilever
+    from percuss.model import chain as chain
     from percuss.model import cosine as cosine
     from percuss.model import expression as expression
     from percuss.model import fourier as fourier
     from percuss.model import impact_oscillator as impact_oscillator
+    from percuss.model import impact_pair as impact_pair
     from percuss.model import parameter as parameter
     from percuss.model import pi_times as pi_times
     from percuss.model import pulses as pulses
@@ -64,6 +70,7 @@ if TYPE_CHECKING:
     from percuss.model import sine as sine
     from percuss.model import square_wave as square_wave
     from percuss.model import triangle_wave as triangle_wave
+    from percuss.model import vibro_impact_absorber as vibro_impact_absorber
     from percuss.motion import Contacts as Contacts
     from percuss.motion import Crossings as Crossings
     from percuss.motion import Extrema as Extrema
@@ -140,6 +147,7 @@ __all__ = [
     "ImpactTimes",
     "Impacts",
     "LimitWarning",
+    "Loads",
     "LyapunovExponents",
     "ManifoldBranch",
     "Manifolds",
@@ -158,6 +166,8 @@ __all__ = [
     "SpecialPoint",
     "Start",
     "StroboscopicMap",
+    "Structure",
+    "StructureStart",
     "StudyError",
     "SubsetMotion",
     "Trajectory",
@@ -172,7 +182,9 @@ __all__ = [
     "basins",
     "bifurcation_diagram",
     "bilinear_oscillator",
+    "cantilever",
     "certify",
+    "chain",
     "classify_impact_times",
     "continue_curve",
     "continue_orbit",
@@ -189,6 +201,7 @@ __all__ = [
     "harmonic_critical_velocity",
     "impact_map",
     "impact_oscillator",
+    "impact_pair",
     "line_spectrum",
     "load_netcdf",
     "load_store",
@@ -218,6 +231,7 @@ __all__ = [
     "switch_branch",
     "triangle_wave",
     "velocity_gap_curve",
+    "vibro_impact_absorber",
 ]
 
 _HOMES = {
@@ -251,19 +265,25 @@ _HOMES = {
         "Expression",
         "Forcing",
         "Harmonic",
+        "Loads",
         "Oscillator",
         "SoftStop",
         "Start",
+        "Structure",
+        "StructureStart",
         "Units",
         "Wall",
         "backlash_oscillator",
         "ball_on_table",
         "base_excitation",
         "bilinear_oscillator",
+        "cantilever",
+        "chain",
         "cosine",
         "expression",
         "fourier",
         "impact_oscillator",
+        "impact_pair",
         "parameter",
         "pi_times",
         "pulses",
@@ -273,6 +293,7 @@ _HOMES = {
         "sine",
         "square_wave",
         "triangle_wave",
+        "vibro_impact_absorber",
     ),
     "percuss.motion": (
         "Contacts",

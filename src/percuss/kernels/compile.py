@@ -89,13 +89,15 @@ class _PartLibrary(JITCodeLibrary):
 
 @functools.cache
 def _sources_hash() -> str:
-    """Hash the names and contents of all Python files of this folder, once a process."""
+    """Hash the names and contents of all Python files of kernels, once a process."""
     digest = hashlib.sha256()
-    for file in sorted(resources.files(__package__).iterdir(), key=lambda entry: entry.name):
-        if file.name.endswith(".py"):
-            content = file.read_bytes()
-            digest.update(f"{file.name} {len(content)}\n".encode())
-            digest.update(content)
+    folder = resources.files(__package__)
+    for files in (folder, folder / "structure"):
+        for file in sorted(files.iterdir(), key=lambda entry: entry.name):
+            if file.name.endswith(".py"):
+                content = file.read_bytes()
+                digest.update(f"{file.name} {len(content)}\n".encode())
+                digest.update(content)
     return digest.hexdigest()[:20]
 
 

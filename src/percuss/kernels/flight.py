@@ -479,6 +479,29 @@ def growth_of_rounding(law: Law, region: int, s: float) -> float:
 
 
 @kernel
+def harmonic_size(law: Law, region: int, j: int, s: float, impulse: float, even: float) -> float:
+    """Return the sum of the magnitudes of the terms of Q_j at s, the response to a unit harmonic.
+
+    No response to a bounded force exceeds the one to its bound while S >= 0, and that is less than
+    twice as large where negative damping makes it grow.
+    """
+    omega = law[FIRST_HARMONIC + j, OMEGA]
+    response = region + 1 + j
+    damping = abs(law[region, DAMPING])
+    limit = s * s if law[region, DAMPING] < 0.0 else 0.5 * s * s
+    if s * max(law[region, QUICKEST], omega) >= SERIES_LIMIT:
+        terms = 1.0 + abs(even) + (damping + omega) * abs(impulse)
+        limit = terms * (abs(law[response, GAIN_RE]) + abs(law[response, GAIN_IM]))
+        if law[response, NEAR] == 1.0:
+            # What is near the root is built up for a time s, with damping for that of the gap.
+            gap = hypotenuse(law[response, GAP_RE], law[response, GAP_IM])
+            lasts = min(s, 2.0 / gap) if gap > 0.0 else s
+            built = max(1.0, abs(even) + law[region, RATE] * abs(impulse))
+            limit = lasts * built / law[region, RATE] + terms / omega**2
+    return limit
+
+
+@kernel
 def sizes(flight: Flight, s: float) -> tuple[float, float]:
     """Return the sums of the magnitudes of the terms of y and of v a time s after the start."""
     law, region, start, phases, _ = flight
@@ -489,7 +512,6 @@ def sizes(flight: Flight, s: float) -> tuple[float, float]:
     speed = abs(v0) * (abs(even) + damping * abs(impulse)) + abs(force * impulse)
     n = phases.shape[0]
     for j in range(n):
-        response = region + 1 + j
         omega = law[FIRST_HARMONIC + j, OMEGA]
         if omega < 0.0:
             push = law[FIRST_HARMONIC + j, AMPLITUDE]
@@ -497,18 +519,7 @@ def sizes(flight: Flight, s: float) -> tuple[float, float]:
             size += push * abs(rise) + slope * slope_response(law, region, s, impulse, rise)
             speed += push * abs(impulse) + slope * abs(rise)
             continue
-        # No response to a bounded force exceeds the one to its bound while S >= 0, and that is
-        # less than twice as large where negative damping makes it grow.
-        limit = s * s if law[region, DAMPING] < 0.0 else 0.5 * s * s
-        if s * max(law[region, QUICKEST], omega) >= SERIES_LIMIT:
-            terms = 1.0 + abs(even) + (damping + omega) * abs(impulse)
-            limit = terms * (abs(law[response, GAIN_RE]) + abs(law[response, GAIN_IM]))
-            if law[response, NEAR] == 1.0:
-                # What is near the root is built up for a time s, with damping for that of the gap.
-                gap = hypotenuse(law[response, GAP_RE], law[response, GAP_IM])
-                lasts = min(s, 2.0 / gap) if gap > 0.0 else s
-                built = max(1.0, abs(even) + law[region, RATE] * abs(impulse))
-                limit = lasts * built / law[region, RATE] + terms / omega**2
+        limit = harmonic_size(law, region, j, s, impulse, even)
         size += law[FIRST_HARMONIC + j, AMPLITUDE] * limit
         # Q' = S + i w Q.
         speed += law[FIRST_HARMONIC + j, AMPLITUDE] * (abs(impulse) + omega * limit)

@@ -1,4 +1,4 @@
-"""What the user describes: oscillators, forcings and starts, as frozen values."""
+"""What the user describes: oscillators, structures, forcings and starts, as frozen values."""
 
 from __future__ import annotations
 
@@ -24,6 +24,13 @@ from percuss.model.forcing import Harmonic as Harmonic
 from percuss.model.forcing import cosine as cosine
 from percuss.model.forcing import fourier as fourier
 from percuss.model.forcing import sine as sine
+from percuss.model.loads import Loads as Loads
+from percuss.model.loads import loads_of as loads_of
+from percuss.model.mechanisms import cantilever as cantilever
+from percuss.model.mechanisms import chain as chain
+from percuss.model.mechanisms import impact_pair as impact_pair
+from percuss.model.mechanisms import vibro_impact_absorber as vibro_impact_absorber
+from percuss.model.oscillator import On as On
 from percuss.model.oscillator import Oscillator as Oscillator
 from percuss.model.oscillator import Side as Side
 from percuss.model.oscillator import SoftStop as SoftStop
@@ -46,6 +53,9 @@ from percuss.model.start import Start as Start
 from percuss.model.start import end_after_periods as end_after_periods
 from percuss.model.start import periods_faults as periods_faults
 from percuss.model.start import start_faults as start_faults
+from percuss.model.structure import Structure as Structure
+from percuss.model.structure import StructureStart as StructureStart
+from percuss.model.structure import check_start as check_start
 from percuss.model.units import Units as Units
 from percuss.model.waves import pulses as pulses
 from percuss.model.waves import record as record

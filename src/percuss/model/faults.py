@@ -66,10 +66,10 @@ def faults(value: object, prefix: str | None = None) -> list[Fault]:
     Parameters
     ----------
     value
-        A stop, an oscillator, a harmonic, a forcing or a start.
+        A stop, an oscillator, a structure, a harmonic, a forcing, loads or a start.
     prefix
-        Dotted path of the value, put before the names; by default ``oscillator``, ``forcing``
-        or ``start``, and nothing for a stop or a harmonic of its own.
+        Dotted path of the value, put before the names; by default ``oscillator``, ``structure``,
+        ``forcing``, ``loads`` or ``start``, and nothing for a stop or a harmonic of its own.
 
     Returns
     -------
@@ -98,7 +98,8 @@ def draft(kind: type[Model], /, **fields: object) -> Model:
     Parameters
     ----------
     kind
-        Wall, SoftStop, Oscillator, Harmonic, FourierTerm, ForceRecord, Forcing or Start.
+        Wall, SoftStop, Oscillator, Structure, Harmonic, FourierTerm, ForceRecord, Forcing, Loads,
+        Start or StructureStart.
     **fields
         Its fields by name, the parts of a part as drafts themselves.
 

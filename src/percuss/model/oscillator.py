@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import dataclasses
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, TypeAlias
@@ -35,6 +36,7 @@ from percuss.model.restitution import Restitution, RestitutionTable
 from percuss.model.units import Units
 
 __all__ = [
+    "On",
     "Oscillator",
     "Side",
     "SoftStop",
@@ -44,15 +46,21 @@ __all__ = [
     "bilinear_oscillator",
     "impact_oscillator",
     "mass_of",
+    "plain_on",
+    "stops_faults",
 ]
 
 
 Side: TypeAlias = Literal["above", "below"]
+# Where something acts on a structure: a coordinate, a direction or the name of a point.
+On: TypeAlias = int | str | tuple[Exact, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Wall:
     """A rigid stop: the motion stays on one side of it, and an impact turns v into -r v.
+
+    On a structure it acts on y = c . x, where ``on`` gives c, and an impact turns y' into -r y'.
 
     Parameters
     ----------
@@ -62,6 +70,9 @@ class Wall:
         On which side of the free motion the wall lies: a wall ``"below"`` keeps x >= at.
     restitution
         Coefficient of restitution r, in [0, 1], or a `restitution_table` over the speed of impacts.
+    on
+        Where it acts on a `Structure`: the index of a coordinate, a direction c as a tuple of n
+        numbers, which is not normalised, or the name of a point. An oscillator needs none.
 
     Raises
     ------
@@ -72,24 +83,32 @@ class Wall:
     --------
     >>> Wall(at=-1.0, side="below", restitution="0.7")
     Wall(at=-1.0, side='below', restitution='0.7')
+    >>> Wall(at=1.0, side="above", on=(1, -1))
+    Wall(at=1.0, side='above', restitution=1.0, on=(1, -1))
     """
 
     at: Exact
     side: Side
     restitution: Restitution = 1.0
+    on: On | None = None
 
     def __post_init__(self) -> None:
         make_plain(self, "at", "side", "restitution")
+        object.__setattr__(self, "on", plain_on(self.on))
         raise_first(faults(self))
 
+    def __repr__(self) -> str:
+        return _stop_text(self)
 
-@dataclass(frozen=True, slots=True)
+
+@dataclass(frozen=True, slots=True, repr=False)
 class SoftStop:
     """A compliant stop: it adds the force -k_s (x - at) - 2 a_s x' while x is beyond it.
 
-    Beside a mass (`Oscillator.from_mass`) it is in engineers' units: ``stiffness`` is then a force
-    per length and ``damping`` the coefficient c_s of the force -c_s x'. Contact is by geometry, so the dashpot may pull. With a_s > 0 the force jumps where the
-    stop is reached, with a_s = 0 it is continuous there.
+    Beside a mass (`Oscillator.from_mass`, `Structure`) it is in engineers' units: ``stiffness`` is
+    then a force per length and ``damping`` the coefficient c_s of the force -c_s x'. Contact is by
+    geometry, so the dashpot may pull. With a_s > 0 the force jumps where the stop is reached, with
+    a_s = 0 it is continuous there. On a structure it acts on y = c . x, where ``on`` gives c.
 
     Parameters
     ----------
@@ -101,6 +120,9 @@ class SoftStop:
         Stiffness k_s per unit mass [1/time^2], of any sign.
     damping
         Damping a_s per unit mass [1/time], of any sign: a negative one feeds energy in.
+    on
+        Where it acts on a `Structure`: the index of a coordinate, a direction c as a tuple of n
+        numbers, which is not normalised, or the name of a point. An oscillator needs none.
 
     Raises
     ------
@@ -117,13 +139,36 @@ class SoftStop:
     side: Side
     stiffness: Exact
     damping: Exact = 0.0
+    on: On | None = None
 
     def __post_init__(self) -> None:
         make_plain(self, "at", "side", "stiffness", "damping")
+        object.__setattr__(self, "on", plain_on(self.on))
         raise_first(faults(self))
+
+    def __repr__(self) -> str:
+        return _stop_text(self)
 
 
 Stop: TypeAlias = Wall | SoftStop
+
+
+def _stop_text(stop: Stop) -> str:
+    """Return the call that makes a stop; where nothing is given, ``on`` is not shown."""
+    values = {field.name: getattr(stop, field.name) for field in dataclasses.fields(stop)}
+    if stop.on is None:
+        # Stores know a study by this text.
+        del values["on"]
+    own = ", ".join(f"{name}={value!r}" for name, value in values.items())
+    return f"{type(stop).__name__}({own})"
+
+
+def plain_on(value: object) -> Any:
+    """Return what a stop or a load acts on with Python's numbers, a list as a tuple."""
+    value = plain(value)
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        return value
+    return tuple(plain(number) for number in value)
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -170,7 +215,7 @@ class Oscillator:
 
     def __post_init__(self) -> None:
         make_plain(self, "stiffness", "damping", "mass")
-        object.__setattr__(self, "stops", as_tuple(self.stops))
+        object.__setattr__(self, "stops", _without_on(as_tuple(self.stops)))
         raise_first(faults(self, ""))
 
     def __repr__(self) -> str:
@@ -271,6 +316,18 @@ def _of_unit_mass(osc: Oscillator) -> Oscillator:
     unit = _unit_draft(osc)
     raise_first(faults(unit))
     return unit
+
+
+def _without_on(stops: Any) -> Any:
+    """Return stops on coordinate 0, the only one of an oscillator, as they are without ``on``."""
+    if not isinstance(stops, tuple):
+        return stops
+    return tuple(
+        dataclasses.replace(stop, on=None)
+        if isinstance(stop, Wall | SoftStop) and type(stop.on) is int and stop.on == 0
+        else stop
+        for stop in stops
+    )
 
 
 def _unit_draft(osc: Oscillator) -> Oscillator:
@@ -460,11 +517,14 @@ def _(value: Oscillator, prefix: str | None = None) -> list[Fault]:
     wrong = []
     for index, stop in enumerate(value.stops):
         name = dotted(prefix, f"stops.{index}")
-        if isinstance(stop, Wall | SoftStop):
-            wrong += faults(stop, name)
-        else:
+        if not isinstance(stop, Wall | SoftStop):
             wrong.append(Fault(name, stop, "neither a Wall nor a SoftStop"))
-    problems += wrong or _stops_faults(value.stops, prefix)
+            continue
+        wrong += faults(stop, name)
+        if stop.on is not None and stop.on != 0:
+            reason = "an oscillator has one coordinate; a Structure has several"
+            wrong.append(Fault(f"{name}.on", stop.on, reason))
+    problems += wrong or stops_faults(dict(enumerate(value.stops)), prefix)
     if problems or value.mass is None:
         return problems
     return [
@@ -492,34 +552,48 @@ def _units_faults(osc: Oscillator, prefix: str) -> list[Fault]:
     return []
 
 
-def _stops_faults(stops: tuple[Stop, ...], prefix: str | None = None) -> list[Fault]:
-    """Return the faults of stops, each right in itself, that do not fit together."""
+def stops_faults(
+    stops: Mapping[int, Stop], prefix: str | None = None, of: str = "x"
+) -> list[Fault]:
+    """Return the faults of stops on one line, each right in itself, that do not fit together.
+
+    Parameters
+    ----------
+    stops
+        Stops by their index.
+    prefix
+        Dotted path of the system that has them.
+    of
+        Name of the line.
+    """
     problems: list[Fault] = []
     walls: dict[Side, int] = {}
-    for index, stop in enumerate(stops):
+    for index, stop in stops.items():
         if not isinstance(stop, Wall):
             continue
         first = walls.setdefault(stop.side, index)
         if first != index:
             reason = (
-                f"a second wall {stop.side}; stops.{first} at x = {stops[first].at} is one,"
+                f"a second wall {stop.side}; stops.{first} at {of} = {stops[first].at} is one,"
                 " keep the inner of the two"
             )
             problems.append(Fault(dotted(prefix, f"stops.{index}.side"), stop.side, reason))
     if len(walls) == 2:
         below, above = stops[walls["below"]], stops[walls["above"]]
         if as_float(below.at) >= as_float(above.at):
-            reason = f"not above the lower wall at x = {below.at}; the walls leave no room"
+            reason = f"not above the lower wall at {of} = {below.at}; the walls leave no room"
             problems.append(Fault(dotted(prefix, f"stops.{walls['above']}.at"), above.at, reason))
     for index in walls.values():
-        problems += _behind_faults(stops, stops[index], prefix)
+        problems += _behind_faults(stops, stops[index], prefix, of)
     return problems
 
 
-def _behind_faults(stops: tuple[Stop, ...], wall: Stop, prefix: str | None) -> list[Fault]:
+def _behind_faults(
+    stops: Mapping[int, Stop], wall: Stop, prefix: str | None, of: str
+) -> list[Fault]:
     sign = 1.0 if wall.side == "above" else -1.0
     problems = []
-    for index, stop in enumerate(stops):
+    for index, stop in stops.items():
         # Compared as the doubles they become: two texts of one double are one position.
         depth = sign * (as_float(stop.at) - as_float(wall.at))
         if isinstance(stop, Wall) or depth < 0.0:
@@ -530,7 +604,7 @@ def _behind_faults(stops: tuple[Stop, ...], wall: Stop, prefix: str | None) -> l
             if stop.side == wall.side
             else "it would always act, as stiffness, damping and a constant force do"
         )
-        reason = f"{place} the wall {wall.side} at x = {wall.at}, where {effect}"
+        reason = f"{place} the wall {wall.side} at {of} = {wall.at}, where {effect}"
         problems.append(Fault(dotted(prefix, f"stops.{index}.at"), stop.at, reason))
     return problems
 

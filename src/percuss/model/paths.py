@@ -9,6 +9,10 @@ there is one frequency, ``forcing.period`` is 2 pi over it. A record has
 ``forcing.record.amplitude``, and ``forcing.record.omega`` where it is a wave. With a mass,
 ``oscillator.mass``, ``oscillator.damping_coefficient`` is another name of ``oscillator.damping``.
 
+A structure has ``structure.stiffness.0.1``, ``structure.stops.0.at``, ``start.x0.1`` and, for each
+load in the order given, ``loads.1`` in the place of ``forcing``. Its mass is symmetric:
+``structure.mass.0.1`` is both entries.
+
 The name of a parameter (`percuss.model.expression`) is a path, too: it changes all numbers that are
 expressions of it, which are no paths of their own then. The path of a number that is a parameter
 alone is another name of it.
@@ -20,17 +24,19 @@ import dataclasses
 import difflib
 import re
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar, cast
 
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, PiTimes, angle, as_float, kept, pi_times
+from percuss.model.exact import Exact, Phase, PiTimes, angle, as_float, kept, pi_times
 from percuss.model.expression import Expression, as_expression, parameters_in
 from percuss.model.faults import draft, faults, raise_first
 from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Forcing, ForcingTerm, FourierTerm
-from percuss.model.oscillator import Oscillator
+from percuss.model.loads import Loads
+from percuss.model.oscillator import Oscillator, Stop
 from percuss.model.restitution import RestitutionTable
 from percuss.model.start import Start
+from percuss.model.structure import MatrixRows, Structure, StructureStart
 
 __all__ = [
     "MovedFields",
@@ -43,12 +49,15 @@ __all__ = [
     "replace_parameters",
 ]
 
-Parts: TypeAlias = tuple[Oscillator, Forcing | None, Start | None]
+AnyForce: TypeAlias = Forcing | Loads | None
+AnyStart: TypeAlias = Start | StructureStart | None
 
 T = TypeVar("T")
+OscT = TypeVar("OscT", bound=Oscillator | Structure)
+ForceT = TypeVar("ForceT", bound=Forcing | Loads | None)
+BeginT = TypeVar("BeginT", bound=Start | StructureStart | None)
 
-_PERIOD = "forcing.period"
-_SHORT_FORMS = ("forcing.amplitude", "forcing.omega", "forcing.phase")
+_SHORT_FORMS = ("amplitude", "omega", "phase")
 # Other names of parameters, and the last word of the paths that they mean.
 _WORDS = {
     "wall": "at",
@@ -63,19 +72,21 @@ _WORDS = {
     "load": "constant",
 }
 MOST_MEANT = 3
+# Names that a message lists: matrices have many entries.
+MOST_LISTED = 60
 
 
 def parameter_paths(
-    osc: Oscillator, force: Forcing | None = None, start: Start | None = None
+    osc: Oscillator | Structure, force: AnyForce = None, start: AnyStart = None
 ) -> tuple[str, ...]:
     """Return the paths of all parameters, in their long form, without ``forcing.period``.
 
     Parameters
     ----------
     osc
-        The oscillator.
+        The oscillator, or a structure.
     force
-        The forcing, or None.
+        The forcing, or None; the loads of a structure.
     start
         The start, or None.
 
@@ -93,7 +104,9 @@ def parameter_paths(
     return tuple(_parameters(osc, force, start))
 
 
-def get_parameter(osc: Oscillator, force: Forcing | None, start: Start | None, path: str) -> Phase:
+def get_parameter(
+    osc: Oscillator | Structure, force: AnyForce, start: AnyStart, path: str
+) -> Phase:
     """Return the value of a parameter, as it was given.
 
     Parameters
@@ -120,15 +133,16 @@ def get_parameter(osc: Oscillator, force: Forcing | None, start: Start | None, p
     '2.8'
     """
     name = long_form(path, osc, force, start)
-    if name == _PERIOD and force is not None and force.given_period is None:
-        times, plus = angle(pi_times(2) / as_expression(_one_frequency(force)[1]))
+    owner = _owner_of_period(name, force)
+    if owner is not None and owner[1].given_period is None:
+        times, plus = angle(pi_times(2) / as_expression(_one_frequency(*owner)[1]))
         return PiTimes(times, plus) if times else kept(plus)
     return _parameters(osc, force, start)[name]
 
 
 def replace_parameter(
-    osc: Oscillator, force: Forcing | None, start: Start | None, path: str, value: Phase
-) -> Parts:
+    osc: OscT, force: ForceT, start: BeginT, path: str, value: Phase
+) -> tuple[OscT, ForceT, BeginT]:
     """Return the same values with one parameter replaced.
 
     Parameters
@@ -163,11 +177,11 @@ def replace_parameter(
 
 
 def replace_parameters(
-    osc: Oscillator,
-    force: Forcing | None,
-    start: Start | None,
+    osc: OscT,
+    force: ForceT,
+    start: BeginT,
     changes: Mapping[str, Phase],
-) -> Parts:
+) -> tuple[OscT, ForceT, BeginT]:
     """Return the same values with several parameters replaced at once.
 
     Two walls can thus be moved together, past where either alone could go.
@@ -206,23 +220,23 @@ def replace_parameters(
             raise ParameterError("path", (before, path), "the same parameter, named twice")
         by_path[name] = value
     by_path = _by_field(by_path, fields, force)
-    if _changed(by_path, "oscillator"):
-        osc = _replace_in_oscillator(osc, by_path)
+    if _changed(by_path, _NAMES[type(osc)]):
+        osc = _replaced(osc, by_path)
         raise_first(faults(osc))
-    if force is not None and _changed(by_path, "forcing"):
-        force = _replace_in_forcing(force, by_path)
+    if force is not None and _changed(by_path, _NAMES[type(force)]):
+        force = _replaced(force, by_path)
         raise_first(faults(force))
     if start is not None and _changed(by_path, "start"):
-        start = _replace_fields(start, "start", by_path)
+        start = _replaced(start, by_path)
         raise_first(faults(start))
     return osc, force, start
 
 
 def long_form(
     path: str,
-    osc: Oscillator,
-    force: Forcing | None = None,
-    start: Start | None = None,
+    osc: Oscillator | Structure,
+    force: AnyForce = None,
+    start: AnyStart = None,
 ) -> str:
     """Return the path of a parameter as it is printed.
 
@@ -252,25 +266,27 @@ def long_form(
     return _long_form(path, _fields_of(osc, force, start), force)
 
 
-def _long_form(path: str, fields: Mapping[str, Phase], force: Forcing | None) -> str:
+def _long_form(path: str, fields: Mapping[str, Phase], force: AnyForce) -> str:
     known = _free(fields)
     if path in known:
         return path
-    short_forms = {}
-    if force is not None and force.base is None and len(force.harmonics) == 1:
-        short_forms = {short: short.replace(".", ".harmonics.0.") for short in _SHORT_FORMS}
+    short_forms: dict[str, str] = {}
+    for name, one in _forcings(force).items():
+        if one.base is None and len(one.harmonics) == 1:
+            short_forms |= {f"{name}.{word}": f"{name}.harmonics.0.{word}" for word in _SHORT_FORMS}
     if "oscillator.mass" in fields:
         short_forms["oscillator.damping_coefficient"] = "oscillator.damping"
-    long = short_forms.get(path, path)
-    if path == _PERIOD and force is not None and force.given_period is None and force.frequency:
-        long, _ = _one_frequency(force)
+    long = _upper(short_forms.get(path, path))
+    owner = _owner_of_period(path, force)
+    if owner is not None and owner[1].given_period is None and owner[1].frequency:
+        long, _ = _one_frequency(*owner)
         if not _is_tied(fields[long]):
             return path
     if long in known:
         return long
     tied = fields.get(long)
     if isinstance(tied, Expression):
-        if tied.is_parameter and path != _PERIOD:
+        if tied.is_parameter and owner is None:
             return tied.text
         names = " and ".join(tied.names)
         reason = f"tied to {names} by {long} = {tied}; change {names}"
@@ -294,7 +310,7 @@ class MovedFields(NamedTuple):
 
 
 def moved_fields(
-    osc: Oscillator, force: Forcing | None, start: Start | None, path: str
+    osc: Oscillator | Structure, force: AnyForce, start: AnyStart, path: str
 ) -> MovedFields:
     """Return the numbers that change with a parameter, and how.
 
@@ -326,9 +342,10 @@ def moved_fields(
         own += "_"
     if name in fields:
         return MovedFields(own, {name: Expression(own, ((own, fields[name]),))})
-    if name == _PERIOD and force is not None:
+    owner = _owner_of_period(name, force)
+    if owner is not None:
         value = get_parameter(osc, force, start, name)
-        omega, _ = _one_frequency(force)
+        omega, _ = _one_frequency(*owner)
         return MovedFields(own, {omega: Expression(f"2*pi/{own}", ((own, value),))})
     tied = {field: value for field, value in fields.items() if isinstance(value, Expression)}
     return MovedFields(name, {field: value for field, value in tied.items() if name in value.names})
@@ -364,8 +381,8 @@ def moved_in_law(osc: Oscillator, force: Forcing | None, path: str) -> MovedFiel
     moved = moved_fields(osc, force, None, path)
     if osc.mass is None:
         return moved
-    osc = _replace_in_oscillator(osc, moved.fields)
-    force = None if force is None else _replace_in_forcing(force, moved.fields)
+    osc = _replaced(osc, moved.fields)
+    force = None if force is None else _replaced(force, moved.fields)
     unit = None if force is None else force.acceleration_of(osc.mass)
     fields = _fields_of(osc.of_unit_mass(), unit, None)
     tied = {field: value for field, value in fields.items() if isinstance(value, Expression)}
@@ -375,15 +392,18 @@ def moved_in_law(osc: Oscillator, force: Forcing | None, path: str) -> MovedFiel
 
 
 def _by_field(
-    changes: Mapping[str, Phase], fields: Mapping[str, Phase], force: Forcing | None
+    changes: Mapping[str, Phase], fields: Mapping[str, Phase], force: AnyForce
 ) -> dict[str, Phase]:
     """Return changes of parameters as changes of fields."""
     by_field = dict(changes)
-    if _PERIOD in by_field and _PERIOD not in fields and force is not None:
-        omega, _ = _one_frequency(force)
+    for path in changes:
+        owner = _owner_of_period(path, force)
+        if owner is None or path in fields:
+            continue
+        omega, _ = _one_frequency(*owner)
         if omega in by_field:
-            raise ParameterError("path", (_PERIOD, omega), "the same parameter, named twice")
-        by_field[omega] = _frequency_of(by_field.pop(_PERIOD))
+            raise ParameterError("path", (path, omega), "the same parameter, named twice")
+        by_field[omega] = _frequency_of(path, by_field.pop(path))
     names = {name: by_field.pop(name) for name in changes if name not in fields and "." not in name}
     if names:
         for field, value in fields.items():
@@ -392,33 +412,59 @@ def _by_field(
     return by_field
 
 
-def _one_frequency(force: Forcing) -> tuple[str, Any]:
-    """Return path and value of the one frequency of a forcing."""
+def _forcings(force: AnyForce) -> dict[str, Forcing]:
+    """Return the forcings by the beginning of their paths."""
+    if isinstance(force, Loads):
+        return {f"loads.{i}": one for i, one in enumerate(force.forcings)}
+    return {} if force is None else {"forcing": force}
+
+
+def _owner_of_period(path: str, force: AnyForce) -> tuple[str, Forcing] | None:
+    """Return the forcing whose period a path is, and the beginning of its path."""
+    name, _, word = str(path).rpartition(".")
+    forcings = _forcings(force)
+    return (name, forcings[name]) if word == "period" and name in forcings else None
+
+
+def _upper(path: str) -> str:
+    """Return the path of an entry of the mass below its diagonal as that above, which is equal."""
+    entry = re.fullmatch(r"structure\.mass\.(\d+)\.(\d+)", str(path))
+    if entry is None or int(entry[1]) <= int(entry[2]):
+        return path
+    return f"structure.mass.{entry[2]}.{entry[1]}"
+
+
+def _one_frequency(name: str, force: Forcing) -> tuple[str, Any]:
+    """Return path and value of the one frequency of a forcing whose path begins with a name."""
     if force.base is not None:
-        return "forcing.omega", force.base
-    return "forcing.harmonics.0.omega", getattr(force.harmonics[0], "omega", None)
+        return f"{name}.omega", force.base
+    return f"{name}.harmonics.0.omega", getattr(force.harmonics[0], "omega", None)
 
 
-def _frequency_of(period: Phase) -> Any:
+def _frequency_of(path: str, period: Phase) -> Any:
     """Return the frequency of a period, exactly."""
     if as_float(period) <= 0.0:
-        raise ParameterError(_PERIOD, period, "not positive")
+        raise ParameterError(path, period, "not positive")
     times, plus = angle(period)
     return pi_times(2) / as_expression(period) if plus else kept(2 / times)
 
 
-def _unknown(path: object, known: list[str], force: Forcing | None) -> str:
+def _unknown(path: object, known: list[str], force: AnyForce) -> str:
     if force is None and str(path).startswith("forcing."):
         return "no such parameter; the motion is free, it has no forcing"
-    if force is not None and path in _SHORT_FORMS and len(force.harmonics) > 1:
-        wanted = str(path).replace(".", ".harmonics.0.")
+    name, _, own = str(path).rpartition(".")
+    forcing = _forcings(force).get(name)
+    if forcing is not None and own in _SHORT_FORMS and len(forcing.harmonics) > 1:
+        wanted = f"{name}.harmonics.0.{own}"
         if wanted in known:
-            return f"one of {len(force.harmonics)} harmonics; write {wanted} for the first"
+            return f"one of {len(forcing.harmonics)} harmonics; write {wanted} for the first"
     alike = difflib.get_close_matches(str(path), known, n=3, cutoff=0.6)
     meant = _of_that_word(str(path), known)
     # A single word resembles no whole path, but may be the last word of one.
     similar = alike or meant if "." in str(path) else meant or alike
-    hint = f"did you mean {' or '.join(similar)}?" if similar else f"there are {', '.join(known)}"
+    more = ", ..." if len(known) > MOST_LISTED else ""
+    listed = f"there are {', '.join(known[:MOST_LISTED])}{more}"
+    hint = f"did you mean {' or '.join(similar)}?" if similar else listed
     return f"no such parameter; {hint}"
 
 
@@ -427,11 +473,11 @@ def _of_that_word(path: str, known: list[str]) -> list[str]:
     given = [word for word in path.lower().split(".") if not word.isdecimal()]
     word = _WORDS.get(given[-1], given[-1]) if given else ""
     named = [full for full in known if re.sub(r"(\.\d+)+$", "", full).endswith(f".{word}")]
-    short = [full for full in named if full in _SHORT_FORMS]
+    short = [full for full in named if re.fullmatch(r"(forcing|loads\.\d+)\.\w+", full)]
     return (short or named)[:MOST_MEANT]
 
 
-def _parameters(osc: Oscillator, force: Forcing | None, start: Start | None) -> dict[str, Phase]:
+def _parameters(osc: Oscillator | Structure, force: AnyForce, start: AnyStart) -> dict[str, Phase]:
     """Return all parameters by their long form."""
     return _free(_fields_of(osc, force, start))
 
@@ -446,71 +492,155 @@ def _is_tied(value: object) -> bool:
     return isinstance(value, Expression) and bool(value.parameters)
 
 
-def _fields_of(osc: Oscillator, force: Forcing | None, start: Start | None) -> dict[str, Phase]:
+def _fields_of(osc: Oscillator | Structure, force: AnyForce, start: AnyStart) -> dict[str, Phase]:
     """Return the numbers of all fields by their paths."""
-    parameters: dict[str, Phase] = {
-        "oscillator.stiffness": osc.stiffness,
-        "oscillator.damping": osc.damping,
-    }
-    if osc.mass is not None:
-        parameters["oscillator.mass"] = osc.mass
+    parameters: dict[str, Phase] = {}
+    if isinstance(osc, Structure):
+        parameters |= _structure_parameters(osc)
+    else:
+        parameters |= {
+            "oscillator.stiffness": osc.stiffness,
+            "oscillator.damping": osc.damping,
+        }
+        if osc.mass is not None:
+            parameters["oscillator.mass"] = osc.mass
     for index, stop in enumerate(osc.stops):
         fields = _fields(stop)
-        del fields["side"]
+        del fields["side"], fields["on"]
         if isinstance(fields.get("restitution"), RestitutionTable):
             del fields["restitution"]
-        parameters |= {f"oscillator.stops.{index}.{name}": value for name, value in fields.items()}
-    if force is not None:
-        parameters |= _forcing_parameters(force)
+        path = f"{_NAMES[type(osc)]}.stops.{index}"
+        parameters |= {f"{path}.{name}": value for name, value in fields.items()}
+    for name, one in _forcings(force).items():
+        parameters |= _forcing_parameters(one, name)
+    if isinstance(force, Loads) and force.given_period is not None:
+        parameters["loads.period"] = force.given_period
     if start is not None:
-        parameters |= {f"start.{name}": value for name, value in _fields(start).items()}
+        parameters |= _start_parameters(start)
     return parameters
 
 
-def _forcing_parameters(force: Forcing) -> dict[str, Phase]:
-    parameters: dict[str, Phase] = {"forcing.constant": force.constant}
+def _structure_parameters(structure: Structure) -> dict[str, Phase]:
+    parameters: dict[str, Phase] = {}
+    for name in ("mass", "damping", "stiffness"):
+        for i, row in enumerate(getattr(structure, name)):
+            # Of two equal entries of the mass one is the parameter.
+            first = i if name == "mass" else 0
+            for j in range(first, len(row)):
+                parameters[f"structure.{name}.{i}.{j}"] = row[j]
+    return parameters
+
+
+def _start_parameters(start: Start | StructureStart) -> dict[str, Phase]:
+    if isinstance(start, Start):
+        return {f"start.{name}": value for name, value in _fields(start).items()}
+    parameters: dict[str, Phase] = {}
+    for name in ("x0", "v0"):
+        values = getattr(start, name)
+        parameters |= {f"start.{name}.{i}": value for i, value in enumerate(values)}
+    return parameters | {"start.t0": start.t0}
+
+
+def _forcing_parameters(force: Forcing, name: str) -> dict[str, Phase]:
+    parameters: dict[str, Phase] = {f"{name}.constant": force.constant}
     if force.given_period is not None:
-        parameters["forcing.period"] = force.given_period
+        parameters[f"{name}.period"] = force.given_period
     if force.base is not None:
-        parameters["forcing.omega"] = force.base
+        parameters[f"{name}.omega"] = force.base
     if force.record is not None:
-        parameters["forcing.record.amplitude"] = force.record.amplitude
+        parameters[f"{name}.record.amplitude"] = force.record.amplitude
         if force.record.omega is not None:
-            parameters["forcing.record.omega"] = force.record.omega
+            parameters[f"{name}.record.omega"] = force.record.omega
     for index, part in enumerate(force.harmonics):
-        parameters |= {path: _fields(part)[name] for path, name in _part_paths(index, part).items()}
+        paths = _part_paths(index, part, name)
+        parameters |= {path: _fields(part)[own] for path, own in paths.items()}
     return parameters
 
 
-def _part_paths(index: int, part: ForcingTerm) -> dict[str, str]:
+def _part_paths(index: int, part: ForcingTerm, name: str) -> dict[str, str]:
     """Return the names of the fields of a part of a forcing by their paths."""
     if isinstance(part, FourierTerm):
-        return {f"forcing.{name}.{index}": name for name in ("cos", "sin")}
-    return {f"forcing.harmonics.{index}.{name}": name for name in _fields(part)}
+        return {f"{name}.{own}.{index}": own for own in ("cos", "sin")}
+    return {f"{name}.harmonics.{index}.{own}": own for own in _fields(part)}
 
 
 def _changed(by_path: Mapping[str, Phase], owner: str) -> bool:
     return any(path.startswith(f"{owner}.") for path in by_path)
 
 
-def _replace_in_oscillator(osc: Oscillator, by_path: Mapping[str, Phase]) -> Oscillator:
-    stops = tuple(
-        _replace_fields(stop, f"oscillator.stops.{index}", by_path)
-        for index, stop in enumerate(osc.stops)
-    )
-    return _replace_fields(
-        draft(Oscillator, **_fields(osc) | {"stops": stops}), "oscillator", by_path
+def _replaced(value: T, by_path: Mapping[str, Phase]) -> T:
+    """Return a system, a force or a start with other numbers, not checked yet."""
+    new: Any
+    if isinstance(value, Structure):
+        new = _replace_in_structure(value, by_path)
+    elif isinstance(value, Oscillator):
+        fields = _fields(value) | {"stops": _replace_in_stops(value.stops, "oscillator", by_path)}
+        new = _replace_fields(draft(Oscillator, **fields), "oscillator", by_path)
+    elif isinstance(value, Loads):
+        items = zip(value.items, _forcings(value).items(), strict=True)
+        new = draft(
+            Loads,
+            items=tuple((on, _replace_in_forcing(one, name, by_path))
+                        for (on, _), (name, one) in items),
+            period=by_path.get("loads.period", value.given_period),
+        )  # fmt: skip
+    elif isinstance(value, Forcing):
+        new = _replace_in_forcing(value, "forcing", by_path)
+    elif isinstance(value, StructureStart):
+        new = draft(
+            StructureStart,
+            x0=_replace_in_row(value.x0, "start.x0", by_path),
+            v0=_replace_in_row(value.v0, "start.v0", by_path),
+            t0=by_path.get("start.t0", value.t0),
+        )
+    else:
+        new = _replace_fields(value, "start", by_path)
+    return cast("T", new)
+
+
+def _replace_in_structure(structure: Structure, by_path: Mapping[str, Phase]) -> Structure:
+    def replaced(name: str) -> MatrixRows:
+        return tuple(
+            _replace_in_row(row, f"structure.{name}.{i}", by_path)
+            for i, row in enumerate(getattr(structure, name))
+        )
+
+    mass = replaced("mass")
+    n = len(mass)
+    fields = _fields(structure) | {
+        "mass": tuple(tuple(mass[min(i, j)][max(i, j)] for j in range(n)) for i in range(n)),
+        "stiffness": replaced("stiffness"),
+        "damping": replaced("damping"),
+        "stops": _replace_in_stops(structure.stops, "structure", by_path),
+    }
+    return draft(Structure, **fields)
+
+
+def _replace_in_row(
+    row: tuple[Exact, ...], prefix: str, by_path: Mapping[str, Phase]
+) -> tuple[Any, ...]:
+    return tuple(by_path.get(f"{prefix}.{i}", value) for i, value in enumerate(row))
+
+
+def _replace_in_stops(
+    stops: tuple[Stop, ...], prefix: str, by_path: Mapping[str, Phase]
+) -> tuple[Stop, ...]:
+    return tuple(
+        _replace_fields(stop, f"{prefix}.stops.{index}", by_path)
+        for index, stop in enumerate(stops)
     )
 
 
-def _replace_in_forcing(force: Forcing, by_path: Mapping[str, Phase]) -> Forcing:
+def _replace_in_forcing(force: Forcing, name: str, by_path: Mapping[str, Phase]) -> Forcing:
+    if not _changed(by_path, name):
+        return force
     parts = tuple(
         draft(
             type(part),
             **_fields(part)
             | {
-                name: by_path[path]
-                for path, name in _part_paths(index, part).items()
+                own: by_path[path]
+                for path, own in _part_paths(index, part, name).items()
                 if path in by_path
             },
         )
@@ -519,20 +649,19 @@ def _replace_in_forcing(force: Forcing, by_path: Mapping[str, Phase]) -> Forcing
     return draft(
         Forcing,
         harmonics=parts,
-        constant=by_path.get("forcing.constant", force.constant),
-        period=by_path.get("forcing.period", force.given_period),
-        base=by_path.get("forcing.omega", force.base),
-        record=_replace_in_record(force.record, by_path),
+        constant=by_path.get(f"{name}.constant", force.constant),
+        period=by_path.get(f"{name}.period", force.given_period),
+        base=by_path.get(f"{name}.omega", force.base),
+        record=_replace_in_record(force.record, name, by_path),
         is_per_mass=force.is_per_mass,
     )
 
 
 def _replace_in_record(
-    record: ForceRecord | None, by_path: Mapping[str, Phase]
+    record: ForceRecord | None, name: str, by_path: Mapping[str, Phase]
 ) -> ForceRecord | None:
-    names = ("amplitude", "omega")
-    paths = {name: f"forcing.record.{name}" for name in names}
-    new = {name: by_path[path] for name, path in paths.items() if path in by_path}
+    paths = {own: f"{name}.record.{own}" for own in ("amplitude", "omega")}
+    new = {own: by_path[path] for own, path in paths.items() if path in by_path}
     return record if record is None or not new else record.with_fields(**new)
 
 
@@ -544,3 +673,12 @@ def _replace_fields(value: T, prefix: str, by_path: Mapping[str, Phase]) -> T:
 
 def _fields(value: Any) -> dict[str, Any]:
     return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+
+
+# The beginnings of the paths.
+_NAMES: dict[type, str] = {
+    Oscillator: "oscillator",
+    Structure: "structure",
+    Forcing: "forcing",
+    Loads: "loads",
+}

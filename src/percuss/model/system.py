@@ -36,6 +36,9 @@ from percuss.numerics import exp
 __all__ = [
     "RegionBounds",
     "System",
+    "fill_harmonic",
+    "fill_motion",
+    "fill_response",
     "kind_faults",
     "law",
     "lines",
@@ -198,7 +201,7 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
         _fill_record(rows, record)
     places = _fill_tables(rows, tables, first_of_tables)
     for j, component in enumerate(components):
-        _fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
+        fill_harmonic(rows[at.FIRST_HARMONIC + j], component)
     # A harmonic of zero amplitude does not shorten the step.
     quickest = max((float(c.omega) for c in components if c.cos or c.sin), default=0.0)
     for number in range(n_regions):
@@ -213,7 +216,7 @@ def law(oscillator: Oscillator, forcing: Forcing | None) -> Law:
             # No rate sets a step: the motion is a cubic on each piece.
             rows[first, at.STEP] = 1.0 / record.rate
         for j, component in enumerate(components):
-            _fill_response(rows[first + 1 + j], stiffness, damping, component.omega)
+            fill_response(rows[first + 1 + j], stiffness, damping, component.omega)
         if record is None:
             _mark_simple(rows[first], rows[first + 1 : first + 1 + n])
     fill_steps(rows)
@@ -374,7 +377,7 @@ def _region_row(
     row = np.zeros(at.COLUMNS)
     _fill_bounds(row, oscillator, bounds, number)
     _fill_forces(row, region, bounds, constant)
-    _fill_motion(row, region)
+    fill_motion(row, region.stiffness, region.damping)
     return row, region.stiffness, region.damping
 
 
@@ -424,7 +427,8 @@ def _fill_header(
         row[at.PERIOD_TURNS], row[at.PERIOD_TURNS_LOW] = turns_per_time(frequency, 2)
 
 
-def _fill_harmonic(row: Floats, component: Component) -> None:
+def fill_harmonic(row: Floats, component: Component) -> None:
+    """Fill the row of a harmonic."""
     row[at.COSINE], row[at.SINE] = component.cos, component.sin
     row[at.OMEGA] = float(component.omega)
     row[at.TURNS], row[at.TURNS_LOW] = turns_per_time(component.omega, 2)
@@ -488,9 +492,8 @@ def _fill_forces(row: Floats, region: _Region, bounds: RegionBounds, constant: F
         row[at.UPPER_FORCE] = region.force_at(constant, high)
 
 
-def _fill_motion(row: Floats, region: _Region) -> None:
-    """Fill the rates of the free motion."""
-    stiffness, damping = region.stiffness, region.damping
+def fill_motion(row: Floats, stiffness: Fraction, damping: Fraction) -> None:
+    """Fill the rates of the free motion x'' + 2 (damping) x' + (stiffness) x = 0."""
     k, a = float(stiffness), float(damping)
     discriminant = stiffness - damping**2
     rate = _root(abs(discriminant))
@@ -530,7 +533,8 @@ def _fill_steps_of_search(row: Floats, omega: float) -> None:
         row[at.BOUND_OF_X], row[at.BOUND_OF_V] = growth * pace * math.sqrt(k), growth * pace
 
 
-def _fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
+def fill_response(row: Floats, stiffness: Fraction, damping: Fraction, omega: Fraction) -> None:
+    """Fill the row of the response of a free motion to a harmonic."""
     # K - w^2 and 2 a w over one denominator, as integers: see `_pair`.
     bottom = stiffness.denominator * damping.denominator * omega.denominator**2
     square_of_omega = omega.numerator**2 * stiffness.denominator * damping.denominator

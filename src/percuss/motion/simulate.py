@@ -35,6 +35,7 @@ from percuss.model.start import (
     start_of,
     wall_faults,
 )
+from percuss.model.structure import Structure
 from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Outcome, Trajectory
@@ -136,6 +137,12 @@ def simulate(
     >>> run.impacts.t[:3] / 3.141592653589793
     array([1., 2., 3.])
     """
+    if isinstance(osc, Structure):
+        from percuss.motion.structures import follow_structure
+
+        return follow_structure(
+            osc, force, x0, v0, t0, t_end, periods, max_impacts, MOST_IMPACTS, progress
+        )
     system, begins = System.of(osc, force), _start(start, x0, v0, t0)
     x0, v0, t0 = begins.x0, begins.v0, begins.t0
     raise_first(wall_faults(osc, "x0" if start is None else "start.x0", x0))

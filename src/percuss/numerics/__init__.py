@@ -19,6 +19,7 @@ from percuss.numerics.functions import (
     times,
 )
 from percuss.numerics.linear import (
+    cholesky,
     determinant,
     directions,
     dot,
@@ -30,10 +31,13 @@ from percuss.numerics.linear import (
     norm,
     solve_linear,
 )
+from percuss.numerics.modes import ModePairs, mode_pairs
 from percuss.numerics.roots import gauss_legendre, polynomial_roots
 
 __all__ = [
+    "ModePairs",
     "atan2",
+    "cholesky",
     "cos",
     "determinant",
     "directions",
@@ -49,6 +53,7 @@ __all__ = [
     "least_squares",
     "log",
     "matmul",
+    "mode_pairs",
     "modulus",
     "norm",
     "phasor",

@@ -15,6 +15,7 @@ from percuss.errors import ConvergenceError
 from percuss.kernels import linear as kernels
 
 __all__ = [
+    "cholesky",
     "determinant",
     "directions",
     "dot",
@@ -30,6 +31,8 @@ __all__ = [
 
 # Squares of sizes with exponents in between neither overflow nor vanish.
 MOST_DOUBLINGS = 400
+# The distance of 1 from the next double.
+LAST_PLACE = 2.0**-52
 
 
 def is_finite(*arrays: Floats) -> bool:
@@ -136,6 +139,44 @@ def inverse(matrix: Floats) -> Floats:
            [0.  , 0.25]])
     """
     return solve_linear(matrix, np.eye(len(matrix)))
+
+
+def cholesky(matrix: Floats) -> tuple[Floats, Floats]:
+    """Return the lower triangle L of L L^T = matrix, and its pivots.
+
+    Parameters
+    ----------
+    matrix
+        (n, n) array, symmetric and finite.
+
+    Returns
+    -------
+    lower : array
+        (n, n).
+    pivots : array
+        (n,), the squares of L's diagonal: what elimination leaves of each diagonal entry. If one is
+        not above its own rounding, the matrix is not positive definite: the elimination ends there,
+        and L and the pivots after it are NaN.
+
+    Examples
+    --------
+    >>> cholesky(np.array([[4.0, 2.0], [2.0, 2.0]]))
+    (array([[2., 0.],
+           [1., 1.]]), array([4., 1.]))
+    >>> cholesky(np.array([[1.0, 2.0], [2.0, 1.0]]))[1]
+    array([ 1., -3.])
+    """
+    n = len(matrix)
+    lower, pivots = np.zeros((n, n)), np.full(n, math.nan)
+    for k in range(n):
+        pivots[k] = matrix[k, k] - dot(lower[k, :k], lower[k, :k])
+        if not pivots[k] > n * LAST_PLACE * abs(matrix[k, k]):
+            lower[k:] = math.nan
+            break
+        lower[k, k] = math.sqrt(pivots[k])
+        rest = matrix[k + 1 :, k] - (lower[k + 1 :, :k] * lower[k, :k]).sum(axis=1)
+        lower[k + 1 :, k] = rest / lower[k, k]
+    return lower, pivots
 
 
 def determinant(matrix: Floats) -> float:

@@ -1,0 +1,381 @@
+"""The modes between two events in closed form, and what the watches see of them.
+
+A flight is given by its basis, the modes at its start and the phases of the loads there. Its
+changes since the start are computed, not its values: a hop far below the rounding of the
+displacements is resolved as far as the modes themselves allow.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from percuss.arrays import Floats
+from percuss.kernels.arithmetic import cos_sin, exponential
+from percuss.kernels.compile import kernel
+from percuss.kernels.flight import (
+    ROUNDING,
+    free_response,
+    harmonic_response,
+    harmonic_size,
+    slope_response,
+)
+from percuss.kernels.law_columns import (
+    FIRST_HARMONIC,
+    OMEGA,
+    TURNS,
+    TURNS_LOW,
+)
+from percuss.kernels.structure.basis import (
+    CONSTANT,
+    DRAG,
+    FORCE,
+    FORCE_COS,
+    FORCE_SIN,
+    GROWTH,
+    HAS_RATES,
+    IS_FED,
+    OF_NORM,
+    OF_U,
+    OF_W,
+    RATE,
+    RATE_COS,
+    RATE_SIN,
+    ROOT,
+    SPRING,
+    SURGES,
+    TWIST,
+    Basis,
+    row_of,
+)
+
+# Columns of a flight's input into a mode: into w' and u', constant and slope.
+PULL, SLOPE, DRIFT, DRIFT_SLOPE = range(4)
+PULL_COLUMNS = 4
+# Columns of a mode's state: u and w; and in `ModalFlight.begin` nothing else.
+U, W = range(2)
+# Rows of what is seen of a watch: value, slope, bound of the fourth derivative without the growth
+# over the stretch, and the sums of the magnitudes of the terms of value and slope.
+VALUE, SPEED, BEND, SIZE, RATE_SIZE = range(5)
+SEEN_COLUMNS = 5
+
+
+class ModalFlight(NamedTuple):
+    """A flight: its basis, the modes (n, 2), inputs (n, 4), phases (m, 2) and records (r, 2) at its start.
+
+    ``values`` (s,) are the watches there: exactly 0 where ``order`` (s,), the number of derivatives
+    that are known to vanish counted from the value, is positive. ``later`` (n, 2), ``arrival``
+    (m, 2) are scratch: modes and phases at the time last evaluated.
+    """
+
+    basis: Basis
+    begin: Floats
+    pull: Floats
+    phases: Floats
+    records: Floats
+    values: Floats
+    order: Floats
+    later: Floats
+    arrival: Floats
+
+
+@kernel
+def set_pull(flight: ModalFlight) -> None:
+    """Fill the constant input into each mode, and its slope, from the records at the start."""
+    basis = flight.basis
+    for j in range(basis.modes.shape[0]):
+        flight.pull[j, PULL] = basis.modes[j, FORCE]
+        flight.pull[j, DRIFT] = basis.modes[j, RATE]
+        flight.pull[j, SLOPE] = 0.0
+        flight.pull[j, DRIFT_SLOPE] = 0.0
+        for k in range(flight.records.shape[0]):
+            into = basis.record_drive[j, k, 0]
+            flight.pull[j, PULL] += into * flight.records[k, 0]
+            flight.pull[j, SLOPE] += into * flight.records[k, 1]
+            into = basis.record_drive[j, k, 1]
+            flight.pull[j, DRIFT] += into * flight.records[k, 0]
+            flight.pull[j, DRIFT_SLOPE] += into * flight.records[k, 1]
+
+
+@kernel
+def move(flight: ModalFlight, s: float) -> None:
+    """Write into ``later`` the changes of the modes a time s after the start, and the phases there."""
+    basis, begin, pull, phases = flight.basis, flight.begin, flight.pull, flight.phases
+    law = basis.law
+    m = phases.shape[0]
+    for k in range(m):
+        harmonic = FIRST_HARMONIC + k
+        cosine, sine = cos_sin(law[harmonic, TURNS], law[harmonic, TURNS_LOW], s, 0.0)
+        flight.arrival[k, 0] = phases[k, 0] * cosine - phases[k, 1] * sine
+        flight.arrival[k, 1] = phases[k, 1] * cosine + phases[k, 0] * sine
+    for j in range(basis.modes.shape[0]):
+        row = row_of(basis, j)
+        spring = basis.modes[j, SPRING]
+        drag = basis.modes[j, DRAG]
+        u0 = begin[j, U]
+        w0 = begin[j, W]
+        impulse, even, rise = free_response(law, row, s)
+        force = pull[j, PULL] - spring * u0
+        u = force * rise
+        w = (force - drag * w0) * impulse - spring * w0 * rise
+        if pull[j, SLOPE] != 0.0 or pull[j, DRIFT_SLOPE] != 0.0:
+            ramp = slope_response(law, row, s, impulse, rise)
+            u += pull[j, SLOPE] * ramp + pull[j, DRIFT_SLOPE] * (rise + drag * ramp)
+            w += pull[j, SLOPE] * rise - pull[j, DRIFT_SLOPE] * spring * ramp
+        if basis.of_set[HAS_RATES] == 1.0:
+            u += pull[j, DRIFT] * (impulse + drag * rise)
+            w -= pull[j, DRIFT] * spring * rise
+        for k in range(m):
+            omega = law[FIRST_HARMONIC + k, OMEGA]
+            cos0 = phases[k, 0]
+            sin0 = phases[k, 1]
+            turn = (
+                flight.arrival[k, 0] * cos0 + flight.arrival[k, 1] * sin0,
+                flight.arrival[k, 1] * cos0 - flight.arrival[k, 0] * sin0,
+            )
+            to_cos, to_sin = harmonic_response(law, row, k, s, impulse, even, turn)
+            speed_cos = impulse - omega * to_sin
+            speed_sin = omega * to_cos
+            in_cos = basis.drive[j, k, FORCE_COS]
+            in_sin = basis.drive[j, k, FORCE_SIN]
+            in_phase = in_cos * cos0 + in_sin * sin0
+            quadrature = in_sin * cos0 - in_cos * sin0
+            u += in_phase * to_cos + quadrature * to_sin
+            w += in_phase * speed_cos + quadrature * speed_sin
+            if basis.of_set[HAS_RATES] == 1.0:
+                in_cos = basis.drive[j, k, RATE_COS]
+                in_sin = basis.drive[j, k, RATE_SIN]
+                in_phase = in_cos * cos0 + in_sin * sin0
+                quadrature = in_sin * cos0 - in_cos * sin0
+                response = in_phase * to_cos + quadrature * to_sin
+                u += in_phase * speed_cos + quadrature * speed_sin + drag * response
+                w -= spring * response
+        flight.later[j, U] = w0 * impulse + u
+        flight.later[j, W] = w
+
+
+@kernel
+def arrive(flight: ModalFlight, s: float, modes: Floats) -> None:
+    """Write into ``modes`` (n, 2) the modes a time s after the start."""
+    move(flight, s)
+    for j in range(modes.shape[0]):
+        modes[j, U] = flight.begin[j, U] + flight.later[j, U]
+        modes[j, W] = flight.begin[j, W] + flight.later[j, W]
+
+
+@kernel
+def inputs(
+    basis: Basis, j: int, phases: Floats, pull: Floats, s: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return the input into w' of a mode with its first two derivatives, and those into u'."""
+    law = basis.law
+    force = pull[j, PULL] + pull[j, SLOPE] * s
+    slope = pull[j, SLOPE]
+    bend = 0.0
+    rate = pull[j, DRIFT] + pull[j, DRIFT_SLOPE] * s
+    rate_slope = pull[j, DRIFT_SLOPE]
+    rate_bend = 0.0
+    for k in range(phases.shape[0]):
+        omega = law[FIRST_HARMONIC + k, OMEGA]
+        cosine = phases[k, 0]
+        sine = phases[k, 1]
+        in_cos = basis.drive[j, k, FORCE_COS]
+        in_sin = basis.drive[j, k, FORCE_SIN]
+        part = in_cos * cosine + in_sin * sine
+        force += part
+        slope += omega * (in_sin * cosine - in_cos * sine)
+        bend -= omega * omega * part
+        if basis.of_set[HAS_RATES] == 1.0:
+            in_cos = basis.drive[j, k, RATE_COS]
+            in_sin = basis.drive[j, k, RATE_SIN]
+            part = in_cos * cosine + in_sin * sine
+            rate += part
+            rate_slope += omega * (in_sin * cosine - in_cos * sine)
+            rate_bend -= omega * omega * part
+    return force, slope, bend, rate, rate_slope, rate_bend
+
+
+@kernel
+def fed(basis: Basis, i: int, phases: Floats, records: Floats, s: float, order: int) -> float:
+    """Return the part of a watch, or of its derivative of that order, that the loads enter directly."""
+    total = 0.0
+    if basis.levels[i, IS_FED] == 0.0:
+        return total
+    for k in range(phases.shape[0]):
+        in_cos = basis.feed[i, k, 0]
+        in_sin = basis.feed[i, k, 1]
+        part = in_cos * phases[k, 0] + in_sin * phases[k, 1]
+        if order & 1:
+            part = in_sin * phases[k, 0] - in_cos * phases[k, 1]
+        scale = -1.0 if order & 2 else 1.0
+        for _ in range(order):
+            scale *= basis.law[FIRST_HARMONIC + k, OMEGA]
+        total += scale * part
+    for k in range(records.shape[0]):
+        if order == 0:
+            total += basis.record_feed[i, k] * (records[k, 0] + records[k, 1] * s)
+        elif order == 1:
+            total += basis.record_feed[i, k] * records[k, 1]
+    return total
+
+
+@kernel
+def see(flight: ModalFlight, modes: Floats, phases: Floats, s: float, seen: Floats) -> None:
+    """Write into ``seen`` (stops, 5) what the watches see of the ``modes`` at a time s."""
+    basis = flight.basis
+    n_watches = seen.shape[0]
+    for i in range(n_watches):
+        seen[i, VALUE] = basis.levels[i, CONSTANT]
+        seen[i, SPEED] = 0.0
+        seen[i, SIZE] = abs(seen[i, VALUE])
+        if basis.levels[i, IS_FED] == 1.0:
+            seen[i, VALUE] += fed(basis, i, phases, flight.records, s, 0)
+            seen[i, SPEED] += fed(basis, i, phases, flight.records, s, 1)
+            seen[i, SIZE] += abs(seen[i, VALUE])
+        seen[i, BEND] = 0.0
+        seen[i, RATE_SIZE] = 0.0
+    for j in range(modes.shape[0]):
+        force, slope, _, rate, rate_slope, _ = inputs(basis, j, phases, flight.pull, s)
+        spring = basis.modes[j, SPRING]
+        drag = basis.modes[j, DRAG]
+        u = modes[j, U]
+        w = modes[j, W]
+        u1 = w + rate
+        w1 = force - spring * u - drag * w
+        u2 = w1 + rate_slope
+        w2 = slope - spring * u1 - drag * w1
+        norm = basis.modes[j, ROOT] * abs(u2) + abs(w2)
+        for i in range(n_watches):
+            p = basis.watch[i, j, OF_U]
+            q = basis.watch[i, j, OF_W]
+            seen[i, VALUE] += p * u + q * w
+            seen[i, SPEED] += p * u1 + q * w1
+            seen[i, BEND] += basis.watch[i, j, OF_NORM] * norm
+            seen[i, SIZE] += abs(p * u) + abs(q * w)
+            seen[i, RATE_SIZE] += abs(p * u1) + abs(q * w1)
+
+
+@kernel
+def derivatives(
+    flight: ModalFlight, i: int, s: float, is_begin: bool
+) -> tuple[float, float, float, float, float, float]:
+    """Return a watch with its first four derivatives, and the part of the fifth's bound that it moves by.
+
+    ``later`` and ``arrival`` are those at s, or those of the start are taken. The last number is
+    what bounds the fourth derivative over a stretch, without the growth over it (`bound`).
+    """
+    basis = flight.basis
+    phases = flight.phases if is_begin else flight.arrival
+    y = flight.values[i]
+    if not is_begin and basis.levels[i, IS_FED] == 1.0:
+        y += fed(basis, i, phases, flight.records, s, 0)
+        y -= fed(basis, i, flight.phases, flight.records, 0.0, 0)
+    first = fed(basis, i, phases, flight.records, s, 1)
+    second = fed(basis, i, phases, flight.records, s, 2)
+    third = fed(basis, i, phases, flight.records, s, 3)
+    fourth = fed(basis, i, phases, flight.records, s, 4)
+    bound = 0.0
+    for j in range(basis.modes.shape[0]):
+        force, slope, bend, rate, rate_slope, rate_bend = inputs(basis, j, phases, flight.pull, s)
+        # Third and fourth derivatives of the harmonics' input.
+        twist = 0.0
+        rate_twist = 0.0
+        for k in range(phases.shape[0]):
+            omega = basis.law[FIRST_HARMONIC + k, OMEGA]
+            cube = omega * omega * omega
+            cosine = phases[k, 0]
+            sine = phases[k, 1]
+            twist -= cube * (
+                basis.drive[j, k, FORCE_SIN] * cosine - basis.drive[j, k, FORCE_COS] * sine
+            )
+            rate_twist -= cube * (
+                basis.drive[j, k, RATE_SIN] * cosine - basis.drive[j, k, RATE_COS] * sine
+            )
+        spring = basis.modes[j, SPRING]
+        drag = basis.modes[j, DRAG]
+        u = flight.begin[j, U]
+        w = flight.begin[j, W]
+        p = basis.watch[i, j, OF_U]
+        q = basis.watch[i, j, OF_W]
+        if not is_begin:
+            y += p * flight.later[j, U] + q * flight.later[j, W]
+            u += flight.later[j, U]
+            w += flight.later[j, W]
+        u1 = w + rate
+        w1 = force - spring * u - drag * w
+        u2 = w1 + rate_slope
+        w2 = slope - spring * u1 - drag * w1
+        u3 = w2 + rate_bend
+        w3 = bend - spring * u2 - drag * w2
+        u4 = w3 + rate_twist
+        w4 = twist - spring * u3 - drag * w3
+        first += p * u1 + q * w1
+        second += p * u2 + q * w2
+        third += p * u3 + q * w3
+        fourth += p * u4 + q * w4
+        bound += basis.watch[i, j, OF_NORM] * (basis.modes[j, ROOT] * abs(u2) + abs(w2))
+    return y, first, second, third, fourth, bound
+
+
+@kernel
+def fourth_bound(basis: Basis, i: int, bend: float, width: float) -> float:
+    """Return a bound of a watch's fourth derivative over a stretch that begins with ``bend``."""
+    growth = 1.0
+    if basis.of_set[GROWTH] > 0.0:
+        growth = exponential(basis.of_set[GROWTH] * width)
+    return basis.levels[i, TWIST] + growth * (bend + width * basis.levels[i, SURGES])
+
+
+@kernel
+def uncertainty(flight: ModalFlight, i: int, s: float) -> float:
+    """Return a bound on the rounding error of a watch a time s after the start.
+
+    It is that of its terms, each taken at the sum of the magnitudes of its parts. A watch that
+    begins at exactly zero has no error of its value there.
+    """
+    basis, law = flight.basis, flight.basis.law
+    size = abs(flight.values[i])
+    if basis.levels[i, IS_FED] == 1.0:
+        for k in range(flight.phases.shape[0]):
+            size += abs(basis.feed[i, k, 0]) + abs(basis.feed[i, k, 1])
+        for k in range(flight.records.shape[0]):
+            push = abs(flight.records[k, 0]) + abs(flight.records[k, 1] * s)
+            size += abs(basis.record_feed[i, k]) * push
+    if flight.order[i] == 0.0:
+        size += abs(basis.levels[i, CONSTANT])
+    for j in range(basis.modes.shape[0]):
+        row = row_of(basis, j)
+        p = abs(basis.watch[i, j, OF_U])
+        q = abs(basis.watch[i, j, OF_W])
+        spring = abs(basis.modes[j, SPRING])
+        drag = abs(basis.modes[j, DRAG])
+        u0 = abs(flight.begin[j, U])
+        w0 = abs(flight.begin[j, W])
+        impulse, even, rise = free_response(law, row, s)
+        impulse = abs(impulse)
+        rise = abs(rise)
+        ramp = 0.0
+        if flight.pull[j, SLOPE] != 0.0 or flight.pull[j, DRIFT_SLOPE] != 0.0:
+            ramp = abs(slope_response(law, row, s, impulse, rise))
+        force = abs(flight.pull[j, PULL]) + spring * u0
+        slope = abs(flight.pull[j, SLOPE])
+        of_u = w0 * impulse + force * rise + slope * ramp
+        of_w = (force + drag * w0) * impulse + spring * w0 * rise + slope * rise
+        if basis.of_set[HAS_RATES] == 1.0:
+            drift = abs(flight.pull[j, DRIFT])
+            slope = abs(flight.pull[j, DRIFT_SLOPE])
+            of_u += drift * (impulse + drag * rise) + slope * (rise + drag * ramp)
+            of_w += spring * (drift * rise + slope * ramp)
+        for k in range(flight.phases.shape[0]):
+            omega = law[FIRST_HARMONIC + k, OMEGA]
+            limit = harmonic_size(law, row, k, s, impulse, even)
+            amplitude = abs(basis.drive[j, k, FORCE_COS]) + abs(basis.drive[j, k, FORCE_SIN])
+            of_u += amplitude * limit
+            of_w += amplitude * (impulse + omega * limit)
+            amplitude = abs(basis.drive[j, k, RATE_COS]) + abs(basis.drive[j, k, RATE_SIN])
+            of_u += amplitude * (impulse + (omega + drag) * limit)
+            of_w += amplitude * spring * limit
+        if flight.order[i] == 0.0:
+            of_u += u0
+            of_w += w0
+        size += p * of_u + q * of_w
+    return ROUNDING * size * (1.0 + basis.of_set[GROWTH] * s / 16.0)

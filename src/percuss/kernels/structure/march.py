@@ -1,0 +1,688 @@
+"""What follows from event to event: impacts, contacts, releases, chatter, the edges of soft stops.
+
+Impacts at one instant come one after another, the stop of the lowest index first, until no wall is
+approached; which walls hold the structure then is decided by the signs of their forces.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from percuss.arrays import Floats, Integers
+from percuss.kernels.arithmetic import ULP, later
+from percuss.kernels.compile import kernel
+from percuss.kernels.contact import CHATTER_LIMIT, SLOW
+from percuss.kernels.event_location import GRAZE, NONE
+from percuss.kernels.flight import set_phases
+from percuss.kernels.law_columns import FIRST_HARMONIC, LOWER_KIND, N_HARMONICS, NUMBER, WALL
+from percuss.kernels.next_event import PAUSE
+from percuss.kernels.pieces import next_knot, record_at
+from percuss.kernels.record import (
+    BOUND,
+    CONTACT,
+    CROSSING,
+    EVENT_T,
+    EVENT_T_LOW,
+    FULL,
+    GRAZE_BOUND,
+    GRAZE_CLEARANCE,
+    GRAZE_ERROR,
+    GRAZE_T,
+    GRAZE_T_LOW,
+    HUGE,
+    IMPACT,
+    KIND,
+    KNOT,
+    MOVING,
+    N_EVENTS,
+    N_GRAZES,
+    N_IMPACTS,
+    NEXT_REGION,
+    OVERFLOW,
+    REACHED_END,
+    REACHED_LIMIT,
+    RELEASE,
+    SLOW_LANDING,
+    SPENT,
+    START,
+    T_LOW,
+    V_AFTER,
+    V_BEFORE,
+    T,
+)
+from percuss.kernels.restitution import restitution_at
+from percuss.kernels.structure.basis import (
+    CONSTANT,
+    DRAG,
+    IS_ON,
+    IS_WALL,
+    OF_U,
+    OF_W,
+    SELF_DRAG,
+    SPRING,
+    Basis,
+    Sets,
+    basis_of,
+    find,
+)
+from percuss.kernels.structure.flight import (
+    ModalFlight,
+    U,
+    W,
+    arrive,
+    derivatives,
+    fed,
+    fourth_bound,
+    set_pull,
+    uncertainty,
+)
+from percuss.kernels.structure.next_event import next_event
+
+# Of the counters: the index of the set; one that is wanted and not known yet, -1 for none.
+SET, WANTED = 0, 5
+COUNTERS = 6
+# Of the state: besides T and T_LOW, the greatest impact speed so far.
+FASTEST = 2
+STATE_ENTRIES = 3
+# Another reason why `march` comes back: a set of acting stops is met for the first time.
+NEW_SET = 8
+# A speed below this part of the fastest impact is none: two chatters at once end there.
+NO_SPEED = 1e-13
+# Impacts at one instant, after which what is left of the speeds counts as none.
+MOST_AT_ONCE = 1000
+# A change of restitution over the slow hops of a chatter that its sum leaves out.
+SAME = 1e-11
+
+
+class StructureRun(NamedTuple):
+    """All that `march` reads and writes.
+
+    ``begin`` (n, 2) are the modes after the last event, in the set of `counters`; ``order`` (s,)
+    how many derivatives of each watch vanish there, and ``free`` (s,) up to when it is known to be
+    positive. ``states`` holds the modes after each event.
+    """
+
+    sets: Sets
+    state: Floats
+    counters: Integers
+    begin: Floats
+    order: Floats
+    free: Floats
+    pull: Floats
+    phases: Floats
+    records: Floats
+    values: Floats
+    later: Floats
+    arrival: Floats
+    scratch: Floats
+    events: Floats
+    marks: Integers
+    states: Floats
+    grazes: Floats
+
+
+def new_run(sets: Sets, capacity: int, grazes: int = 16) -> StructureRun:
+    """Return the arrays of a run for at most so many events and grazes."""
+    n, m = sets.modes.shape[1], sets.turns.shape[2]
+    s, r = sets.stops.shape[0], sets.records.shape[0]
+    return StructureRun(
+        sets,
+        np.zeros(STATE_ENTRIES),
+        np.zeros(COUNTERS, dtype=np.int64),
+        np.zeros((n, 2)),
+        np.zeros(s),
+        np.zeros(s),
+        np.zeros((n, 4)),
+        np.zeros((m, 2)),
+        np.zeros((r, 2)),
+        np.zeros(s),
+        np.zeros((n, 2)),
+        np.zeros((m, 2)),
+        np.zeros((8, max(n, m, s, 1), 5)),
+        np.empty((capacity, 4)),
+        np.empty((capacity, 3), dtype=np.int64),
+        np.empty((capacity, n, 2)),
+        np.empty((grazes, 5)),
+    )
+
+
+@kernel
+def flight_of(run: StructureRun) -> ModalFlight:
+    """Return the flight from the last event."""
+    return ModalFlight(
+        basis_of(run.sets, run.counters[SET]),
+        run.begin,
+        run.pull,
+        run.phases,
+        run.records,
+        run.values,
+        run.order,
+        run.later,
+        run.arrival,
+    )
+
+
+@kernel
+def load_at(sets: Sets, instant: tuple[float, float], phases: Floats, records: Floats) -> None:
+    """Write phases, and values and slopes of the records, at an instant."""
+    if phases.shape[0] > 0:
+        set_phases(sets.law[0], instant[0], instant[1], phases)
+    for k in range(records.shape[0]):
+        records[k, 0], records[k, 1] = record_at(sets.records[k], instant[0], instant[1])
+
+
+@kernel
+def set_off(run: StructureRun) -> ModalFlight:
+    """Begin a flight at the instant and with the modes of the state, all else from these."""
+    load_at(run.sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
+    flight = flight_of(run)
+    set_pull(flight)
+    for i in range(run.values.shape[0]):
+        run.free[i] = 0.0
+        run.values[i] = 0.0
+        if run.order[i] == 0.0:
+            run.values[i] = value_of(flight, i)
+    return flight
+
+
+@kernel
+def value_of(flight: ModalFlight, i: int) -> float:
+    """Return the value of a watch at the start of a flight."""
+    basis = flight.basis
+    value = basis.levels[i, CONSTANT] + fed(basis, i, flight.phases, flight.records, 0.0, 0)
+    for j in range(flight.begin.shape[0]):
+        value += basis.watch[i, j, OF_U] * flight.begin[j, U]
+        value += basis.watch[i, j, OF_W] * flight.begin[j, W]
+    return value
+
+
+@kernel
+def speed_of(basis: Basis, i: int, modes: Floats) -> float:
+    """Return the velocity of a clearance: the loads do not enter it."""
+    speed = 0.0
+    for j in range(modes.shape[0]):
+        u = modes[j, U]
+        w = modes[j, W]
+        p = basis.watch[i, j, OF_U]
+        q = basis.watch[i, j, OF_W]
+        speed += p * w - q * (basis.modes[j, SPRING] * u + basis.modes[j, DRAG] * w)
+    return speed
+
+
+@kernel
+def displace(sets: Sets, b: int, modes: Floats, place: Floats) -> None:
+    """Write displacements and velocities of the coordinates, (n_x, 2), from the modes of a set."""
+    for i in range(place.shape[0]):
+        x = sets.offset[b, i]
+        v = 0.0
+        for j in range(modes.shape[0]):
+            u = modes[j, U]
+            w = modes[j, W]
+            p = sets.shape[b, i, j, 0]
+            q = sets.shape[b, i, j, 1]
+            x += p * u + q * w
+            v += p * w - q * (sets.modes[b, j, SPRING] * u + sets.modes[b, j, DRAG] * w)
+        place[i, 0] = x
+        place[i, 1] = v
+
+
+@kernel
+def decompose(sets: Sets, b: int, place: Floats, modes: Floats) -> None:
+    """Write the modes of a set from displacements and velocities of the coordinates."""
+    n = place.shape[0]
+    for j in range(modes.shape[0]):
+        for part in range(2):
+            total = 0.0
+            for i in range(n):
+                total += sets.inverse[b, j, part, i] * (place[i, 0] - sets.offset[b, i])
+                total += sets.inverse[b, j, part, n + i] * place[i, 1]
+            modes[j, part] = total
+
+
+@kernel
+def change_set(run: StructureRun, b: int) -> None:
+    """Take the modes of the state over into another set; velocities that it forbids are lost."""
+    if b == run.counters[SET]:
+        return
+    place = run.scratch[6, : run.sets.offset.shape[1]]
+    displace(run.sets, run.counters[SET], run.begin, place)
+    decompose(run.sets, b, place, run.begin)
+    run.counters[SET] = b
+
+
+@kernel
+def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> int:
+    """Go on from event to event; return why this came to an end."""
+    state, counters = run.state, run.counters
+    if counters[N_EVENTS] == 0:
+        status = begin(run)
+        if status != MOVING:
+            return status
+    flight = set_off_again(run)
+    for _ in range(patience):
+        if counters[N_EVENTS] + 4 > run.events.shape[0]:
+            return FULL
+        if counters[N_GRAZES] + 1 > run.grazes.shape[0]:
+            return FULL
+        if counters[N_IMPACTS] >= max_impacts:
+            return REACHED_LIMIT
+        longest = (t_end - state[T]) - state[T_LOW]
+        knot = next_of_all(run.sets, state[T], state[T_LOW])
+        to_knot = (knot[0] - state[T]) + (knot[1] - state[T_LOW])
+        event = next_event(flight, run.scratch, run.free, min(longest, to_knot))
+        if event[0] == PAUSE:
+            return SPENT
+        if event[0] == NONE or event[1] > longest:
+            if not to_knot < longest:
+                return REACHED_END
+            arrive(flight, to_knot, run.begin)
+            state[T], state[T_LOW] = knot
+            clear_orders(run)
+            note(run, KNOT, -1, 0.0, 0.0)
+            flight = set_off(run)
+            continue
+        if event[0] == GRAZE:
+            t, t_low = later(state[T], state[T_LOW], event[1])
+            note_graze(run, (t, t_low), event[2], event[3], event[4])
+            continue
+        if not abs(event[3]) < HUGE:
+            return OVERFLOW
+        status = carry_out(run, flight, event)
+        if status == NEW_SET:
+            return NEW_SET
+        flight = flight_of(run)
+    return SPENT
+
+
+@kernel
+def set_off_again(run: StructureRun) -> ModalFlight:
+    """Return the flight of the state, with its search as far as it was."""
+    scratch = run.scratch[7]
+    for i in range(run.free.shape[0]):
+        scratch[i, 0] = run.free[i]
+    flight = set_off(run)
+    for i in range(run.free.shape[0]):
+        run.free[i] = scratch[i, 0]
+    return flight
+
+
+@kernel
+def next_of_all(sets: Sets, t: float, t_low: float) -> tuple[float, float]:
+    """Return the instant of the first knot of any record after an instant."""
+    best = (math.inf, 0.0)
+    for k in range(sets.records.shape[0]):
+        knot = next_knot(sets.records[k], t, t_low)
+        if (knot[0] - best[0]) + (knot[1] - best[1]) < 0.0 or best[0] == math.inf:
+            best = knot
+    return best
+
+
+@kernel
+def clear_orders(run: StructureRun) -> None:
+    """Forget which watches were at zero."""
+    for i in range(run.order.shape[0]):
+        run.order[i] = 0.0
+
+
+@kernel
+def begin(run: StructureRun) -> int:
+    """Record the START, from the modes of the set that acts there.
+
+    A wall that is touched is struck, or holds the structure; an edge is passed as it is met.
+    """
+    flight = set_off(run)
+    for i in range(run.values.shape[0]):
+        if flight.basis.levels[i, IS_ON] == 1.0:
+            doubt = uncertainty(flight, i, 0.0) + ULP * abs(flight.basis.levels[i, CONSTANT])
+            speed = speed_of(flight.basis, i, run.begin)
+            # At rest on a wall its force decides; with a velocity into it, there is an impact.
+            if abs(run.values[i]) <= doubt:
+                run.order[i] = 1.0 if speed != 0.0 else 2.0
+    note(run, START, -1, 0.0, 0.0)
+    if is_at_rest(run):
+        status = hold(run)
+        if status == NEW_SET:
+            run.counters[N_EVENTS] = 0
+            clear_orders(run)
+            return NEW_SET
+        keep(run, 0)
+    set_off(run)
+    return MOVING
+
+
+@kernel
+def carry_out(
+    run: StructureRun, flight: ModalFlight, event: tuple[int, float, int, float, float]
+) -> int:
+    """Carry out a HIT: MOVING, or NEW_SET where a set is needed that is not known yet."""
+    state, counters, sets = run.state, run.counters, run.sets
+    _, s, i, speed, s_low = event
+    bit = 1 << i
+    key = sets.keys[counters[SET]]
+    is_wall = sets.stops[i, IS_WALL] == 1.0
+    if not is_wall or key & bit:
+        # The edge of a soft stop, or a release.
+        b = find(sets, key ^ bit)
+        if b < 0:
+            counters[WANTED] = key ^ bit
+            return NEW_SET
+        order = 3.0 if is_wall else 1.0
+        if s == 0.0:
+            order = max(order, run.order[i])
+        step_to(run, flight, s, s_low)
+        change_set(run, b)
+        clear_orders(run)
+        run.order[i] = order
+        if is_wall:
+            note(run, RELEASE, i, 0.0, 0.0)
+        else:
+            side = 1.0 if key & bit else -1.0
+            counters[N_IMPACTS] += 1 if side < 0.0 else 0
+            note(run, CROSSING, i, speed, side)
+        set_off(run)
+        return MOVING
+    # What holds the structure lets go for the instant of an impact.
+    b = find(sets, key & ~walls_of(sets))
+    if b < 0:
+        counters[WANTED] = key & ~walls_of(sets)
+        return NEW_SET
+    before = (state[T], state[T_LOW], state[FASTEST])
+    old_set = counters[SET]
+    impacts = counters[N_IMPACTS]
+    rows = counters[N_EVENTS]
+    kept = run.scratch[7]
+    for j in range(run.begin.shape[0]):
+        kept[j, 0] = run.begin[j, U]
+        kept[j, 1] = run.begin[j, W]
+    for k in range(run.order.shape[0]):
+        kept[k, 2] = run.order[k]
+        kept[k, 3] = run.free[k]
+    doubt = uncertainty(flight, i, s)
+    _, _, second, _, _, _ = derivatives(flight, i, s, False)
+    step_to(run, flight, s, s_low)
+    status = strike(run, b, i, speed, math.sqrt(2.0 * doubt * abs(second)))
+    if status == NEW_SET:
+        # Taken up again from the flight before, once the set is known.
+        state[T], state[T_LOW], state[FASTEST] = before
+        counters[SET] = old_set
+        counters[N_IMPACTS] = impacts
+        counters[N_EVENTS] = rows
+        for j in range(run.begin.shape[0]):
+            run.begin[j, U] = kept[j, 0]
+            run.begin[j, W] = kept[j, 1]
+        for k in range(run.order.shape[0]):
+            run.order[k] = kept[k, 2]
+            run.free[k] = kept[k, 3]
+    return status
+
+
+@kernel
+def walls_of(sets: Sets) -> int:
+    """Return the bits of all walls."""
+    bits = 0
+    for i in range(sets.stops.shape[0]):
+        if sets.stops[i, IS_WALL] == 1.0:
+            bits |= 1 << i
+    return bits
+
+
+@kernel
+def step_to(run: StructureRun, flight: ModalFlight, s: float, s_low: float) -> None:
+    """Move the state a time s + s_low on; the modes to s, from which they differ by rounding."""
+    arrive(flight, s + s_low, run.begin)
+    t, t_low = later(run.state[T], run.state[T_LOW], s)
+    run.state[T], run.state[T_LOW] = later(t, t_low, s_low)
+
+
+@kernel
+def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> int:
+    """Carry out the impacts of an instant, the first that of a wall at a given speed (negative).
+
+    A speed below ``slow`` is lost in the rounding of the clearance: the structure is at rest there.
+    """
+    sets, state, counters = run.sets, run.state, run.counters
+    held = sets.keys[counters[SET]] & walls_of(sets)
+    change_set(run, b)
+    clear_orders(run)
+    run.order[first] = 1.0
+    for k in range(run.order.shape[0]):
+        if held & (1 << k):
+            run.order[k] = 2.0
+    i = first
+    if -speed <= slow:
+        kick(run, b, first, -speed)
+        run.order[first] = 2.0
+        counters[N_IMPACTS] += 1
+        note(run, SLOW_LANDING, first, speed, 0.0)
+    else:
+        v = speed
+        for _ in range(MOST_AT_ONCE):
+            state[FASTEST] = max(state[FASTEST], -v)
+            rebound = -restitution(sets, i, -v) * v
+            if rebound <= NO_SPEED * state[FASTEST]:
+                rebound = 0.0
+            kick(run, b, i, rebound - v)
+            counters[N_IMPACTS] += 1
+            run.order[i] = 1.0 if rebound > 0.0 else 2.0
+            note(run, IMPACT, i, v, rebound)
+            if counters[N_EVENTS] + 4 > run.events.shape[0]:
+                break
+            v = 0.0
+            # The next wall that is approached: only those that are touched can be.
+            for k in range(run.order.shape[0]):
+                if run.order[k] > 0.0 and v == 0.0 and k != i:
+                    approach = speed_of(basis_of(sets, b), k, run.begin)
+                    if approach < -NO_SPEED * state[FASTEST]:
+                        v = approach
+                        i = k
+                    elif approach > NO_SPEED * state[FASTEST]:
+                        run.order[k] = 1.0
+            if v == 0.0:
+                break
+    last = counters[N_EVENTS] - 1
+    if is_at_rest(run):
+        status = hold(run)
+        if status == NEW_SET:
+            return NEW_SET
+        keep(run, last)
+    flight = set_off(run)
+    time, error = (-1.0, 0.0)
+    if run.order[i] == 1.0:
+        time, error = chatter_time(run, flight, i, run.events[last, V_AFTER])
+    if time > 0.0:
+        c = find(sets, sets.keys[counters[SET]] | (1 << i))
+        if c < 0:
+            counters[WANTED] = sets.keys[counters[SET]] | (1 << i)
+            return NEW_SET
+        # In the mean the wall holds the structure from here on; the hops are far below rounding.
+        change_set(run, c)
+        clear_orders(run)
+        arrive(set_off(run), time, run.begin)
+        state[T], state[T_LOW] = later(state[T], state[T_LOW], time)
+        note(run, CONTACT, i, error, 0.0)
+        set_off(run)
+    return MOVING
+
+
+@kernel
+def is_at_rest(run: StructureRun) -> bool:
+    """Return whether the structure touches a wall at rest."""
+    for k in range(run.order.shape[0]):
+        if run.order[k] == 2.0 and run.sets.stops[k, IS_WALL] == 1.0:
+            return True
+    return False
+
+
+@kernel
+def kick(run: StructureRun, b: int, i: int, change: float) -> None:
+    """Change the velocity of a clearance by an impulse of its wall."""
+    for j in range(run.begin.shape[0]):
+        run.begin[j, U] += run.sets.kick[b, i, j, 0] * change
+        run.begin[j, W] += run.sets.kick[b, i, j, 1] * change
+
+
+@kernel
+def restitution(sets: Sets, i: int, speed: float) -> float:
+    """Return the coefficient of restitution of a wall at a speed."""
+    law = sets.walls[i]
+    region = FIRST_HARMONIC + int(law[0, N_HARMONICS])
+    number = int(law[region, NUMBER])
+    bound = number if law[region, LOWER_KIND] == WALL else number + 1
+    return restitution_at(law, region, bound, speed)
+
+
+@kernel
+def hold(run: StructureRun) -> int:
+    """Find the walls that hold the structure, of those that it touches at rest (order 2).
+
+    All are tried; that with the largest force away from the structure is left, until none pulls.
+    """
+    sets, counters = run.sets, run.counters
+    key = sets.keys[counters[SET]] & ~walls_of(sets)
+    for k in range(run.order.shape[0]):
+        if run.order[k] == 2.0 and sets.stops[k, IS_WALL] == 1.0:
+            key |= 1 << k
+    place = run.scratch[6, : sets.offset.shape[1]]
+    trial = run.scratch[0, : run.begin.shape[0]]
+    displace(sets, counters[SET], run.begin, place)
+    for _ in range(run.order.shape[0] + 1):
+        b = find(sets, key)
+        if b < 0:
+            counters[WANTED] = key
+            return NEW_SET
+        decompose(sets, b, place, trial)
+        if key & walls_of(sets) == 0:
+            break
+        load_at(sets, (run.state[T], run.state[T_LOW]), run.phases, run.records)
+        basis = basis_of(sets, b)
+        least = 0.0
+        which = -1
+        for k in range(run.order.shape[0]):
+            if key & (1 << k) and sets.stops[k, IS_WALL] == 1.0:
+                force = force_of(basis, k, trial, run.phases, run.records)
+                if force < least:
+                    least = force
+                    which = k
+        if which < 0:
+            break
+        key &= ~(1 << which)
+    for j in range(run.begin.shape[0]):
+        run.begin[j, U] = trial[j, U]
+        run.begin[j, W] = trial[j, W]
+    counters[SET] = find(sets, key)
+    for k in range(run.order.shape[0]):
+        if run.order[k] == 2.0 and key & (1 << k):
+            run.order[k] = 0.0
+            note(run, CONTACT, k, 0.0, 0.0)
+    return MOVING
+
+
+@kernel
+def force_of(basis: Basis, i: int, modes: Floats, phases: Floats, records: Floats) -> float:
+    """Return the force by which a wall holds, 0 where that is within its rounding."""
+    value = basis.levels[i, CONSTANT] + fed(basis, i, phases, records, 0.0, 0)
+    size = abs(basis.levels[i, CONSTANT]) + abs(value)
+    for j in range(modes.shape[0]):
+        p = basis.watch[i, j, OF_U] * modes[j, U]
+        q = basis.watch[i, j, OF_W] * modes[j, W]
+        value += p + q
+        size += abs(p) + abs(q)
+    return 0.0 if abs(value) <= 64.0 * ULP * size else value
+
+
+@kernel
+def chatter_time(
+    run: StructureRun, flight: ModalFlight, i: int, speed: float
+) -> tuple[float, float]:
+    """Return (time to the end of a chatter, its error bound), or (-1, 0) where none is summed.
+
+    As `percuss.kernels.contact.chatter_time`, with the clearance's own derivatives.
+    """
+    sets, state = run.sets, run.state
+    _, _, second, third, _, bend = derivatives(flight, i, 0.0, True)
+    push = -second
+    if not (push > 0.0 and speed <= SLOW * state[FASTEST]):
+        return -1.0, 0.0
+    ratio = restitution(sets, i, speed)
+    if ratio >= 1.0 or abs(ratio - restitution(sets, i, 0.0)) > SAME * (1.0 - ratio):
+        return -1.0, 0.0
+    drag = 0.5 * flight.basis.levels[i, SELF_DRAG]
+    total = 2.0 * speed / (push * (1.0 - ratio))
+    fourth = fourth_bound(flight.basis, i, bend, 2.0 * total)
+    pace = max(abs(third) / push + 4.0 * abs(drag), math.sqrt(fourth / push))
+    if total * pace > CHATTER_LIMIT:
+        return -1.0, 0.0
+    time = total * (1.0 + (third / push - 3.0 * drag) * total / 3.0)
+    knot = next_of_all(sets, state[T], state[T_LOW])
+    if not 2.0 * time < (knot[0] - state[T]) + (knot[1] - state[T_LOW]):
+        return -1.0, 0.0
+    # Nothing else is met meanwhile.
+    for k in range(run.order.shape[0]):
+        if k != i and flight.basis.levels[k, IS_ON] == 1.0:
+            y, first, curve, twist, _, bound = derivatives(flight, k, 0.0, True)
+            fall = max(0.0, -first) + time * (abs(curve) + time * (abs(twist) + time * bound))
+            if not y > 4.0 * time * fall + uncertainty(flight, k, time):
+                return -1.0, 0.0
+    spread = total * pace
+    rounding = 64.0 * ULP * (1.0 + size_of_push(flight, i) / push)
+    return time, total * (spread * spread + rounding)
+
+
+@kernel
+def size_of_push(flight: ModalFlight, i: int) -> float:
+    """Return the sum of the magnitudes of the terms of a watch's second derivative."""
+    basis = flight.basis
+    total = 0.0
+    for j in range(flight.begin.shape[0]):
+        u = abs(flight.begin[j, U])
+        w = abs(flight.begin[j, W])
+        spring = abs(basis.modes[j, SPRING])
+        drag = abs(basis.modes[j, DRAG])
+        force = abs(flight.pull[j, 0]) + spring * u + drag * w
+        for k in range(flight.phases.shape[0]):
+            force += abs(basis.drive[j, k, 0]) + abs(basis.drive[j, k, 1])
+        total += abs(basis.watch[i, j, OF_U]) * force
+        total += abs(basis.watch[i, j, OF_W]) * (spring * w + drag * force)
+    return total
+
+
+@kernel
+def note(run: StructureRun, kind: np.int64, stop: int, v_before: float, v_after: float) -> None:
+    """Write the event at the state's instant into the record, with the modes after it."""
+    state, counters = run.state, run.counters
+    row = counters[N_EVENTS]
+    run.events[row, EVENT_T] = state[T]
+    run.events[row, EVENT_T_LOW] = state[T_LOW]
+    run.events[row, V_BEFORE] = v_before
+    run.events[row, V_AFTER] = v_after
+    run.marks[row, KIND] = kind
+    run.marks[row, BOUND] = stop
+    counters[N_EVENTS] = row + 1
+    keep(run, row)
+
+
+@kernel
+def keep(run: StructureRun, first: int) -> None:
+    """Write set and modes of the state into the rows from one on: they are of one instant."""
+    for row in range(first, run.counters[N_EVENTS]):
+        run.marks[row, NEXT_REGION] = run.counters[SET]
+        for j in range(run.begin.shape[0]):
+            run.states[row, j, U] = run.begin[j, U]
+            run.states[row, j, W] = run.begin[j, W]
+
+
+@kernel
+def note_graze(
+    run: StructureRun, instant: tuple[float, float], stop: int, value: float, error: float
+) -> None:
+    """Write a graze into the record."""
+    row = run.counters[N_GRAZES]
+    run.grazes[row, GRAZE_T] = instant[0]
+    run.grazes[row, GRAZE_T_LOW] = instant[1]
+    run.grazes[row, GRAZE_BOUND] = stop
+    run.grazes[row, GRAZE_CLEARANCE] = value
+    run.grazes[row, GRAZE_ERROR] = error
+    run.counters[N_GRAZES] = row + 1

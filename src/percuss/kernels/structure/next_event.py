@@ -1,0 +1,491 @@
+"""When a watch of a flight first falls to zero, with proof.
+
+The walk goes in steps of doubling lengths. Over a step the watch lies within M h^4 / 384 of the
+cubic through its ends, with M the bound of its fourth derivative from the norms of the modes; so a
+quick mode of small amplitude does not shorten the step. A step that is not clear is halved, down to
+the shortest, and there `first_root` decides as it does for one mass (docs/theory/structures.md).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+from percuss.arrays import Floats
+from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, quintic_root
+from percuss.kernels.compile import kernel
+from percuss.kernels.event_location import (
+    CLEAR,
+    GRAZE,
+    HIT,
+    MAX_ITERATIONS,
+    MOST_PIECES,
+    NONE,
+    ONE_MINIMUM,
+    SMALL_PHASE,
+    UNKNOWN,
+    series_root,
+    shape_of,
+)
+from percuss.kernels.next_event import PAUSE, STEPS_A_WALK, THIRD, WALK_SLACK
+from percuss.kernels.structure.basis import (
+    DRAG,
+    FORCE_COS,
+    FORCE_SIN,
+    GROWTH,
+    HAS_RATES,
+    IS_ON,
+    N_LEVELS,
+    QUICKEST,
+    RATE_COS,
+    RATE_SIN,
+    SPRING,
+    STEP_D,
+    STEP_E,
+    STEP_ENTRIES,
+    STEP_HARMONIC,
+    STEP_LENGTH,
+    STEP_S,
+    U_OF_U,
+    W_OF_U,
+    W_OF_W,
+)
+from percuss.kernels.structure.flight import (
+    BEND,
+    DRIFT,
+    DRIFT_SLOPE,
+    PULL,
+    RATE_SIZE,
+    SIZE,
+    SLOPE,
+    SPEED,
+    VALUE,
+    ModalFlight,
+    U,
+    W,
+    arrive,
+    derivatives,
+    fourth_bound,
+    move,
+    see,
+    uncertainty,
+)
+
+# (verdict, s, watch, velocity or clearance, what is to be added to s or rounding bound).
+Event: TypeAlias = tuple[int, float, int, float, float]
+# The first step is this many times doubled.
+FIRST_LEVEL = 3
+# Rounding of one step, as a part of that of a walk.
+OF_ONE_STEP = 0.01
+# Walks between two looks at the keyboard.
+WALKS_AT_ONCE = 4096
+
+
+@kernel
+def step_on(
+    flight: ModalFlight,
+    level: int,
+    s: float,
+    modes: Floats,
+    phases: Floats,
+    after: Floats,
+    turned: Floats,
+) -> None:
+    """Write into ``after`` and ``turned`` the modes and phases one step of a level later."""
+    basis = flight.basis
+    m = phases.shape[0]
+    for j in range(modes.shape[0]):
+        step = basis.steps[level, j]
+        u = modes[j, U]
+        w = modes[j, W]
+        pull = flight.pull[j, PULL] + flight.pull[j, SLOPE] * s
+        slope = flight.pull[j, SLOPE]
+        u1 = step[STEP_D] * pull + step[STEP_E] * slope
+        w1 = step[STEP_S] * pull + step[STEP_D] * slope
+        if basis.of_set[HAS_RATES] == 1.0:
+            spring = basis.modes[j, SPRING]
+            drag = basis.modes[j, DRAG]
+            rate = flight.pull[j, DRIFT] + flight.pull[j, DRIFT_SLOPE] * s
+            slope = flight.pull[j, DRIFT_SLOPE]
+            u1 += rate * (step[STEP_S] + drag * step[STEP_D])
+            u1 += slope * (step[STEP_D] + drag * step[STEP_E])
+            w1 -= spring * (rate * step[STEP_D] + slope * step[STEP_E])
+        for k in range(m):
+            at = STEP_ENTRIES + STEP_HARMONIC * k
+            in_cos = basis.drive[j, k, FORCE_COS]
+            in_sin = basis.drive[j, k, FORCE_SIN]
+            part = in_cos * phases[k, 0] + in_sin * phases[k, 1]
+            quadrature = in_sin * phases[k, 0] - in_cos * phases[k, 1]
+            u1 += part * step[at] + quadrature * step[at + 1]
+            w1 += part * step[at + 2] + quadrature * step[at + 3]
+            if basis.of_set[HAS_RATES] == 1.0:
+                in_cos = basis.drive[j, k, RATE_COS]
+                in_sin = basis.drive[j, k, RATE_SIN]
+                part = in_cos * phases[k, 0] + in_sin * phases[k, 1]
+                quadrature = in_sin * phases[k, 0] - in_cos * phases[k, 1]
+                response = part * step[at] + quadrature * step[at + 1]
+                u1 += part * step[at + 2] + quadrature * step[at + 3]
+                u1 += basis.modes[j, DRAG] * response
+                w1 -= basis.modes[j, SPRING] * response
+        after[j, U] = u1 + (step[U_OF_U] * u + step[STEP_S] * w)
+        after[j, W] = w1 + (step[W_OF_U] * u + step[W_OF_W] * w)
+    for k in range(m):
+        cosine = basis.turns[level, k, 0]
+        sine = basis.turns[level, k, 1]
+        turned[k, 0] = phases[k, 0] * cosine - phases[k, 1] * sine
+        turned[k, 1] = phases[k, 1] * cosine + phases[k, 0] * sine
+
+
+@kernel
+def copy(source: Floats, target: Floats) -> None:
+    """Copy the rows of one array into another."""
+    for j in range(source.shape[0]):
+        for k in range(source.shape[1]):
+            target[j, k] = source[j, k]
+
+
+@kernel
+def next_event(flight: ModalFlight, scratch: Floats, free: Floats, longest: float) -> Event:
+    """Return the first passage of a watch through zero before ``longest``.
+
+    ``free`` (stops,) are the times up to which each watch is known to be positive, and come back
+    so. ``scratch`` (6, k, 5) holds modes, phases and what is seen along the walk.
+    """
+    basis = flight.basis
+    n = basis.modes.shape[0]
+    n_watches = basis.levels.shape[0]
+    modes = scratch[0, :n]
+    after = scratch[1, :n]
+    seen = scratch[2, :n_watches]
+    seen1 = scratch[3, :n_watches]
+    phases = scratch[4, : flight.phases.shape[0]]
+    turned = scratch[5, : flight.phases.shape[0]]
+    s = longest
+    for i in range(n_watches):
+        if basis.levels[i, IS_ON] == 1.0:
+            s = min(s, free[i])
+    if s >= longest:
+        return NONE, longest, -1, 0.0, 0.0
+    top = int(basis.of_set[N_LEVELS]) - 1
+    level = min(top, FIRST_LEVEL)
+    # Errors grow with the motion where it grows: begin each step from the closed form.
+    steps_a_walk = STEPS_A_WALK if basis.of_set[GROWTH] == 0.0 else 1
+    for _ in range(WALKS_AT_ONCE):
+        if s > 0.0:
+            arrive(flight, s, modes)
+            copy(flight.arrival, phases)
+        else:
+            copy(flight.begin, modes)
+            copy(flight.phases, phases)
+        see(flight, modes, phases, s, seen)
+        steps = 0
+        while steps < steps_a_walk:
+            if s >= longest:
+                return NONE, longest, -1, 0.0, 0.0
+            width = basis.of_set[STEP_LENGTH] * (1 << level)
+            step_on(flight, level, s, modes, phases, after, turned)
+            see(flight, after, turned, s + width, seen1)
+            unclear = -1
+            count = 0
+            for i in range(n_watches):
+                is_due = basis.levels[i, IS_ON] == 1.0 and free[i] < s + width
+                if is_due and not is_clear(flight, i, s, width, seen, seen1, free):
+                    count += 1
+                    unclear = i
+            if count > 0:
+                event = (NONE, s, -1, 0.0, 0.0)
+                if count == 1 and free[unclear] <= s:
+                    event = crossing(flight, unclear, s, width, seen, seen1)
+                if event[0] == NONE and level > 0:
+                    level -= 1
+                    continue
+                if event[0] == NONE:
+                    event = first_of_all(
+                        flight, free, s, min(s + width, longest), seen, seen1, width
+                    )
+                if event[0] != NONE:
+                    if event[1] > longest:
+                        return NONE, longest, -1, 0.0, 0.0
+                    return event
+            elif level < top:
+                level += 1
+            s += width
+            steps += 1
+            for i in range(n_watches):
+                free[i] = max(free[i], s)
+            copy(after, modes)
+            copy(turned, phases)
+            copy(seen1, seen)
+    return PAUSE, s, -1, 0.0, 0.0
+
+
+@kernel
+def slack_of(i: int, width: float, seen: Floats, seen1: Floats) -> float:
+    """Return a bound on what a walk has rounded away in a watch."""
+    sizes = seen[i, SIZE] + seen1[i, SIZE] + width * (seen[i, RATE_SIZE] + seen1[i, RATE_SIZE])
+    return WALK_SLACK * sizes
+
+
+@kernel
+def is_clear(
+    flight: ModalFlight, i: int, s: float, width: float, seen: Floats, seen1: Floats, free: Floats
+) -> bool:
+    """Return whether a watch stays positive over a step."""
+    y = seen[i, VALUE]
+    y1 = seen1[i, VALUE]
+    v = seen[i, SPEED]
+    v1 = seen1[i, SPEED]
+    bend = fourth_bound(flight.basis, i, seen[i, BEND], width) * width * width * width * width
+    slack = slack_of(i, width, seen, seen1)
+    error = bend * (1.0 / 384.0) + slack
+    first = y + THIRD * width * v
+    last = y1 - THIRD * width * v1
+    if s == 0.0 and flight.order[i] == 1.0:
+        # tau^2 (1 - tau)^2 is at most a third of the first Bernstein polynomial; the value at the
+        # beginning is exactly zero, and what counts is the clearance divided by the time.
+        rise = THIRD * width * v
+        slack *= OF_ONE_STEP
+        return rise - bend * (1.0 / 72.0) > slack and min(last, y1) > bend * (1.0 / 384.0) + slack
+    if free[i] > s:
+        return False
+    if min(y, y1) > error:
+        if min(first, last) > error:
+            return True
+        return cubic_minimum(y, width * v, y1, width * v1) > error
+    return False
+
+
+@kernel
+def crossing(
+    flight: ModalFlight, i: int, s: float, width: float, seen: Floats, seen1: Floats
+) -> Event:
+    """Return the HIT of the one watch of a step that is not clear, if it simply falls through zero.
+
+    A root is the first one if the cubic through the beginning and the root has Bernstein
+    coefficients above M w^4 / 288 (`percuss.kernels.next_event.event_of_step`).
+    """
+    slack = slack_of(i, width, seen, seen1)
+    begins = seen[i, VALUE]
+    from_bound = s == 0.0 and flight.order[i] == 1.0
+    if not ((begins > slack or from_bound) and seen1[i, VALUE] < -slack):
+        return NONE, s, -1, 0.0, 0.0
+    fourth = fourth_bound(flight.basis, i, seen[i, BEND], width)
+    if fourth * width * width * width * width > 8.0 * (begins - seen1[i, VALUE]):
+        # The cubic says little yet.
+        return NONE, s, -1, 0.0, 0.0
+    begins = 0.0 if from_bound else begins
+    ends = (begins, width * seen[i, SPEED], 0.0)
+    guess = s + width * chord(ends, (seen1[i, VALUE], width * seen1[i, SPEED], 0.0))
+    end, speed, s_low = locate_root(flight, i, (s, s + width, guess))
+    part = end - s
+    least = fourth * part * part * part * part * (1.0 / 287.0)
+    least += 0.0 if from_bound else slack
+    if begins + THIRD * part * seen[i, SPEED] > least and -THIRD * part * speed > least:
+        return HIT, end, i, speed, s_low
+    return NONE, s, -1, 0.0, 0.0
+
+
+@kernel
+def chord(ends: tuple[float, float, float], ends1: tuple[float, float, float]) -> float:
+    """Return an approximate zero in (0, 1) of the cubic with these values and slopes."""
+    y, v, _ = ends
+    y1, v1, _ = ends1
+    square = 3.0 * (y1 - y) - 2.0 * v - v1
+    cube = v + v1 - 2.0 * (y1 - y)
+    # The second derivatives of the cubic at both ends.
+    return quintic_root((y, v, 2.0 * square), (y1, v1, 2.0 * square + 6.0 * cube))
+
+
+@kernel
+def locate_root(
+    flight: ModalFlight, i: int, bracket: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    """Return (s, slope, s_low) where a watch falls to zero; ``later`` holds the modes at s.
+
+    ``bracket`` is (left, right, guess): positive at the left, not at the right, one root between.
+    """
+    left, right, s = bracket
+    quickest = flight.basis.of_set[QUICKEST]
+    first = 0.0
+    for _ in range(MAX_ITERATIONS):
+        move(flight, s)
+        y, first, second, third, fourth, bend = derivatives(flight, i, s, False)
+        if y > 0.0:
+            left = s
+        else:
+            right = s
+        step = series_root(y, first, second, third, fourth)
+        if left <= s + step <= right:
+            size = abs(step)
+            fifth = quickest * (abs(fourth) + fourth_bound(flight.basis, i, bend, size))
+            small = SMALL_PHASE * abs(first)
+            square = size * size
+            settled = size <= 2.0 * ULP * s or (
+                size * abs(second) <= small
+                and square * abs(third) <= SMALL_PHASE * small
+                and square * size * abs(fourth) <= SMALL_PHASE * SMALL_PHASE * small
+                and fifth * square * square <= 32.0 * ULP * abs(first)
+            )
+            end = s + step
+            if settled and size <= end:
+                bent = third * 0.5 + step * fourth * (1.0 / 6.0)
+                return end, first + step * (second + step * bent), step - (end - s)
+            s = end
+        else:
+            middle = 0.5 * (left + right)
+            if not left < middle < right:
+                break
+            s = middle
+    return s, first, 0.0
+
+
+@kernel
+def departure(flight: ModalFlight, i: int, longest: float) -> float:
+    """Return a time up to which a watch that begins at zero is positive, 0 if it is not at all.
+
+    As `percuss.kernels.event_location.departure`, up to the third derivative; ``order`` says how
+    many derivatives are known to vanish. A watch that none of these moves is free for ``longest``.
+    """
+    _, first, second, third, _, bend = derivatives(flight, i, 0.0, True)
+    order = int(flight.order[i])
+    value = first
+    if order <= 1 and first != 0.0:
+        order = 1
+    elif order <= 2 and second != 0.0:
+        order = 2
+        value = second
+    else:
+        order = 3
+        value = third
+    if value == 0.0:
+        return longest
+    if value < 0.0:
+        return 0.0
+    width = longest
+    quickest = flight.basis.of_set[QUICKEST]
+    if width == math.inf:
+        width = 1.0 / quickest if quickest > 0.0 else 1.0
+        for _ in range(64):
+            width *= 2.0
+    free = 0.0
+    for _ in range(256):
+        bound = fourth_bound(flight.basis, i, bend, width)
+        if order == 2:
+            bound = abs(third) + width * bound
+        elif order == 1:
+            bound = abs(second) + width * (abs(third) + width * bound)
+        free = 0.9 * (order + 1) * value / bound if bound > 0.0 else longest
+        if free >= width:
+            return width
+        width = max(free, 0.25 * width)
+    return free
+
+
+@kernel
+def first_of_all(
+    flight: ModalFlight,
+    free: Floats,
+    s: float,
+    end: float,
+    seen: Floats,
+    seen1: Floats,
+    width: float,
+) -> Event:
+    """Return the first event of a step, each watch searched from where it is known free."""
+    best = (NONE, end, -1, 0.0, 0.0)
+    for i in range(free.shape[0]):
+        if flight.basis.levels[i, IS_ON] == 0.0 or free[i] >= end:
+            continue
+        if free[i] <= s and is_clear(flight, i, s, width, seen, seen1, free):
+            continue
+        left = max(free[i], 0.0)
+        if left == 0.0 and flight.order[i] > 0.0:
+            left = departure(flight, i, end)
+            if left == 0.0:
+                _, first, _, _, _, _ = derivatives(flight, i, 0.0, True)
+                return HIT, 0.0, i, first, 0.0
+            free[i] = left
+        if left >= best[1]:
+            continue
+        verdict, at, value, error, clear = first_root(flight, i, (left, best[1]))
+        free[i] = clear
+        if verdict != NONE:
+            best = (verdict, at, i, value, error)
+    return best
+
+
+@kernel
+def first_root(flight: ModalFlight, i: int, span: Pair) -> tuple[int, float, float, float, float]:
+    """Return (verdict, s, slope or value, s_low or rounding bound, free up to) of the first root.
+
+    As `percuss.kernels.event_location.first_root`, for a watch of a structure.
+    """
+    left, right = span
+    if not left < right:
+        return NONE, right, 0.0, 0.0, right
+    move(flight, left)
+    doubt = 2.0 * max(uncertainty(flight, i, left), uncertainty(flight, i, right))
+    y, first, second, third, _, bend = derivatives(flight, i, left, False)
+    width = right - left
+    sure = left
+    if left == 0.0 and flight.order[i] == 0.0 and y < -doubt:
+        return HIT, 0.0, first, 0.0, 0.0
+    for _ in range(MOST_PIECES):
+        width = min(width, right - left)
+        fourth = fourth_bound(flight.basis, i, bend, width)
+        if not fourth < math.inf:
+            return HIT, left, math.nan, 0.0, left
+        shape = shape_of(y, first, second, third, fourth, width, doubt)
+        if shape == UNKNOWN and width > 8.0 * ULP * (left + width):
+            width *= 0.5
+            continue
+        after = left + width
+        gap = y
+        dips = shape == ONE_MINIMUM and first <= 0.0
+        move(flight, after)
+        y, first, second, third, _, bend = derivatives(flight, i, after, False)
+        foot = after
+        clearance = y
+        error = doubt
+        if y <= 0.0:
+            error = uncertainty(flight, i, after)
+        elif dips and first > 0.0:
+            foot, clearance, error = lowest(flight, i, left, after)
+            move(flight, after)
+            if abs(clearance) <= error:
+                return GRAZE, foot, clearance, error, after
+        if clearance < -error:
+            s, speed, s_low = locate_root(flight, i, (sure, foot, 0.5 * (sure + foot)))
+            return HIT, s, speed, s_low, s
+        if shape == CLEAR or y > doubt:
+            if sure < left and gap <= 0.0:
+                return GRAZE, left, gap, doubt, after
+            sure = after
+        if after >= right:
+            return NONE, right, 0.0, 0.0, right
+        left = after
+        width *= 2.0
+    return GRAZE, left, y, math.inf, right
+
+
+@kernel
+def lowest(flight: ModalFlight, i: int, left: float, right: float) -> tuple[float, float, float]:
+    """Return (s, value, rounding bound) at the one turning point of a convex stretch of a watch."""
+    s = 0.5 * (left + right)
+    value = 0.0
+    for _ in range(MAX_ITERATIONS):
+        move(flight, s)
+        value, first, second, _, _, _ = derivatives(flight, i, s, False)
+        if first < 0.0:
+            left = s
+        else:
+            right = s
+        step = -first / second if second != 0.0 else 0.0
+        if abs(step) <= 2.0 * ULP * s:
+            break
+        s += step
+        if not left < s < right:
+            s = 0.5 * (left + right)
+            if not left < s < right:
+                break
+    return s, value, uncertainty(flight, i, s)

@@ -1,0 +1,485 @@
+"""A structure under loads, and its modes under each set of acting stops.
+
+A set is met in a run before it is made: `StructureSystem.add` decomposes the structure with the
+stops of its bits, and appends it to the arrays that the kernels read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from percuss.arrays import Complexes, Floats
+from percuss.errors import ConvergenceError
+from percuss.kernels.law_columns import (
+    COLUMNS,
+    FIRST_HARMONIC,
+    N_HARMONICS,
+    N_REGIONS,
+    OMEGA,
+    Law,
+)
+from percuss.kernels.structure import basis as at
+from percuss.kernels.structure.basis import Sets
+from percuss.kernels.structure.steps import fill_steps
+from percuss.model.exact import as_float, as_fraction
+from percuss.model.forcing import Component, Forcing
+from percuss.model.loads import Loads, loads_of
+from percuss.model.oscillator import Oscillator, SoftStop, Wall
+from percuss.model.structure import Structure
+from percuss.model.system import fill_harmonic, fill_motion, fill_response
+from percuss.model.system import law as law_of
+from percuss.numerics import cholesky, directions, inverse, matmul, mode_pairs, solve_linear
+
+__all__ = ["StructureSystem"]
+
+# The shortest step of the search, as a phase of the quickest rate, and how often it is doubled at
+# most: a mode that a quick one leaves behind sets the longest.
+SHORTEST_PHASE = 0.25
+MOST_DOUBLINGS = 14
+# The longest step is this phase of the slowest rate.
+LONGEST_PHASE = 2.0
+# Where the motion grows the bounds over a step hold a factor exp(phase).
+GROWING_PHASE = 0.5
+# Without any rate the motion is a cubic, and steps may have any length [time].
+ANY_STEP = 2.0**-8
+
+
+class StructureSystem:
+    """A structure and what drives it, with the sets of acting stops that have been met so far.
+
+    Parameters
+    ----------
+    structure
+        The structure.
+    loads
+        The loads on it.
+    """
+
+    def __init__(self, structure: Structure, loads: Loads) -> None:
+        self.structure, self.loads = structure, loads
+        self._made: dict[int, dict[str, Floats]] = {}
+        self._sets: Sets | None = None
+
+    @staticmethod
+    def of(structure: Structure, loads: object) -> StructureSystem:
+        """Return the system of a caller's two arguments, the same one for equal values."""
+        return _system(structure, loads_of(structure, loads))
+
+    def __reduce__(self) -> tuple[object, tuple[Structure, Loads]]:
+        return _system, (self.structure, self.loads)
+
+    @property
+    def period(self) -> float | None:
+        """The common period of the loads [time]; None without one."""
+        return self.loads.period
+
+    @property
+    def sets(self) -> Sets:
+        """The sets that have been met."""
+        if self._sets is None:
+            self.add(0)
+        assert self._sets is not None
+        return self._sets
+
+    def add(self, key: int) -> None:
+        """Make the set of the stops of these bits, and append it to the arrays.
+
+        Raises
+        ------
+        ConvergenceError
+            If its modes cannot be told apart, or walls hold the structure that hold it twice.
+        """
+        if key in self._made:
+            return
+        self._made[key] = self._make(key)
+        made = list(self._made.values())
+        arrays = {name: np.stack([one[name] for one in made]) for name in made[0]}
+        self._sets = Sets(
+            **arrays, keys=np.array(list(self._made), dtype=np.int64),
+            stops=self._stops, walls=self._walls, records=self._records,
+            normals=self.structure.stop_directions * self.signs[:, None], impulses=self._impulses,
+        )  # fmt: skip
+
+    def key_at(self, x: Floats, v: Floats) -> int:
+        """Return the bits of the soft stops that press at displacements and velocities (n,)."""
+        key = 0
+        for i, stop in enumerate(self.structure.stops):
+            if isinstance(stop, SoftStop):
+                c = self.structure.stop_directions[i]
+                depth = self.signs[i] * float(as_float(stop.at) - (c * x).sum())
+                inwards = -self.signs[i] * float((c * v).sum())
+                if depth > 0.0 or (depth == 0.0 and inwards > 0.0):
+                    key |= 1 << i
+        return key
+
+    @cached_property
+    def signs(self) -> Floats:
+        """1 for a stop below, -1 for one above, (n_stops,)."""
+        return np.array([1.0 if stop.side == "below" else -1.0 for stop in self.structure.stops])
+
+    @cached_property
+    def effective_masses(self) -> Floats:
+        """1 / (c . M^-1 c) of each stop, (n_stops,) [mass]."""
+        return np.asarray(1.0 / (self._normals * self._normals).sum(axis=-1))
+
+    @cached_property
+    def _factor(self) -> Floats:
+        """L of M = L L^T."""
+        return cholesky(self.structure.mass_matrix)[0]
+
+    @cached_property
+    def _inverse_factor(self) -> Floats:
+        return inverse(self._factor)
+
+    @cached_property
+    def _components(self) -> list[tuple[int, Component]]:
+        """The harmonics of all loads, with the number of each one's load."""
+        return [
+            (i, component)
+            for i, forcing in enumerate(self.loads.forcings)
+            for component in forcing.components()
+        ]
+
+    @cached_property
+    def _omegas(self) -> list[Fraction]:
+        return sorted({component.omega for _, component in self._components})
+
+    @cached_property
+    def _directions(self) -> Floats:
+        """L^-1 c of each load, (n_loads, n)."""
+        rows = self.loads.directions(self.structure)
+        return matmul(rows, self._inverse_factor.T) if len(rows) else rows
+
+    @cached_property
+    def _pushes(self) -> Complexes:
+        """What each harmonic does in coordinates of unit mass, (n_harmonics, n): cos - i sin."""
+        pushes = np.zeros((len(self._omegas), self.structure.n), dtype=np.complex128)
+        for i, component in self._components:
+            k = self._omegas.index(component.omega)
+            pushes[k].real += component.cos * self._directions[i]
+            pushes[k].imag -= component.sin * self._directions[i]
+        return pushes
+
+    @cached_property
+    def _constant(self) -> Floats:
+        """What the constant loads do, (n,)."""
+        total = np.zeros(self.structure.n)
+        for i, forcing in enumerate(self.loads.forcings):
+            total += float(as_fraction(forcing.constant)) * self._directions[i]
+        return total
+
+    @cached_property
+    def _record_directions(self) -> Floats:
+        """What each record does at value 1, (n_records, n)."""
+        rows = [
+            self._directions[i]
+            for i, forcing in enumerate(self.loads.forcings)
+            if forcing.record is not None
+        ]
+        return np.array(rows).reshape(len(rows), self.structure.n)
+
+    @cached_property
+    def _records(self) -> Floats:
+        """Laws that hold one record each, (n_records, rows, COLUMNS)."""
+        free = Oscillator(stiffness=0, damping=0)
+        return _stacked(
+            [
+                law_of(free, _record_alone(forcing))
+                for forcing in self.loads.forcings
+                if forcing.record is not None
+            ]
+        )
+
+    @cached_property
+    def _walls(self) -> Floats:
+        """Laws that hold one wall each, for its restitution."""
+        laws = []
+        for stop in self.structure.stops:
+            walls = [Wall(0, stop.side, stop.restitution)] if isinstance(stop, Wall) else []
+            laws.append(law_of(Oscillator(stiffness=0, damping=0, stops=tuple(walls)), None))
+        return _stacked(laws)
+
+    @cached_property
+    def _stops(self) -> Floats:
+        rows = np.zeros((len(self.structure.stops), at.STOP_COLUMNS))
+        rows[:, at.IS_WALL] = [isinstance(stop, Wall) for stop in self.structure.stops]
+        return rows
+
+    @cached_property
+    def _normals(self) -> Floats:
+        """The gradients of the clearances in coordinates of unit mass, (n_stops, n)."""
+        rows = self.structure.stop_directions * self.signs[:, None]
+        return matmul(rows, self._inverse_factor.T) if len(rows) else rows
+
+    @cached_property
+    def _impulses(self) -> Floats:
+        """M^-1 c / (c . M^-1 c) of each stop, along its clearance, (n_stops, n)."""
+        along = matmul(self._normals, self._inverse_factor) if len(self._normals) else self._normals
+        return np.asarray(along * self.effective_masses[:, None])
+
+    @cached_property
+    def _levels(self) -> Floats:
+        """The clearances at x = 0."""
+        return np.array(
+            [
+                -sign * as_float(stop.at)
+                for sign, stop in zip(self.signs, self.structure.stops, strict=True)
+            ]
+        )
+
+    def _make(self, key: int) -> dict[str, Floats]:
+        """Return the arrays of one set."""
+        structure, n = self.structure, self.structure.n
+        back = self._inverse_factor
+        stiffness = matmul(matmul(back, structure.stiffness_matrix), back.T)
+        damping = matmul(matmul(back, structure.damping_matrix), back.T)
+        constant = self._constant.copy()
+        held = []
+        for i, stop in enumerate(structure.stops):
+            if not key >> i & 1:
+                continue
+            if isinstance(stop, Wall):
+                held.append(i)
+                continue
+            normal = self._normals[i]
+            spring = as_float(stop.stiffness)
+            stiffness = stiffness + spring * normal[:, None] * normal
+            damping = damping + as_float(stop.damping) * normal[:, None] * normal
+            # The force is -k h along the gradient of the clearance h, which is its level at 0.
+            constant -= spring * self._levels[i] * normal
+        free, offset, reactions = self._constraint(held)
+        inner_stiffness = matmul(matmul(free, stiffness), free.T)
+        inner_damping = matmul(matmul(free, damping), free.T)
+        pairs = mode_pairs(inner_stiffness, inner_damping)
+        m = len(free)
+        of_u, of_w = np.zeros((n, n)), np.zeros((n, n))
+        of_u[:, :m], of_w[:, :m] = matmul(free.T, pairs.of_u), matmul(free.T, pairs.of_w)
+        inward = np.zeros((n, 2, 2 * n))
+        turned = matmul(pairs.inverse.reshape(2 * m, 2 * m), _twice(free)).reshape(m, 2, 2 * n)
+        inward[:m] = turned
+        modes = np.zeros((n, at.MODE_COLUMNS))
+        modes[:m, at.SPRING], modes[:m, at.DRAG] = pairs.spring, pairs.drag
+        pull = constant - matmul(stiffness, offset)
+        modes[:, at.FORCE] = matmul(inward[:, 1, n:], pull)
+        modes[:, at.RATE] = matmul(inward[:, 0, n:], pull)
+        shape = np.zeros((n, n, 2))
+        shape[:, :, 0], shape[:, :, 1] = matmul(back.T, of_u), matmul(back.T, of_w)
+        # Velocities: u' = w, w' = -k u - d w.
+        fast_u, fast_w = -of_w * modes[:, at.SPRING], of_u - of_w * modes[:, at.DRAG]
+        s = len(structure.stops)
+        watch = np.zeros((s, n, at.WATCH_ENTRIES))
+        levels = np.zeros((s, at.LEVEL_COLUMNS))
+        levels[:, at.IS_ON] = 1.0
+        direct = np.zeros((s, n))
+        for i in range(s):
+            normal = self._normals[i]
+            if i in held:
+                row = -reactions[held.index(i)]
+                stiff, damped = matmul(row, stiffness), matmul(row, damping)
+                watch[i, :, at.OF_U] = -matmul(damped, fast_u) - matmul(stiff, of_u)
+                watch[i, :, at.OF_W] = -matmul(damped, fast_w) - matmul(stiff, of_w)
+                levels[i, at.CONSTANT] = float((row * pull).sum())
+                levels[i, at.IS_FED] = 1.0
+                direct[i] = row
+                continue
+            side = -1.0 if key >> i & 1 else 1.0
+            watch[i, :, at.OF_U] = side * matmul(normal, of_u)
+            watch[i, :, at.OF_W] = side * matmul(normal, of_w)
+            levels[i, at.CONSTANT] = side * (self._levels[i] + float((normal * offset).sum()))
+        factor = self._factor
+        arrays = {
+            "shape": shape,
+            "offset": matmul(back.T, offset),
+            "inverse": matmul(inward.reshape(2 * n, 2 * n), _twice(factor.T)).reshape(n, 2, 2 * n),
+            "kick": self._kicks(inward, held),
+        }
+        r = len(self._record_directions)
+        drive = np.zeros((n, len(self._omegas), at.DRIVE_ENTRIES))
+        for column, part in ((at.FORCE_COS, 1), (at.RATE_COS, 0)):
+            for k, push in enumerate(self._pushes):
+                drive[:, k, column] = matmul(inward[:, part, n:], push.real)
+                drive[:, k, column + 1] = -matmul(inward[:, part, n:], push.imag)
+        record_drive = np.zeros((n, r, 2))
+        for k, push in enumerate(self._record_directions):
+            record_drive[:, k, 0] = matmul(inward[:, 1, n:], push)
+            record_drive[:, k, 1] = matmul(inward[:, 0, n:], push)
+        feed = np.zeros((s, len(self._omegas), 2))
+        for k, push in enumerate(self._pushes):
+            feed[:, k, 0], feed[:, k, 1] = matmul(direct, push.real), -matmul(direct, push.imag)
+        arrays |= {
+            "modes": modes,
+            "drive": drive,
+            "record_drive": record_drive,
+            "watch": watch,
+            "levels": levels,
+            "feed": feed,
+            "record_feed": matmul(direct, self._record_directions.T) if r else np.zeros((s, 0)),
+        }
+        law = self._law(modes)
+        arrays |= {"law": law, "of_set": self._bounds(law, arrays)}
+        for i in range(s):
+            levels[i, at.SELF_DRAG] = _self_drag(arrays, i)
+        steps = np.zeros(
+            (MOST_DOUBLINGS + 1, n, at.STEP_ENTRIES + at.STEP_HARMONIC * len(self._omegas))
+        )
+        turns = np.zeros((MOST_DOUBLINGS + 1, len(self._omegas), 2))
+        fill_steps(law, modes, float(arrays["of_set"][at.STEP_LENGTH]), steps, turns)
+        return arrays | {"steps": steps, "turns": turns}
+
+    def _constraint(self, held: Sequence[int]) -> tuple[Floats, Floats, Floats]:
+        """Return an orthonormal basis of what walls leave free, a point they allow, and reactions.
+
+        The reaction of each wall is minus its row times the force that is not the walls'.
+        """
+        n = self.structure.n
+        if not held:
+            return np.eye(n), np.zeros(n), np.zeros((0, n))
+        normals = self._normals[list(held)]
+        sizes, rows = directions(normals)
+        if len(held) > n or sizes[len(held) - 1] <= 1e-10 * sizes[0]:
+            walls = ", ".join(f"stops.{i}" for i in held)
+            raise ConvergenceError(
+                f"the walls {walls} hold one displacement twice",
+                None,
+                float(sizes[-1]),
+                "leave one of them out, or move it a little",
+            )
+        gram = matmul(normals, normals.T)
+        offset = -matmul(normals.T, solve_linear(gram, self._levels[list(held)]))
+        return rows[len(held) :], offset, solve_linear(gram, normals)
+
+    def _kicks(self, inward: Floats, held: Sequence[int]) -> Floats:
+        """Return the jumps of the modes that change the velocity of each clearance by 1."""
+        n = self.structure.n
+        kicks = np.zeros((len(self.structure.stops), n, 2))
+        free = self._constraint(held)[0]
+        for i, normal in enumerate(self._normals):
+            if i in held:
+                continue
+            along = matmul(free.T, matmul(free, normal))
+            square = float((along * along).sum())
+            # What held walls leave of a direction may be nothing: such a stop cannot be struck.
+            if square > 1e-20 * float((normal * normal).sum()):
+                for part in range(2):
+                    kicks[i, :, part] = matmul(inward[:, part, n:], along / square)
+        return kicks
+
+    def _law(self, modes: Floats) -> Law:
+        """Return the modes as regions of a law under harmonics of these frequencies."""
+        m, n = len(self._omegas), len(modes)
+        law = np.zeros((FIRST_HARMONIC + m + n * (1 + m), COLUMNS))
+        law[0, N_HARMONICS], law[0, N_REGIONS] = m, n
+        for k, omega in enumerate(self._omegas):
+            fill_harmonic(law[FIRST_HARMONIC + k], Component(omega, 1.0, 0.0))
+        for j, mode in enumerate(modes):
+            row = FIRST_HARMONIC + m + j * (1 + m)
+            stiffness, damping = Fraction(mode[at.SPRING]), Fraction(mode[at.DRAG]) / 2
+            fill_motion(law[row], stiffness, damping)
+            for k, omega in enumerate(self._omegas):
+                fill_response(law[row + 1 + k], stiffness, damping, omega)
+        return law
+
+    def _bounds(self, law: Law, arrays: dict[str, Floats]) -> Floats:
+        """Fill what bounds the watches' fourth derivatives; return the columns of the set.
+
+        With K >= 0 the norm sqrt(K) |u| + |w| is that of the energy, which no free motion raises,
+        with negative damping d by exp(|d| s) at most; with K < 0 it is max(p |u|, |w|), which grows
+        by exp(p s), p = |d| / 2 + sqrt(d^2 / 4 + |K|) (docs/theory/structures.md).
+        """
+        modes, watch, levels = arrays["modes"], arrays["watch"], arrays["levels"]
+        omegas = law[FIRST_HARMONIC : FIRST_HARMONIC + len(self._omegas), OMEGA]
+        spring, drag = modes[:, at.SPRING], modes[:, at.DRAG]
+        pace = 0.5 * np.abs(drag) + np.sqrt(0.25 * drag * drag + np.abs(spring))
+        modes[:, at.ROOT] = np.where(spring >= 0.0, np.sqrt(np.abs(spring)), pace)
+        growth = np.where(spring < 0.0, pace, np.where(drag < 0.0, np.abs(drag), 0.0))
+        pushes = np.zeros(len(modes))
+        for k, omega in enumerate(omegas.tolist()):
+            force, rate = (
+                np.sqrt(drive[:, 0] * drive[:, 0] + drive[:, 1] * drive[:, 1])
+                for drive in (arrays["drive"][:, k, :2], arrays["drive"][:, k, 2:])
+            )
+            pushes += omega * omega * (force + modes[:, at.ROOT] * rate)
+        modes[:, at.SURGE] = pushes
+        for i in range(len(watch)):
+            p, q = watch[i, :, at.OF_U], watch[i, :, at.OF_W]
+            p1, q1 = -spring * q, p - drag * q
+            p2, q2 = -spring * q1, p1 - drag * q1
+            with np.errstate(divide="ignore", invalid="ignore"):
+                energy = np.sqrt(np.where(spring > 0.0, p2 * p2 / spring, 0.0) + q2 * q2)
+                other = np.where(spring < 0.0, np.abs(p2) / pace, 0.0) + np.abs(q2)
+            watch[i, :, at.OF_NORM] = np.where(spring >= 0.0, energy, other)
+            levels[i, at.SURGES] = float((watch[i, :, at.OF_NORM] * pushes).sum())
+            twist = 0.0
+            for k, omega in enumerate(omegas.tolist()):
+                force = arrays["drive"][:, k, 0] - 1j * arrays["drive"][:, k, 1]
+                rate = arrays["drive"][:, k, 2] - 1j * arrays["drive"][:, k, 3]
+                feed = complex(arrays["feed"][i, k, 0], -arrays["feed"][i, k, 1])
+                whole = -omega * omega * complex((p1 * rate + q1 * force).sum())
+                whole += -1j * omega**3 * complex((p * rate + q * force).sum()) + omega**4 * feed
+                twist += math.hypot(whole.real, whole.imag)
+            levels[i, at.TWIST] = twist
+        of_set = np.zeros(at.SET_COLUMNS)
+        rates = np.concatenate([np.sqrt(np.abs(spring)), np.abs(drag), omegas])
+        rates = rates[rates > 0.0]
+        of_set[at.STEP_LENGTH] = ANY_STEP
+        of_set[at.N_LEVELS] = MOST_DOUBLINGS + 1
+        if len(rates):
+            of_set[at.QUICKEST] = rates.max()
+            of_set[at.STEP_LENGTH] = SHORTEST_PHASE / rates.max()
+            longest = LONGEST_PHASE / rates.min()
+            if growth.max() > 0.0:
+                longest = min(longest, GROWING_PHASE / growth.max())
+            doublings = 0
+            while (
+                doublings < MOST_DOUBLINGS
+                and of_set[at.STEP_LENGTH] * 2.0 ** (doublings + 1) <= longest
+            ):
+                doublings += 1
+            of_set[at.N_LEVELS] = doublings + 1
+        of_set[at.GROWTH] = growth.max(initial=0.0)
+        rates_used = np.abs(modes[:, at.RATE]).max(initial=0.0)
+        rates_used = max(rates_used, float(np.abs(arrays["drive"][:, :, 2:]).max(initial=0.0)))
+        rates_used = max(
+            rates_used, float(np.abs(arrays["record_drive"][:, :, 1]).max(initial=0.0))
+        )
+        of_set[at.HAS_RATES] = float(rates_used > 0.0)
+        return of_set
+
+
+@lru_cache(maxsize=256)
+def _system(structure: Structure, loads: Loads) -> StructureSystem:
+    return StructureSystem(structure, loads)
+
+
+def _record_alone(forcing: Forcing) -> Forcing:
+    return Forcing(record=forcing.record)
+
+
+def _stacked(laws: Sequence[Law]) -> Floats:
+    rows = max((len(law) for law in laws), default=1)
+    stacked = np.zeros((len(laws), rows, COLUMNS))
+    for one, law in zip(stacked, laws, strict=True):
+        one[: len(law)] = law
+    return stacked
+
+
+def _twice(matrix: Floats) -> Floats:
+    """Return the block-diagonal matrix of two equal blocks."""
+    m, n = matrix.shape
+    both = np.zeros((2 * m, 2 * n))
+    both[:m, :n], both[m:, n:] = matrix, matrix
+    return both
+
+
+def _self_drag(arrays: dict[str, Floats], i: int) -> float:
+    """Return less the change of a clearance's acceleration by a unit change of its velocity."""
+    modes, kick = arrays["modes"], arrays["kick"][i]
+    u1, w1 = kick[:, 1], -modes[:, at.SPRING] * kick[:, 0] - modes[:, at.DRAG] * kick[:, 1]
+    u2, w2 = w1, -modes[:, at.SPRING] * u1 - modes[:, at.DRAG] * w1
+    watch = arrays["watch"][i]
+    return -float((watch[:, at.OF_U] * u2 + watch[:, at.OF_W] * w2).sum())

@@ -1,0 +1,455 @@
+"""The motion of a structure: a run from event to event, and its result."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from percuss.arrays import Floats, Integers
+from percuss.errors import LimitWarning, ParameterError
+from percuss.kernels import record as columns
+from percuss.kernels.structure import march as engine
+from percuss.kernels.structure.march import StructureRun, new_run
+from percuss.kernels.structure.sample import evaluate
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.exact import Exact, Phase, as_float, reals, whole
+from percuss.model.faults import Fault, raise_first
+from percuss.model.loads import Loads
+from percuss.model.oscillator import On, SoftStop
+from percuss.model.start import limit_faults
+from percuss.model.structure import Structure, StructureStart, check_start
+from percuss.motion.tables import Contacts, Crossings, Grazes, Impacts
+from percuss.motion.trajectory import ROUNDED, Outcome
+from percuss.numerics import matmul
+from percuss.progress import RunProgress
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+__all__ = ["StructureTrajectory", "follow_structure"]
+
+# Rows for events at first, and searches between two looks at the keyboard.
+FIRST_CAPACITY = 4096
+PATIENCE = 10_000
+_OUTCOMES = {
+    columns.REACHED_END: Outcome.reached_t_end,
+    columns.REACHED_LIMIT: Outcome.reached_max_impacts,
+    columns.OVERFLOW: Outcome.overflow,
+}
+
+
+def follow_structure(
+    structure: Structure,
+    loads: object,
+    x0: object,
+    v0: object,
+    t0: Phase,
+    t_end: Phase | None,
+    periods: Exact | None,
+    max_impacts: int | None,
+    most_impacts: int,
+    progress: bool | Callable[[float, float], bool] | None,
+) -> StructureTrajectory:
+    """Follow one motion of a structure; the arguments are those of `simulate`."""
+    system = StructureSystem.of(structure, loads)
+    start = check_start(structure, x0, v0, t0)
+    begin = as_float(start.t0)
+    if periods is not None:
+        if t_end is not None:
+            raise_first([Fault("periods", periods, "given together with t_end; give one")])
+        if system.period is None:
+            reason = "the loads have no common period; give t_end, or Loads(..., period=...)"
+            raise_first([Fault("periods", periods, reason)])
+        if not as_float(periods) > 0.0:
+            raise_first([Fault("periods", periods, "not positive")])
+        t_end = begin + as_float(periods) * (system.period or 0.0)
+    raise_first(limit_faults(start.t0, t_end, max_impacts))
+    if t_end is None:
+        reason = "needed for a structure, whose motion may meet no stop for ever"
+        raise ParameterError("t_end", None, reason)
+    limit = most_impacts if max_impacts is None else min(int(max_impacts), 2**62)
+    end = as_float(t_end)
+    run, outcome = _followed(system, start, end, limit, RunProgress(progress, begin, end, limit))
+    if outcome is Outcome.reached_max_impacts and max_impacts is None:
+        message = (
+            f"the run ended at t = {run.state[columns.T]:.10g} after {limit:,} impacts, the limit "
+            "without max_impacts; give max_impacts to follow it further"
+        )
+        warnings.warn(message, LimitWarning, stacklevel=3)
+    return StructureTrajectory.of_run(system, start, run, end, outcome)
+
+
+def _followed(
+    system: StructureSystem, start: StructureStart, end: float, limit: int, progress: RunProgress
+) -> tuple[StructureRun, Outcome]:
+    """March to the limits, making sets of acting stops as they are met."""
+    key = system.key_at(start.x, start.v)
+    system.add(key)
+    run = new_run(system.sets, min(limit + 8, FIRST_CAPACITY))
+    run.counters[engine.SET] = list(system.sets.keys).index(key)
+    run.state[columns.T] = as_float(start.t0)
+    engine.decompose(
+        system.sets,
+        int(run.counters[engine.SET]),
+        np.stack([start.x, start.v], axis=1),
+        run.begin,
+    )
+    try:
+        while True:
+            status = engine.march(run, end, limit, PATIENCE)
+            if status in _OUTCOMES:
+                return run, _OUTCOMES[status]
+            if status == engine.NEW_SET:
+                system.add(int(run.counters[engine.WANTED]))
+                run = run._replace(sets=system.sets)
+            elif status == columns.FULL:
+                run = _longer(run)
+            searched = float(run.free.min(initial=math.inf))
+            here = float(run.state[columns.T]) + (searched if searched < math.inf else 0.0)
+            if not progress.reach_event(here, int(run.counters[columns.N_IMPACTS])):
+                return run, Outcome.interrupted
+    except KeyboardInterrupt:
+        return run, Outcome.interrupted
+    finally:
+        progress.close()
+
+
+def _longer(run: StructureRun) -> StructureRun:
+    """Return a run with room for as many events and grazes again."""
+    return run._replace(
+        events=np.concatenate([run.events, np.empty_like(run.events)]),
+        marks=np.concatenate([run.marks, np.empty_like(run.marks)]),
+        states=np.concatenate([run.states, np.empty_like(run.states)]),
+        grazes=np.concatenate([run.grazes, np.empty_like(run.grazes)]),
+    )
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class StructureTrajectory:
+    """One motion of a structure; made by `simulate`. Called with times, it gives the motion there.
+
+    Attributes
+    ----------
+    structure, loads
+        What moved.
+    start
+        The state in which it started.
+    t0, t_end
+        Times between which the motion is known [time].
+    outcome
+        How the run ended.
+    impacts, crossings, contacts, grazes
+        The events, as columns. Velocities are those of y = c . x, the displacement of the stop.
+    """
+
+    structure: Structure
+    loads: Loads
+    start: StructureStart
+    t0: float
+    t_end: float
+    outcome: Outcome
+    impacts: Impacts
+    crossings: Crossings
+    contacts: Contacts
+    grazes: Grazes
+    _run: StructureRun = field(repr=False)
+
+    @classmethod
+    def of_run(
+        cls,
+        system: StructureSystem,
+        start: StructureStart,
+        run: StructureRun,
+        end: float,
+        outcome: Outcome,
+    ) -> StructureTrajectory:
+        """Return the trajectory of a run, as the kernels left it."""
+        n, n_grazes = (int(run.counters[i]) for i in (columns.N_EVENTS, columns.N_GRAZES))
+        # The scratch of a result is its own: another run may go on with the same sets.
+        run = run._replace(
+            events=run.events[:n].copy(),
+            marks=run.marks[:n].copy(),
+            states=run.states[:n].copy(),
+            grazes=run.grazes[:n_grazes].copy(),
+        )
+        if outcome is not Outcome.reached_t_end:
+            end = min(end, float(run.state[columns.T]))
+        return cls(
+            structure=system.structure,
+            loads=system.loads,
+            start=start,
+            t0=as_float(start.t0),
+            t_end=end,
+            outcome=outcome,
+            impacts=_impacts(system, run),
+            crossings=_crossings(system, run),
+            contacts=_contacts(system, run),
+            grazes=_grazes(system, run),
+            _run=run,
+        )
+
+    @property
+    def record(self) -> StructureRun:
+        """Its events, marks and modes as the kernels wrote them."""
+        return self._run
+
+    @property
+    def system(self) -> StructureSystem:
+        """The structure and the loads as one value."""
+        return StructureSystem.of(self.structure, self.loads)
+
+    def __repr__(self) -> str:
+        """Return what happened in a line."""
+        parts = [
+            f"{len(events)} {name}"
+            for name, events in (
+                ("impacts", self.impacts),
+                ("crossings", self.crossings),
+                ("contacts", self.contacts),
+                ("grazes", self.grazes),
+            )
+            if len(events) > 0 or name == "impacts"
+        ]
+        span = f"t = {self.t0:.6g} ... {self.t_end:.6g}"
+        masses = f"{self.structure.n} coordinates"
+        return f"<StructureTrajectory: {masses}, {span}, {', '.join(parts)}; {self.outcome.value}>"
+
+    def __call__(
+        self, t: ArrayLike, limit: Literal["after", "before"] = "after"
+    ) -> tuple[Floats, Floats]:
+        """Return (x, v) at times t, from the closed form.
+
+        Parameters
+        ----------
+        t
+            Times in [t0, t_end], of any shape [time].
+        limit
+            Which velocity to give at the very instant of an impact.
+
+        Returns
+        -------
+        tuple of arrays
+            x [length] and v [length/time], of t's shape + (n,).
+
+        Raises
+        ------
+        ParameterError
+            If a time lies outside the run by more than its rounding.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
+        >>> run = pc.simulate(pair, v0=[1, 0], t_end=10)
+        >>> x, v = run(10.0)
+        >>> float(v.sum())
+        1.0
+        """
+        if limit not in ("after", "before"):
+            raise ParameterError("limit", limit, 'neither "after" nor "before"')
+        instants = reals("t", t)
+        slack = ROUNDED * np.spacing(max(abs(self.t0), abs(self.t_end)))
+        outside = ~((instants >= self.t0 - slack) & (instants <= self.t_end + slack))
+        if outside.any():
+            wrong = float(instants[outside].flat[0])
+            raise ParameterError("t", wrong, f"outside the run, {self.t0!r} to {self.t_end!r}")
+        flat = np.ascontiguousarray(np.clip(instants, self.t0, self.t_end)).reshape(-1)
+        place = np.empty((len(flat), self.structure.n, 2))
+        evaluate(self._scratch(), flat, limit == "after", place)
+        shape = (*instants.shape, self.structure.n)
+        return place[:, :, 0].reshape(shape), place[:, :, 1].reshape(shape)
+
+    def _scratch(self) -> StructureRun:
+        """Return the run with arrays to write into: two threads may evaluate one result."""
+        run = self._run
+        fresh = new_run(run.sets, 0, 0)
+        return fresh._replace(
+            events=run.events, marks=run.marks, states=run.states, grazes=run.grazes
+        )
+
+    def displacement(self, on: On, t: ArrayLike) -> tuple[Floats, Floats]:
+        """Return y = c . x of a coordinate, direction or point, and its velocity, at times t.
+
+        Examples
+        --------
+        >>> import percuss as pc
+        >>> pair = pc.impact_pair(masses=[1, 1], gap="0.5", restitution="0.8")
+        >>> run = pc.simulate(pair, v0=[1, 0], t_end=10)
+        >>> y, _ = run.displacement((1, -1), run.impacts.t)
+        >>> abs(y).round(12)
+        array([0.25, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25])
+        """
+        c = self.structure.direction(on)
+        x, v = self(t)
+        return (x * c).sum(axis=-1), (v * c).sum(axis=-1)
+
+    def energy(self, t: ArrayLike) -> Floats:
+        """Return the kinetic energy and that of all springs, of soft stops in touch too.
+
+        Of an unsymmetric stiffness only the symmetric part stores energy.
+
+        Parameters
+        ----------
+        t
+            Times in the run, of any shape [time].
+
+        Returns
+        -------
+        array
+            Of t's shape [mass length^2/time^2].
+        """
+        x, v = self(t)
+        mass, stiffness = self.structure.mass_matrix, self.structure.stiffness_matrix
+        flat_x, flat_v = x.reshape(-1, self.structure.n), v.reshape(-1, self.structure.n)
+        energy = 0.5 * (matmul(flat_v, mass) * flat_v).sum(axis=1)
+        energy = energy + 0.5 * (matmul(flat_x, stiffness) * flat_x).sum(axis=1)
+        for stop, c in zip(self.structure.stops, self.structure.stop_directions, strict=True):
+            if isinstance(stop, SoftStop):
+                depth = (flat_x * c).sum(axis=1) - as_float(stop.at)
+                beyond = depth > 0.0 if stop.side == "above" else depth < 0.0
+                stored = 0.5 * as_float(stop.stiffness) * depth * depth
+                energy = energy + np.where(beyond, stored, 0.0)
+        return np.asarray(energy.reshape(x.shape[:-1]))
+
+    def sample(self, n: int) -> Dataset:
+        """Return x and v at n equidistant times, both ends included.
+
+        Parameters
+        ----------
+        n
+            Number of points, >= 2.
+
+        Returns
+        -------
+        xarray.Dataset
+            x [length] and v [length/time] over (t, coordinate).
+
+        Raises
+        ------
+        ParameterError
+            If n is below 2.
+        """
+        n = whole("n", n, 2)
+        times = np.linspace(self.t0, self.t_end, n)
+        return self._dataset(times, "t")
+
+    def stroboscopic(self) -> Dataset:
+        """Return x and v once every period of the loads, from t0 on.
+
+        Returns
+        -------
+        xarray.Dataset
+            `t`, `x` and `v` over `period`, their number from 0.
+
+        Raises
+        ------
+        ParameterError
+            If the loads have no common period.
+        """
+        period = self.system.period
+        if period is None:
+            raise ParameterError("loads.period", None, "needed for a stroboscopic view")
+        count = np.arange(int((self.t_end - self.t0) / period * (1.0 + 1e-12)) + 1)
+        return self._dataset(np.minimum(self.t0 + count * period, self.t_end), "period")
+
+    def _dataset(self, times: Floats, dimension: str) -> Dataset:
+        import xarray
+
+        x, v = self(times)
+        units = self.structure.units
+        about = {
+            name: {"long_name": meaning} | ({} if units is None else {"units": units.of(of)})
+            for name, meaning, of in (
+                ("t", "time", "time"),
+                ("x", "displacement", "length"),
+                ("v", "velocity", "length/time"),
+            )
+        }
+        data = {
+            "x": ((dimension, "coordinate"), x, about["x"]),
+            "v": ((dimension, "coordinate"), v, about["v"]),
+        }
+        coordinates: dict[str, object] = {"coordinate": np.arange(self.structure.n)}
+        if dimension == "t":
+            coordinates["t"] = ("t", times, about["t"])
+        else:
+            coordinates[dimension] = np.arange(len(times))
+            data["t"] = (dimension, times, about["t"])  # type: ignore[assignment]
+        return xarray.Dataset(data, coordinates, attrs={"outcome": self.outcome.value})
+
+
+def _rows(run: StructureRun, *kinds: np.int64) -> Integers:
+    return np.flatnonzero(np.isin(run.marks[:, columns.KIND], kinds))
+
+
+def _impacts(system: StructureSystem, run: StructureRun) -> Impacts:
+    rows = _rows(run, columns.IMPACT)
+    stops = run.marks[rows, columns.BOUND]
+    t = run.events[rows, columns.EVENT_T]
+    # A clearance grows above a wall below, and falls with y below a wall above.
+    signs = system.signs[stops]
+    before, after = (signs * run.events[rows, k] for k in (columns.V_BEFORE, columns.V_AFTER))
+    period = system.period
+    cycle = np.full(len(t), np.nan) if period is None else t / period % 1.0
+    intervals = np.diff(t, prepend=run.events[0, columns.EVENT_T])
+    return StructureImpacts(
+        t, before, after, stops, cycle, intervals, None, system.structure.units,
+        effective_mass=system.effective_masses[stops],
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class StructureImpacts(Impacts):
+    """The impacts on walls of a structure, in order; those of one instant one after another.
+
+    Attributes
+    ----------
+    effective_mass
+        (n,) array [mass], 1 / (c . M^-1 c) of the wall that is hit.
+    """
+
+    effective_mass: Floats = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def impulse(self) -> Floats:
+        """(n,) array, the wall's impulse along c, (v_after - v_before) / (c . M^-1 c)."""
+        return (self.v_after - self.v_before) * self.effective_mass
+
+
+def _crossings(system: StructureSystem, run: StructureRun) -> Crossings:
+    rows = _rows(run, columns.CROSSING)
+    stops = run.marks[rows, columns.BOUND]
+    inwards = run.events[rows, columns.V_AFTER] < 0.0
+    # What a watch sees falls through zero: the clearance on the way in, the depth on the way out.
+    v = run.events[rows, columns.V_BEFORE] * system.signs[stops] * np.where(inwards, 1.0, -1.0)
+    direction = np.where(inwards, "in", "out")
+    t = run.events[rows, columns.EVENT_T]
+    return Crossings(t, v, stops, direction, system.structure.units)
+
+
+def _contacts(system: StructureSystem, run: StructureRun) -> Contacts:
+    rows = _rows(run, columns.CONTACT)
+    stops = run.marks[rows, columns.BOUND]
+    start = run.events[rows, columns.EVENT_T]
+    release = np.full(len(rows), np.nan)
+    held = np.array([int(key) for key in run.sets.keys], dtype=np.int64)
+    for k, row in enumerate(rows.tolist()):
+        # It ends with the first set without it: by its own release, or by an impact elsewhere.
+        free = held[run.marks[row:, columns.NEXT_REGION]] >> stops[k] & 1 == 0
+        if free.any():
+            release[k] = run.events[row + int(np.argmax(free)), columns.EVENT_T]
+    listed = np.cumsum(run.marks[:, columns.KIND] == columns.IMPACT)[rows]
+    errors = run.events[rows, columns.V_BEFORE].copy()
+    return Contacts(start, release, stops, listed, lambda: errors, system.structure.units)
+
+
+def _grazes(system: StructureSystem, run: StructureRun) -> Grazes:
+    t, _, stop, clearance, error = (run.grazes[:, i] for i in range(5))
+    units = system.structure.units
+    return Grazes(t, stop.astype(np.int64), clearance, error, units)
