@@ -16,12 +16,11 @@ from flint import arb
 
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.numbers import Number, ball, constant_of, is_exact, order_of, time_ball
+from percuss.certified.system import Angle
 from percuss.model.exact import Phase, PiTimes, angle, as_float, as_fraction
 from percuss.model.force_record import ForceRecord
 
 __all__ = ["BallRecord", "Moment", "Ramp"]
-
-Angle = tuple[Fraction, Fraction]
 
 
 class Moment(NamedTuple):

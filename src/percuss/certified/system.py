@@ -16,7 +16,7 @@ from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.restitution import RestitutionTable, restitution_knots
 from percuss.model.system import System
 
-__all__ = ["BallSystem", "Bound", "Region", "Tone", "check_told_apart", "system_of"]
+__all__ = ["Angle", "BallSystem", "Bound", "Region", "Tone", "check_told_apart", "system_of"]
 
 Angle = tuple[Fraction, Fraction]
 # (speed, restitution) in order.
