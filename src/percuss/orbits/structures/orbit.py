@@ -11,28 +11,16 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import eigenvalues as kernels
-from percuss.kernels.record import N_EVENTS
-from percuss.kernels.structure.march import StructureRun
-from percuss.kernels.structure.sample import evaluate
+from percuss.kernels.structure.march import new_run
 from percuss.kernels.structure.tangent import carry_run
-from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import whole
 from percuss.model.loads import Loads, loads_of
-from percuss.model.structure import Structure, StructureStart, check_start
-from percuss.motion.structures import StructureTrajectory, followed
-from percuss.motion.trajectory import Outcome
+from percuss.model.structure import Structure, check_start
+from percuss.motion.simulate import simulate
+from percuss.motion.structures import StructureTrajectory
 from percuss.numerics import norm, solve_linear
 
-__all__ = [
-    "PeriodMap",
-    "StructureOrbit",
-    "closing_error",
-    "find_structure_orbit",
-    "multipliers_of_matrix",
-    "orbit_of_map",
-    "period_map",
-    "structure_orbit_at",
-]
+__all__ = ["StructureOrbit", "find_structure_orbit", "period_map", "structure_orbit_at"]
 
 # Residuals of an orbit, as a part of its size: rounding of a sequence of flights is some 1e-15.
 SOLVED = 1e-12
@@ -46,15 +34,15 @@ MOST_EVENTS = 100_000
 
 
 class PeriodMap(NamedTuple):
-    """The image of a state after whole periods, its derivative, and the record of the motion."""
+    """The image of a state after whole periods, its derivative, and the motion."""
 
     image: Floats
     derivative: Floats
-    record: StructureRun
+    run: StructureTrajectory
 
 
 def period_map(
-    system: StructureSystem, state: Floats, n_periods: int, *, derivative: bool = True
+    structure: Structure, loads: Loads, state: Floats, n_periods: int, *, derivative: bool = True
 ) -> PeriodMap:
     """Return the state (x, v), (2 n,), after whole periods of the loads, with its derivative.
 
@@ -63,26 +51,48 @@ def period_map(
     ConvergenceError
         If the motion does not reach the end.
     """
-    n = system.structure.n
-    end = n_periods * _period_of(system.loads)
-    record, outcome = followed(system, (state[:n], state[n:], 0.0), end, MOST_EVENTS)
-    if outcome is not Outcome.reached_t_end:
-        what = f"the motion does not last {n_periods} periods: {outcome.value}"
-        raise ConvergenceError(what, state, math.nan, "start nearer to an orbit")
-    rows = int(record.counters[N_EVENTS])
-    record = record._replace(
-        events=record.events[:rows], marks=record.marks[:rows], states=record.states[:rows]
+    n = structure.n
+    period = _period_of(loads)
+    run = simulate(
+        structure,
+        loads,
+        x0=state[:n].tolist(),
+        v0=state[n:].tolist(),
+        t_end=n_periods * period,
+        max_impacts=MOST_EVENTS,
     )
-    place = np.empty((1, n, 2))
-    evaluate(record, np.array([end]), True, place)
-    image = np.concatenate([place[0, :, 0], place[0, :, 1]])
+    if run.t_end < n_periods * period:
+        raise ConvergenceError(
+            f"the motion does not last {n_periods} periods: {run.outcome.value}",
+            state,
+            math.nan,
+            "",
+        )
+    x, v = run(run.t_end)
+    image = np.concatenate([x, v])
     matrix = np.full((2 * n, 2 * n), np.nan)
     if derivative:
-        columns = np.zeros((2, n, 2 * n))
-        columns[0, :, :n], columns[1, :, n:] = np.eye(n), np.eye(n)
-        carry_run(record, end, columns, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
-        matrix = columns.reshape(2 * n, 2 * n)
-    return PeriodMap(image, matrix, record)
+        matrix = derivative_of_run(run)
+    return PeriodMap(image, matrix, run)
+
+
+def derivative_of_run(run: StructureTrajectory) -> Floats:
+    """Return the derivative of the state (x, v) at the end of a run by that at its start.
+
+    Returns
+    -------
+    array
+        (2 n, 2 n).
+    """
+    n = run.structure.n
+    place = np.zeros((2, n, 2 * n))
+    place[0, :, :n], place[1, :, n:] = np.eye(n), np.eye(n)
+    record = run.record
+    scratch = new_run(record.sets, 0, 0)._replace(
+        events=record.events, marks=record.marks, states=record.states
+    )
+    carry_run(scratch, run.t_end, place, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
+    return place.reshape(2 * n, 2 * n)
 
 
 def _period_of(loads: Loads) -> float:
@@ -205,34 +215,36 @@ def find_structure_orbit(
     n_periods, transient = whole("n_periods", n_periods, 1), whole("transient", transient, 0)
     start = check_start(structure, x0, v0)
     state = np.concatenate([start.x, start.v])
-    system = StructureSystem.of(structure, loads)
     if transient > 0:
-        state = period_map(system, state, n_periods * transient, derivative=False).image
-    return structure_orbit_at(system, state, n_periods)
+        settled = period_map(structure, loads, state, n_periods * transient, derivative=False)
+        state = settled.image
+    return structure_orbit_at(structure, loads, state, n_periods)
 
 
-def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -> StructureOrbit:
+def structure_orbit_at(
+    structure: Structure, loads: Loads, state: Floats, n_periods: int
+) -> StructureOrbit:
     """Return the orbit next to a state (x, v), by Newton's method with halved steps."""
-    here = period_map(system, state, n_periods)
-    unit = np.eye(2 * system.structure.n)
-    error = closing_error(here, state)
+    here = period_map(structure, loads, state, n_periods)
+    unit = np.eye(2 * structure.n)
+    error = _error(here, state)
     for _ in range(MOST_STEPS):
         step = solve_linear(here.derivative - unit, state - here.image)
         better = None
         part = 1.0
         for _ in range(HALVINGS):
             try:
-                there = period_map(system, state + part * step, n_periods)
+                there = period_map(structure, loads, state + part * step, n_periods)
             except PercussError:
                 part *= 0.5
                 continue
-            if closing_error(there, state + part * step) < error or error < SOLVED:
+            if _error(there, state + part * step) < error or error < SOLVED:
                 better = there
                 break
             part *= 0.5
         if better is None:
             break
-        new_error = closing_error(better, state + part * step)
+        new_error = _error(better, state + part * step)
         if error < SOLVED and new_error >= 0.5 * error:
             break
         state, here, error = state + part * step, better, new_error
@@ -240,31 +252,21 @@ def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -
         raise ConvergenceError(
             "no periodic orbit found near this start", state, error, "start nearer to it"
         )
-    return orbit_of_map(system, state, n_periods, here, error)
-
-
-def orbit_of_map(
-    system: StructureSystem, state: Floats, n_periods: int, there: PeriodMap, error: float
-) -> StructureOrbit:
-    """Return the orbit of a state that its period map brings back."""
-    structure, loads, n = system.structure, system.loads, system.structure.n
-    start = StructureStart(state[:n].tolist(), state[n:].tolist())
-    end = n_periods * _period_of(loads)
-    run = StructureTrajectory.of_run(system, start, there.record, end, Outcome.reached_t_end)
+    n = structure.n
     return StructureOrbit(
         structure=structure,
         loads=loads,
         x0=state[:n],
         v0=state[n:],
         n_periods=n_periods,
-        multipliers=multipliers_of_matrix(there.derivative),
+        multipliers=multipliers_of_matrix(here.derivative),
         residual=error,
-        run=run,
-        monodromy=there.derivative,
+        run=here.run,
+        monodromy=here.derivative,
     )
 
 
-def closing_error(there: PeriodMap, state: Floats) -> float:
+def _error(there: PeriodMap, state: Floats) -> float:
     """Return by how much a motion fails to close, as a part of its size."""
     size = max(norm(state), float(np.abs(there.image).max()))
     return float(np.abs(there.image - state).max()) / size if size > 0.0 else 0.0
