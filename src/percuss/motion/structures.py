@@ -195,6 +195,11 @@ class StructureTrajectory:
         )
 
     @property
+    def record(self) -> StructureRun:
+        """Its events, marks and modes as the kernels wrote them."""
+        return self._run
+
+    @property
     def system(self) -> StructureSystem:
         """The structure and the loads as one value."""
         return StructureSystem.of(self.structure, self.loads)

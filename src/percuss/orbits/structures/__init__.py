@@ -1,0 +1,1 @@
+"""Periodic orbits of structures: found by shooting, followed along parameters."""
