@@ -20,11 +20,10 @@ from percuss.ensembles.datasets import (
     with_units,
 )
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import Grid, Group, make_grid, whole
+from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
 from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.errors import ParameterError
-from percuss.kernels.law_columns import PERIOD
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
@@ -216,15 +215,15 @@ class AtWall:
         cycle, v = (tuple(axis.values.tolist()) for axis in self.grid.axes)
         return Dimension("cycle", cycle), Dimension("v", v, "length/time")
 
-    def groups(self, first: int, last: int) -> tuple[list[Group], dict[int, str]]:
+    def groups(self, first: int, last: int) -> tuple[list[AnyGroup], dict[int, str]]:
         """Return the starts from first to last, in groups of one shape of law."""
         groups, faults = self.grid.groups(first, last)
         sign = -1.0 if self.grid.osc.stops[self.stop].side == "above" else 1.0
         return [self._at_wall(group, sign) for group in groups], faults
 
-    def _at_wall(self, group: Group, sign: float) -> Group:
+    def _at_wall(self, group: AnyGroup, sign: float) -> AnyGroup:
         starts = group.starts.copy()
-        starts[:, 2] *= group.laws[group.which, 0, PERIOD]
+        starts[:, 2] *= group.periods
         starts[:, 1] *= sign
         return replace(group, starts=starts)
 

@@ -20,12 +20,12 @@ from percuss.motion.reach import free_until
 __all__ = [
     "BLOCKS",
     "MOST_IMPACTS",
+    "MOST_SEARCHES",
+    "NO_MODES",
     "BatchResult",
     "Plan",
     "drift_of",
     "exponents_of",
-    "MOST_SEARCHES",
-    "NO_MODES",
     "follow_batch",
     "put_in_order",
     "reason_of",
@@ -66,6 +66,8 @@ class Plan:
         for either.
     of_stop
         The stop of a structure whose impacts are kept as points, -1 for all.
+    n_tangents
+        How many perturbations of a structure are carried along, where points are of them.
     """
 
     since: Floats
@@ -80,6 +82,7 @@ class Plan:
     level: float = 0.0
     way: float = 0.0
     of_stop: int = -1
+    n_tangents: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +110,9 @@ class BatchResult:
         (n, n_points, 2 d) array, displacements and velocities of points that are strobes.
     ends
         (n, 2 d) array, displacements and velocities at the end, NaN before it.
+    logs
+        (n, n_points, c) array, of points that are of perturbations of a structure the logarithms
+        of the growth of each, orthogonal to those before it.
     """
 
     status: Integers
@@ -118,6 +124,7 @@ class BatchResult:
     masses: Floats = field(default_factory=lambda: np.ones(1))
     strobes: Floats = field(default_factory=lambda: np.empty((0, 0, 2)))
     ends: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    logs: Floats = field(default_factory=lambda: np.empty((0, 0, 0)))
 
 
 # Searches of a motion in the batch before it is treated alone, and how often that is repeated.

@@ -37,7 +37,7 @@ from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
 from percuss.kernels import observables
-from percuss.model.exact import Phase, as_float
+from percuss.model.exact import as_float
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator, Wall
@@ -261,9 +261,7 @@ def _stop_of(osc: object, on: On | None) -> int:
     return on
 
 
-def _check(
-    grids: list[Grid], section: PoincareSection, follow: Sequence[str], points: int
-) -> None:
+def _check(grids: list[Grid], section: PoincareSection, follow: Sequence[str], points: int) -> None:
     if not grids:
         raise ParameterError("starts", (), "none at all; give (x0, v0)")
     given = [axis.path for axis in grids[0].axes]
@@ -568,9 +566,7 @@ def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
     return int(((arrays["period"] == NO_PERIOD) & (arrays["status"] != NOT_DONE)).sum())
 
 
-def _period(
-    values: Floats, points: Floats, strobes: Floats, section: PoincareSection
-) -> Integers:
+def _period(values: Floats, points: Floats, strobes: Floats, section: PoincareSection) -> Integers:
     longest = points.shape[1] // 2
     if section.kind == "stroboscopic":
         return period_of(strobes, max(1, min(longest, points.shape[1] - 1)))

@@ -134,7 +134,7 @@ class Group:
     @property
     def periods(self) -> Floats:
         """(n,) array, the period of the forcing of each motion [time]."""
-        return self.laws[self.which, 0, at.PERIOD]
+        return np.asarray(self.laws[self.which, 0, at.PERIOD])
 
     def follow(self, plan: Plan) -> BatchResult:
         """Follow all motions to the end of a plan."""
@@ -387,7 +387,7 @@ def _between(
                 f"x0 = {x0[i]}: {side} the wall at x = {wall[i]}; "
                 "use a SoftStop for a compliant one"
             )
-    return ~((x0 < low) | (x0 > high))
+    return np.asarray(~((x0 < low) | (x0 > high)))
 
 
 def _off_the_walls(
@@ -550,7 +550,7 @@ def structure_start_of(structure: Structure, start: object) -> StructureStart:
         parts = tuple(start) if isinstance(start, list | tuple) else ()
         if not 2 <= len(parts) <= 3:
             raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0) of a structure")
-        rows = [part if hasattr(part, "__iter__") else (part,) for part in parts[:2]]
+        rows: list[Any] = [part if hasattr(part, "__iter__") else (part,) for part in parts[:2]]
         start = StructureStart(*rows, *parts[2:])
     if len(start.x0) != structure.n:
         reason = f"{len(start.x0)} numbers for {structure.n} coordinates; give one for each"

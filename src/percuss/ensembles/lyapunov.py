@@ -20,7 +20,7 @@ from percuss.ensembles.batch import (
     reason_of,
     tangent_plan,
 )
-from percuss.ensembles.grid import make_grid, whole
+from percuss.ensembles.grid import Group, make_grid, whole
 from percuss.ensembles.measures import period_of
 from percuss.errors import ParameterError
 from percuss.kernels import observables
@@ -132,6 +132,7 @@ def lyapunov_exponents(
     if faults:
         raise ParameterError("start", grid.start, faults[0])
     (group,) = groups
+    assert isinstance(group, Group)
     period = np.array([_period_of_time(osc, force)])
     plan = tangent_plan(period, group.starts[:, 2], transient, periods)
     plan = replace(plan, max_impacts=most)

@@ -221,16 +221,25 @@ def _growth(result: BatchResult, plan: Plan, window: Window) -> Floats:
 
 MEASURES: dict[str, Measure] = {
     "peak_displacement": Measure(
-        "length", "largest distance from 0", _peak_displacement,
-        of_displacement=True, needs_extremes=True,
+        "length",
+        "largest distance from 0",
+        _peak_displacement,
+        of_displacement=True,
+        needs_extremes=True,
     ),
     "min_displacement": Measure(
-        "length", "least displacement", _min_displacement,
-        of_displacement=True, needs_extremes=True,
+        "length",
+        "least displacement",
+        _min_displacement,
+        of_displacement=True,
+        needs_extremes=True,
     ),
     "max_displacement": Measure(
-        "length", "largest displacement", _max_displacement,
-        of_displacement=True, needs_extremes=True,
+        "length",
+        "largest displacement",
+        _max_displacement,
+        of_displacement=True,
+        needs_extremes=True,
     ),
     "peak_impact_velocity": Measure(
         "length/time",
@@ -271,8 +280,11 @@ MEASURES: dict[str, Measure] = {
         needs_loads=True,
     ),
     "rms_displacement": Measure(
-        "length", "square root of the mean of x^2 over time", _rms_displacement,
-        of_structures=False, needs_loads=True,
+        "length",
+        "square root of the mean of x^2 over time",
+        _rms_displacement,
+        of_structures=False,
+        needs_loads=True,
     ),
     "contact_share": Measure(
         "1",

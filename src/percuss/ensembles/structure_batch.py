@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, cast
 
 import numpy as np
 
@@ -51,7 +52,8 @@ def follow_structures(
     n_stops = len(systems[0].structure.stops)
     edges = np.empty((k, 0)) if plan.edges is None else plan.edges
     speeds = [np.zeros((k, 1)), edges, np.zeros((k, edges.shape[1] - 1))] if edges.size else []
-    width = max(2 * n, batch.IMPACT_COLUMNS)
+    c = plan.n_tangents if plan.section == observables.TANGENTS else 0
+    width = max(2 * n, batch.IMPACT_COLUMNS, c + 1)
     every = np.stack([plan.since, plan.every, plan.until, *np.zeros((2, k))], axis=1)
     members = batch.Members(
         starts=np.ascontiguousarray(starts),
@@ -66,20 +68,20 @@ def follow_structures(
         values=np.concatenate([np.zeros((k, observables.N_OBSERVABLES)), *speeds], axis=1),
         points=np.full((k, plan.n_points, width), np.nan),
         ends=np.full((k, 2 * n), np.nan),
+        tangents=np.broadcast_to(_directions(n, c), (k, 2, n, c)).copy(),
+        logs=np.zeros((k, c)),
     )
     is_seen = plan.with_extremes or plan.with_loads
-    wishes = batch.Wishes(
-        plan.max_impacts, plan.section, plan.of_stop, is_seen, PATIENCE
-    )
+    wishes = batch.Wishes(plan.max_impacts, plan.section, plan.of_stop, is_seen, PATIENCE)
     order = np.argsort(which, kind="stable")
     cuts = np.flatnonzero(np.diff(which[order])) + 1
     for rows in np.split(order, cuts):
-        own = batch.Members(*(array[rows] for array in members))
+        own = batch.Members(*(cast("Any", array[rows]) for array in members))
         _follow(systems[int(which[rows[0]])], own, wishes, on)
         for whole, part in zip(members, own, strict=True):
             whole[rows] = part
     put_in_order(members.points, members.values)
-    points = _points(members.points, systems, which, plan, on)
+    points = _points(members.points, systems, which, plan, on, c)
     return BatchResult(
         members.status,
         members.state,
@@ -90,6 +92,7 @@ def follow_structures(
         np.ones(k),
         members.points[:, :, : 2 * n],
         members.ends,
+        members.points[:, :, :c],
     )
 
 
@@ -118,8 +121,12 @@ def _follow(
             values=np.zeros(len(run.values) + 1), order=np.zeros(len(run.values) + 1),
             scratch=np.zeros((8, run.scratch.shape[1] + 1, 5)),
         )  # fmt: skip
+        c = members.logs.shape[1]
+        space = batch.TangentSpace(
+            np.empty((2, n, c)), np.empty((n, 2, c)), np.empty((2, 2, n)), np.empty(c)
+        )
         views = views_of(system, on)
-        batch.follow_members(members, run, viewer, views, wishes, stop_flag())
+        batch.follow_members(members, run, viewer, views, space, wishes, stop_flag())
         check_wanted()
         waits = members.status == engine.NEW_SET
         wanted = set(members.counters[waits, engine.WANTED].tolist())
@@ -127,6 +134,19 @@ def _follow(
         searches += int(spent.any())
         if not (wanted or spent.any()) or searches > MOST_SEARCHES:
             return
+
+
+def _directions(n: int, c: int) -> Floats:
+    """Return c orthonormal directions (2, n, c): those of one displacement for n = 1."""
+    columns = np.zeros((2 * n, c))
+    for i in range(min(c, 2 * n)):
+        # Mirrored at a plane across which no axis lies.
+        normal = np.full(2 * n, 1.0)
+        normal[0] = 2.0
+        axis = np.zeros(2 * n)
+        axis[i] = 1.0
+        columns[:, i] = axis - 2.0 * normal[i] / float((normal * normal).sum()) * normal
+    return columns.reshape(2, n, c)
 
 
 def views_of(system: StructureSystem, on: Floats) -> batch.Views:
@@ -172,15 +192,26 @@ def _set_force(views: batch.Views, sets: Sets, i: int, spring: float, dashpot: f
 
 
 def _points(
-    points: Floats, systems: Sequence[StructureSystem], which: Integers, plan: Plan, on: Floats
+    points: Floats,
+    systems: Sequence[StructureSystem],
+    which: Integers,
+    plan: Plan,
+    on: Floats,
+    c: int,
 ) -> Floats:
-    """Return points as those of one displacement, (y, y', -1) or (cycle, v after, stop)."""
+    """Return points as those of one displacement, (y, y', -1) or (cycle, v after, stop).
+
+    Of c perturbations they have the logarithms of the first, and of the volume.
+    """
     n = len(on)
     out = np.full((*points.shape[:2], observables.POINT_COLUMNS), np.nan)
     if plan.section == observables.STROBES:
         out[:, :, 0] = (points[:, :, :n] * on).sum(axis=-1)
         out[:, :, 1] = (points[:, :, n : 2 * n] * on).sum(axis=-1)
         out[:, :, 2] = np.where(np.isnan(out[:, :, 0]), np.nan, -1.0)
+    if plan.section == observables.TANGENTS:
+        out[:, :, observables.FIRST] = points[:, :, 0]
+        out[:, :, observables.SECOND] = points[:, :, c]
     if plan.section == observables.IMPACT_POINTS:
         signs = np.stack([system.signs for system in systems])
         stops = np.nan_to_num(points[:, :, 2]).astype(np.int64)

@@ -29,7 +29,6 @@ from percuss.ensembles.run_job import execution_of, run_job
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import observables
-from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator
@@ -344,7 +343,7 @@ class Called(OverGrid):
                 block.reasons[i - first] = traceback.format_exc()
         return block
 
-    def _call(self, osc: Any, force: Forcing | Loads | None, start: Start | StructureStart) -> Any:
+    def _call(self, osc: Any, force: Any, start: Start | StructureStart) -> Any:
         count = _positional(self.measure)
         if count >= 3:
             return self.measure(osc, force, start)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.arrays import Floats, Integers
+from percuss.kernels.arithmetic import hypotenuse, logarithm
 from percuss.kernels.compile import kernel
 from percuss.kernels.observables import (
     CONTACTS,
@@ -26,8 +27,10 @@ from percuss.kernels.observables import (
     PEAK_FORCE,
     PEAK_SPEED,
     POINTS,
+    SHRUNK,
     SINCE,
     STROBES,
+    TANGENTS,
     UNTIL,
     clear_observables,
     note_peak,
@@ -48,6 +51,7 @@ from percuss.kernels.record import (
     NEXT_REGION,
     OVERFLOW,
     REACHED_END,
+    SLOW_LANDING,
     SPENT,
     START,
     T_LOW,
@@ -56,11 +60,13 @@ from percuss.kernels.record import (
     T,
 )
 from percuss.kernels.structure.basis import (
+    DRAG,
     IS_ON,
     QUICKEST,
     STEP_LENGTH,
     Basis,
     Sets,
+    basis_of,
     find,
 )
 from percuss.kernels.structure.flight import (
@@ -82,6 +88,14 @@ from percuss.kernels.structure.march import (
     value_of,
 )
 from percuss.kernels.structure.sample import flight_after
+from percuss.kernels.structure.tangent import (
+    carry,
+    cross,
+    kept_of_volume,
+    set_of_flight,
+    to_modes,
+    to_places,
+)
 
 # The status of a member that has not begun.
 NEW = -1
@@ -90,6 +104,10 @@ NEW = -1
 STEPS_OF_A_NODE = 2.0
 NODES_OF_A_CUBIC = 16
 TURNING_STEPS = 60
+# Phase of the quickest rate over which perturbations are carried at once, and the part of one that
+# counts as rounding where a wall takes what is behind it.
+LONGEST_PIECE = 4.0
+FORGOTTEN = 1e-12
 # Columns of a point of an impact.
 IMPACT_COLUMNS = 3
 
@@ -112,7 +130,10 @@ class Members(NamedTuple):
     ``starts`` (k, 2 n + 1) are x, v and t; ``keys`` (k,) the bits of the stops that act there;
     ``state``, ``counters``, ``begin``, ``order`` and ``free`` are those of a `StructureRun`.
     ``values`` and ``points`` are as `percuss.kernels.observables` has them, points with x and v of
-    a strobe, or t, v after and the stop of an impact. ``ends`` (k, 2 n) are x and v at the end.
+    a strobe, or t, v after and the stop of an impact, or the logarithms of the growth of
+    perturbations and of their volume. ``ends`` (k, 2 n) are x and v at the end. ``tangents``
+    (k, 2, n, c) are c orthonormal perturbations after the last event, ``logs`` (k, c) what they
+    have grown by.
     """
 
     starts: Floats
@@ -127,6 +148,17 @@ class Members(NamedTuple):
     values: Floats
     points: Floats
     ends: Floats
+    tangents: Floats
+    logs: Floats
+
+
+class TangentSpace(NamedTuple):
+    """Arrays in which perturbations are carried: (2, n, c), (n, 2, c), (2, 2, n) and (c,)."""
+
+    place: Floats
+    columns: Floats
+    paces: Floats
+    logs: Floats
 
 
 class Wishes(NamedTuple):
@@ -149,6 +181,7 @@ def follow_members(
     run: StructureRun,
     viewer: StructureRun,
     views: Views,
+    space: TangentSpace,
     wishes: Wishes,
     stop: Integers,
 ) -> None:
@@ -161,9 +194,9 @@ def follow_members(
         if stop[0] != 0:
             return
         status = members.status[i]
-        if status == NEW or status == NEW_SET or status == SPENT:
+        if status in (NEW, NEW_SET, SPENT):
             load(members, i, run)
-            status = follow_member(members, i, run, viewer, views, wishes, stop)
+            status = follow_member(members, i, run, viewer, views, space, wishes, stop)
             members.status[i] = status
             store(members, i, run)
 
@@ -234,6 +267,7 @@ def follow_member(
     run: StructureRun,
     viewer: StructureRun,
     views: Views,
+    space: TangentSpace,
     wishes: Wishes,
     stop: Integers,
 ) -> int:
@@ -246,13 +280,16 @@ def follow_member(
         last = run.counters[N_EVENTS] - 1
         for row in range(last):
             end = (run.events[row + 1, EVENT_T], run.events[row + 1, EVENT_T_LOW])
-            observe_stretch(members, i, viewer, views, wishes, row, end, False)
+            observe_stretch(members, i, viewer, views, space, wishes, row, end, False)
+            if wishes.section == TANGENTS:
+                carry_tangents(members, i, viewer, space, row)
             observe_event(members, i, viewer, wishes, row + 1)
         if status == FULL:
             begin_record(run, run.marks[last, KIND])
             status = MOVING
         elif status == REACHED_END:
-            observe_stretch(members, i, viewer, views, wishes, last, (until, 0.0), True)
+            end = (until, 0.0)
+            observe_stretch(members, i, viewer, views, space, wishes, last, end, True)
             end_at(members, i, viewer, last, until)
             for k in range(members.ends.shape[1]):
                 if not abs(members.ends[i, k]) < HUGE:
@@ -282,9 +319,7 @@ def place_at(viewer: StructureRun, row: int, instant: float, place: Floats) -> N
 
 
 @kernel
-def observe_event(
-    members: Members, i: int, viewer: StructureRun, wishes: Wishes, row: int
-) -> None:
+def observe_event(members: Members, i: int, viewer: StructureRun, wishes: Wishes, row: int) -> None:
     """Count the event of a row."""
     values = members.values[i]
     events, marks = viewer.events, viewer.marks
@@ -322,6 +357,7 @@ def observe_stretch(
     i: int,
     viewer: StructureRun,
     views: Views,
+    space: TangentSpace,
     wishes: Wishes,
     row: int,
     end: tuple[float, float],
@@ -332,6 +368,8 @@ def observe_stretch(
     values = members.values[i]
     if end[0] < plan[SINCE]:
         return
+    if wishes.section == TANGENTS:
+        strobe_tangents(members, i, viewer, space, row, math.inf if is_last else end[0])
     if wishes.section == STROBES:
         # A strobe at the very instant of an event belongs to what follows.
         before = math.inf if is_last else end[0]
@@ -458,3 +496,128 @@ def turning_value(flight: ModalFlight, k: int, left: float, right: float, slope:
             if not left < s < right:
                 break
     return value
+
+
+@kernel
+def strobe_tangents(
+    members: Members, i: int, viewer: StructureRun, space: TangentSpace, row: int, before: float
+) -> None:
+    """Write the logarithms at the strobes that fall on the flight of a row."""
+    plan = members.plans[i]
+    values = members.values[i]
+    instant = plan[SINCE] + values[POINTS] * plan[EVERY]
+    while instant < before and instant <= plan[UNTIL]:
+        b = set_of_flight(viewer, row, before == math.inf)
+        s = (instant - viewer.events[row, EVENT_T]) - viewer.events[row, EVENT_T_LOW]
+        copy_tangents(members.tangents[i], members.logs[i], space)
+        carry_in_pieces(viewer.sets, b, max(s, 0.0), space)
+        to_places(viewer.sets, b, space.columns, space.place)
+        orthonormalise(space.place, space.logs, 0.0)
+        point = members.points[i, next_point(members, i)]
+        count = space.logs.shape[0]
+        for c in range(count):
+            point[c] = space.logs[c]
+        point[count] = values[SHRUNK] - volume_rate(viewer.sets, b) * s
+        instant = plan[SINCE] + values[POINTS] * plan[EVERY]
+
+
+@kernel
+def carry_tangents(
+    members: Members, i: int, viewer: StructureRun, space: TangentSpace, row: int
+) -> None:
+    """Carry the perturbations along the flight of a row and over the event at its end."""
+    sets = viewer.sets
+    events, marks = viewer.events, viewer.marks
+    s = events[row + 1, EVENT_T] - events[row, EVENT_T]
+    s += events[row + 1, EVENT_T_LOW] - events[row, EVENT_T_LOW]
+    b = set_of_flight(viewer, row, False)
+    copy_tangents(members.tangents[i], members.logs[i], space)
+    carry_in_pieces(sets, b, s, space)
+    cross(viewer, row, s, space.place, space.columns, space.paces)
+    kind = marks[row + 1, KIND]
+    kept = 1.0
+    if kind == IMPACT:
+        kept = kept_of_volume(sets, marks[row + 1, BOUND], -events[row + 1, V_BEFORE])
+    if kind in (CONTACT, SLOW_LANDING):
+        kept = 0.0
+    # What a contact leaves of a perturbation may be rounding alone.
+    orthonormalise(space.place, space.logs, FORGOTTEN if kept == 0.0 else 0.0)
+    values = members.values[i]
+    lost = logarithm(kept) if kept > 0.0 else -math.inf
+    values[SHRUNK] += 2.0 * lost
+    values[SHRUNK] -= volume_rate(sets, b) * s
+    for c in range(space.logs.shape[0]):
+        members.logs[i, c] = space.logs[c]
+        for j in range(space.place.shape[1]):
+            members.tangents[i, 0, j, c] = space.place[0, j, c]
+            members.tangents[i, 1, j, c] = space.place[1, j, c]
+
+
+@kernel
+def copy_tangents(tangents: Floats, logs: Floats, space: TangentSpace) -> None:
+    """Write perturbations and their logarithms into the space."""
+    for c in range(logs.shape[0]):
+        space.logs[c] = logs[c]
+        for j in range(tangents.shape[1]):
+            space.place[0, j, c] = tangents[0, j, c]
+            space.place[1, j, c] = tangents[1, j, c]
+
+
+@kernel
+def carry_in_pieces(sets: Sets, b: int, s: float, space: TangentSpace) -> None:
+    """Carry perturbations in a set over a time, (2, n, c) at first, then the modes' (n, 2, c).
+
+    Between pieces they are made orthonormal: what grows less than another would be lost beside it.
+    """
+    count = max(1, math.ceil(s * sets.of_set[b, QUICKEST] / LONGEST_PIECE))
+    for piece in range(count):
+        if piece > 0:
+            to_places(sets, b, space.columns, space.place)
+            orthonormalise(space.place, space.logs, 0.0)
+        to_modes(sets, b, space.place, space.columns)
+        carry(basis_of(sets, b), s / count, space.columns)
+
+
+@kernel
+def volume_rate(sets: Sets, b: int) -> float:
+    """Return the rate at which volumes between neighbours shrink in a set, the trace of M^-1 C."""
+    rate = 0.0
+    for j in range(sets.modes.shape[1]):
+        rate += sets.modes[b, j, DRAG]
+    return rate
+
+
+@kernel
+def orthonormalise(place: Floats, logs: Floats, forgotten: float) -> None:
+    """Make columns (2, n, c) orthonormal, and add the logarithms of what was left of each.
+
+    A column of which no more than a part ``forgotten`` is left has grown by -inf, and stays zero.
+    """
+    n = place.shape[1]
+    for c in range(place.shape[2]):
+        before = 0.0
+        for j in range(n):
+            before = hypotenuse(before, hypotenuse(place[0, j, c], place[1, j, c]))
+        # Twice: once leaves too much of the others where little is left.
+        for _ in range(2):
+            for other in range(c):
+                along = 0.0
+                for j in range(n):
+                    along += place[0, j, c] * place[0, j, other]
+                    along += place[1, j, c] * place[1, j, other]
+                for j in range(n):
+                    place[0, j, c] -= along * place[0, j, other]
+                    place[1, j, c] -= along * place[1, j, other]
+        size = 0.0
+        for j in range(n):
+            size = hypotenuse(size, hypotenuse(place[0, j, c], place[1, j, c]))
+        is_left = size > forgotten * before and size > 0.0
+        growth = -math.inf
+        factor = 0.0
+        if is_left:
+            growth = logarithm(size)
+            factor = 1.0 / size
+        logs[c] += growth
+        for j in range(n):
+            place[0, j, c] *= factor
+            place[1, j, c] *= factor
