@@ -20,7 +20,7 @@ from percuss.ensembles.batch import (
 )
 from percuss.ensembles.grid import Group
 from percuss.ensembles.job import Block, Column, Dimension
-from percuss.ensembles.measures import period_of
+from percuss.ensembles.repetition import period_of
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import PERIOD

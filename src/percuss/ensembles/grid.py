@@ -119,6 +119,11 @@ class Group:
     rows: Integers
     stops: Floats | None = None
 
+    @property
+    def is_forced(self) -> bool:
+        """Whether the motions have a forcing with a period."""
+        return bool(self.laws[0, 0, at.PERIOD] > 0.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Grid:

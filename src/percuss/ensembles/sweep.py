@@ -22,9 +22,10 @@ from percuss.ensembles.datasets import (
 )
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.fingerprint import fingerprint
-from percuss.ensembles.grid import Grid, make_grid, whole
+from percuss.ensembles.grid import Axis, Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension, too_large
-from percuss.ensembles.measures import MEASURES, Window, measure_group
+from percuss.ensembles.measures import MEASURES, STROBOSCOPIC, Window, measure_group
+from percuss.ensembles.repetition import counting_periods, is_free
 from percuss.ensembles.run_job import execution_of, run_job
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
@@ -33,6 +34,8 @@ from percuss.model.exact import Phase
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
+from percuss.model.system import law
+from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.motion.simulate import simulate
 from percuss.progress import Report
 
@@ -40,7 +43,7 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["SAME_NAME", "sweep"]
+__all__ = ["NO_STROBES", "SAME_NAME", "check_counted", "named_measures", "sweep"]
 
 # Impacts of a compiled chunk, at about one a period: they take some tenths of a second, much longer
 # than submitting and storing the chunk, and little memory. Making a law takes as long as 1000
@@ -56,6 +59,7 @@ LONGEST_TEXT = 60
 # Values that are tested for NaN at a time.
 LOOKED_AT = 1_000_000
 # A table has one column of a name.
+NO_STROBES = "without a forcing there are no strobes; give 'impacts' or {'at': 0.0}"
 SAME_NAME = "the name of a measure that is asked for; give the parameter another name"
 
 
@@ -68,6 +72,7 @@ def sweep(
     start: Start | Sequence[Phase] | None = None,
     transient: int = 200,
     periods: int = 64,
+    section: SectionGiven = "stroboscopic",
     max_impacts: int = MOST_IMPACTS,
     store: str | Path | None = None,
     engine: Engine = "threads",
@@ -82,8 +87,8 @@ def sweep(
         One or several of "peak_displacement", "min_displacement", "max_displacement",
         "rms_displacement", "peak_impact_velocity", "peak_acceleration", "peak_stop_force",
         "contact_share", "mean_power", "impacts_per_period", "period", "dissipated_energy",
-        "largest_lyapunov_exponent", "growth_exponent", which run compiled. Or a function: of a run, of (osc, force), or of (osc, force, start), that
-        returns a number.
+        "largest_lyapunov_exponent", "growth_exponent", which run compiled. Or a function: of a
+        run, of (osc, force), or of (osc, force, start), that returns a number.
     osc, force
         The oscillator and its forcing; ``over`` replaces some of their parameters.
     over
@@ -94,7 +99,12 @@ def sweep(
         Where the motions start: a `Start`, or x0 [length], v0 [length/time] and where wanted
         t0 [time]; default: at rest at 0.
     transient, periods
-        Forcing periods that are left out, and that are measured after them.
+        Forcing periods that are left out, and that are measured after them. Without a forcing
+        time is counted in units of 2 pi / sqrt(k), the period of free vibration.
+    section
+        Where the measure "period" is found, as `bifurcation_diagram` takes it; default: once a
+        forcing period. Without a forcing, as of a limit cycle, it is "impacts" or a place such
+        as ``{"at": 0.0, "direction": "up"}``, and the period is a time.
     max_impacts
         Impacts after which a motion is abandoned, >= 1.
     store
@@ -144,7 +154,7 @@ def sweep(
     """
     execution = execution_of(store, engine, n_workers, progress)
     grid = make_grid(osc, force, start, over)
-    work = _work(measure, grid, Window(transient, periods), max_impacts)
+    work = _work(measure, grid, Window(transient, periods), max_impacts, section_of(section))
     answer = run_job(work, execution, is_read_from_disk=True)
     nowhere = [name for name in work.names if not _has_any(answer.arrays[name])]
     if answer.complete and answer.reasons and not nowhere:
@@ -164,6 +174,40 @@ def sweep(
     return dataset_of(work.dimensions, work.columns, answer, about)
 
 
+def check_counted(force: Forcing | None) -> None:
+    """Raise a `ParameterError` if a forcing has no period in which time could be counted."""
+    if force is not None and not is_free(force) and force.period is None:
+        reason = "time is counted in forcing periods, and this forcing has none; give period="
+        raise ParameterError("forcing.period", None, reason)
+
+
+def named_measures(
+    given: object, axes: Sequence[Axis] = (), name: str = "measures"
+) -> tuple[str, ...]:
+    """Return the built-in measures of a list of names, or of one name.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such measure, or one has the name of an axis.
+    """
+    if isinstance(given, str) or not hasattr(given, "__iter__"):
+        given = (given,)
+    names: list[str] = []
+    for each in given:
+        if callable(each):
+            own = getattr(each, "__name__", repr(each))
+            raise ParameterError(name, own, "one function at a time; a list holds names")
+        if not isinstance(each, str) or each not in MEASURES:
+            functions = ", and no function" if name == "measure" else ""
+            raise ParameterError(name, each, f"none of {', '.join(MEASURES)}{functions}")
+        names.append(each)
+    for axis in axes:
+        if axis.dimension in names:
+            raise ParameterError("over", axis.dimension, SAME_NAME)
+    return tuple(names)
+
+
 def _has_any(values: NDArray[np.generic]) -> bool:
     """Return whether any value, of possibly more than memory holds, is a number."""
     parts = range(0, len(values), LOOKED_AT)
@@ -175,37 +219,25 @@ def _work(
     grid: Grid,
     window: Window,
     max_impacts: int,
+    section: PoincareSection,
 ) -> Measured | Called:
     max_impacts = whole("max_impacts", max_impacts, 1)
     if callable(measure):
         return Called(grid, measure, window)
-    if isinstance(measure, str) or not hasattr(measure, "__iter__"):
-        given: tuple[object, ...] = (measure,)
-    else:
-        given = tuple(measure)
-    names: list[str] = []
-    for name in given:
-        if callable(name):
-            own = getattr(name, "__name__", repr(name))
-            raise ParameterError("measure", own, "one function at a time; a list holds names")
-        if not isinstance(name, str) or name not in MEASURES:
-            raise ParameterError("measure", name, f"none of {', '.join(MEASURES)}, and no function")
-        names.append(name)
+    names = named_measures(measure, grid.axes, "measure")
     if not names:
         raise ParameterError("measure", (), f"none at all; there are {', '.join(MEASURES)}")
-    for axis in grid.axes:
-        if axis.dimension in names:
-            raise ParameterError("over", axis.dimension, SAME_NAME)
-    if grid.force is None or grid.force.period is None:
-        reason = "a built-in measure counts in forcing periods; give a forcing that has one"
-        raise ParameterError("forcing.period", None, reason)
-    if any(MEASURES[name].needs_strobes for name in names):
+    check_counted(grid.force)
+    needs_period = any(MEASURES[name].needs_strobes for name in names)
+    if needs_period and is_free(grid.force) and section.kind == "stroboscopic":
+        raise ParameterError("section", section.given, NO_STROBES)
+    if needs_period:
         # Those of one motion at least are in memory at once.
         problem = too_large([1], observables.POINT_COLUMNS * (window.periods + 1))
         if problem is not None:
             reason = f"a period is found from a strobe in each; {problem}"
             raise ParameterError("periods", window.periods, reason)
-    return Measured(grid, tuple(names), window, max_impacts)
+    return Measured(grid, names, window, max_impacts, section)
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,6 +264,7 @@ class Measured(OverGrid):
     names: tuple[str, ...]
     window: Window
     max_impacts: int
+    section: PoincareSection = STROBOSCOPIC
 
     @property
     def chunk(self) -> int:
@@ -245,10 +278,11 @@ class Measured(OverGrid):
     @property
     def columns(self) -> dict[str, Column]:
         """One number for each measure."""
+        free = is_free(self.grid.force)
         return {
             name: Column(
-                units=MEASURES[name].unit_of(self.grid.osc),
-                meaning=MEASURES[name].meaning_for(self.grid.osc),
+                units=MEASURES[name].unit_of(self.grid.osc, free=free),
+                meaning=MEASURES[name].meaning_for(self.grid.osc, free=free),
             )
             for name in self.names
         }
@@ -261,6 +295,7 @@ class Measured(OverGrid):
             "transient": self.window.transient,
             "periods": self.window.periods,
             "max_impacts": self.max_impacts,
+            **({} if self.section.label == "stroboscopic" else {"section": self.section.label}),
         }
 
     def compute(self, first: int, last: int) -> Block:
@@ -268,7 +303,9 @@ class Measured(OverGrid):
         groups, faults = self.grid.groups(first, last)
         block = Block({name: Column().empty(last - first) for name in self.names}, dict(faults))
         for group in groups:
-            values, reasons, count = measure_group(self.names, group, self.window, self.max_impacts)
+            values, reasons, count = measure_group(
+                self.names, group, self.window, self.max_impacts, self.section
+            )
             for name in self.names:
                 block.arrays[name][group.rows] = values[name]
             block.reasons |= {int(group.rows[i]): text for i, text in reasons.items()}
@@ -329,11 +366,9 @@ class Called(OverGrid):
             return self.measure(osc, force, start)
         if count == 2:
             return self.measure(osc, force)
-        period = force.period if force is not None else None
-        if period is None:
-            reason = "a measure of a run counts in forcing periods; take a function of (osc, force)"
-            raise ParameterError("forcing.period", None, reason)
-        length = (self.window.transient + self.window.periods) * period
+        check_counted(force)
+        (period,) = counting_periods(law(osc, force)[np.newaxis], np.zeros(1, dtype=np.int64))
+        length = (self.window.transient + self.window.periods) * float(period)
         t_end = float(start.t0) + length
         return self.measure(simulate(osc, force, start.x0, start.v0, start.t0, t_end=t_end))
 

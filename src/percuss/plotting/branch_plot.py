@@ -34,7 +34,7 @@ from percuss.plotting.style import (
     units_of,
 )
 
-BranchQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier"]
+BranchQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier", "period"]
 
 # A stretch that is not drawn: its ends meet different numbers of stops, or their nearest turning
 # points are not the same one.
@@ -59,6 +59,7 @@ MARKERS = {
     "chatter": "^",
     "corner": "*",
     "strong_resonance": "P",
+    "torus": "p",
 }
 # Labels of special points nearer than these parts of the width and height stand below each other,
 # above each other where they are in this part of the height.
@@ -117,7 +118,7 @@ def plot_branch(
     quantity
         What to draw over the parameter: "impact_velocity", the least one into a stop;
         "grazing_margin", the least distance of a turning point to a stop; "multiplier", the
-        largest modulus. The first two jump where an impact more or less is made: there the line
+        largest modulus; "period", as of limit cycles. The first two jump where an impact more or less is made: there the line
         is broken. Default: the first, or where a branch has no impacts the second.
 
     Returns
@@ -163,7 +164,7 @@ def _branches(given: Branch | Sequence[Branch]) -> list[Branch]:
 
 def _breaks(branch: Branch, name: BranchQuantity) -> Flags:
     """Return between which neighbouring rows a quantity is discontinuous."""
-    if name == "multiplier":
+    if name in ("multiplier", "period"):
         return np.zeros(len(branch) - 1, dtype=np.bool_)
     met = (~np.isnan(branch.impact_velocity)).sum(axis=1)
     breaks = np.diff(met) != 0
@@ -225,7 +226,9 @@ def _values(branch: Branch, name: BranchQuantity) -> Floats:
         return np.where(finite, branch.grazing_margin, np.nan)
     if name == "multiplier":
         return np.asarray(np.abs(branch.multipliers).max(axis=1))
-    reason = "none of impact_velocity, grazing_margin and multiplier"
+    if name == "period":
+        return branch.period
+    reason = "none of impact_velocity, grazing_margin, multiplier and period"
     raise ParameterError("quantity", name, reason)
 
 
@@ -237,6 +240,8 @@ def _label(name: BranchQuantity, units: Units, branches: list[Branch]) -> str:
         return f"{which}impact velocity ({units.velocity})"
     if name == "grazing_margin":
         return f"distance to grazing ({units.displacement})"
+    if name == "period":
+        return f"period ({units.duration})"
     return "modulus of the larger multiplier"
 
 

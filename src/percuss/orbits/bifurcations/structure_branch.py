@@ -24,7 +24,7 @@ from percuss.orbits.continuation.correct import corrected, tangent_of
 from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
 from percuss.orbits.continuation.locate import changes_sign, locate
 from percuss.orbits.continuation.problem import Point, along_parameter
-from percuss.orbits.structures.orbit import (
+from percuss.orbits.orbit.structure_orbit import (
     PeriodMap,
     StructureOrbit,
     closing_error,
