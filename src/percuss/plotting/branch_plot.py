@@ -24,7 +24,7 @@ from percuss.orbits.bifurcations.structure_branch import StructureBranch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.orbits.orbit.turning_points import turns_of
-from percuss.plotting.cells import parameter_label
+from percuss.plotting.labels import parameter_label
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -152,7 +152,9 @@ def plot_branch(
             breaks = _breaks(each, name)
             _draw(ax, each, values, COLOUR_CYCLE[k % len(COLOUR_CYCLE)], breaks)
         first = branches[0]
-        over = parameter_label(first, units) if isinstance(first, Branch) else first.path
+        over = first.path
+        if isinstance(first, Branch):
+            over = parameter_label(first[0], first.path, units)
         ax.set_xlabel(over)
         ax.set_ylabel(_label(name, units, branches, coordinate))
         together = np.concatenate(columns)
@@ -360,6 +362,7 @@ def plot_curves(
     curves: Curve | Iterable[Curve],
     ax: Axes | None = None,
     *,
+    units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
 ) -> Axes:
@@ -392,8 +395,9 @@ def plot_curves(
     with picture(ax, CURVES_SIZE, labels=(xlabel, ylabel)) as ax:
         for curve in several:
             _draw_curve(ax, curve)
-        ax.set_xlabel(paths[0])
-        ax.set_ylabel(paths[1])
+        orbit, own = several[0][0], units_of(units, several[0][0].oscillator)
+        ax.set_xlabel(parameter_label(orbit, paths[0], own))
+        ax.set_ylabel(parameter_label(orbit, paths[1], own))
         _explain_curves(ax)
         _mark_curves(ax, several)
     return ax
