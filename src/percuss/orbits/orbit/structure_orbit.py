@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -190,7 +189,7 @@ def find_structure_orbit(
         return structure_orbit_at(system, state, n_periods)
     if isinstance(guess, StructureOrbit):
         guess = guess.x0.tolist(), guess.v0.tolist()
-    if not isinstance(guess, Sequence) or len(guess) != 2:
+    if not isinstance(guess, tuple | list) or len(guess) != 2:
         raise ParameterError("guess", guess, "not a state (x0, v0) and no orbit of a structure")
     start = check_start(structure, guess[0], guess[1])
     return structure_orbit_at(system, np.concatenate([start.x, start.v]), n_periods)
