@@ -203,3 +203,15 @@ def test_the_published_motion_closes_after_a_period() -> None:
 
     np.testing.assert_allclose(np.concatenate(run(run.t_end)), z, atol=1e-14)
     np.testing.assert_allclose(run.crossings.t, [0.121462407, 0.380362607], atol=1e-9)
+
+
+def test_a_start_is_given_at_once_or_in_parts() -> None:
+    pair = pc.impact_pair([1, 2], "0.5", "0.8")
+
+    whole = pc.simulate(pair, start=pc.StructureStart((0, 0), (1, 0)), t_end=9)
+    parts = pc.simulate(pair, v0=[1, 0], t_end=9)
+
+    assert len(parts.impacts) > 3
+    assert whole.impacts.t.tolist() == parts.impacts.t.tolist()
+    with pytest.raises(pc.ParameterError, match="given together with start"):
+        pc.simulate(pair, v0=[1, 0], start=pc.StructureStart((0, 0), (1, 0)), t_end=9)
