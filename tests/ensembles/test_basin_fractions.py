@@ -183,3 +183,25 @@ def test_what_is_wrong_with_a_call_is_said(keywords: dict[str, object], message:
     given = {"over": {GAP: [1.0]}, "n_starts": 10, **BOX} | keywords
     with pytest.raises(pc.ParameterError, match=message):
         pc.basin_fractions(OSC, FORCE, **given)  # type: ignore[arg-type]
+
+
+def test_one_start_stands_for_both_ranges_and_attractors_have_measures() -> None:
+    over = {GAP: [0.7, 1.2]}
+    box = (BOX["x0"], BOX["v0"])
+    names = ["peak_impact_velocity", "max_displacement"]
+
+    one = pc.basin_fractions(OSC, FORCE, over=over, n_starts=20, start=box, measures=names)
+    both = pc.basin_fractions(OSC, FORCE, over=over, n_starts=20, **BOX)  # type: ignore[arg-type]
+
+    assert one.drop_vars(names).equals(both)
+    exists = both.exists.values
+    assert (np.isfinite(one.max_displacement.values) == exists).all()
+    strikes = both.n_impacts.values > 0
+    assert (one.peak_impact_velocity.values[exists & strikes] > 0).all()
+    assert (one.peak_impact_velocity.values[exists & ~strikes] == 0).all()
+    with pytest.raises(pc.ParameterError, match="given together with x0"):
+        pc.basin_fractions(OSC, FORCE, over=over, start=box, **BOX)  # type: ignore[arg-type]
+    with pytest.raises(pc.ParameterError, match=r"x0 = None: not a range"):
+        pc.basin_fractions(OSC, FORCE, over=over)
+    with pytest.raises(pc.ParameterError, match=r"not a range"):
+        pc.basin_fractions(OSC, FORCE, over=over, start=(0.0, 1.0))

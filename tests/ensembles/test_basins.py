@@ -213,3 +213,68 @@ def test_refining_many_attractors_asks_whether_to_go_on() -> None:
     assert calls.count((64, 64)) == 4
     assert found.attrs["complete"] == 0
     assert (found.basin.values == -1).any()
+
+
+def test_one_start_stands_for_both_axes() -> None:
+    axes = {"x0": (-1.0, 0.2), "v0": [0.0, 0.5]}
+    both = pc.basins(TWO, FORCE, **axes, t0=0.5)  # type: ignore[arg-type]
+
+    for start in ((axes["x0"], axes["v0"], 0.5), [axes["x0"], axes["v0"], 0.5]):
+        assert pc.basins(TWO, FORCE, start=start).equals(both)
+    assert pc.basins(TWO, FORCE, start=(axes["x0"], axes["v0"]), t0=0.5).equals(both)
+    one = pc.basins(TWO, FORCE, start=pc.Start("0.1", "1/3", 0.5))
+    assert one.basin.shape == (1, 1)
+    assert one.equals(pc.basins(TWO, FORCE, x0=["0.1"], v0=["1/3"], t0=0.5))
+    assert one.equals(pc.basins(TWO, FORCE, start=("0.1", "1/3", 0.5)))
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"start": ((0, 1), (0, 1)), "x0": [0.0]}, "given together with x0 or v0"),
+        ({"start": (0.0,)}, r"not \(x0, v0\) or \(x0, v0, t0\)"),
+        ({"start": "0.1"}, r"not \(x0, v0\)"),
+        ({"start": (0.0, 0.0, 1.0), "t0": 1.0}, "holds t0"),
+        ({"start": (0.0, 0.0), "cycle": [0.5], "v": [1.0]}, "give either"),
+        ({"start": (0.0, 0.0), "measures": ["peak_force"]}, "none of peak_displacement"),
+        ({"start": (0.0, 0.0), "measures": [abs]}, "one function at a time"),
+    ],
+)
+def test_what_is_wrong_with_a_start_is_said(keywords: dict[str, object], message: str) -> None:
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.basins(TWO, FORCE, **keywords)  # type: ignore[arg-type]
+
+
+def test_measures_of_attractors_are_those_of_their_orbits() -> None:
+    """An orbit that strikes and one that does not, a rest, and what grows for ever."""
+    names = ["peak_impact_velocity", "max_displacement", "period", "peak_stop_force"]
+    osc = pc.impact_oscillator(restitution=0.7, wall="1.45789", side="above", damping=0.05)
+
+    found = pc.basins(osc, pc.cosine(1.5), start=([-3.4, 0.37], [0.0]), measures=names)
+
+    assert sorted(found.name.values) == ["(0, 1)", "(1, 1)"]
+    for i, name in enumerate(found.name.values):
+        orbit = pc.find_orbit(osc, pc.cosine(1.5), n_impacts=int(name[1]))
+        run = orbit.trajectory()
+        fastest = np.abs(run.impacts.v_before).max(initial=0.0)
+        assert found.peak_impact_velocity.values[i] == pytest.approx(fastest, rel=1e-10)
+        assert found.max_displacement.values[i] == pytest.approx(
+            run.extremes("displacement").maximum, rel=1e-10
+        )
+        assert found.period.values[i] == 1.0
+        assert found.peak_stop_force.values[i] == 0.0
+    assert found.max_displacement.attrs["units"] == "length"
+
+    resting = pc.basins(
+        pc.impact_oscillator(restitution=0.5),
+        pc.cosine(2, amplitude="0.5", constant=-1),
+        start=(0.1, 0.0),
+        measures=names,
+    )
+    assert resting.kind.values.tolist() == ["rest"]
+    assert resting.peak_stop_force.values == pytest.approx([1.5], rel=1e-12)
+    unbounded = pc.basins(
+        pc.Oscillator(1), pc.cosine(1), start=(0.0, 0.0), escape=100.0, measures=names
+    )
+    assert unbounded.kind.values.tolist() == ["unbounded"]
+    assert np.isnan([unbounded[name].item() for name in names]).all()

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import percuss as pc
-from percuss.ensembles.diagram import impact_periods
-from percuss.ensembles.measures import period_of
+from percuss.ensembles.repetition import impact_periods, period_of
 from percuss.motion.sections import SectionDirection, SectionGiven
 
 OMEGA = "forcing.omega"

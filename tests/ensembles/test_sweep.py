@@ -248,7 +248,7 @@ def test_what_is_wrong_with_a_call_is_said(
 
 def test_a_built_in_measure_needs_a_period() -> None:
     with pytest.raises(pc.ParameterError, match=r"forcing\.period"):
-        pc.sweep("period", OSC, None, over={"start.v0": [1.0]})
+        pc.sweep("period", OSC, pc.cosine("1.3") + pc.cosine("2.9"), over={"start.v0": [1.0]})
 
 
 def test_chunks_are_of_a_tenth_of_a_second_or_more_and_never_too_many() -> None:

@@ -23,7 +23,7 @@ from percuss.ensembles.classification import (
     UNBOUNDED,
     Arrays,
 )
-from percuss.ensembles.measures import period_of
+from percuss.ensembles.repetition import period_of
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.kernels import observables
 from percuss.kernels.law_columns import PERIOD

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,17 +15,21 @@ from percuss.arrays import Floats, Integers
 from percuss.ensembles.attractors import Attractor, StrobedSystem, label_starts
 from percuss.ensembles.basins import (
     COLUMN_UNITS,
+    about_measure,
     columns_of,
     fractions_of,
+    measures_of,
     no_starts,
+    start_ranges,
     warn_without_starts,
 )
 from percuss.ensembles.classification import STAGE, Arrays, Classification, Rules
-from percuss.ensembles.datasets import attributes_of, coordinates_of
+from percuss.ensembles.datasets import attributes_of, coordinates_of, with_units
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.grid import Grid, Group, make_grid, walls_of, whole
 from percuss.ensembles.job import Answer, Dimension
 from percuss.ensembles.run_job import execution_of, keep, run_job
+from percuss.ensembles.sweep import named_measures
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
@@ -50,13 +54,15 @@ def basin_fractions(
     force: Forcing | None,
     *,
     over: Mapping[str, object],
-    x0: tuple[Phase, Phase],
-    v0: tuple[Phase, Phase],
+    x0: tuple[Phase, Phase] | None = None,
+    v0: tuple[Phase, Phase] | None = None,
+    start: Sequence[Any] | None = None,
     t0: Phase = 0.0,
     n_starts: int = 1000,
     seed: int = 0,
     periods: int = 1000,
     escape: float = 1e6,
+    measures: Sequence[str] = (),
     store: str | Path | None = None,
     engine: Engine = "threads",
     n_workers: int | None = None,
@@ -82,13 +88,15 @@ def basin_fractions(
         where there are two, or the values themselves.
     x0, v0
         Ranges (low, high) in which the starts are drawn uniformly [length], [length/time].
+    start
+        The same as (x0, v0) or (x0, v0, t0), in place of these: ``start=((-4, 0.7), (-4, 4))``.
     t0
         Time of the starts [time].
     n_starts
         Number of starts, >= 1. Those inside a wall do not count.
     seed
         Seed of the random numbers.
-    periods, escape
+    periods, escape, measures
         As in `basins`.
     store, engine, n_workers, progress
         As in `sweep`.
@@ -98,7 +106,8 @@ def basin_fractions(
     xarray.Dataset
         Over the attractors and the paths: `fraction`, and `fraction_error`, its standard error;
         `exists`; `kind`, `name`, `n_periods`, `n_impacts`, `x`, `v_strobe`, `exponent`,
-        `exponent_error` and `residual` as in `basins`, NaN and empty where it does not exist.
+        `exponent_error`, `residual` and the measures as in `basins`, NaN and empty where it does
+        not exist.
         Over the paths: `undecided`, the undecided part of the starts, and `n_starts`, those outside
         the walls. Attractors are numbered as they appear. The attribute `failed` counts the starts
         inside walls, at all values.
@@ -129,24 +138,27 @@ def basin_fractions(
         raise ParameterError("forcing.period", None, "basins need a periodic forcing")
     periods, n_starts = whole("periods", periods, STAGE), whole("n_starts", n_starts, 1)
     seed, escape = whole("seed", seed, 0), real("escape", escape)
+    x0_range, v0_range, t0 = start_ranges(start, x0, v0, t0)
     grid = make_grid(osc, force, Start(0.0, 0.0, t0), over, VALUES)
+    names = named_measures(measures, grid.axes)
     if len(grid.axes) == 2:
         grid = make_grid(osc, force, Start(0.0, 0.0, t0), over, OF_TWO)
     if len(grid.axes) not in (1, 2) or any(axis.of_start for axis in grid.axes):
         given = [axis.path for axis in grid.axes]
         reason = "fractions have one axis or two, parameters of the motion"
         raise ParameterError("over", given, reason)
-    box = (_range("x0", x0), _range("v0", v0))
+    box = (_range("x0", x0_range), _range("v0", v0_range))
     rules = Rules(as_float(t0), False, periods, escape)
     identity = grid.identity() | {
         "kind": "basin fractions", "box": repr(box), "n_starts": n_starts, "seed": seed,
     }  # fmt: skip
+    identity |= {"measures": list(names)} if names else {}
     drawn = Scattered(grid, box, n_starts, seed)
     job = Classification(drawn, rules, tuple(identity.items()))
     answer = run_job(job, execution)
     warn_without_starts(drawn, answer)
     followed = follow_attractors(grid, rules, answer.arrays, n_starts)
-    return keep(_dataset(grid, answer, followed), execution)
+    return keep(_dataset(grid, answer, followed, names, rules.t0), execution)
 
 
 def _range(name: str, ends: object) -> tuple[float, float]:
@@ -212,7 +224,13 @@ def law_at(grid: Grid, k: int) -> tuple[Floats, float]:
     return law(osc, force), as_float(start.t0)
 
 
-def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Dataset:
+def _dataset(
+    grid: Grid,
+    answer: Answer,
+    followed: Sequence[AttractorsAt],
+    measures: Sequence[str],
+    t0: float,
+) -> Dataset:
     import xarray
 
     paths = tuple(axis.dimension for axis in grid.axes)
@@ -220,7 +238,7 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Da
     shape = (n, len(followed))
     dims = ("attractor", *paths)
     texts = {name: np.full(shape, "", dtype=object) for name in ("kind", "name")}
-    numbers = {name: np.full(shape, np.nan) for name in columns_of(None)}
+    numbers = {name: np.full(shape, np.nan) for name in (*columns_of(None), *measures)}
     fraction, error = np.zeros(shape), np.zeros(shape)
     exists = np.zeros(shape, dtype=np.bool_)
     for k, at_point in enumerate(followed):
@@ -230,13 +248,22 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Da
             fraction[number, k], error[number, k] = at_point.fractions[number]
             for name, value in columns_of(attractor).items():
                 numbers[name][number, k] = value
+        for number, row in _measured(grid, k, at_point, measures, t0):
+            for name, value in row.items():
+                numbers[name][number, k] = value
     columns: dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]] = {
         "fraction": (dims, fraction, {}),
         "fraction_error": (dims, error, {}),
         "exists": (dims, exists, {}),
         **{name: (dims, values, {}) for name, values in texts.items()},
         **{
-            name: (dims, values, {"units": COLUMN_UNITS.get(name, "1")})
+            name: (
+                dims,
+                values,
+                about_measure(name, grid.osc)
+                if name in measures
+                else {"units": COLUMN_UNITS.get(name, "1")},
+            )
             for name, values in numbers.items()
         },
         "undecided": (paths, np.array([at_point.undecided for at_point in followed]), {}),
@@ -250,11 +277,25 @@ def _dataset(grid: Grid, answer: Answer, followed: Sequence[AttractorsAt]) -> Da
         name: (names, values.reshape(*values.shape[:-1], *grid.shape), about)
         for name, (names, values, about) in columns.items()
     }
-    return xarray.Dataset(
+    dataset = xarray.Dataset(
         data,
         coords=coordinates_of(grid.dimensions),
         attrs=attributes_of(grid.motion(), answer) | {"failed": no_starts(answer)},
     )
+    return with_units(dataset, grid.osc.units)
+
+
+def _measured(
+    grid: Grid, k: int, at_point: AttractorsAt, names: Sequence[str], t0: float
+) -> Iterator[tuple[int, dict[str, float]]]:
+    """Yield the measures of the attractors at a point of the parameters, by number."""
+    if not names or not at_point.attractors:
+        return
+    osc, force, _ = grid.point(k)
+    assert force is not None
+    system = StrobedSystem.of(osc, force, t0)
+    for number, attractor in at_point.attractors.items():
+        yield number, measures_of(system, attractor, names)
 
 
 # Points of a chaotic attractor that are followed at the next value, where most of them show which

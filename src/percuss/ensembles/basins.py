@@ -12,6 +12,7 @@ import numpy as np
 
 from percuss.arrays import Floats, Integers
 from percuss.ensembles.attractors import Attractor, StrobedSystem, impacts_at, label_starts
+from percuss.ensembles.batch import MOST_IMPACTS
 from percuss.ensembles.classification import CHUNK, NO_START, STAGE, Classification, Rules, Starts
 from percuss.ensembles.datasets import (
     attributes_of,
@@ -20,21 +21,34 @@ from percuss.ensembles.datasets import (
     with_units,
 )
 from percuss.ensembles.engines import Engine
-from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole
+from percuss.ensembles.grid import AnyGroup, Grid, Group, make_grid, whole
 from percuss.ensembles.job import Answer, Dimension, spans_of
+from percuss.ensembles.measures import MEASURES, Window, measure_group
 from percuss.ensembles.run_job import execution_of, keep, run_job
+from percuss.ensembles.sweep import named_measures
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.start import Start
+from percuss.model.structure import Structure
+from percuss.model.system import stop_rows
 from percuss.progress import Progress, Report
 
 if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["basins", "columns_of", "fractions_of", "no_starts", "warn_without_starts"]
+__all__ = [
+    "about_measure",
+    "basins",
+    "columns_of",
+    "fractions_of",
+    "measures_of",
+    "no_starts",
+    "start_ranges",
+    "warn_without_starts",
+]
 
 
 # Values that a range (low, high) of the starts stands for.
@@ -49,12 +63,14 @@ def basins(
     *,
     x0: object = None,
     v0: object = None,
+    start: Start | Sequence[Any] | None = None,
     cycle: object = None,
     v: object = None,
     stop: int = 0,
     t0: Phase = 0.0,
     periods: int = 1000,
     escape: float = 1e6,
+    measures: Sequence[str] = (),
     store: str | Path | None = None,
     engine: Engine = "threads",
     n_workers: int | None = None,
@@ -69,6 +85,9 @@ def basins(
     x0, v0
         Starts [length], [length/time]: the two axes, at the time t0, each a range (low, high),
         which stands for 201 values, or the values themselves.
+    start
+        The same as (x0, v0) or (x0, v0, t0), in place of these: ``start=((-1, 1), [0.0])``. A
+        number, or a `Start`, is one value.
     cycle, v
         Instead of these: starts at the wall ``stop``, at cycles in [0, 1) and with speeds >= 0
         away from it [length/time].
@@ -81,6 +100,8 @@ def basins(
     escape
         A motion is unbounded where it goes farther than this [length], or where its speed exceeds
         this times the frequency of the forcing.
+    measures
+        Names of measures of `sweep`, taken on each attractor.
     store, engine, n_workers, progress
         As in `sweep`.
 
@@ -97,7 +118,8 @@ def basins(
         `exponent`, the largest Lyapunov exponent [1/time], of an orbit from its multipliers, and
         `exponent_error` of a chaotic one; `residual` of the refined periodic orbit, NaN where there
         is none; `fraction` of the decided and undecided starts, and `fraction_error`, its standard
-        error if the starts were drawn at random.
+        error if the starts were drawn at random. The measures, over two periods of an orbit, 1000
+        forcing periods of a chaotic motion; NaN of unbounded ones.
 
         Over `attractor` and `point`, the attractor in the plane of the starts: `attractor_x0` and
         `attractor_v0` at whole periods, or `attractor_cycle` and `attractor_v` at impacts.
@@ -130,10 +152,13 @@ def basins(
     escape = real("escape", escape)
     if not escape > 0.0:
         raise ParameterError("escape", escape, "not a finite distance above 0")
+    names = named_measures(measures)
+    x0, v0, t0 = start_ranges(start, x0, v0, t0)
     grid, at_wall = _grid(osc, force, (x0, v0), (cycle, v), stop, t0)
     begin = 0.0 if at_wall is not None else as_float(t0)
     rules = Rules(begin, at_wall is not None, periods, escape)
     identity = grid.identity() | {"kind": "basins", "stop": at_wall}
+    identity |= {"measures": list(names)} if names else {}
     starts = grid if at_wall is None else AtWall(grid, at_wall)
     answer = run_job(Classification(starts, rules, tuple(identity.items())), execution)
     warn_without_starts(starts, answer)
@@ -148,7 +173,7 @@ def basins(
     )
     reported.close()
     answer = replace(answer, complete=answer.complete and not reported.is_stopped)
-    return keep(_dataset(starts, system, answer, labels, attractors), execution)
+    return keep(_dataset(starts, system, answer, labels, attractors, names), execution)
 
 
 def no_starts(answer: Answer) -> int:
@@ -254,6 +279,65 @@ def columns_of(attractor: Attractor | None) -> dict[str, float]:
     }
 
 
+def start_ranges(start: object, x0: object, v0: object, t0: Phase) -> tuple[object, object, Phase]:
+    """Return x0, v0 and t0, which may be given as one start.
+
+    Raises
+    ------
+    ParameterError
+        If both are given, or the start has neither two nor three parts.
+
+    Examples
+    --------
+    >>> start_ranges(((-1, 1), 0.5), None, None, 0.0)
+    ((-1, 1), [0.5], 0.0)
+    """
+    if start is None:
+        return x0, v0, t0
+    if x0 is not None or v0 is not None:
+        raise ParameterError("start", start, "given together with x0 or v0; give one")
+    if isinstance(start, Start):
+        start = (start.x0, start.v0, start.t0)
+    parts = () if isinstance(start, str) or not hasattr(start, "__iter__") else tuple(start)
+    if not 2 <= len(parts) <= 3:
+        raise ParameterError("start", start, "not (x0, v0) or (x0, v0, t0), ranges or values")
+    if len(parts) == 3 and t0 != 0.0:
+        raise ParameterError("start", start, f"holds t0, given together with t0 = {t0}")
+    lists = [part if _is_list(part) else [part] for part in parts[:2]]
+    return lists[0], lists[1], parts[2] if len(parts) == 3 else t0
+
+
+def _is_list(part: object) -> bool:
+    return not isinstance(part, str) and hasattr(part, "__len__") and np.ndim(part) > 0  # type: ignore[arg-type]  # a list
+
+
+# Forcing periods over which the measures of a chaotic attractor are taken.
+CHAOTIC_PERIODS = 1000
+
+
+def measures_of(
+    system: StrobedSystem, attractor: Attractor, names: Sequence[str]
+) -> dict[str, float]:
+    """Return measures of an attractor, NaN of unbounded motions."""
+    if not names or attractor.kind == "unbounded":
+        return dict.fromkeys(names, math.nan)
+    # A motion shows its period once it has come again.
+    known = 2 * attractor.n_periods if attractor.kind == "periodic" else 2
+    window = Window(0, CHAOTIC_PERIODS if attractor.kind == "chaotic" else known)
+    which = np.zeros(1, dtype=np.int64)
+    start = np.array([[*attractor.strobes[0], system.t0]])
+    stops = stop_rows(system.osc)[np.newaxis]
+    group = Group(system.law[np.newaxis], which, start, which, stops)
+    values, _, _ = measure_group(names, group, window, MOST_IMPACTS)
+    return {name: float(values[name][0]) for name in names}
+
+
+def about_measure(name: str, osc: Oscillator | Structure) -> dict[str, str]:
+    """Return the attributes of a measure's variable."""
+    measure = MEASURES[name]
+    return {"units": measure.dimensions_of(osc), "long_name": measure.meaning_for(osc)}
+
+
 COLUMN_UNITS = {
     "x": "length",
     "v_strobe": "length/time",
@@ -268,6 +352,7 @@ def _dataset(
     answer: Answer,
     labels: Integers,
     attractors: Sequence[Attractor],
+    measures: Sequence[str],
 ) -> Dataset:
     import xarray
 
@@ -287,6 +372,10 @@ def _dataset(
         if name == "n_periods":
             values = values.astype(np.int64)
         data[name] = ("attractor", values, {"units": COLUMN_UNITS.get(name, "1")})
+    measured = [measures_of(system, attractor, measures) for attractor in attractors]
+    for name in measures:
+        values = np.array([row[name] for row in measured], dtype=np.float64)
+        data[name] = ("attractor", values, about_measure(name, grid.osc))
     points = _points(starts, system, attractors)
     for i, (name, axis) in enumerate(zip(dims, starts.dimensions, strict=True)):
         short = name.removeprefix("start.")

@@ -12,7 +12,7 @@ from percuss.ensembles.threads import check_wanted, stop_flag
 from percuss.kernels import batch, lockstep, observables
 from percuss.kernels import record as columns
 from percuss.kernels.flight import set_phases
-from percuss.kernels.law_columns import MASS, N_HARMONICS, STOP_COLUMNS
+from percuss.kernels.law_columns import MASS, N_HARMONICS, PERIOD_TURNS, STOP_COLUMNS
 from percuss.kernels.linear_observables import Scratch
 from percuss.kernels.observables import LoadSpace
 from percuss.motion.reach import free_until
@@ -68,6 +68,9 @@ class Plan:
         The stop of a structure whose impacts are kept as points, -1 for all.
     n_tangents
         How many perturbations of a structure are carried along, where points are of them.
+    timed
+        (n,) array [time], longer than the motion: a point's first number is t / timed mod 1, of
+        motions without a period; None: the cycle. Motions of one law have one.
     """
 
     since: Floats
@@ -83,6 +86,7 @@ class Plan:
     way: float = 0.0
     of_stop: int = -1
     n_tangents: int = 1
+    timed: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +178,9 @@ def follow_batch(
     level, way = np.full(n, plan.level), np.full(n, plan.way)
     plans = np.stack([plan.since, plan.every, plan.until, level, way], axis=1)
     laws, which = np.ascontiguousarray(laws), np.ascontiguousarray(which, dtype=np.int64)
+    if plan.timed is not None:
+        laws = laws.copy()
+        laws[which, 0, PERIOD_TURNS] = 1.0 / plan.timed
 
     options = batch.Options(
         plan.max_impacts, plan.section, plan.with_extremes, plan.with_loads, PATIENCE

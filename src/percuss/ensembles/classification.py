@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -20,7 +19,7 @@ from percuss.ensembles.batch import (
 )
 from percuss.ensembles.grid import AnyGroup
 from percuss.ensembles.job import Block, Column, Dimension
-from percuss.ensembles.measures import period_of
+from percuss.ensembles.repetition import period_of
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from percuss.arrays import Flags, Floats, Integers
+from percuss.arrays import Floats, Integers
 from percuss.ensembles.batch import MOST_IMPACTS, Plan, reason_of
 from percuss.ensembles.datasets import (
     attributes_of,
@@ -23,7 +23,8 @@ from percuss.ensembles.datasets import (
 from percuss.ensembles.engines import Engine, make_ready
 from percuss.ensembles.grid import AnyGroup, Grid, make_grid, whole, within_walls
 from percuss.ensembles.job import Answer, Block, Column, Dimension, check_room, too_large
-from percuss.ensembles.measures import SAME, SETTLED, Window, period_of
+from percuss.ensembles.measures import MEASURES, SECTIONS, Window, measure_group, periods_at
+from percuss.ensembles.repetition import is_free
 from percuss.ensembles.run_job import execution_of, keep, run_job
 from percuss.ensembles.store import (
     Store,
@@ -33,7 +34,13 @@ from percuss.ensembles.store import (
     own_attributes,
     store_faults,
 )
-from percuss.ensembles.sweep import IMPACTS_OF_A_CHUNK
+from percuss.ensembles.sweep import (
+    IMPACTS_OF_A_CHUNK,
+    NO_STROBES,
+    check_counted,
+    check_structure,
+    named_measures,
+)
 from percuss.errors import OutputError, ParameterError
 from percuss.execution import Execution
 from percuss.kernels import observables
@@ -50,16 +57,11 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["bifurcation_diagram", "failed_values", "impact_periods"]
+__all__ = ["bifurcation_diagram", "failed_values"]
 
 Direction = Literal["forward", "backward"]
 # Values that a range (low, high) of the parameter stands for.
 VALUES = 401
-SECTIONS = {
-    "stroboscopic": observables.STROBES,
-    "impacts": observables.IMPACT_POINTS,
-    "passages": observables.PASSAGES,
-}
 # The status of a value without a motion, besides those of the kernels.
 FAULTY = -2
 # The value of an integer column where nothing has been written.
@@ -80,6 +82,7 @@ def bifurcation_diagram(
     follow: Sequence[Direction] = ("forward", "backward"),
     transient: int = 200,
     points: int = 64,
+    measures: Sequence[str] = (),
     store: str | Path | None = None,
     engine: Engine = "threads",
     n_workers: int | None = None,
@@ -94,7 +97,9 @@ def bifurcation_diagram(
     Parameters
     ----------
     osc, force
-        The oscillator, and a forcing with a period; or a structure, and loads with a period.
+        The oscillator, and a forcing with a period; or a structure, and loads with a period. Or
+        none, as of limit cycles: then the section is "impacts" or a place, and time is counted as
+        in `sweep`.
     over
         One path, and a range (low, high) that stands for 401 values, or the values themselves, in
         the order in which they are followed forward. A path of the start needs ``follow=()``.
@@ -120,6 +125,8 @@ def bifurcation_diagram(
     points
         Points kept at each value, >= 2: forcing periods that are followed; of impacts and passages
         the last.
+    measures
+        Names of measures of `sweep`, taken over the same time.
     store, engine, n_workers, progress
         As in `sweep`. A followed branch is one chunk.
 
@@ -127,11 +134,12 @@ def bifurcation_diagram(
     -------
     xarray.Dataset
         Over (branch, path, sample): `x` [length] and `v` [length/time], or `cycle`, `v_after`
-        and `bound`, the stop, or `cycle` and `v` of passages; NaN where there are fewer. Stops are counted upwards along
-        x, from 0 where the lowest is a wall below, else from 1. Over (branch, path): `period`,
-        that of the motion in forcing periods (0: none up to half of those followed, -1: there is
-        no motion), and `reason`, why there is none. The attribute `failed` counts the values
-        without a motion.
+        and `bound`, the stop, or `cycle` and `v` of passages; NaN where there are fewer. Without
+        a forcing there is no `cycle`. Stops are counted upwards along x, from 0 where the lowest
+        is a wall below, else from 1. Over (branch, path): `period`, that of the motion in forcing
+        periods, without a forcing in time (0: none up to half of those followed, -1: there is no
+        motion); the measures; and `reason`, why there is no motion. The attribute `failed` counts
+        the values without one.
 
     Warns
     -----
@@ -165,9 +173,16 @@ def bifurcation_diagram(
     begins: Sequence[Any] = (start,) if starts is None else starts
     grids = [make_grid(osc, force, begin, over, VALUES, along) for begin in begins]
     _check(grids, kept, follow, points)
+    named = named_measures(measures, grids[0].axes)
+    if isinstance(osc, Structure):
+        check_structure(named, grids[0])
+    free = is_free(grids[0].force)
+    if free and kept.kind == "stroboscopic":
+        raise ParameterError("section", kept.given, NO_STROBES)
     window = Window(transient, points - 1)
-    followed = FollowedBranches(kept, window, of_stop, grids[0], tuple(follow))
-    afresh = FreshBranches(kept, window, of_stop, tuple(grids))
+    asked = (kept, window, named, free, of_stop)
+    followed = FollowedBranches(*asked, grids[0], tuple(follow))
+    afresh = FreshBranches(*asked, tuple(grids))
     parts = {job.part: job for job in (followed, afresh) if job.size}
     _make_ready(parts, execution)
     answers: list[Answer] = []
@@ -181,7 +196,7 @@ def bifurcation_diagram(
     names = [*follow, *(f"start {i}" for i in range(len(grids)))]
     # Followed branches begin at the first start.
     of_branches = [*(grids[0] for _ in follow), *grids]
-    data = _dataset(of_branches, names, kept, answers)
+    data = _dataset(of_branches, names, followed, answers)
     _warn(data)
     return keep(data, execution)
 
@@ -280,8 +295,7 @@ def _check(grids: list[Grid], section: PoincareSection, follow: Sequence[str], p
     if problem is not None:
         raise ParameterError("points", points, f"{points:,} at each of {problem}")
     grid = grids[0]
-    if grid.force is None or grid.force.period is None:
-        raise ParameterError(grid.period_path, None, "a diagram needs a periodic forcing")
+    check_counted(grid.force, grid.period_path)
     if isinstance(grid.osc, Structure) and section.kind == "passages":
         reason = 'no section of a structure; take "stroboscopic", a cycle, or "impacts"'
         raise ParameterError("section", section.given, reason)
@@ -290,12 +304,10 @@ def _check(grids: list[Grid], section: PoincareSection, follow: Sequence[str], p
         grid.osc.direction(None)
 
 
-def _dataset(
-    grids: list[Grid], names: list[str], section: PoincareSection, answers: list[Answer]
-) -> Dataset:
+def _dataset(grids: list[Grid], names: list[str], job: Branches, answers: list[Answer]) -> Dataset:
     import xarray
 
-    grid = grids[0]
+    grid, section = grids[0], job.section
     n = grid.size
     parts = {
         name: np.concatenate(
@@ -304,7 +316,7 @@ def _dataset(
                 for a in answers
             ]
         )
-        for name in ("points", "period", "status")
+        for name in job.of_value
     }
     path = grid.axes[0].dimension
     sampled = ("branch", path, "sample")
@@ -324,7 +336,18 @@ def _dataset(
             "v_after": (sampled, parts["points"][..., 1], {"units": "length/time"}),
             "bound": (sampled, parts["points"][..., 2], {"units": "1"}),
         }
-    data["period"] = (("branch", path), parts["period"], {"units": "1"})
+    if job.is_free:
+        # Time has no origin without a forcing.
+        data.pop("cycle", None)
+    of_period = {"units": "time" if job.is_free else "1"}
+    data["period"] = (("branch", path), parts["period"], of_period)
+    for name in job.measures:
+        measure = MEASURES[name]
+        about = {
+            "units": measure.dimensions_of(grid.osc, free=job.is_free),
+            "long_name": measure.meaning_for(grid.osc, free=job.is_free),
+        }
+        data[name] = (("branch", path), parts[name], about)
     data["reason"] = (("branch", path), _reasons(grids, parts["status"]))
     complete = all(answer.complete for answer in answers)
     total = sum(answer.n_impacts for answer in answers)
@@ -359,17 +382,20 @@ class Branches:
     part: ClassVar[str]
     section: PoincareSection
     window: Window
+    measures: tuple[str, ...]
+    is_free: bool
     of_stop: int
 
     @property
     def of_value(self) -> dict[str, Column]:
-        """The columns of one value: points of the section, the period, the status."""
+        """The columns of one value: points of the section, the period, the status, measures."""
         return {
             "points": Column(
                 (self.window.periods + 1, observables.POINT_COLUMNS), dims=("sample", "entry")
             ),
-            "period": Column(dtype="i8"),
+            "period": Column(dtype="f8" if self.is_free else "i8"),
             "status": Column(dtype="i8"),
+            **{name: Column() for name in self.measures},
         }
 
     def empty(self, n: int) -> Block:
@@ -385,7 +411,9 @@ class Branches:
             "section": self.section.label,
             "transient": self.window.transient,
             "points": self.window.periods + 1,
-        } | ({"stop": self.of_stop} if self.of_stop >= 0 else {})
+            **({"measures": list(self.measures)} if self.measures else {}),
+            **({"stop": self.of_stop} if self.of_stop >= 0 else {}),
+        }
 
     def fill(self, block: Block, group: AnyGroup, rows: Integers) -> Floats:
         """Follow motions, fill rows of a block with their points, and return where they end."""
@@ -405,6 +433,7 @@ class Branches:
             max_impacts=MOST_IMPACTS,
             level=self.section.at,
             way=self.section.sign,
+            timed=self.window.longest(period) if self.is_free else None,
             of_stop=self.of_stop,
         )
         result = group.follow(plan)
@@ -412,7 +441,16 @@ class Branches:
         points = result.points.copy()
         points[bad] = np.nan
         strobes = np.where(bad[:, np.newaxis, np.newaxis], np.nan, result.strobes)
-        n_periods = _period(result.values, points, strobes, self.section)
+        longest = max(1, min(plan.n_points // 2, self.window.periods))
+        kept = replace(result, points=points, strobes=strobes)
+        n_periods = periods_at(kept, plan, self.window.periods, longest)
+        if self.measures:
+            values, _, count = measure_group(
+                self.measures, group, self.window, MOST_IMPACTS, self.section
+            )
+            block.n_impacts += count
+            for name in self.measures:
+                block.arrays[name][rows] = values[name]
         block.arrays["points"][rows] = points
         block.arrays["period"][rows] = np.where(bad, NO_PERIOD, n_periods)
         block.arrays["status"][rows] = result.status
@@ -564,53 +602,3 @@ def _between_walls(grid: Grid, k: int, state: Floats) -> Grid:
 def failed_values(arrays: Mapping[str, NDArray[np.generic]]) -> int:
     """Return the number of values, of all branches, that are done and have no motion."""
     return int(((arrays["period"] == NO_PERIOD) & (arrays["status"] != NOT_DONE)).sum())
-
-
-def _period(values: Floats, points: Floats, strobes: Floats, section: PoincareSection) -> Integers:
-    longest = points.shape[1] // 2
-    if section.kind == "stroboscopic":
-        return period_of(strobes, max(1, min(longest, points.shape[1] - 1)))
-    return impact_periods(points, values[:, observables.POINTS], points.shape[1] - 1)
-
-
-def impact_periods(points: Floats, impacts: Floats, periods: int) -> Integers:
-    """Return the periods of motions in forcing periods, from their impacts.
-
-    Parameters
-    ----------
-    points
-        (n, m, 3) array of (cycle, v_after, bound), NaN where there are fewer.
-    impacts
-        (n,) array, the numbers of impacts in ``periods`` forcing periods.
-    periods
-        Forcing periods in which they were counted.
-
-    Returns
-    -------
-    (n,) array
-        0 where half of the points show no period, or where they are still settling on one.
-    """
-    n, m = points.shape[:2]
-    n_periods = np.zeros(n, dtype=np.int64)
-    undecided = np.ones(n, dtype=np.bool_)
-    for count in range(1, m // 2 + 1):
-        found = undecided & _repeats(points, count, SAME)
-        if not found.any():
-            continue
-        undecided &= ~found
-        # As of strobes: smaller differences of a divisor are the end of a transient.
-        for q in (q for q in range(1, count // 2 + 1) if count % q == 0):
-            found &= ~_repeats(points, q, SETTLED * SAME)
-        n_periods[found] = np.round(count * periods / impacts[found])
-    return n_periods
-
-
-def _repeats(points: Floats, count: int, tolerance: float) -> Flags:
-    """Return which rows of points are, within a part of their size, those so many points later."""
-    speed = np.nan_to_num(np.abs(points[:, :, 1])).max(axis=1, keepdims=True)
-    step = points[:, count:] - points[:, :-count]
-    turn = np.abs(step[:, :, 0] - np.round(step[:, :, 0]))
-    known = ~np.isnan(step[:, :, 1])
-    near = (turn <= tolerance) & (np.abs(step[:, :, 1]) <= tolerance * speed)
-    same = near & (step[:, :, 2] == 0.0)
-    return np.asarray((same | ~known).all(axis=1) & (known.sum(axis=1) >= count))

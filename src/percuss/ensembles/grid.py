@@ -12,6 +12,7 @@ import numpy as np
 from percuss.arrays import Flags, Floats, Integers
 from percuss.ensembles.batch import BatchResult, Plan, follow_batch
 from percuss.ensembles.job import Dimension
+from percuss.ensembles.repetition import counting_period, counting_periods
 from percuss.ensembles.structure_batch import follow_structures
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
@@ -132,9 +133,14 @@ class Group:
     stops: Floats | None = None
 
     @property
+    def is_forced(self) -> bool:
+        """Whether the motions have a forcing with a period."""
+        return bool(self.laws[0, 0, at.PERIOD] > 0.0)
+
+    @property
     def periods(self) -> Floats:
-        """(n,) array, the period of the forcing of each motion [time]."""
-        return np.asarray(self.laws[self.which, 0, at.PERIOD])
+        """(n,) array, the time in which each motion is counted [time]: the forcing's period."""
+        return counting_periods(self.laws, self.which)
 
     def follow(self, plan: Plan) -> BatchResult:
         """Follow all motions to the end of a plan."""
@@ -171,10 +177,14 @@ class StructureGroup:
     on: Floats
 
     @property
+    def is_forced(self) -> bool:
+        """Whether the motions have loads with a period."""
+        return self.systems[0].period is not None
+
+    @property
     def periods(self) -> Floats:
-        """(n,) array, the period of the loads of each motion [time], NaN without one."""
-        periods = [system.period for system in self.systems]
-        return np.array([math.nan if one is None else one for one in periods])[self.which]
+        """(n,) array, the time in which each motion is counted [time]: the loads' period."""
+        return np.array([counting_period(system) for system in self.systems])[self.which]
 
     def follow(self, plan: Plan) -> BatchResult:
         """Follow all motions to the end of a plan."""

@@ -21,7 +21,7 @@ from percuss.ensembles.batch import (
     tangent_plan,
 )
 from percuss.ensembles.grid import Group, make_grid, whole
-from percuss.ensembles.measures import period_of
+from percuss.ensembles.repetition import period_of
 from percuss.errors import ParameterError
 from percuss.kernels import observables
 from percuss.kernels import record as columns

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from percuss.arrays import Floats, Integers
+from percuss.arrays import Floats
 from percuss.ensembles.batch import (
     BatchResult,
     Plan,
@@ -16,30 +16,47 @@ from percuss.ensembles.batch import (
     tangent_plan,
 )
 from percuss.ensembles.grid import AnyGroup, whole
+from percuss.ensembles.repetition import impact_periods, period_of, repeat_times
 from percuss.kernels import observables
 from percuss.kernels import record as columns
 from percuss.model.oscillator import Oscillator
 from percuss.model.structure import Structure
 from percuss.model.units import FORCE, in_units
 from percuss.motion.growth import fit_power_law
+from percuss.motion.sections import PoincareSection
 from percuss.numerics import geometric
 
-__all__ = ["MEASURES", "Measure", "Window", "measure_group", "period_of"]
+__all__ = [
+    "MEASURES",
+    "SECTIONS",
+    "STROBOSCOPIC",
+    "Measure",
+    "Window",
+    "measure_group",
+    "periods_at",
+]
 
 
-# Strobes that differ by less than this part of the motion's size are the same.
-SAME = 1e-6
-# The strobes of an orbit of p periods differ by more than 100 times that; smaller differences are
-# the end of a transient that turns by about 1/p.
-SETTLED = 100.0
 # Edges of intervals that are equal in the logarithm of time, as parts of the whole: the growth
 # exponent is fitted to their fastest impacts.
 INTERVALS = geometric(0.01, 1.0, 25)
+# What is counted of motions without forcing.
+FREE_COUNT = "a time of 2 pi / sqrt(k)"
+FREE_PERIOD = "time after which the motion repeats itself; 0: no time up to half of that measured"
+# What the kernels write at a section.
+SECTIONS = {
+    "stroboscopic": observables.STROBES,
+    "impacts": observables.IMPACT_POINTS,
+    "passages": observables.PASSAGES,
+}
+STROBOSCOPIC = PoincareSection("stroboscopic")
 
 
 @dataclass(frozen=True, slots=True)
 class Window:
     """The time in which a motion is measured, after a transient; both in forcing periods.
+
+    Without a forcing they are counted as `counting_periods` says.
 
     Attributes
     ----------
@@ -47,10 +64,31 @@ class Window:
         Periods from the start on that are left out, >= 0.
     periods
         Periods that are measured, >= 1.
+    between
+        Two instants [time] between which is measured, in place of both; None: no such instants.
     """
 
     transient: int = 200
     periods: int = 64
+    between: tuple[float, float] | None = None
+
+    def span(self, t0: Floats, every: Floats) -> tuple[Floats, Floats]:
+        """Return when the measuring of motions begins and ends [time], from t0 and periods."""
+        if self.between is not None:
+            first, last = self.between
+            return np.full(len(t0), first), np.full(len(t0), last)
+        since = t0 + self.transient * every
+        return since, since + self.periods * every
+
+    def counted(self, plan: Plan) -> Floats | int:
+        """Return the number of periods that are measured."""
+        if self.between is None:
+            return self.periods
+        return np.asarray((plan.until - plan.since) / plan.every)
+
+    def longest(self, every: Floats) -> Floats:
+        """Return more than the whole time of motions whose periods are ``every`` [time]."""
+        return np.asarray(2.0 * (self.transient + self.periods + 2) * every)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "transient", whole("transient", self.transient, 0))
@@ -90,64 +128,55 @@ class Measure:
     needs_tangent: bool = False
     without: str = ""
 
-    def meaning_for(self, osc: Oscillator | Structure) -> str:
-        """Return its meaning for an oscillator, with a mass or without."""
-        return self.meaning if osc.mass is None else self.meaning.replace(" per unit mass", "")
+    @property
+    def counts_periods(self) -> bool:
+        """Whether it is taken over whole periods."""
+        return self.needs_strobes or self.needs_tangent or self.needs_peaks
 
-    def unit_of(self, osc: Oscillator | Structure) -> str:
+    def meaning_for(self, osc: Oscillator | Structure, *, free: bool = False) -> str:
+        """Return its meaning for an oscillator, with a mass or without, forced or free."""
+        meaning = self.meaning if osc.mass is None else self.meaning.replace(" per unit mass", "")
+        if free and self.needs_strobes:
+            return FREE_PERIOD
+        return meaning.replace("a forcing period", FREE_COUNT) if free else meaning
+
+    def dimensions_of(self, osc: Oscillator | Structure, *, free: bool = False) -> str:
+        """Return its dimensions for an oscillator, with a mass or without, forced or free."""
+        if free and self.needs_strobes:
+            return "time"
+        return self.units if osc.mass is not None else self.units.removeprefix("mass ")
+
+    def unit_of(self, osc: Oscillator | Structure, *, free: bool = False) -> str:
         """Return its unit, or where an oscillator has no units its dimensions."""
-        dimensions = self.units if osc.mass is not None else self.units.removeprefix("mass ")
-        return in_units(osc.units, dimensions)
+        return in_units(osc.units, self.dimensions_of(osc, free=free))
 
 
-def period_of(points: Floats, longest: int) -> Integers:
-    """Return the period of each motion in forcing periods, 0 where it does not repeat itself.
+def periods_at(result: BatchResult, plan: Plan, periods: int, longest: int) -> Floats:
+    """Return the period of each motion from its points on a section, 0 where it has none.
 
     Parameters
     ----------
-    points
-        (n, m, 2) array of (x, v), one a period.
-    longest
-        The longest period considered, in forcing periods, below m.
+    result, plan
+        Results of motions, with points, and their plan.
+    periods, longest
+        Periods over which the points were kept, and the longest one considered of strobes.
 
     Returns
     -------
     (n,) array
-        The least period p at which all strobes agree with those p later to 1e-6 of the motion's
-        size, where those of a shorter one that divides it are apart by more than 1e-4.
-
-    Examples
-    --------
-    >>> alternating = np.array([[[1.0, 0.0], [2.0, 0.0]] * 4])
-    >>> period_of(alternating, 4)
-    array([2])
+        In forcing periods; of motions without forcing, whose points are timed, in time.
     """
-    size = np.abs(points).max(axis=(1, 2))
-    # A motion that repeats itself does so at the end: one pair of strobes rules out most periods.
-    last = np.abs(points[:, -1:] - points[:, -1 - longest : -1]).max(axis=2)[:, ::-1]
-    hopeful = last <= SAME * size[:, np.newaxis]
-    periods = np.zeros(len(points), dtype=np.int64)
-    for p in (1 + np.flatnonzero(hopeful.any(axis=0))).tolist():
-        rows = np.flatnonzero(hopeful[:, p - 1])
-        rows = rows[_difference(points[rows], p) <= SAME * size[rows]]
-        if len(rows) == 0:
-            continue
-        # The first period that fits decides, if only that there is none.
-        hopeful[rows] = False
-        distinct = np.ones(len(rows), dtype=np.bool_)
-        for q in (q for q in range(1, p // 2 + 1) if p % q == 0):
-            distinct &= _difference(points[rows], q) > SETTLED * SAME * size[rows]
-        periods[rows[distinct]] = p
-    return periods
+    if plan.timed is not None:
+        return repeat_times(result.points, plan.timed)
+    if plan.section == observables.STROBES:
+        return period_of(result.strobes, longest).astype(np.float64)
+    # Of impacts on one stop alone, those are counted.
+    counted = result.values[:, observables.POINTS]
+    return impact_periods(result.points, counted, periods).astype(np.float64)
 
 
-def _difference(points: Floats, p: int) -> Floats:
-    """Return the largest difference between strobes p periods apart."""
-    return np.asarray(np.abs(points[:, p:] - points[:, :-p]).max(axis=(1, 2)))
-
-
-def _period(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    return period_of(result.strobes, max(1, window.periods // 2)).astype(np.float64)
+def _period(result: BatchResult, plan: Plan, window: Window) -> Floats:
+    return periods_at(result, plan, window.periods, max(1, window.periods // 2))
 
 
 def _peak_displacement(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
@@ -171,13 +200,13 @@ def _peak_impact_velocity(result: BatchResult, plan: Plan, window: Window) -> Fl
     return result.values[:, observables.PEAK_SPEED].copy()
 
 
-def _impacts(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    return np.asarray(result.values[:, observables.IMPACTS] / window.periods)
+def _impacts(result: BatchResult, plan: Plan, window: Window) -> Floats:
+    return np.asarray(result.values[:, observables.IMPACTS] / window.counted(plan))
 
 
-def _dissipated(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+def _dissipated(result: BatchResult, plan: Plan, window: Window) -> Floats:
     lost = result.values[:, observables.LOST] + result.values[:, observables.DRAGGED]
-    return np.asarray(result.masses * lost / window.periods)
+    return np.asarray(result.masses * lost / window.counted(plan))
 
 
 def _peak_stop_force(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
@@ -317,7 +346,11 @@ MEASURES: dict[str, Measure] = {
 
 
 def measure_group(
-    names: Sequence[str], group: AnyGroup, window: Window, max_impacts: int
+    names: Sequence[str],
+    group: AnyGroup,
+    window: Window,
+    max_impacts: int,
+    section: PoincareSection = STROBOSCOPIC,
 ) -> tuple[dict[str, Floats], dict[int, str], int]:
     """Return the measures of motions, the reasons of those without, and the number of impacts.
 
@@ -331,6 +364,8 @@ def measure_group(
         When they are measured.
     max_impacts
         Impacts after which a motion is abandoned.
+    section
+        Where a period is found; motions without forcing have no strobes.
 
     Returns
     -------
@@ -342,7 +377,7 @@ def measure_group(
     reasons: dict[int, str] = {}
     n_impacts = 0
     for together in _together(names):
-        plan = _plan(together, group, window, max_impacts)
+        plan = _plan(together, group, window, max_impacts, section)
         result = group.follow(plan)
         n_impacts += int(result.n_impacts.sum())
         lost = _reasons(result, plan)
@@ -370,14 +405,27 @@ def _together(names: Sequence[str]) -> list[list[str]]:
     return [rest, alone] if alone else [rest]
 
 
-def _plan(names: Sequence[str], group: AnyGroup, window: Window, max_impacts: int) -> Plan:
+def _plan(
+    names: Sequence[str],
+    group: AnyGroup,
+    window: Window,
+    max_impacts: int,
+    section: PoincareSection,
+) -> Plan:
     period = group.periods
     t0 = group.starts[:, -1]
     measures = [MEASURES[name] for name in names]
-    since = t0 + window.transient * period
-    plan = Plan(since, period, since + window.periods * period)
+    since, until = window.span(t0, period)
+    plan = Plan(since, period, until)
     if any(measure.needs_strobes for measure in measures):
-        plan = replace(plan, section=observables.STROBES, n_points=window.periods + 1)
+        plan = replace(
+            plan,
+            section=SECTIONS[section.kind],
+            n_points=window.periods + 1,
+            level=section.at,
+            way=section.sign,
+            timed=None if group.is_forced else window.longest(period),
+        )
     elif any(measure.needs_tangent for measure in measures):
         plan = tangent_plan(period, t0, window.transient, window.periods)
     edges = None

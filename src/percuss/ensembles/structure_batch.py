@@ -141,8 +141,8 @@ def _directions(n: int, c: int) -> Floats:
     columns = np.zeros((2 * n, c))
     for i in range(min(c, 2 * n)):
         # Mirrored at a plane across which no axis lies.
-        normal = np.full(2 * n, 1.0)
-        normal[0] = 2.0
+        normal = np.full(2 * n, -3.0)
+        normal[0] = 1.0
         axis = np.zeros(2 * n)
         axis[i] = 1.0
         columns[:, i] = axis - 2.0 * normal[i] / float((normal * normal).sum()) * normal
@@ -215,7 +215,8 @@ def _points(
     if plan.section == observables.IMPACT_POINTS:
         signs = np.stack([system.signs for system in systems])
         stops = np.nan_to_num(points[:, :, 2]).astype(np.int64)
-        out[:, :, 0] = points[:, :, 0] / plan.every[:, np.newaxis] % 1.0
+        every = plan.every if plan.timed is None else plan.timed
+        out[:, :, 0] = points[:, :, 0] / every[:, np.newaxis] % 1.0
         out[:, :, 1] = points[:, :, 1] * np.take_along_axis(signs[which], stops, axis=1)
         out[:, :, 2] = points[:, :, 2]
     return out

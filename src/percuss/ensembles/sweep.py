@@ -8,7 +8,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,18 +22,21 @@ from percuss.ensembles.datasets import (
 )
 from percuss.ensembles.engines import Engine
 from percuss.ensembles.fingerprint import fingerprint
-from percuss.ensembles.grid import Grid, make_grid, whole
+from percuss.ensembles.grid import Axis, Grid, make_grid, whole
 from percuss.ensembles.job import Block, Column, Dimension, too_large
-from percuss.ensembles.measures import MEASURES, Window, measure_group
+from percuss.ensembles.measures import MEASURES, STROBOSCOPIC, Window, measure_group
+from percuss.ensembles.repetition import is_free, period_of_motion
 from percuss.ensembles.run_job import execution_of, run_job
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import observables
+from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads
 from percuss.model.oscillator import On, Oscillator
 from percuss.model.start import Start
 from percuss.model.structure import Structure, StructureStart
+from percuss.motion.sections import PoincareSection, SectionGiven, section_of
 from percuss.motion.simulate import simulate
 from percuss.progress import Report
 
@@ -41,7 +44,15 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["SAME_NAME", "sweep"]
+__all__ = [
+    "NO_STROBES",
+    "SAME_NAME",
+    "check_counted",
+    "check_structure",
+    "named_measures",
+    "span_of",
+    "sweep",
+]
 
 # Impacts of a compiled chunk, at about one a period: they take some tenths of a second, much longer
 # than submitting and storing the chunk, and little memory. Making a law takes as long as 1000
@@ -57,6 +68,7 @@ LONGEST_TEXT = 60
 # Values that are tested for NaN at a time.
 LOOKED_AT = 1_000_000
 # A table has one column of a name.
+NO_STROBES = "without a forcing there are no strobes; give 'impacts' or {'at': 0.0}"
 SAME_NAME = "the name of a measure that is asked for; give the parameter another name"
 
 
@@ -70,6 +82,8 @@ def sweep(
     start: Start | StructureStart | Sequence[Any] | None = None,
     transient: int = 200,
     periods: int = 64,
+    between: Sequence[Phase] | None = None,
+    section: SectionGiven = "stroboscopic",
     max_impacts: int = MOST_IMPACTS,
     store: str | Path | None = None,
     engine: Engine = "threads",
@@ -84,8 +98,8 @@ def sweep(
         One or several of "peak_displacement", "min_displacement", "max_displacement",
         "rms_displacement", "peak_impact_velocity", "peak_acceleration", "peak_stop_force",
         "contact_share", "mean_power", "impacts_per_period", "period", "dissipated_energy",
-        "largest_lyapunov_exponent", "growth_exponent", which run compiled. Or a function: of a run, of (osc, force), or of (osc, force, start), that
-        returns a number.
+        "largest_lyapunov_exponent", "growth_exponent", which run compiled. Or a function: of a
+        run, of (osc, force), or of (osc, force, start), that returns a number.
     osc, force
         The oscillator and its forcing, or a structure and its loads; ``over`` replaces some of
         their parameters.
@@ -101,7 +115,15 @@ def sweep(
         t0 [time]; of a structure a `StructureStart`, or these with a number for each coordinate;
         default: at rest at 0.
     transient, periods
-        Forcing periods that are left out, and that are measured after them.
+        Forcing periods that are left out, and that are measured after them. Without a forcing
+        time is counted in units of 2 pi / sqrt(k), the period of free vibration.
+    between
+        Two instants (first, last) [time] between which is measured, in place of these: under an
+        irregular sea, or any other forcing without a period.
+    section
+        Where the measure "period" is found, as `bifurcation_diagram` takes it; default: once a
+        forcing period. Without a forcing, as of a limit cycle, it is "impacts" or a place such
+        as ``{"at": 0.0, "direction": "up"}``, and the period is a time.
     max_impacts
         Impacts after which a motion is abandoned, >= 1.
     store
@@ -151,7 +173,8 @@ def sweep(
     """
     execution = execution_of(store, engine, n_workers, progress)
     grid = make_grid(osc, force, start, over, on=on)
-    work = _work(measure, grid, Window(transient, periods), max_impacts)
+    window = Window(transient, periods, _span(between, grid, measure))
+    work = _work(measure, grid, window, max_impacts, section_of(section))
     answer = run_job(work, execution, is_read_from_disk=True)
     nowhere = [name for name in work.names if not _has_any(answer.arrays[name])]
     if answer.complete and answer.reasons and not nowhere:
@@ -171,6 +194,77 @@ def sweep(
     return dataset_of(work.dimensions, work.columns, answer, about)
 
 
+def check_counted(force: Forcing | Loads | None, path: str = "forcing.period") -> None:
+    """Raise a `ParameterError` if a forcing has no period in which time could be counted."""
+    if force is not None and not is_free(force) and force.period is None:
+        reason = "time is counted in forcing periods, and this forcing has none; give between="
+        raise ParameterError(path, None, reason)
+
+
+def span_of(between: object, t0: float, names: Sequence[str] = ()) -> tuple[float, float]:
+    """Return the two instants between which motions from t0 are measured.
+
+    Raises
+    ------
+    ParameterError
+        If they are not two instants in order, after the start, or a measure of whole periods is
+        asked for.
+
+    Examples
+    --------
+    >>> span_of((0, "10*pi"), 0.0)
+    (0.0, 31.41592653589793)
+    """
+    try:
+        first, last = (as_float(time) for time in between)  # type: ignore[attr-defined]  # else raised
+    except (TypeError, ValueError) as error:
+        raise ParameterError("between", between, "not two instants (first, last)") from error
+    if not -math.inf < first < last < math.inf:
+        raise ParameterError("between", between, "not two instants, the second after the first")
+    if first < t0:
+        raise ParameterError("between", between, f"begins before the start at t0 = {t0:.12g}")
+    whole_periods = [name for name in names if MEASURES[name].counts_periods]
+    if whole_periods:
+        reason = "counted over whole periods; give transient and periods in place of between"
+        raise ParameterError("measure", whole_periods[0], reason)
+    return first, last
+
+
+def _span(between: object, grid: Grid, measure: object) -> tuple[float, float] | None:
+    if between is None:
+        return None
+    starts = [axis.values.max() for axis in grid.axes if axis.path == "start.t0"]
+    names = () if callable(measure) else named_measures(measure, (), "measure")
+    return span_of(between, float(max([as_float(grid.start.t0), *starts])), names)
+
+
+def named_measures(
+    given: object, axes: Sequence[Axis] = (), name: str = "measures"
+) -> tuple[str, ...]:
+    """Return the built-in measures of a list of names, or of one name.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such measure, or one has the name of an axis.
+    """
+    if isinstance(given, str) or not hasattr(given, "__iter__"):
+        given = (given,)
+    names: list[str] = []
+    for each in given:
+        if callable(each):
+            own = getattr(each, "__name__", repr(each))
+            raise ParameterError(name, own, "one function at a time; a list holds names")
+        if not isinstance(each, str) or each not in MEASURES:
+            functions = ", and no function" if name == "measure" else ""
+            raise ParameterError(name, each, f"none of {', '.join(MEASURES)}{functions}")
+        names.append(each)
+    for axis in axes:
+        if axis.dimension in names:
+            raise ParameterError("over", axis.dimension, SAME_NAME)
+    return tuple(names)
+
+
 def _has_any(values: NDArray[np.generic]) -> bool:
     """Return whether any value, of possibly more than memory holds, is a number."""
     parts = range(0, len(values), LOOKED_AT)
@@ -182,42 +276,34 @@ def _work(
     grid: Grid,
     window: Window,
     max_impacts: int,
+    section: PoincareSection,
 ) -> Measured | Called:
     max_impacts = whole("max_impacts", max_impacts, 1)
     if callable(measure):
         return Called(grid, measure, window)
-    if isinstance(measure, str) or not hasattr(measure, "__iter__"):
-        given: tuple[object, ...] = (measure,)
-    else:
-        given = tuple(measure)
-    names: list[str] = []
-    for name in given:
-        if callable(name):
-            own = getattr(name, "__name__", repr(name))
-            raise ParameterError("measure", own, "one function at a time; a list holds names")
-        if not isinstance(name, str) or name not in MEASURES:
-            raise ParameterError("measure", name, f"none of {', '.join(MEASURES)}, and no function")
-        names.append(name)
+    names = named_measures(measure, grid.axes, "measure")
     if not names:
         raise ParameterError("measure", (), f"none at all; there are {', '.join(MEASURES)}")
-    for axis in grid.axes:
-        if axis.dimension in names:
-            raise ParameterError("over", axis.dimension, SAME_NAME)
     if isinstance(grid.osc, Structure):
-        _check_structure(names, grid.osc, grid)
-    if grid.force is None or grid.force.period is None:
-        reason = "a built-in measure counts in forcing periods; give a forcing that has one"
-        raise ParameterError(grid.period_path, None, reason)
-    if any(MEASURES[name].needs_strobes for name in names):
+        check_structure(names, grid)
+    if window.between is None:
+        check_counted(grid.force, grid.period_path)
+    needs_period = any(MEASURES[name].needs_strobes for name in names)
+    if needs_period and is_free(grid.force) and section.kind == "stroboscopic":
+        raise ParameterError("section", section.given, NO_STROBES)
+    if needs_period and isinstance(grid.osc, Structure) and section.kind == "passages":
+        reason = 'no section of a structure; take "stroboscopic", a cycle, or "impacts"'
+        raise ParameterError("section", section.given, reason)
+    if needs_period:
         # Those of one motion at least are in memory at once.
         problem = too_large([1], observables.POINT_COLUMNS * (window.periods + 1))
         if problem is not None:
             reason = f"a period is found from a strobe in each; {problem}"
             raise ParameterError("periods", window.periods, reason)
-    return Measured(grid, tuple(names), window, max_impacts)
+    return Measured(grid, names, window, max_impacts, section)
 
 
-def _check_structure(names: Sequence[str], structure: Structure, grid: Grid) -> None:
+def check_structure(names: Sequence[str], grid: Grid) -> None:
     """Raise unless a structure has these measures, of the displacement that was given."""
     for name in names:
         if not MEASURES[name].of_structures:
@@ -225,7 +311,7 @@ def _check_structure(names: Sequence[str], structure: Structure, grid: Grid) -> 
             raise ParameterError("measure", name, f"not for structures; there are {known}")
         if MEASURES[name].of_displacement and not grid.on:
             # The sentence that says of what the displacement may be.
-            structure.direction(None)
+            cast("Structure", grid.osc).direction(None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,6 +338,7 @@ class Measured(OverGrid):
     names: tuple[str, ...]
     window: Window
     max_impacts: int
+    section: PoincareSection = STROBOSCOPIC
 
     @property
     def chunk(self) -> int:
@@ -265,10 +352,11 @@ class Measured(OverGrid):
     @property
     def columns(self) -> dict[str, Column]:
         """One number for each measure."""
+        free = self.grid.force is None or self.grid.force.period is None
         return {
             name: Column(
-                units=MEASURES[name].unit_of(self.grid.osc),
-                meaning=MEASURES[name].meaning_for(self.grid.osc),
+                units=MEASURES[name].unit_of(self.grid.osc, free=free),
+                meaning=MEASURES[name].meaning_for(self.grid.osc, free=free),
             )
             for name in self.names
         }
@@ -280,7 +368,9 @@ class Measured(OverGrid):
             "measure": list(self.names),
             "transient": self.window.transient,
             "periods": self.window.periods,
+            **({} if self.window.between is None else {"between": repr(self.window.between)}),
             "max_impacts": self.max_impacts,
+            **({} if self.section.label == "stroboscopic" else {"section": self.section.label}),
         }
 
     def compute(self, first: int, last: int) -> Block:
@@ -288,7 +378,9 @@ class Measured(OverGrid):
         groups, faults = self.grid.groups(first, last)
         block = Block({name: Column().empty(last - first) for name in self.names}, dict(faults))
         for group in groups:
-            values, reasons, count = measure_group(self.names, group, self.window, self.max_impacts)
+            values, reasons, count = measure_group(
+                self.names, group, self.window, self.max_impacts, self.section
+            )
             for name in self.names:
                 block.arrays[name][group.rows] = values[name]
             block.reasons |= {int(group.rows[i]): text for i, text in reasons.items()}
@@ -326,6 +418,7 @@ class Called(OverGrid):
             "measure": [getattr(self.measure, "__qualname__", repr(type(self.measure)))],
             "transient": self.window.transient,
             "periods": self.window.periods,
+            **({} if self.window.between is None else {"between": repr(self.window.between)}),
             **fingerprint(self.measure),
         }
 
@@ -349,13 +442,12 @@ class Called(OverGrid):
             return self.measure(osc, force, start)
         if count == 2:
             return self.measure(osc, force)
-        period = force.period if force is not None else None
-        if period is None:
-            reason = "a measure of a run counts in forcing periods; take a function of (osc, force)"
-            raise ParameterError(self.grid.period_path, None, reason)
-        length = (self.window.transient + self.window.periods) * period
-        t_end = float(start.t0) + length
         begin: tuple[Any, ...] = (start.x0, start.v0, start.t0)
+        if self.window.between is not None:
+            return self.measure(simulate(osc, force, *begin, t_end=self.window.between[1]))
+        check_counted(force, self.grid.period_path)
+        length = (self.window.transient + self.window.periods) * period_of_motion(osc, force)
+        t_end = float(start.t0) + length
         return self.measure(simulate(osc, force, *begin, t_end=t_end))
 
 

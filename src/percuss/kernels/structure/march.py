@@ -87,6 +87,8 @@ COUNTERS = 6
 # Of the state: besides T and T_LOW, the greatest impact speed so far.
 FASTEST = 2
 STATE_ENTRIES = 3
+# Column of the scratch that keeps up to when watches were known to be positive before a search.
+SEARCHED = 4
 # Another reason why `march` comes back: a set of acting stops is met for the first time.
 NEW_SET = 8
 # A speed below this part of the fastest impact is none: two chatters at once end there.
@@ -272,6 +274,8 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
         longest = (t_end - state[T]) - state[T_LOW]
         knot = next_of_all(run.sets, state[T], state[T_LOW])
         to_knot = (knot[0] - state[T]) + (knot[1] - state[T_LOW])
+        for i in range(run.free.shape[0]):
+            run.scratch[7, i, SEARCHED] = run.free[i]
         event = next_event(flight, run.scratch, run.free, min(longest, to_knot))
         if event[0] == PAUSE:
             return SPENT
@@ -292,6 +296,9 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
             return OVERFLOW
         status = carry_out(run, flight, event)
         if status == NEW_SET:
+            # The search is repeated as it was: no bit depends on which sets are known.
+            for i in range(run.free.shape[0]):
+                run.free[i] = run.scratch[7, i, SEARCHED]
             return NEW_SET
         flight = flight_of(run)
     return SPENT
@@ -343,7 +350,7 @@ def begin(run: StructureRun) -> int:
                 run.order[i] = 1.0 if speed != 0.0 else 2.0
     note(run, START, -1, 0.0, 0.0)
     if is_at_rest(run):
-        status = hold(run)
+        status = hold(run, 0)
         if status == NEW_SET:
             run.counters[N_EVENTS] = 0
             clear_orders(run)
@@ -399,7 +406,6 @@ def carry_out(
         kept[j, 1] = run.begin[j, W]
     for k in range(run.order.shape[0]):
         kept[k, 2] = run.order[k]
-        kept[k, 3] = run.free[k]
     doubt = uncertainty(flight, i, s)
     _, _, second, _, _, _ = derivatives(flight, i, s, False)
     step_to(run, flight, s, s_low)
@@ -415,7 +421,6 @@ def carry_out(
             run.begin[j, W] = kept[j, 1]
         for k in range(run.order.shape[0]):
             run.order[k] = kept[k, 2]
-            run.free[k] = kept[k, 3]
     return status
 
 
@@ -484,7 +489,7 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
                 break
     last = counters[N_EVENTS] - 1
     if is_at_rest(run):
-        status = hold(run)
+        status = hold(run, held)
         if status == NEW_SET:
             return NEW_SET
         keep(run, last)
@@ -535,10 +540,11 @@ def restitution(sets: Sets, i: int, speed: float) -> float:
 
 
 @kernel
-def hold(run: StructureRun) -> int:
+def hold(run: StructureRun, held: int) -> int:
     """Find the walls that hold the structure, of those that it touches at rest (order 2).
 
     All are tried; that with the largest force away from the structure is left, until none pulls.
+    A contact begins at those that have not held it before; ``held`` are the bits of these.
     """
     sets, counters = run.sets, run.counters
     key = sets.keys[counters[SET]] & ~walls_of(sets)
@@ -576,7 +582,8 @@ def hold(run: StructureRun) -> int:
     for k in range(run.order.shape[0]):
         if run.order[k] == 2.0 and key & (1 << k):
             run.order[k] = 0.0
-            note(run, CONTACT, k, 0.0, 0.0)
+            if not held & (1 << k):
+                note(run, CONTACT, k, 0.0, 0.0)
     return MOVING
 
 

@@ -104,6 +104,11 @@ class Branch(OrbitRows):
         """Whether neighbours approach each orbit, (n,)."""
         return np.asarray(self.stability == "asymptotic")
 
+    @property
+    def period(self) -> Floats:
+        """Period of each orbit [time], (n,) array: of limit cycles an unknown of their own."""
+        return np.array([orbit.period for orbit in self.orbits])
+
     def __repr__(self) -> str:
         """Return the branch in a line."""
         special = counted_kinds(self.special_points)
@@ -150,6 +155,7 @@ class Branch(OrbitRows):
         return xarray.Dataset(
             {
                 "value": ("point", self.values, {"long_name": self.path}),
+                "period": ("point", self.period),
                 "arclength": ("point", self.arclength),
                 "impact_velocity": (row, self.impact_velocity),
                 "multiplier_real": (("point", "multiplier"), self.multipliers.real),

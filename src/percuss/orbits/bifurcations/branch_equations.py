@@ -422,12 +422,16 @@ class BranchEquations(OrbitEquations):
         into = self.into_stops(orbit)
         for k, speed in enumerate(into):
             tests[f"velocity {k}"] = float(speed)
+        determinant = float(np.prod(orbit.multipliers).real)
+        if self.n_periods:
+            # Conservative families have it all along.
+            beyond = determinant - 1.0
+            tests["torus"] = beyond if abs(beyond) >= CONSERVATIVE else 0.0
         if self.n == 0:
             return tests
         speeds = [v for (i, _, _), v in zip(self.entries, into, strict=True) if self.walls[i]]
         weight = float(np.prod(speeds))
         trace = float(np.trace(orbit.monodromy))
-        determinant = float(np.prod(orbit.multipliers).real)
         if not self.n_periods:
             # One multiplier of free motion is 1 all along; two cycles meet where both are.
             tests["multiplier 1"] = weight * (1.0 - determinant)

@@ -14,7 +14,7 @@ import numpy as np
 from percuss.arrays import Floats
 from percuss.errors import PercussError
 from percuss.model.exact import as_float
-from percuss.numerics import norm
+from percuss.numerics import atan2, norm
 from percuss.orbits.bifurcations.bifurcation_origin import located_origin, origin_of, origin_passed
 from percuss.orbits.bifurcations.branch_equations import (
     BranchEquations,
@@ -47,6 +47,7 @@ SpecialPointKind: TypeAlias = Literal[
     "chatter",
     "corner",
     "strong_resonance",
+    "torus",
 ]
 
 # A bracket in the parameter that is a location, as a part of it.
@@ -77,7 +78,9 @@ class SpecialPoint:
         "branch_point" (a multiplier of 1 otherwise), "grazing" (an impact of no velocity, or a
         turning point that touches a stop), "chatter" (impacts lose their velocity together
         while the force pushes into the wall: they accumulate), "corner" (two stops that are met
-        come to lie at one place), "strong_resonance" (of a conservative family, trace -1 or 0).
+        come to lie at one place), "strong_resonance" (of a conservative family, trace -1 or 0),
+        "torus" (a complex pair of multipliers crosses the unit circle, Neimark-Sacker: there an
+        invariant torus starts; only negative damping makes areas grow).
     path, value
         The parameter and its value there.
     interval
@@ -230,6 +233,9 @@ def _merged(
         is_fold = turns and name == "multiplier 1"
         if name in EDGES and not is_fold and not _has_multiplier(zero, EDGES[name]):
             continue
+        if name == "torus" and not (zero.orbit.multipliers.imag != 0.0).any():
+            # A neutral saddle: the product of two real multipliers is 1.
+            continue
         kind, detail = _meaning(a, name, zero.orbit, turns=turns)
         if last is not None and last[0].kind == kind and _is_at(zero, last[1]):
             last = dataclasses.replace(last[0], detail=_joined(last[0].detail, detail)), last[1]
@@ -290,6 +296,9 @@ def _meaning(
         return "grazing", "a turning point between two events grazes a stop"
     if name == "multiplier -1":
         return "period_doubling", "a multiplier is -1"
+    if name == "torus":
+        turn = 0.5 * atan2(abs(orbit.multipliers[0].imag), orbit.multipliers[0].real) / math.pi
+        return "torus", f"a complex pair of multipliers crosses the unit circle, {turn:.6g} turns"
     if name == "third":
         return "strong_resonance", "the multipliers are third roots of 1"
     if name == "fourth":

@@ -33,6 +33,7 @@ OTHERS = {
     "chatter": "impacts accumulate there, and the orbits beyond it stick",
     "corner": "the same orbits continue beyond it, if any do",
     "strong_resonance": "the orbits that bifurcate there are no branch of this family",
+    "torus": "what starts there is an invariant torus, no periodic orbit",
 }
 # Half the range of the parameter, the unit of its steps, as a part of its value.
 HALF_RANGE = 0.01

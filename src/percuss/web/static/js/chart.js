@@ -3,7 +3,7 @@
 const COLOURS = ["--curve", "--orbit", "--c3", "--c4", "--c5", "--c6"];
 const SPECIAL = {
   fold: "fold", period_doubling: "period doubling", symmetry_breaking: "symmetry breaking", grazing: "graze",
-  chatter: "chatter", corner: "corner", strong_resonance: "strong resonance",
+  chatter: "chatter", corner: "corner", strong_resonance: "strong resonance", torus: "torus",
 };
 
 /** Return the families of an answer: layers to draw, kinds for the legend, points to read out. */

@@ -11,16 +11,28 @@ import numpy as np
 from percuss.arrays import Complexes, Floats
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.kernels import eigenvalues as kernels
-from percuss.kernels.structure.march import new_run
+from percuss.kernels.record import N_EVENTS
+from percuss.kernels.structure.march import StructureRun
+from percuss.kernels.structure.sample import evaluate
 from percuss.kernels.structure.tangent import carry_run
+from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import whole
 from percuss.model.loads import Loads, loads_of
-from percuss.model.structure import Structure, check_start
-from percuss.motion.simulate import simulate
-from percuss.motion.structures import StructureTrajectory
+from percuss.model.structure import Structure, StructureStart, check_start
+from percuss.motion.structures import StructureTrajectory, followed
+from percuss.motion.trajectory import Outcome
 from percuss.numerics import norm, solve_linear
 
-__all__ = ["StructureOrbit", "find_structure_orbit", "period_map", "structure_orbit_at"]
+__all__ = [
+    "PeriodMap",
+    "StructureOrbit",
+    "closing_error",
+    "find_structure_orbit",
+    "multipliers_of_matrix",
+    "orbit_of_map",
+    "period_map",
+    "structure_orbit_at",
+]
 
 # Residuals of an orbit, as a part of its size: rounding of a sequence of flights is some 1e-15.
 SOLVED = 1e-12
@@ -29,20 +41,22 @@ MOST_STEPS = 30
 HALVINGS = 8
 # Multipliers this near to the unit circle are on it.
 ON_CIRCLE = 1e-9
+# Periods of an orbit after which a motion from rest may have settled.
+SETTLING = 200
 # Events of one period.
 MOST_EVENTS = 100_000
 
 
 class PeriodMap(NamedTuple):
-    """The image of a state after whole periods, its derivative, and the motion."""
+    """The image of a state after whole periods, its derivative, and the record of the motion."""
 
     image: Floats
     derivative: Floats
-    run: StructureTrajectory
+    record: StructureRun
 
 
 def period_map(
-    structure: Structure, loads: Loads, state: Floats, n_periods: int, *, derivative: bool = True
+    system: StructureSystem, state: Floats, n_periods: int, *, derivative: bool = True
 ) -> PeriodMap:
     """Return the state (x, v), (2 n,), after whole periods of the loads, with its derivative.
 
@@ -51,48 +65,26 @@ def period_map(
     ConvergenceError
         If the motion does not reach the end.
     """
-    n = structure.n
-    period = _period_of(loads)
-    run = simulate(
-        structure,
-        loads,
-        x0=state[:n].tolist(),
-        v0=state[n:].tolist(),
-        t_end=n_periods * period,
-        max_impacts=MOST_EVENTS,
+    n = system.structure.n
+    end = n_periods * _period_of(system.loads)
+    record, outcome = followed(system, (state[:n], state[n:], 0.0), end, MOST_EVENTS)
+    if outcome is not Outcome.reached_t_end:
+        what = f"the motion does not last {n_periods} periods: {outcome.value}"
+        raise ConvergenceError(what, state, math.nan, "start nearer to an orbit")
+    rows = int(record.counters[N_EVENTS])
+    record = record._replace(
+        events=record.events[:rows], marks=record.marks[:rows], states=record.states[:rows]
     )
-    if run.t_end < n_periods * period:
-        raise ConvergenceError(
-            f"the motion does not last {n_periods} periods: {run.outcome.value}",
-            state,
-            math.nan,
-            "",
-        )
-    x, v = run(run.t_end)
-    image = np.concatenate([x, v])
+    place = np.empty((1, n, 2))
+    evaluate(record, np.array([end]), True, place)
+    image = np.concatenate([place[0, :, 0], place[0, :, 1]])
     matrix = np.full((2 * n, 2 * n), np.nan)
     if derivative:
-        matrix = derivative_of_run(run)
-    return PeriodMap(image, matrix, run)
-
-
-def derivative_of_run(run: StructureTrajectory) -> Floats:
-    """Return the derivative of the state (x, v) at the end of a run by that at its start.
-
-    Returns
-    -------
-    array
-        (2 n, 2 n).
-    """
-    n = run.structure.n
-    place = np.zeros((2, n, 2 * n))
-    place[0, :, :n], place[1, :, n:] = np.eye(n), np.eye(n)
-    record = run.record
-    scratch = new_run(record.sets, 0, 0)._replace(
-        events=record.events, marks=record.marks, states=record.states
-    )
-    carry_run(scratch, run.t_end, place, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
-    return place.reshape(2 * n, 2 * n)
+        columns = np.zeros((2, n, 2 * n))
+        columns[0, :, :n], columns[1, :, n:] = np.eye(n), np.eye(n)
+        carry_run(record, end, columns, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
+        matrix = columns.reshape(2 * n, 2 * n)
+    return PeriodMap(image, matrix, record)
 
 
 def _period_of(loads: Loads) -> float:
@@ -161,13 +153,7 @@ class StructureOrbit:
 
 
 def find_structure_orbit(
-    structure: Structure,
-    loads: object,
-    *,
-    x0: object = None,
-    v0: object = None,
-    n_periods: int = 1,
-    transient: int = 200,
+    structure: Structure, loads: object, guess: object = None, n_periods: int = 1
 ) -> StructureOrbit:
     """Find a periodic orbit of a structure by Newton's method on the map over its period.
 
@@ -175,13 +161,11 @@ def find_structure_orbit(
     ----------
     structure, loads
         What moves; the loads have a common period.
-    x0, v0
-        (n,) state at t = 0 near which to look [length, length/time]; default: at rest.
+    guess
+        (x0, v0), the state at t = 0 near which to look [length, length/time], or an orbit of a
+        similar structure. Default: the motion from rest, after 200 periods of the orbit.
     n_periods
         Periods of the loads after which it repeats.
-    transient
-        Periods that the motion from there is followed before Newton's method begins, >= 0: 0 for
-        an orbit that is not stable.
 
     Returns
     -------
@@ -193,58 +177,46 @@ def find_structure_orbit(
     ConvergenceError
         If Newton's method finds none near.
     ParameterError
-        If the loads have no common period.
-
-    Examples
-    --------
-    Two masses, the first with a stiff stop, of example 03 of NLvib:
-
-    >>> import percuss as pc
-    >>> structure = pc.Structure(
-    ...     mass=[1, 1], stiffness=[[1, -1], [-1, 2]], damping=[["0.03", "-0.03"], ["-0.03", "0.06"]],
-    ...     stops=[pc.SoftStop(at=1, side="above", stiffness=100, on=0)],
-    ... )
-    >>> loads = pc.Loads({1: pc.cosine("0.65", amplitude="0.1")})
-    >>> orbit = pc.find_orbit(structure, loads)
-    >>> orbit.run.crossings.t.round(9)
-    array([0.148007457, 0.442556446])
-    >>> orbit.is_stable
-    True
+        If the loads have no common period, or the guess is no state.
     """
-    loads = loads_of(structure, loads)
-    n_periods, transient = whole("n_periods", n_periods, 1), whole("transient", transient, 0)
-    start = check_start(structure, x0, v0)
-    state = np.concatenate([start.x, start.v])
-    if transient > 0:
-        settled = period_map(structure, loads, state, n_periods * transient, derivative=False)
-        state = settled.image
-    return structure_orbit_at(structure, loads, state, n_periods)
+    loads, n_periods = loads_of(structure, loads), whole("n_periods", n_periods, 1)
+    system = StructureSystem.of(structure, loads)
+    if guess is None:
+        start = check_start(structure)
+        state = period_map(
+            system, np.concatenate([start.x, start.v]), n_periods * SETTLING, derivative=False
+        ).image
+        return structure_orbit_at(system, state, n_periods)
+    if isinstance(guess, StructureOrbit):
+        guess = guess.x0.tolist(), guess.v0.tolist()
+    if not isinstance(guess, tuple | list) or len(guess) != 2:
+        raise ParameterError("guess", guess, "not a state (x0, v0) and no orbit of a structure")
+    start = check_start(structure, guess[0], guess[1])
+    return structure_orbit_at(system, np.concatenate([start.x, start.v]), n_periods)
 
 
-def structure_orbit_at(
-    structure: Structure, loads: Loads, state: Floats, n_periods: int
-) -> StructureOrbit:
+def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -> StructureOrbit:
     """Return the orbit next to a state (x, v), by Newton's method with halved steps."""
-    here = period_map(structure, loads, state, n_periods)
-    unit = np.eye(2 * structure.n)
-    error = _error(here, state)
+    here = period_map(system, state, n_periods)
+    unit = np.eye(2 * system.structure.n)
+    error = closing_error(here, state)
     for _ in range(MOST_STEPS):
         step = solve_linear(here.derivative - unit, state - here.image)
         better = None
         part = 1.0
         for _ in range(HALVINGS):
             try:
-                there = period_map(structure, loads, state + part * step, n_periods)
+                there = period_map(system, state + part * step, n_periods)
             except PercussError:
                 part *= 0.5
                 continue
-            if _error(there, state + part * step) < error or error < SOLVED:
+            if closing_error(there, state + part * step) < error or error < SOLVED:
                 better = there
                 break
             part *= 0.5
         if better is None:
             break
-        new_error = _error(better, state + part * step)
+        new_error = closing_error(better, state + part * step)
         if error < SOLVED and new_error >= 0.5 * error:
             break
         state, here, error = state + part * step, better, new_error
@@ -252,21 +224,31 @@ def structure_orbit_at(
         raise ConvergenceError(
             "no periodic orbit found near this start", state, error, "start nearer to it"
         )
-    n = structure.n
+    return orbit_of_map(system, state, n_periods, here, error)
+
+
+def orbit_of_map(
+    system: StructureSystem, state: Floats, n_periods: int, there: PeriodMap, error: float
+) -> StructureOrbit:
+    """Return the orbit of a state that its period map brings back."""
+    structure, loads, n = system.structure, system.loads, system.structure.n
+    start = StructureStart(state[:n].tolist(), state[n:].tolist())
+    end = n_periods * _period_of(loads)
+    run = StructureTrajectory.of_run(system, start, there.record, end, Outcome.reached_t_end)
     return StructureOrbit(
         structure=structure,
         loads=loads,
         x0=state[:n],
         v0=state[n:],
         n_periods=n_periods,
-        multipliers=multipliers_of_matrix(here.derivative),
+        multipliers=multipliers_of_matrix(there.derivative),
         residual=error,
-        run=here.run,
-        monodromy=here.derivative,
+        run=run,
+        monodromy=there.derivative,
     )
 
 
-def _error(there: PeriodMap, state: Floats) -> float:
+def closing_error(there: PeriodMap, state: Floats) -> float:
     """Return by how much a motion fails to close, as a part of its size."""
     size = max(norm(state), float(np.abs(there.image).max()))
     return float(np.abs(there.image - state).max()) / size if size > 0.0 else 0.0
