@@ -55,7 +55,7 @@ def follow_structures(
     c = plan.n_tangents if plan.section == observables.TANGENTS else 0
     width = max(2 * n, batch.IMPACT_COLUMNS, c + 1)
     every = np.stack([plan.since, plan.every, plan.until, *np.zeros((2, k))], axis=1)
-    members = batch.Members(
+    members = batch.StructureMembers(
         starts=np.ascontiguousarray(starts),
         keys=np.zeros(k, dtype=np.int64),
         plans=every,
@@ -76,7 +76,7 @@ def follow_structures(
     order = np.argsort(which, kind="stable")
     cuts = np.flatnonzero(np.diff(which[order])) + 1
     for rows in np.split(order, cuts):
-        own = batch.Members(*(cast("Any", array[rows]) for array in members))
+        own = batch.StructureMembers(*(cast("Any", array[rows]) for array in members))
         _follow(systems[int(which[rows[0]])], own, wishes, on)
         for whole, part in zip(members, own, strict=True):
             whole[rows] = part
@@ -97,7 +97,7 @@ def follow_structures(
 
 
 def _follow(
-    system: StructureSystem, members: batch.Members, wishes: batch.Wishes, on: Floats
+    system: StructureSystem, members: batch.StructureMembers, wishes: batch.Wishes, on: Floats
 ) -> None:
     """Follow the motions of one system, making sets of acting stops as they are met."""
     n = system.structure.n

@@ -1,6 +1,6 @@
 """Many motions of one structure in one call, and what is kept of each in place of its events.
 
-Members go one after another from event to event as `march` does, through a small record whose rows
+StructureMembers go one after another from event to event as `march` does, through a small record whose rows
 are observed and dropped. A member waits, NEW_SET, where it first meets a set of acting stops; once
 the set is made, it goes on. The results are the same whatever motions are batched together.
 """
@@ -124,7 +124,7 @@ class Views(NamedTuple):
     record_feed: Floats
 
 
-class Members(NamedTuple):
+class StructureMembers(NamedTuple):
     """Many motions, a row for each.
 
     ``starts`` (k, 2 n + 1) are x, v and t; ``keys`` (k,) the bits of the stops that act there;
@@ -177,7 +177,7 @@ class Wishes(NamedTuple):
 
 @kernel
 def follow_members(
-    members: Members,
+    members: StructureMembers,
     run: StructureRun,
     viewer: StructureRun,
     views: Views,
@@ -202,7 +202,7 @@ def follow_members(
 
 
 @kernel
-def load(members: Members, i: int, run: StructureRun) -> None:
+def load(members: StructureMembers, i: int, run: StructureRun) -> None:
     """Write a member into the run: where it was, or where it starts."""
     for k in range(run.state.shape[0]):
         run.state[k] = members.state[i, k]
@@ -246,7 +246,7 @@ def begin_record(run: StructureRun, kind: np.int64) -> None:
 
 
 @kernel
-def store(members: Members, i: int, run: StructureRun) -> None:
+def store(members: StructureMembers, i: int, run: StructureRun) -> None:
     """Keep where a member is."""
     for k in range(run.state.shape[0]):
         members.state[i, k] = run.state[k]
@@ -262,7 +262,7 @@ def store(members: Members, i: int, run: StructureRun) -> None:
 
 @kernel
 def follow_member(
-    members: Members,
+    members: StructureMembers,
     i: int,
     run: StructureRun,
     viewer: StructureRun,
@@ -298,7 +298,7 @@ def follow_member(
 
 
 @kernel
-def end_at(members: Members, i: int, viewer: StructureRun, row: int, until: float) -> None:
+def end_at(members: StructureMembers, i: int, viewer: StructureRun, row: int, until: float) -> None:
     """Write where a motion ends."""
     n = viewer.sets.offset.shape[1]
     place = viewer.scratch[6, :n]
@@ -319,7 +319,7 @@ def place_at(viewer: StructureRun, row: int, instant: float, place: Floats) -> N
 
 
 @kernel
-def observe_event(members: Members, i: int, viewer: StructureRun, wishes: Wishes, row: int) -> None:
+def observe_event(members: StructureMembers, i: int, viewer: StructureRun, wishes: Wishes, row: int) -> None:
     """Count the event of a row."""
     values = members.values[i]
     events, marks = viewer.events, viewer.marks
@@ -344,7 +344,7 @@ def observe_event(members: Members, i: int, viewer: StructureRun, wishes: Wishes
 
 
 @kernel
-def next_point(members: Members, i: int) -> int:
+def next_point(members: StructureMembers, i: int) -> int:
     """Return the row of the next point, which is the oldest one."""
     count = int(members.values[i, POINTS])
     members.values[i, POINTS] = count + 1.0
@@ -353,7 +353,7 @@ def next_point(members: Members, i: int) -> int:
 
 @kernel
 def observe_stretch(
-    members: Members,
+    members: StructureMembers,
     i: int,
     viewer: StructureRun,
     views: Views,
@@ -500,7 +500,7 @@ def turning_value(flight: ModalFlight, k: int, left: float, right: float, slope:
 
 @kernel
 def strobe_tangents(
-    members: Members, i: int, viewer: StructureRun, space: TangentSpace, row: int, before: float
+    members: StructureMembers, i: int, viewer: StructureRun, space: TangentSpace, row: int, before: float
 ) -> None:
     """Write the logarithms at the strobes that fall on the flight of a row."""
     plan = members.plans[i]
@@ -523,7 +523,7 @@ def strobe_tangents(
 
 @kernel
 def carry_tangents(
-    members: Members, i: int, viewer: StructureRun, space: TangentSpace, row: int
+    members: StructureMembers, i: int, viewer: StructureRun, space: TangentSpace, row: int
 ) -> None:
     """Carry the perturbations along the flight of a row and over the event at its end."""
     sets = viewer.sets
