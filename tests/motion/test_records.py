@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
 
@@ -14,6 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.oracle.event_driven import simulate
 from tests.oracle.from_model import problem_of
+from tests.oracle.random_problems import (
+    Motion,
+    chattering_motion,
+    random_motion,
+    with_record,
+)
 
 import percuss as pc
 from percuss.arrays import Floats
@@ -259,6 +266,24 @@ def test_chatter_meets_knots(kind: RecordKind) -> None:
     assert run.contacts.start[0] == pytest.approx(float(exact.contacts.start[0]), rel=1e-10)
     n = min(len(run.impacts), 12)
     assert np.allclose(run.impacts.t[:n], [float(s) for s in exact.impacts.t[:n]], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "seed"), [(random_motion, 240), (chattering_motion, 1022), (chattering_motion, 1594)]
+)
+def test_a_slope_far_steeper_than_the_harmonics_does_not_stop_the_search(
+    make: Callable[[int], Motion], seed: int
+) -> None:
+    """The time to a release was a difference of nearly equal numbers: no step, for ever."""
+    case = with_record(make(seed + 500_000 if make is random_motion else seed), seed)
+    t_end = case.start[2] + 5.0
+    run = pc.simulate(case.oscillator, case.forcing, *case.start, t_end=t_end)
+    exact = simulate(problem_of(case.oscillator, case.forcing), *case.start, t_end=t_end)
+
+    assert len(run.contacts) >= 2
+    for ours, theirs in zip(run.contacts.release, exact.contacts.release, strict=False):
+        assert math.isnan(ours) == mpmath.isnan(theirs)
+        assert math.isnan(ours) or abs(ours - float(theirs)) < 1e-12
 
 
 def test_extremes_and_sections_see_what_lies_between_knots() -> None:
