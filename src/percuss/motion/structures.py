@@ -289,7 +289,7 @@ class StructureTrajectory:
         >>> run = pc.simulate(pair, v0=[1, 0], t_end=10)
         >>> y, _ = run.displacement((1, -1), run.impacts.t)
         >>> abs(y).round(12)
-        array([0.25, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25])
+        array([0.5, 0.5, 0.5, 0.5, 0.5])
         """
         c = self.structure.direction(on)
         x, v = self(t)
@@ -445,9 +445,14 @@ def _contacts(system: StructureSystem, run: StructureRun) -> Contacts:
     start = run.events[rows, columns.EVENT_T]
     release = np.full(len(rows), np.nan)
     held = np.array([int(key) for key in run.sets.keys], dtype=np.int64)
+    # Of impacts at one instant only the set after all of them counts.
+    instants = run.events[:, [columns.EVENT_T, columns.EVENT_T_LOW]]
+    is_last = np.append((instants[1:] != instants[:-1]).any(axis=1), True)
+    last = np.flatnonzero(is_last)[np.cumsum(is_last) - is_last]
+    sets = run.marks[last, columns.NEXT_REGION]
     for k, row in enumerate(rows.tolist()):
         # It ends with the first set without it: by its own release, or by an impact elsewhere.
-        free = held[run.marks[row:, columns.NEXT_REGION]] >> stops[k] & 1 == 0
+        free = held[sets[row:]] >> stops[k] & 1 == 0
         if free.any():
             release[k] = run.events[row + int(np.argmax(free)), columns.EVENT_T]
     listed = np.cumsum(run.marks[:, columns.KIND] == columns.IMPACT)[rows]

@@ -41,6 +41,8 @@ MOST_STEPS = 30
 HALVINGS = 8
 # Multipliers this near to the unit circle are on it.
 ON_CIRCLE = 1e-9
+# Periods of an orbit after which a motion from rest may have settled.
+SETTLING = 200
 # Events of one period.
 MOST_EVENTS = 100_000
 
@@ -151,13 +153,7 @@ class StructureOrbit:
 
 
 def find_structure_orbit(
-    structure: Structure,
-    loads: object,
-    *,
-    x0: object = None,
-    v0: object = None,
-    n_periods: int = 1,
-    transient: int = 200,
+    structure: Structure, loads: object, guess: object = None, n_periods: int = 1
 ) -> StructureOrbit:
     """Find a periodic orbit of a structure by Newton's method on the map over its period.
 
@@ -165,13 +161,11 @@ def find_structure_orbit(
     ----------
     structure, loads
         What moves; the loads have a common period.
-    x0, v0
-        (n,) state at t = 0 near which to look [length, length/time]; default: at rest.
+    guess
+        (x0, v0), the state at t = 0 near which to look [length, length/time], or an orbit of a
+        similar structure. Default: the motion from rest, after 200 periods of the orbit.
     n_periods
         Periods of the loads after which it repeats.
-    transient
-        Periods that the motion from there is followed before Newton's method begins, >= 0: 0 for
-        an orbit that is not stable.
 
     Returns
     -------
@@ -183,32 +177,22 @@ def find_structure_orbit(
     ConvergenceError
         If Newton's method finds none near.
     ParameterError
-        If the loads have no common period.
-
-    Examples
-    --------
-    Two masses, the first with a stiff stop, of example 03 of NLvib:
-
-    >>> import percuss as pc
-    >>> structure = pc.Structure(
-    ...     mass=[1, 1], stiffness=[[1, -1], [-1, 2]], damping=[["0.03", "-0.03"], ["-0.03", "0.06"]],
-    ...     stops=[pc.SoftStop(at=1, side="above", stiffness=100, on=0)],
-    ... )
-    >>> loads = pc.Loads({1: pc.cosine("0.65", amplitude="0.1")})
-    >>> orbit = pc.find_orbit(structure, loads)
-    >>> orbit.run.crossings.t.round(9)
-    array([0.148007457, 0.442556446])
-    >>> orbit.is_stable
-    True
+        If the loads have no common period, or the guess is no state.
     """
-    loads = loads_of(structure, loads)
-    n_periods, transient = whole("n_periods", n_periods, 1), whole("transient", transient, 0)
-    start = check_start(structure, x0, v0)
-    state = np.concatenate([start.x, start.v])
+    loads, n_periods = loads_of(structure, loads), whole("n_periods", n_periods, 1)
     system = StructureSystem.of(structure, loads)
-    if transient > 0:
-        state = period_map(system, state, n_periods * transient, derivative=False).image
-    return structure_orbit_at(system, state, n_periods)
+    if guess is None:
+        start = check_start(structure)
+        state = period_map(
+            system, np.concatenate([start.x, start.v]), n_periods * SETTLING, derivative=False
+        ).image
+        return structure_orbit_at(system, state, n_periods)
+    if isinstance(guess, StructureOrbit):
+        guess = guess.x0.tolist(), guess.v0.tolist()
+    if not isinstance(guess, tuple | list) or len(guess) != 2:
+        raise ParameterError("guess", guess, "not a state (x0, v0) and no orbit of a structure")
+    start = check_start(structure, guess[0], guess[1])
+    return structure_orbit_at(system, np.concatenate([start.x, start.v]), n_periods)
 
 
 def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -> StructureOrbit:

@@ -1,1 +1,0 @@
-"""Periodic orbits of structures: found by shooting, followed along parameters."""
