@@ -293,6 +293,31 @@ def test_a_slope_far_steeper_than_the_harmonics_does_not_stop_the_search(
         assert math.isnan(ours) or abs(ours - float(theirs)) < 1e-12
 
 
+@pytest.mark.parametrize(
+    ("force", "constant"),
+    [
+        # No force on the mass for half of each period.
+        (pc.square_wave(2, "0.5"), "-0.5"),
+        # Harmonics and record are largest at different instants.
+        (pc.triangle_wave(2, "0.5") + pc.cosine(2, amplitude="0.5"), "-0.8"),
+        (pc.record([0, 1, 2, 3], [-1, -2, -1, -1], repeat=True), "0.5"),
+    ],
+)
+def test_a_mass_held_for_a_period_is_held_for_ever(force: pc.Forcing, constant: str) -> None:
+    force = force + pc.Forcing(constant=constant)
+    osc = pc.impact_oscillator(0.0)
+
+    run = pc.simulate(osc, force, t0=0.25, max_impacts=10)
+    long = pc.simulate(osc, force, t0=0.25, t_end=40.0)
+
+    for ended in (run, long):
+        assert ended.outcome is pc.Outcome.at_rest
+        assert ended.contacts.start.tolist() == [0.25]
+        assert math.isnan(ended.contacts.release[0])
+    lifted = pc.simulate(osc, force + pc.Forcing(constant="0.6"), t0=0.25, t_end=40.0)
+    assert len(lifted.impacts) > 0
+
+
 def test_extremes_and_sections_see_what_lies_between_knots() -> None:
     t, f = noise(50, 8, 0.3)
     run = pc.simulate(pc.Oscillator(1.0, 0.05), pc.record(t, f), v0=0.3, t_end=float(t[-1]))
