@@ -17,7 +17,7 @@ from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.responses.response import CLOSED, Response, kinds_of
 from percuss.orbits.responses.velocity_gap import VelocityGap
 from percuss.plotting.branch_plot import MARKERS, between_rows, drawn_as_stable, stretches
-from percuss.plotting.cells import parameter_label
+from percuss.plotting.labels import parameter_label
 from percuss.plotting.style import (
     BLACK,
     COLOUR_CYCLE,
@@ -62,6 +62,11 @@ DENSE, TORN = 2.5, 80.0
 # What it costs to cover a point of a curve, to be a line farther off, to stand at a worse place,
 # and to stand at the foot of a curve and not at its top.
 COVERED, FARTHER, WORSE, FOOT = 1.0, 0.4, 3.0, 2.0
+
+# Width and height of a new figure [inch], with the legend beside it or without.
+WIDE_FIGURE, FIGURE = (8.4, 4.0), (6.4, 4.0)
+# Where the legend stands.
+BESIDE = (1.01, 1.0)
 
 
 @shared_docs
@@ -111,12 +116,12 @@ def plot_response(
     units = units_of(units, response.branches[0].orbits[0].oscillator)
     unit = units.velocity if quantity == "impact_velocity" else units.displacement
     columns: tuple[Floats, ...] = getattr(response, quantity)
-    with picture(ax, labels=(xlabel, ylabel)) as ax:
+    with picture(ax, WIDE_FIGURE if legend else FIGURE, labels=(xlabel, ylabel)) as ax:
         for branch, values in zip(response.branches, columns, strict=True):
             _draw(ax, branch, values, formal=formal)
         _mark(ax, response, columns)
         _dots(ax, response, quantity)
-        ax.set_xlabel(parameter_label(response.branches[0], units))
+        ax.set_xlabel(parameter_label(response.branches[0][0], response.branches[0].path, units))
         ax.set_ylabel(f"{WORDS[quantity]} ({unit})")
         if log_x or (log_x is None and 0.0 < WIDE * response.low < response.high):
             _make_logarithmic(ax)
@@ -248,7 +253,16 @@ def _explain(ax: Axes, response: Response, *, formal: bool) -> None:
             handles.append(Line2D([], [], label=kind.replace("_", " "), **_mark_of(kind)))
     if any(attractor.branch is None for attractor in response.attractors):
         handles.append(Line2D([], [], label="other attractors", **OTHER))
-    ax.legend(handles=handles, loc="best", fontsize=8.5, handlelength=2.4, labelspacing=0.3)
+    # The families fill the plane: beside it the legend hides none of them.
+    ax.legend(
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=BESIDE,
+        borderaxespad=0.0,
+        fontsize=8.5,
+        handlelength=2.4,
+        labelspacing=0.3,
+    )
 
 
 @shared_docs
