@@ -319,7 +319,9 @@ def place_at(viewer: StructureRun, row: int, instant: float, place: Floats) -> N
 
 
 @kernel
-def observe_event(members: StructureMembers, i: int, viewer: StructureRun, wishes: Wishes, row: int) -> None:
+def observe_event(
+    members: StructureMembers, i: int, viewer: StructureRun, wishes: Wishes, row: int
+) -> None:
     """Count the event of a row."""
     values = members.values[i]
     events, marks = viewer.events, viewer.marks
@@ -500,7 +502,12 @@ def turning_value(flight: ModalFlight, k: int, left: float, right: float, slope:
 
 @kernel
 def strobe_tangents(
-    members: StructureMembers, i: int, viewer: StructureRun, space: TangentSpace, row: int, before: float
+    members: StructureMembers,
+    i: int,
+    viewer: StructureRun,
+    space: TangentSpace,
+    row: int,
+    before: float,
 ) -> None:
     """Write the logarithms at the strobes that fall on the flight of a row."""
     plan = members.plans[i]
