@@ -298,3 +298,133 @@ def test_linear_motions_have_the_exponents_of_their_modes() -> None:
 def test_wrong_calls_are_told_in_a_sentence(call: Any, sentence: str) -> None:
     with pytest.raises(pc.ParameterError, match=re.escape(sentence)):
         call()
+
+
+def test_exponents_of_one_coordinate_are_those_of_the_oscillator() -> None:
+    force = pc.cosine("2.5", amplitude="0.9")
+    stops = (pc.SoftStop("0.2", "above", 30, "0.6"), pc.Wall("-0.9", "below", "0.7"))
+    osc = pc.Oscillator.from_mass(2, 3, damping_coefficient="0.2", stops=stops)
+    structure = pc.Structure(mass=2, stiffness=3, damping="0.2", stops=stops)
+
+    for omega in (2.4, 1.5):
+        force = pc.cosine(omega, amplitude="0.9")
+        ours = pc.lyapunov_exponents(structure, pc.Loads({0: force}), transient=200, periods=640)
+        known = pc.lyapunov_exponents(osc, force, transient=200, periods=640)
+        scatter = 6.0 * (known.errors.max() + ours.errors.max()) + 1e-9
+        np.testing.assert_allclose(ours.exponents, known.exponents, rtol=0, atol=scatter)
+        np.testing.assert_allclose(ours.total, known.total, rtol=1e-2)
+
+
+@pytest.mark.parametrize("omega", [0.7, 0.8, 1.2, 1.3])
+def test_exponents_add_up_to_the_mean_rate_at_which_volumes_shrink(omega: float) -> None:
+    """Less the trace of M^-1 C, and two ln r for each impact."""
+    loads = pc.Loads({0: pc.cosine(omega, amplitude="0.6")})
+
+    found = pc.lyapunov_exponents(ABSORBER, loads, transient=100, periods=640)
+
+    by_rule = -0.05 + 2.0 * np.log(0.65) * found.impact_rate
+    assert found.total == pytest.approx(by_rule, abs=1e-12)
+    assert found.exponents.sum() == pytest.approx(found.total, abs=1e-2 * abs(found.total))
+    assert (np.diff(found.exponents) <= 0.0).all()
+
+
+def test_exponents_of_an_orbit_are_those_of_its_multipliers() -> None:
+    loads = pc.Loads({0: pc.cosine("1.2", amplitude="0.3")})
+    run, period = followed(ABSORBER, 1.2, 400)
+    x, v = run(400 * period)
+    orbit = pc.find_orbit(ABSORBER, loads, guess=(x.tolist(), v.tolist()))
+
+    found = pc.lyapunov_exponents(ABSORBER, loads, transient=400, periods=64)
+
+    sizes = np.sort(np.log(np.abs(orbit.multipliers)) / orbit.period)[::-1]
+    np.testing.assert_allclose(found.exponents, sizes, atol=1e-8)
+
+
+def test_an_integrable_structure_has_exponents_of_zero() -> None:
+    """Elastic walls between two equal masses swap their velocities: as if there were none."""
+    pair = pc.impact_pair([1, 1], gap="0.3", restitution=1, springs=[1, 0, 1])
+
+    found = pc.lyapunov_exponents(pair, None, start=([0, 0], [0, 1]), transient=0, periods=4096)
+
+    assert found.total == 0.0
+    assert np.abs(found.exponents).max() < 2e-3
+
+
+def test_a_wall_that_holds_takes_two_exponents() -> None:
+    found = pc.lyapunov_exponents(MIXED, PUSHED, transient=100, periods=64)
+
+    assert np.isneginf(found.exponents[2:]).all()
+    assert np.isfinite(found.exponents[:2]).all()
+    assert found.total == -np.inf
+
+
+TWO = pc.Structure(
+    mass=[1, 2], stiffness=[[1, 0], [0, 3]], damping=["0.1", "0.2"],
+    stops=[pc.Wall(at="1.45789", side="above", restitution="0.7", on=0)],
+)  # fmt: skip
+DRIVEN = pc.Loads({0: pc.cosine("1.5"), 1: pc.cosine("1.5", amplitude="0.3")})
+
+
+def test_basins_of_a_part_that_moves_alone_are_those_of_the_oscillator() -> None:
+    """The first mass is the oscillator of the second attractor; the second mass only follows."""
+    osc = pc.impact_oscillator(restitution="0.7", wall="1.45789", side="above", damping="0.05")
+    x0, v0 = np.linspace(-3.4, 1.4, 9), np.linspace(-2, 2, 5)
+    known = pc.basins(osc, pc.cosine("1.5"), x0=x0, v0=v0)
+
+    found = pc.basins(
+        TWO, DRIVEN, over={"start.x0.0": x0, "start.v0.0": v0}, start=([0, "0.1"], [0, 0]), on=0,
+        measures=["max_displacement"],
+    )  # fmt: skip
+
+    assert found.basin.values.tolist() == known.basin.values.tolist()
+    assert found.name.values.tolist() == known.name.values.tolist()
+    assert len(np.unique(found.basin)) == 2
+    np.testing.assert_allclose(found.x.values[:, 0], known.x.values, atol=1e-8)
+    np.testing.assert_allclose(found.v_strobe.values[:, 0], known.v_strobe.values, atol=1e-8)
+    # The second mass settles at its own rate, 0.05 as well.
+    np.testing.assert_allclose(found.exponent, np.maximum(known.exponent, -0.05), atol=1e-8)
+    assert (found.residual < 1e-11).all()
+    np.testing.assert_allclose(found["attractor_x0.0"].values[:, 0], found.x.values[:, 0])
+    measured = pc.basins(osc, pc.cosine("1.5"), x0=x0, v0=v0, measures=["max_displacement"])
+    np.testing.assert_allclose(found.max_displacement, measured.max_displacement, atol=1e-8)
+
+
+def test_basins_over_directions_are_those_of_the_starts_there() -> None:
+    along = (1, 0, "0.5", 0)
+    a = [-2.0, -1.0, 0.5]
+
+    found = pc.basins(
+        TWO, DRIVEN, over={along: a, "start.v0.1": [0.0, 1.0]}, start=([0, 0], ["0.2", 0])
+    )
+
+    for i, value in enumerate(a):
+        one = pc.basins(
+            TWO, DRIVEN, over={"start.x0.0": [value], "start.v0.1": [0.0, 1.0]},
+            start=([0, 0], [0.2 + 0.5 * value, 0]),
+        )  # fmt: skip
+        names = [one.name.values[k] for k in one.basin.values[0]]
+        assert [found.name.values[k] for k in found.basin.values[i]] == names
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: pc.basins(TWO, DRIVEN, x0=(-1, 1), v0=(-1, 1)),
+         "x0 = (-1, 1): given for a structure; give over="),
+        (lambda: pc.basins(TWO, DRIVEN, over={"start.x0.0": (-1, 1)}),
+         "not two axes"),
+        (lambda: pc.basins(TWO, DRIVEN, over={"start.x0.0": (-1, 1), OMEGA: (1, 2)}),
+         "no displacement or velocity of the start"),
+        (lambda: pc.basins(TWO, DRIVEN, over={"start.x0.0": (-1, 1), (1, 1): (1, 2)}),
+         "2 numbers; a direction of starts has 4, of x0 and v0"),
+        (lambda: pc.basins(TWO, DRIVEN, over={"start.x0.0": (-1, 1), (0, 0, 0, 0): (1, 2)}),
+         "a direction of zeros"),
+        (lambda: pc.basins(TWO, None, over={"start.x0.0": (-1, 1), "start.v0.0": (-1, 1)}),
+         "loads.period = None: basins need a periodic forcing"),
+        (lambda: pc.basins(pc.impact_oscillator(), pc.cosine(2), over={"start.x0": (0, 1)}),
+         "given for an oscillator"),
+    ],
+)  # fmt: skip
+def test_wrong_planes_of_starts_are_told_in_a_sentence(call: Any, sentence: str) -> None:
+    with pytest.raises(pc.ParameterError, match=re.escape(sentence)):
+        call()

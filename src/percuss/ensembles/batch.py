@@ -19,6 +19,7 @@ from percuss.motion.reach import free_until
 
 __all__ = [
     "BLOCKS",
+    "CHANCE",
     "MOST_IMPACTS",
     "MOST_SEARCHES",
     "NO_MODES",

@@ -18,7 +18,7 @@ from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import law_columns as at
 from percuss.model.acting_sets import StructureSystem
-from percuss.model.exact import Phase, as_float, phase_problem, plain, whole
+from percuss.model.exact import Phase, as_float, phase_problem, plain, real, whole
 from percuss.model.expression import Expression
 from percuss.model.forcing import Forcing
 from percuss.model.loads import Loads, loads_of
@@ -84,6 +84,8 @@ class Axis:
         Its dimension, empty where it is not known; default: that of the last word of the path.
     asked
         The path as it was asked for, which names the dimension; default: the long form.
+    along
+        The direction (x, v) in which a structure's start moves with it, in place of one number.
     """
 
     path: str
@@ -91,6 +93,7 @@ class Axis:
     owners: tuple[str, ...] = ()
     units: str | None = None
     asked: str = ""
+    along: tuple[float, ...] = ()
 
     @property
     def dimension(self) -> str:
@@ -237,6 +240,12 @@ class Grid:
         return (*numbers, "start.t0")
 
     @property
+    def direction(self) -> Floats:
+        """(n,) array, the direction of a structure's displacement, zeros where none was given."""
+        n = self.osc.n if isinstance(self.osc, Structure) else 0
+        return np.array(self.on or (0.0,) * n)
+
+    @property
     def period_path(self) -> str:
         """The path of the period, for messages."""
         return f"{self.owners[1]}.period"
@@ -308,10 +317,13 @@ class Grid:
         for column, number in enumerate(numbers):
             starts[:, column] = as_float(number)
         for axis, k in zip(self.axes, where, strict=True):
-            if axis.of_start:
+            if axis.of_start and not axis.along:
                 starts[:, paths.index(axis.path)] = axis.values[k]
-            else:
+            elif not axis.along:
                 key = key * len(axis.given) + k
+        for axis, k in zip(self.axes, where, strict=True):
+            if axis.along:
+                starts[:, :-1] += axis.values[k][:, np.newaxis] * np.array(axis.along)
         tied = [column for column, number in enumerate(numbers) if isinstance(number, Expression)]
         order = np.argsort(key, kind="stable")
         cuts = np.flatnonzero(np.diff(key[order])) + 1
@@ -351,8 +363,8 @@ class Grid:
             return Group(laws, which[inside], starts[rows[inside]], rows[inside], stops)
         systems = tuple(system for system, _ in group)
         inside = _off_the_walls(systems, which, rows, starts, faults)
-        on = np.array(self.on if self.on else (0.0,) * self.osc.n)
-        return StructureGroup(systems, which[inside], starts[rows[inside]], rows[inside], on)
+        own = starts[rows[inside]]
+        return StructureGroup(systems, which[inside], own, rows[inside], self.direction)
 
 
 class Maker:
@@ -372,7 +384,11 @@ class Maker:
         own = [i for i, axis in enumerate(grid.axes) if axis.changes(owner)]
         key = owner, tuple(where[i] for i in own)
         if key not in self._made:
-            changes = {grid.axes[i].path: grid.axes[i].given[where[i]] for i in own}
+            changes = {
+                grid.axes[i].path: grid.axes[i].given[where[i]]
+                for i in own
+                if not grid.axes[i].along
+            }
             all_parts = replace_parameters(grid.osc, grid.force, grid.start, changes)
             self._made[key] = all_parts[grid.owners.index(owner)]
         return self._made[key]
@@ -487,8 +503,9 @@ def make_grid(
     start
         Where the motion starts: a `Start`, or x0, v0 and optionally t0; None is x0 = v0 = 0.
     over
-        By path, a range (low, high) or values; a path of the start may be among them. A tuple of
-        two numbers is a range, any other sequence are values.
+        By path, a range (low, high) or values; a path of the start may be among them, and a tuple
+        of 2 n numbers, along which the x0 and v0 of a structure move. As values, a tuple of two
+        numbers is a range, any other sequence are values.
     points
         Number of equally spaced values of a range; its ends are kept as they were given.
     on
@@ -528,9 +545,12 @@ def make_grid(
         begin = start_of(start)
     axes: list[Axis] = []
     for path, values in over.items():
+        if isinstance(path, tuple):
+            axes.append(_axis_along(osc, path, values_of(str(path), values, points)))
+            continue
         name = long_form(path, osc, force, begin)
         if any(axis.path == name for axis in axes):
-            first = next(key for key in over if long_form(key, osc, force, begin) == name)
+            first = next(axis.asked for axis in axes if axis.path == name)
             raise ParameterError("over", (first, path), "the same parameter, named twice")
         axis = _axis(osc, force, begin, name, values_of(path, values, points))
         axes.append(replace(axis, asked=path))
@@ -566,6 +586,23 @@ def structure_start_of(structure: Structure, start: object) -> StructureStart:
         reason = f"{len(start.x0)} numbers for {structure.n} coordinates; give one for each"
         raise ParameterError("start.x0", start.x0, reason)
     return start
+
+
+def _axis_along(osc: object, direction: tuple[Any, ...], values: tuple[Phase, ...]) -> Axis:
+    """Return the axis of starts along a direction of a structure's displacements and velocities."""
+    n = osc.n if isinstance(osc, Structure) else 0
+    if len(direction) != 2 * n:
+        reason = (
+            f"{len(direction)} numbers; a direction of starts has {2 * n}, of x0 and v0"
+            if n
+            else "a direction of starts, which only a structure has; give paths"
+        )
+        raise ParameterError("over", direction, reason)
+    along = tuple(real(f"over.{i}", number) for i, number in enumerate(direction))
+    if not any(along):
+        raise ParameterError("over", direction, "a direction of zeros; no start moves along it")
+    name = str(direction)
+    return Axis(f"start.{name}", values, ("start",), "", name, along)
 
 
 def _axis(osc: Any, force: Any, start: Any, name: str, values: tuple[Phase, ...]) -> Axis:
