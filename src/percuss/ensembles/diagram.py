@@ -62,6 +62,8 @@ __all__ = ["bifurcation_diagram", "failed_values"]
 Direction = Literal["forward", "backward"]
 # Values that a range (low, high) of the parameter stands for.
 VALUES = 401
+# The starts by default: at rest at 0, of a structure in all coordinates.
+AT_REST = ((0.0, 0.0),)
 # The status of a value without a motion, besides those of the kernels.
 FAULTY = -2
 # The value of an integer column where nothing has been written.
@@ -77,7 +79,7 @@ def bifurcation_diagram(
     over: Mapping[str, object],
     section: SectionGiven = "stroboscopic",
     on: On | None = None,
-    starts: Sequence[Start | StructureStart | Sequence[Any]] | None = None,
+    starts: Sequence[Start | StructureStart | Sequence[Any]] = AT_REST,
     start: Start | StructureStart | Sequence[Any] | None = None,
     follow: Sequence[Direction] = ("forward", "backward"),
     transient: int = 200,
@@ -165,12 +167,13 @@ def bifurcation_diagram(
     array([1, 2])
     """
     execution = execution_of(store, engine, n_workers, progress)
-    if start is not None and starts is not None:
+    _check_lists(starts, follow)
+    is_default = tuple(starts) == AT_REST
+    if start is not None and not is_default:
         raise ParameterError("start", start, "given together with starts; give one")
-    _check_lists(((0.0, 0.0),) if starts is None else starts, follow)
     kept = section_of(section)
     along, of_stop = (on, -1) if kept.kind != "impacts" else (None, _stop_of(osc, on))
-    begins: Sequence[Any] = (start,) if starts is None else starts
+    begins: Sequence[Any] = (start,) if is_default else starts
     grids = [make_grid(osc, force, begin, over, VALUES, along) for begin in begins]
     _check(grids, kept, follow, points)
     named = named_measures(measures, grids[0].axes)
