@@ -201,27 +201,43 @@ def repeat_times(points: Floats, longest: Floats) -> Floats:
 
 def _repeated_points(points: Floats) -> Integers:
     """Return the least number of points after which they come again, 0 where they do not."""
-    n, m = points.shape[:2]
-    counts = np.zeros(n, dtype=np.int64)
-    undecided = np.ones(n, dtype=np.bool_)
-    for count in range(1, m // 2 + 1):
-        found = undecided & _repeats(points, count, SAME)
-        if not found.any():
-            continue
-        undecided &= ~found
+    counts = np.zeros(len(points), dtype=np.int64)
+    # The last pair of points rules out most numbers, and most motions.
+    hopeful = _repeats_at_end(points)
+    for count in (1 + np.flatnonzero(hopeful.any(axis=0))).tolist():
+        rows = np.flatnonzero(hopeful[:, count - 1])
+        rows = rows[_repeats(points[rows], count, SAME)]
+        # The first number that fits decides, if only that there is none.
+        hopeful[rows] = False
         # As of strobes: smaller differences of a divisor are the end of a transient.
+        distinct = np.ones(len(rows), dtype=np.bool_)
         for q in (q for q in range(1, count // 2 + 1) if count % q == 0):
-            found &= ~_repeats(points, q, SETTLED * SAME)
-        counts[found] = count
+            distinct &= ~_repeats(points[rows], q, SETTLED * SAME)
+        counts[rows[distinct]] = count
     return counts
+
+
+def _repeats_at_end(points: Floats) -> Flags:
+    """Return (n, m // 2) whether the last point of a motion is the one so many points before."""
+    n, m = points.shape[:2]
+    last = (~np.isnan(points[:, :, 1])).sum(axis=1) - 1
+    before = last[:, np.newaxis] - np.arange(1, m // 2 + 1)
+    rows = np.arange(n)[:, np.newaxis]
+    step = points[rows, np.maximum(last, 0)[:, np.newaxis]] - points[rows, np.maximum(before, 0)]
+    return np.asarray(_is_same(points, step, SAME) & (before >= 0))
 
 
 def _repeats(points: Floats, count: int, tolerance: float) -> Flags:
     """Return which rows of points are, within a part of their size, those so many points later."""
-    speed = np.nan_to_num(np.abs(points[:, :, 1])).max(axis=1, keepdims=True)
     step = points[:, count:] - points[:, :-count]
-    turn = np.abs(step[:, :, 0] - np.round(step[:, :, 0]))
     known = ~np.isnan(step[:, :, 1])
-    near = (turn <= tolerance) & (np.abs(step[:, :, 1]) <= tolerance * speed)
-    same = near & (step[:, :, 2] == 0.0)
+    same = _is_same(points, step, tolerance)
     return np.asarray((same | ~known).all(axis=1) & (known.sum(axis=1) >= count))
+
+
+def _is_same(points: Floats, step: Floats, tolerance: float) -> Flags:
+    """Return which differences of points are none, within a part of the size of all points."""
+    speed = np.nan_to_num(np.abs(points[:, :, 1])).max(axis=1, keepdims=True)
+    turn = np.abs(step[:, :, 0] - np.round(step[:, :, 0]))
+    near = (turn <= tolerance) & (np.abs(step[:, :, 1]) <= tolerance * speed)
+    return np.asarray(near & (step[:, :, 2] == 0.0))
