@@ -119,7 +119,7 @@ def _follow(
         viewer = new_run(system.sets, 0, 0)._replace(
             events=run.events, marks=run.marks, states=run.states,
             values=np.zeros(len(run.values) + 1), order=np.zeros(len(run.values) + 1),
-            scratch=np.zeros((8, run.scratch.shape[1] + 1, 5)),
+            scratch=np.zeros((8, run.scratch.shape[1] + 1, run.scratch.shape[2])),
         )  # fmt: skip
         c = members.logs.shape[1]
         space = batch.TangentSpace(

@@ -456,6 +456,7 @@ def seen_flight(flight: ModalFlight, views: Views, b: int) -> ModalFlight:
         flight.order,
         flight.later,
         flight.arrival,
+        flight.at,
     )
 
 
