@@ -68,6 +68,8 @@ def test_netcdf_keeps_every_table_to_the_bit(run: Trajectory, tmp_path: Path) ->
     x, v = run(t)
     np.testing.assert_array_equal(tree["x"].to_numpy(), x)
     np.testing.assert_array_equal(tree["v"].to_numpy(), v)
+    np.testing.assert_array_equal(tree["stop_force"].to_numpy(), run.forces(t).stops.to_numpy())
+    assert tree["stop_force"].dims == ("stop", "sample")
     assert (t.size, t[0], t[-1]) == (101, run.t0, run.t_end)
 
 

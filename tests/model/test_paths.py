@@ -14,14 +14,17 @@ from percuss.model import (
     SoftStop,
     Start,
     Wall,
+    cosine,
     fourier,
     get_parameter,
     impact_oscillator,
     long_form,
+    parameter,
     parameter_paths,
     pi_times,
     replace_parameter,
     replace_parameters,
+    restitution_table,
     sine,
 )
 
@@ -148,3 +151,30 @@ def test_a_parameter_named_in_both_its_forms_is_refused() -> None:
 
     with pytest.raises(ParameterError, match="named twice"):
         replace_parameters(impact_oscillator(), sine(3.0), None, changes)
+
+
+@pytest.mark.parametrize(
+    ("path", "meant"),
+    [
+        ("forcing.peroid", "did you mean forcing.period"),
+        ("period", "did you mean forcing.period?"),
+        ("forcing.Period", "did you mean forcing.period"),
+        ("oscillator.stops.1.restitution", "no number: oscillator.stops.1.restitution is a table"),
+        ("oscillator.stops.1.restitution.values", "is a table of speeds"),
+        ("r", "is a table of speeds"),
+    ],
+)
+def test_periods_and_tables_are_named_in_messages(path: str, meant: str) -> None:
+    table = restitution_table([0, 1], ["0.9", "0.8"])
+    osc = Oscillator(1, stops=(SoftStop(-1, "below", 9), Wall(1, "above", table)))
+    with pytest.raises(ParameterError) as error:
+        long_form(path, osc, cosine(2))
+    assert meant in str(error.value)
+
+
+def test_a_period_that_is_tied_or_missing_is_not_meant() -> None:
+    w = parameter("w", 2)
+    for force in (cosine(w), cosine("1.3") + cosine("2.9"), None):
+        with pytest.raises(ParameterError) as error:
+            long_form("forcing.peroid", Oscillator(1), force)
+        assert "forcing.period" not in str(error.value)

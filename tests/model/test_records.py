@@ -6,6 +6,7 @@ import math
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import percuss as pc
@@ -135,3 +136,17 @@ def test_what_is_not_to_be_had_under_a_record_says_so() -> None:
     ):
         with pytest.raises(pc.ParameterError, match="not to be had under a record"):
             call()
+
+
+@pytest.mark.parametrize(
+    ("t", "f", "message"),
+    [
+        ([3, 2, 1], [0, 1, 0], r"forcing\.record\.t = '3 to 1': in reverse order; turn both t and"),
+        (np.zeros((3, 2)), [0, 1, 0], r"t = 'an array of shape \(3, 2\)': not a sequence of num"),
+        (pd.DataFrame({"t": [0, 1], "f": [1, 2]}), [0, 1], r"'a table with the columns t, f': not"),
+        ("0, 1", [0, 1], "not a sequence of numbers; give one column"),
+    ],
+)
+def test_what_is_no_column_of_samples_is_said(t: object, f: object, message: str) -> None:
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.record(t, f)  # type: ignore[arg-type]

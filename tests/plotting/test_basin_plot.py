@@ -138,7 +138,7 @@ def test_fractions_are_stacked_and_named() -> None:
 
     ax = plot_fractions(found, new_axes(), units=Units("m", "s"))
 
-    assert ax.get_xlabel() == f"{gap} (m)"
+    assert ax.get_xlabel() == "place of the stop (m)"
     assert texts(ax) == ["(1, 1)", "(0, 1)"]
     lower, upper = (patch.get_data() for patch in ax.patches)
     np.testing.assert_allclose(lower.values, found.fraction.values[0])

@@ -67,7 +67,7 @@ def test_an_exponent_has_a_hue_for_either_sign_and_white_between() -> None:
     assert cells[0, 1, :3].min() > 0.95
     assert blue[0, 0] > red[0, 0]
     assert red[1, 1] > blue[1, 1]
-    assert ax.figure.axes[1].get_ylabel() == "largest Lyapunov exponent [1/time]"
+    assert ax.figure.axes[1].get_ylabel() == "largest Lyapunov exponent (dimensionless)"
 
 
 def test_minus_infinity_and_no_answer_have_marks_of_their_own() -> None:
@@ -87,7 +87,10 @@ def test_axes_are_named_and_measured() -> None:
         chart("fraction", [[0.1, 0.4], [0.7, 1.0]]), ax=new_axes(), units=Units("m", "s")
     )
 
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (A, f"{B} (m/s)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        r"forcing frequency $\omega$, harmonic 0 (1/s)",
+        "initial velocity $v_0$ (m/s)",
+    )
     assert ax.get_xlim() == (0.5, 2.5)
 
 
@@ -106,7 +109,7 @@ def test_a_measure_is_drawn_over_one_parameter() -> None:
     (line,) = ax.lines
     order = np.argsort(found["forcing.omega"].values)
     np.testing.assert_array_equal(line.get_ydata(), found.peak_impact_velocity.values[order])
-    assert ax.get_ylabel() == "peak impact velocity [length/time]"
+    assert ax.get_ylabel() == "peak impact velocity (dimensionless)"
     assert plot_sweep(found, ax=new_axes()).get_ylabel() == "forcing periods of the orbit"
 
 
@@ -116,8 +119,40 @@ def test_axes_are_named_by_the_short_form_where_there_is_one_harmonic() -> None:
     one = pc.sweep("peak_impact_velocity", osc, pc.cosine(2.5), over={"forcing.omega": [2.5, 2.6]})
     many = pc.sweep(lambda osc, force: 1.0, osc, two, over=over)  # noqa: ARG005
 
-    assert plot_sweep(one, ax=new_axes()).get_xlabel() == "forcing.omega"
-    assert plot_sweep(many, ax=new_axes()).get_xlabel() == "forcing.harmonics.0.omega"
+    omega = r"forcing frequency $\omega$"
+    assert plot_sweep(one, ax=new_axes()).get_xlabel() == f"{omega} (dimensionless)"
+    assert plot_sweep(many, ax=new_axes()).get_xlabel() == f"{omega}, harmonic 0 (dimensionless)"
+    metric = plot_sweep(one, ax=new_axes(), units=Units("mm", "s"))
+    assert (metric.get_xlabel(), metric.get_ylabel()) == (
+        f"{omega} (1/s)",
+        "peak impact velocity (mm/s)",
+    )
+
+
+@pytest.mark.parametrize("plot", [plot_sweep, plot_chart])
+def test_a_column_of_a_table_is_not_the_table(plot) -> None:  # type: ignore[no-untyped-def]
+    column = chart("period", [[1.0, 2.0], [0.0, 1.0]]).period
+
+    with pytest.raises(pc.ParameterError, match="data = 'period': one column of a table; give the"):
+        plot(column)
+    with pytest.raises(pc.ParameterError, match="data = 'list': no table; give the whole Dataset"):
+        plot([1.0])
+
+
+def test_a_period_of_free_motions_is_a_time() -> None:
+    found = pc.sweep(
+        "period",
+        pc.Oscillator(1),
+        over={"oscillator.stiffness": [1.0, 4.0]},
+        start=(0.0, 1.0),
+        section={"at": 0.0},
+    )
+
+    ax = plot_sweep(found, ax=new_axes(), units=Units("m", "s"))
+
+    assert ax.get_ylabel() == "period (s)"
+    assert ax.get_xlabel() == "stiffness $k$ (1/s^2)"
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), [2.0 * np.pi, np.pi], rtol=1e-12)
 
 
 def test_what_cannot_be_drawn_is_told() -> None:

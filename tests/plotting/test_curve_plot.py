@@ -48,7 +48,9 @@ def test_curves_are_labelled_by_kind_and_points_named_once(curves: list[Curve]) 
     assert legend is not None
     labels = [text.get_text() for text in legend.get_texts()]
     assert labels == ["fold", "period doubling", "grazing", "not physical"]
-    assert (ax.get_xlabel(), ax.get_ylabel()) == tuple(PLANE)
+    named = plot_curves(curves, new_axes(), units=pc.Units("m", "s"))
+    assert named.get_xlabel() == r"forcing frequency $\omega$ (1/s)"
+    assert ax.get_ylabel() == "forcing amplitude (dimensionless)"
     # All three touch in one point.
     assert [text.get_text() for text in ax.texts] == ["resonant grazing"]
     marks = [line.get_xydata()[0] for line in ax.lines if line.get_marker() == "o"]

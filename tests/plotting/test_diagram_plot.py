@@ -63,7 +63,7 @@ def test_each_direction_has_its_colour_where_they_part(hysteresis: xr.Dataset) -
 def test_axes_are_named_and_there_is_a_bar(hysteresis: xr.Dataset) -> None:
     ax = plot_diagram(hysteresis, new_axes(), quantity="v", units=Units("mm", "s"))
 
-    assert ax.get_xlabel() == f"{GAP} (mm)"
+    assert ax.get_xlabel() == "place of the stop (mm)"
     assert ax.get_ylabel() == "v at whole periods (mm/s)"
     assert [other.get_ylabel() for other in ax.figure.axes] == [ax.get_ylabel(), "points in a cell"]
 
@@ -112,7 +112,7 @@ def test_values_need_no_order_nor_equal_steps() -> None:
     ax = plot_diagram(diagram, new_axes())
 
     assert ax.get_xlim()[0] < 2.5
-    assert ax.get_ylabel() == "velocity after impacts"
+    assert ax.get_ylabel() == "velocity after impacts (dimensionless)"
 
 
 def test_what_cannot_be_drawn_is_told(hysteresis: xr.Dataset) -> None:

@@ -157,7 +157,7 @@ def test_special_points_stand_below_their_branch() -> None:
     figure.canvas.draw()
 
     lower = figure.axes[1]
-    assert lower.get_xlabel() == branch.path
+    assert lower.get_xlabel() == r"forcing frequency $\omega$ (dimensionless)"
     texts = [text.get_text() for text in lower.texts]
     assert any(text.startswith("[2.653347727855") for text in texts)
     assert lower.get_xlim() == ax.get_xlim()

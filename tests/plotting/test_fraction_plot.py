@@ -37,7 +37,10 @@ def test_a_chart_of_fractions_shows_one_attractor_and_leaves_out_where_it_is_not
     assert shown.mask.tolist() == [[True, True], [False, True], [False, False]]
     assert shown[~shown.mask].tolist() == [0.25, 0.5, 0.125]
     assert image.get_clim() == (0.0, 1.0)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (GAP, "forcing.omega")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "place of stop 0",
+        r"forcing frequency $\omega$",
+    )
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["it does not exist"]
     bar = ax.figure.axes[-1]
     assert bar.get_ylabel() == "part of the starts that go to (0, 1), (2, 2)"

@@ -117,7 +117,7 @@ def test_the_whole_range_and_all_physical_orbits_are_seen(chart: pc.Response) ->
 def test_axes_name_the_parameter_and_the_quantity(chart: pc.Response) -> None:
     ax = plot_response(chart, "impact_velocity", new_axes(), units=Units("mm", "s"), log_y=True)
 
-    assert ax.get_xlabel() == "forcing.omega (1/s)"
+    assert ax.get_xlabel() == r"forcing frequency $\omega$ (1/s)"
     assert ax.get_ylabel() == "largest impact velocity (mm/s)"
     assert ax.get_yscale() == "log"
     assert ax.get_xscale() == "linear"

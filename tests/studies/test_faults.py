@@ -55,7 +55,7 @@ TWO_HARMONICS = "".join(
         (
             HEAD + RUN + "[oscillator.stops]\nat = 0\n",
             (
-                "s.toml:7: oscillator.stops = {'at': 0}: not a list; "
+                "s.toml:7: oscillator.stops = {at = 0}: not a list; "
                 "begin each of them with [[oscillator.stops]]"
             ),
         ),

@@ -38,7 +38,7 @@ def text_of(kind: str, own: str, model: str = MODEL) -> str:
             '[over]\n"forcing.amplitud" = [1, 2]',
             (
                 "s.toml:13: over.forcing.amplitud: no such parameter; did you mean "
-                "forcing.amplitude or forcing.harmonics.0.amplitude or forcing.phase?"
+                "forcing.amplitude or forcing.period or forcing.harmonics.0.amplitude?"
             ),
         ),
         (
@@ -245,7 +245,7 @@ v0 = "fast"
     ]
 
 
-@pytest.mark.parametrize("kind", ["orbits", "response", "sweep", "diagram", "basins", "lyapunov"])
+@pytest.mark.parametrize("kind", ["orbits", "response", "diagram", "basins", "lyapunov"])
 def test_a_kind_that_counts_in_periods_says_so_where_there_is_none(kind: str) -> None:
     free = MODEL.split("[[forcing", maxsplit=1)[0]
     two = MODEL + '[[forcing.harmonics]]\namplitude = 1\nomega = "1.1"\n'

@@ -67,7 +67,10 @@ def test_only_the_files_asked_for_are_written(tmp_path: Path) -> None:
     run_study(study, tmp_path / "out")
 
     assert names_in(tmp_path / "out") == {"motion.nc"}
-    assert load_netcdf(tmp_path / "out" / "motion.nc").to_dataset().sizes == {"sample": 11}
+    assert load_netcdf(tmp_path / "out" / "motion.nc").to_dataset().sizes == {
+        "sample": 11,
+        "stop": 1,
+    }
 
 
 def test_results_are_not_overwritten_and_the_run_is_not_even_begun(

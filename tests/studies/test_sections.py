@@ -71,7 +71,7 @@ def test_a_diagram_at_a_section_is_written_and_repeated(text: str, tmp_path: Pat
             'diagram.section = "poincare": neither stroboscopic nor impacts, nor a cycle',
         ),
         ("{at = 1, way = 2}", 'a place such as {at = 0.3, direction = "up"}'),
-        ('{at = 1, direction = "left"}', "direction = left: none of up, down, both"),
+        ('{at = 1, direction = "left"}', 'direction = "left": none of up, down, both'),
         ("{cycle = 2}", "cycle = 2.0: not in [0, 1)"),
         ("3", "diagram.section = 3: neither stroboscopic"),
     ],

@@ -69,10 +69,27 @@ class Window:
         Periods from the start on that are left out, >= 0.
     periods
         Periods that are measured, >= 1.
+    between
+        Two instants [time] between which is measured, in place of both; None: no such instants.
     """
 
     transient: int = 200
     periods: int = 64
+    between: tuple[float, float] | None = None
+
+    def span(self, t0: Floats, every: Floats) -> tuple[Floats, Floats]:
+        """Return when the measuring of motions begins and ends [time], from t0 and periods."""
+        if self.between is not None:
+            first, last = self.between
+            return np.full(len(t0), first), np.full(len(t0), last)
+        since = t0 + self.transient * every
+        return since, since + self.periods * every
+
+    def counted(self, plan: Plan) -> Floats | int:
+        """Return the number of periods that are measured."""
+        if self.between is None:
+            return self.periods
+        return np.asarray((plan.until - plan.since) / plan.every)
 
     def longest(self, every: Floats) -> Floats:
         """Return more than the whole time of motions whose periods are ``every`` [time]."""
@@ -111,6 +128,11 @@ class Measure:
     needs_peaks: bool = False
     needs_tangent: bool = False
     without: str = ""
+
+    @property
+    def counts_periods(self) -> bool:
+        """Whether it is taken over whole periods."""
+        return self.needs_strobes or self.needs_tangent or self.needs_peaks
 
     def meaning_for(self, osc: Oscillator, *, free: bool = False) -> str:
         """Return its meaning for an oscillator, with a mass or without, forced or free."""
@@ -181,13 +203,13 @@ def _peak_impact_velocity(result: BatchResult, plan: Plan, window: Window) -> Fl
     return result.values[:, observables.PEAK_SPEED].copy()
 
 
-def _impacts(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
-    return np.asarray(result.values[:, observables.IMPACTS] / window.periods)
+def _impacts(result: BatchResult, plan: Plan, window: Window) -> Floats:
+    return np.asarray(result.values[:, observables.IMPACTS] / window.counted(plan))
 
 
-def _dissipated(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
+def _dissipated(result: BatchResult, plan: Plan, window: Window) -> Floats:
     lost = result.values[:, observables.LOST] + result.values[:, observables.DRAGGED]
-    return np.asarray(result.masses * lost / window.periods)
+    return np.asarray(result.masses * lost / window.counted(plan))
 
 
 def _peak_stop_force(result: BatchResult, plan: Plan, window: Window) -> Floats:  # noqa: ARG001
@@ -377,8 +399,8 @@ def _plan(
     period = counting_periods(group.laws, group.which)
     t0 = group.starts[:, 2]
     measures = [MEASURES[name] for name in names]
-    since = t0 + window.transient * period
-    plan = Plan(since, period, since + window.periods * period)
+    since, until = window.span(t0, period)
+    plan = Plan(since, period, until)
     if any(measure.needs_strobes for measure in measures):
         plan = replace(
             plan,

@@ -30,7 +30,7 @@ from percuss.ensembles.run_job import execution_of, run_job
 from percuss.ensembles.threads import check_wanted
 from percuss.errors import ParameterError
 from percuss.kernels import observables
-from percuss.model.exact import Phase
+from percuss.model.exact import Phase, as_float
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     # A second of import, which no worker needs.
     from xarray import Dataset
 
-__all__ = ["NO_STROBES", "SAME_NAME", "check_counted", "named_measures", "sweep"]
+__all__ = ["NO_STROBES", "SAME_NAME", "check_counted", "named_measures", "span_of", "sweep"]
 
 # Impacts of a compiled chunk, at about one a period: they take some tenths of a second, much longer
 # than submitting and storing the chunk, and little memory. Making a law takes as long as 1000
@@ -72,6 +72,7 @@ def sweep(
     start: Start | Sequence[Phase] | None = None,
     transient: int = 200,
     periods: int = 64,
+    between: Sequence[Phase] | None = None,
     section: SectionGiven = "stroboscopic",
     max_impacts: int = MOST_IMPACTS,
     store: str | Path | None = None,
@@ -101,6 +102,9 @@ def sweep(
     transient, periods
         Forcing periods that are left out, and that are measured after them. Without a forcing
         time is counted in units of 2 pi / sqrt(k), the period of free vibration.
+    between
+        Two instants (first, last) [time] between which is measured, in place of these: under an
+        irregular sea, or any other forcing without a period.
     section
         Where the measure "period" is found, as `bifurcation_diagram` takes it; default: once a
         forcing period. Without a forcing, as of a limit cycle, it is "impacts" or a place such
@@ -154,7 +158,8 @@ def sweep(
     """
     execution = execution_of(store, engine, n_workers, progress)
     grid = make_grid(osc, force, start, over)
-    work = _work(measure, grid, Window(transient, periods), max_impacts, section_of(section))
+    window = Window(transient, periods, _span(between, grid, measure))
+    work = _work(measure, grid, window, max_impacts, section_of(section))
     answer = run_job(work, execution, is_read_from_disk=True)
     nowhere = [name for name in work.names if not _has_any(answer.arrays[name])]
     if answer.complete and answer.reasons and not nowhere:
@@ -177,8 +182,45 @@ def sweep(
 def check_counted(force: Forcing | None) -> None:
     """Raise a `ParameterError` if a forcing has no period in which time could be counted."""
     if force is not None and not is_free(force) and force.period is None:
-        reason = "time is counted in forcing periods, and this forcing has none; give period="
+        reason = "time is counted in forcing periods, and this forcing has none; give between="
         raise ParameterError("forcing.period", None, reason)
+
+
+def span_of(between: object, t0: float, names: Sequence[str] = ()) -> tuple[float, float]:
+    """Return the two instants between which motions from t0 are measured.
+
+    Raises
+    ------
+    ParameterError
+        If they are not two instants in order, after the start, or a measure of whole periods is
+        asked for.
+
+    Examples
+    --------
+    >>> span_of((0, "10*pi"), 0.0)
+    (0.0, 31.41592653589793)
+    """
+    try:
+        first, last = (as_float(time) for time in between)  # type: ignore[attr-defined]  # else raised
+    except (TypeError, ValueError) as error:
+        raise ParameterError("between", between, "not two instants (first, last)") from error
+    if not -math.inf < first < last < math.inf:
+        raise ParameterError("between", between, "not two instants, the second after the first")
+    if first < t0:
+        raise ParameterError("between", between, f"begins before the start at t0 = {t0:.12g}")
+    whole_periods = [name for name in names if MEASURES[name].counts_periods]
+    if whole_periods:
+        reason = "counted over whole periods; give transient and periods in place of between"
+        raise ParameterError("measure", whole_periods[0], reason)
+    return first, last
+
+
+def _span(between: object, grid: Grid, measure: object) -> tuple[float, float] | None:
+    if between is None:
+        return None
+    starts = [axis.values.max() for axis in grid.axes if axis.path == "start.t0"]
+    names = () if callable(measure) else named_measures(measure, (), "measure")
+    return span_of(between, float(max([as_float(grid.start.t0), *starts])), names)
 
 
 def named_measures(
@@ -227,7 +269,8 @@ def _work(
     names = named_measures(measure, grid.axes, "measure")
     if not names:
         raise ParameterError("measure", (), f"none at all; there are {', '.join(MEASURES)}")
-    check_counted(grid.force)
+    if window.between is None:
+        check_counted(grid.force)
     needs_period = any(MEASURES[name].needs_strobes for name in names)
     if needs_period and is_free(grid.force) and section.kind == "stroboscopic":
         raise ParameterError("section", section.given, NO_STROBES)
@@ -278,7 +321,7 @@ class Measured(OverGrid):
     @property
     def columns(self) -> dict[str, Column]:
         """One number for each measure."""
-        free = is_free(self.grid.force)
+        free = self.grid.force is None or self.grid.force.period is None
         return {
             name: Column(
                 units=MEASURES[name].unit_of(self.grid.osc, free=free),
@@ -294,6 +337,7 @@ class Measured(OverGrid):
             "measure": list(self.names),
             "transient": self.window.transient,
             "periods": self.window.periods,
+            **({} if self.window.between is None else {"between": repr(self.window.between)}),
             "max_impacts": self.max_impacts,
             **({} if self.section.label == "stroboscopic" else {"section": self.section.label}),
         }
@@ -343,6 +387,7 @@ class Called(OverGrid):
             "measure": [getattr(self.measure, "__qualname__", repr(type(self.measure)))],
             "transient": self.window.transient,
             "periods": self.window.periods,
+            **({} if self.window.between is None else {"between": repr(self.window.between)}),
             **fingerprint(self.measure),
         }
 
@@ -366,6 +411,9 @@ class Called(OverGrid):
             return self.measure(osc, force, start)
         if count == 2:
             return self.measure(osc, force)
+        if self.window.between is not None:
+            t_end = self.window.between[1]
+            return self.measure(simulate(osc, force, start.x0, start.v0, start.t0, t_end=t_end))
         check_counted(force)
         (period,) = counting_periods(law(osc, force)[np.newaxis], np.zeros(1, dtype=np.int64))
         length = (self.window.transient + self.window.periods) * float(period)

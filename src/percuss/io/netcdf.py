@@ -96,7 +96,10 @@ def _of_motion(run: Trajectory, samples: int) -> dict[str, xr.Dataset]:
 
 def _samples_of(run: Trajectory, samples: int) -> xr.Dataset:
     """Return the motion over its samples: groups would take an index by time for their own."""
-    data = run.sample(samples).rename_dims(t="sample")
+    data = run.sample(samples)
+    if run.oscillator.stops:
+        data = data.assign(stop_force=run.forces(data.t.values).stops)
+    data = data.rename_dims(t="sample")
     return data.drop_indexes("t").drop_attrs(deep=False)
 
 

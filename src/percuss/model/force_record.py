@@ -174,6 +174,8 @@ class ForceRecord:
 
 def _samples(values: object) -> tuple[Any, ...] | object:
     """Return samples as a tuple of Python's numbers, anything that is no sequence unchanged."""
+    if getattr(values, "ndim", 1) != 1:
+        return values
     if hasattr(values, "tolist"):
         values = values.tolist()
     if isinstance(values, str) or not isinstance(values, Sequence):
@@ -204,12 +206,25 @@ def _(value: ForceRecord, prefix: str | None = None) -> list[Fault]:
     return problems + _sample_faults(value, prefix)
 
 
+# A table or a plane of numbers has one column too many.
+NO_SEQUENCE = "not a sequence of numbers; give one column"
+
+
+def _named(samples: object) -> object:
+    """Return what was given in place of samples: a table takes more than a line."""
+    columns = getattr(samples, "columns", None)
+    if columns is not None:
+        return f"a table with the columns {', '.join(map(str, columns))}"
+    shape = getattr(samples, "shape", None)
+    return samples if shape is None else f"an array of shape {shape}"
+
+
 def _sample_faults(value: ForceRecord, prefix: str) -> list[Fault]:
     problems = []
     for name in ("t", "f"):
         samples = getattr(value, name)
         if not isinstance(samples, tuple):
-            problems.append(Fault(dotted(prefix, name), samples, "not a sequence of numbers"))
+            problems.append(Fault(dotted(prefix, name), _named(samples), NO_SEQUENCE))
     if problems:
         return problems
     if len(value.t) != len(value.f):
@@ -232,6 +247,9 @@ def _order_faults(value: ForceRecord, prefix: str) -> list[Fault]:
     problems: list[Fault] = []
     times = [t if type(t) is float else as_float(t) for t in value.t]
     forces = [f if type(f) is float else as_float(f) for f in value.f]
+    if all(after < before for before, after in pairwise(times)):
+        reason = "in reverse order; turn both t and f round"
+        return [Fault(dotted(prefix, "t"), f"{value.t[0]} to {value.t[-1]}", reason)]
     for i, (before, after) in enumerate(pairwise(times), 1):
         if len(problems) == MOST_TOLD:
             break

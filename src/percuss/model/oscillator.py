@@ -48,6 +48,7 @@ __all__ = [
     "mass_of",
     "plain_on",
     "stops_faults",
+    "stops_in_words",
 ]
 
 
@@ -634,3 +635,16 @@ def _stop_per_mass(stop: Stop, per_mass: Any) -> Stop:
         scaled(stop.stiffness, per_mass),
         scaled(stop.damping, per_mass / 2),
     )
+
+
+def stops_in_words(osc: Oscillator) -> str:
+    """Return how many stops an oscillator has, for messages about their numbers.
+
+    Examples
+    --------
+    >>> stops_in_words(impact_oscillator())
+    'the oscillator has 1 stop, counted from 0'
+    """
+    n = len(osc.stops)
+    count = "no stops" if n == 0 else "1 stop, counted from 0" if n == 1 else ""
+    return f"the oscillator has {count or f'{n} stops, counted from 0'}"

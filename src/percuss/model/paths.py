@@ -214,9 +214,11 @@ def replace_parameters(
     """
     fields, by_path = _fields_of(osc, force, start), dict[str, Phase]()
     for path, value in changes.items():
-        name = _long_form(path, fields, force)
+        name = _long_form(path, fields, force, osc)
         if name in by_path:
-            before = next(other for other in changes if _long_form(other, fields, force) == name)
+            before = next(
+                other for other in changes if _long_form(other, fields, force, osc) == name
+            )
             raise ParameterError("path", (before, path), "the same parameter, named twice")
         by_path[name] = value
     by_path = _by_field(by_path, fields, force)
@@ -263,10 +265,12 @@ def long_form(
     >>> long_form("forcing.omega", impact_oscillator(), sine(3.0))
     'forcing.harmonics.0.omega'
     """
-    return _long_form(path, _fields_of(osc, force, start), force)
+    return _long_form(path, _fields_of(osc, force, start), force, osc)
 
 
-def _long_form(path: str, fields: Mapping[str, Phase], force: AnyForce) -> str:
+def _long_form(
+    path: str, fields: Mapping[str, Phase], force: AnyForce, osc: Oscillator | Structure
+) -> str:
     known = _free(fields)
     if path in known:
         return path
@@ -291,7 +295,24 @@ def _long_form(path: str, fields: Mapping[str, Phase], force: AnyForce) -> str:
         names = " and ".join(tied.names)
         reason = f"tied to {names} by {long} = {tied}; change {names}"
         raise ParameterError("path", path, reason)
-    raise ParameterError("path", path, _unknown(path, [*known, *short_forms], force))
+    periods = [
+        f"{name}.period"
+        for name, one in _forcings(force).items()
+        if one.given_period is None
+        and one.frequency
+        and not _is_tied(fields[_one_frequency(name, one)[0]])
+    ]
+    alike = [*known, *short_forms, *periods]
+    raise ParameterError("path", path, _unknown(path, alike, force, _tables_of(osc)))
+
+
+def _tables_of(osc: Oscillator | Structure) -> list[str]:
+    """Return the paths of restitutions that are tables, and so no numbers."""
+    return [
+        f"oscillator.stops.{index}.restitution"
+        for index, stop in enumerate(osc.stops)
+        if isinstance(getattr(stop, "restitution", None), RestitutionTable)
+    ]
 
 
 class MovedFields(NamedTuple):
@@ -449,8 +470,14 @@ def _frequency_of(path: str, period: Phase) -> Any:
     return pi_times(2) / as_expression(period) if plus else kept(2 / times)
 
 
-def _unknown(path: object, known: list[str], force: AnyForce) -> str:
-    if force is None and str(path).startswith("forcing."):
+def _unknown(path: str, known: list[str], force: AnyForce, tables: list[str]) -> str:
+    meant = [table for table in tables if path.startswith(table) or _of_that_word(path, [table])]
+    if meant:
+        return (
+            f"no number: {meant[0]} is a table of speeds; its values may be expressions of a "
+            "parameter, whose name is a path"
+        )
+    if force is None and path.startswith("forcing."):
         return "no such parameter; the motion is free, it has no forcing"
     name, _, own = str(path).rpartition(".")
     forcing = _forcings(force).get(name)

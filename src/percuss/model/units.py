@@ -26,8 +26,9 @@ class Units:
     Parameters
     ----------
     length, time, mass
-        Any names; "m", "s" and "kg" and their multiples give forces, energies and powers their
-        own names, such as kN for t, m and s.
+        Any names. Of km, m, cm, mm, um, nm, s, ms, us, ns, t, kg, g and mg forces, energies and
+        powers have names of their own, such as kN for t, m and s. All others, such as "ft",
+        "meters" or "d" for the diameter of a wheel, are labels: a force in them is written out.
 
     Raises
     ------
@@ -39,6 +40,8 @@ class Units:
     >>> units = Units("m", "s", "t")
     >>> units.velocity, units.of("mass length/time^2"), units.of("mass/time^2")
     ('m/s', 'kN', 'kN/m')
+    >>> Units("meters", "s", "kg").of("mass length/time^2")
+    'kg meters/s^2'
     """
 
     length: str = ""

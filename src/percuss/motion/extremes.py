@@ -28,6 +28,7 @@ from percuss.kernels.linear_observables import (
 )
 from percuss.kernels.record import MotionRecord
 from percuss.model.exact import as_float, whole
+from percuss.model.oscillator import stops_in_words
 from percuss.model.system import System, stop_rows
 
 __all__ = ["Extrema", "QuantityName", "extremes_of_motion", "level_crossings", "observable_of"]
@@ -83,7 +84,7 @@ def observable_of(system: System, of: str, stop: int = 0) -> Observable:
     if of == "stop_force":
         number = whole("stop", stop, 0)
         if number >= len(oscillator.stops):
-            reason = f"the oscillator has {len(oscillator.stops)} stops, counted from 0"
+            reason = stops_in_words(oscillator)
             raise ParameterError("stop", stop, reason)
         row = stop_rows(system.oscillator)[number]
         reference, weights, bound = (

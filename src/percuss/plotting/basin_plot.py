@@ -17,14 +17,8 @@ from matplotlib.patches import Patch
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.units import Units
-from percuss.plotting.cells import (
-    draw_cells,
-    edges_of,
-    hatch_missing,
-    label_axes,
-    missing_patch,
-    path_label,
-)
+from percuss.plotting.cells import check_table, draw_cells, edges_of, hatch_missing, missing_patch
+from percuss.plotting.labels import label_axes, path_label
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -85,6 +79,7 @@ def plot_basins(
     ParameterError
         If there are no basins, or a manifold is no curve.
     """
+    check_table(basins, "percuss.basins")
     units = units_of(units)
     if "basin" not in basins:
         raise ParameterError("basins", sorted(map(str, basins)), "not what percuss.basins returns")
@@ -237,6 +232,7 @@ def plot_fractions(
     ParameterError
         If it is something else, there is no such attractor, or one is named where all are drawn.
     """
+    check_table(fractions, "percuss.basin_fractions")
     units = units_of(units)
     if "fraction" not in fractions or fractions["fraction"].ndim not in (2, 3):
         reason = "not what percuss.basin_fractions returns"

@@ -20,7 +20,7 @@ from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.curve import Curve, CurveKind
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 from percuss.orbits.orbit.turning_points import turns_of
-from percuss.plotting.cells import parameter_label
+from percuss.plotting.labels import parameter_label
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -141,7 +141,7 @@ def plot_branch(
         for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
             breaks = _breaks(each, name)
             _draw(ax, each, values, COLOUR_CYCLE[k % len(COLOUR_CYCLE)], breaks)
-        ax.set_xlabel(parameter_label(branches[0], units))
+        ax.set_xlabel(parameter_label(branches[0][0], branches[0].path, units))
         ax.set_ylabel(_label(name, units, branches))
         together = np.concatenate(columns)
         if name != "multiplier" and (together < 0.0).any() and (together > 0.0).any():
@@ -322,6 +322,7 @@ def plot_curves(
     curves: Curve | Iterable[Curve],
     ax: Axes | None = None,
     *,
+    units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
 ) -> Axes:
@@ -354,8 +355,9 @@ def plot_curves(
     with picture(ax, CURVES_SIZE, labels=(xlabel, ylabel)) as ax:
         for curve in several:
             _draw_curve(ax, curve)
-        ax.set_xlabel(paths[0])
-        ax.set_ylabel(paths[1])
+        orbit, own = several[0][0], units_of(units, several[0][0].oscillator)
+        ax.set_xlabel(parameter_label(orbit, paths[0], own))
+        ax.set_ylabel(parameter_label(orbit, paths[1], own))
         _explain_curves(ax)
         _mark_curves(ax, several)
     return ax

@@ -1,4 +1,4 @@
-"""Numbers over two axes as coloured cells, hatched where there is none; labels of the axes."""
+"""Numbers over two axes as coloured cells, hatched where there is none."""
 
 from __future__ import annotations
 
@@ -11,15 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from percuss.arrays import Floats
-from percuss.ensembles.grid import units_of as dimensions_of
-from percuss.model.units import Units, is_unit
-from percuss.orbits.bifurcations.branch import Branch
+from percuss.errors import ParameterError
 
 # Values that are equally spaced to this part of a step are drawn as an image.
 EVEN = 1e-6
 # Behind cells without a number.
 MISSING: dict[str, Any] = {"facecolor": "#FFFFFF", "edgecolor": "#C8C8C8", "hatch": "////"}
-_DIMENSIONS = {"length": "displacement", "time": "duration", "length/time": "velocity"}
 
 
 def edges_of(values: Floats) -> Floats:
@@ -73,53 +70,24 @@ def missing_patch(label: str) -> Patch:
     return Patch(**MISSING, label=label)
 
 
+def check_table(data: object, of: str) -> None:
+    """Raise a `ParameterError` unless data is a table of results, an xarray.Dataset.
+
+    Examples
+    --------
+    >>> check_table(xr.DataArray([1.0], name="period"), "percuss.sweep")
+    Traceback (most recent call last):
+    percuss.errors.ParameterError: data = 'period': one column of a table; give the whole Dataset \
+that percuss.sweep returns
+    """
+    if isinstance(data, xr.Dataset):
+        return
+    whole = f"give the whole Dataset that {of} returns"
+    if isinstance(data, xr.DataArray):
+        raise ParameterError("data", str(data.name), f"one column of a table; {whole}")
+    raise ParameterError("data", type(data).__name__, f"no table; {whole}")
+
+
 def _is_even(edges: Floats) -> bool:
     steps = np.diff(edges)
     return bool(np.ptp(steps) <= EVEN * np.abs(steps).max())
-
-
-def label_of(name: str, dimensions: str, units: Units | None) -> str:
-    """Return the label of an axis: a parameter's path, with its unit where there are units.
-
-    Examples
-    --------
-    >>> label_of("start.v0", "length/time", Units("m", "s"))
-    'start.v0 (m/s)'
-    """
-    if is_unit(dimensions):
-        return f"{name} ({dimensions})"
-    measure = _DIMENSIONS.get(dimensions)
-    if units is None or measure is None or units == Units():
-        return name
-    return f"{name} ({getattr(units, measure)})"
-
-
-def label_axes(ax: Axes, data: xr.Dataset, across: str, upwards: str, units: Units) -> None:
-    """Name both axes after the parameters that they carry."""
-    ax.set_xlabel(path_label(data, across, units))
-    ax.set_ylabel(path_label(data, upwards, units))
-
-
-def path_label(data: xr.Dataset, path: str, units: Units | None) -> str:
-    """Return the label of an axis over a parameter, in its short form where that is clear.
-
-    Examples
-    --------
-    >>> forcing = {"forcing": "Forcing(harmonics=(Harmonic(amplitude=1.0, omega=2.5, phase=0.0),))"}
-    >>> path = "forcing.harmonics.0.omega"
-    >>> path_label(xr.Dataset(coords={path: [2.0]}, attrs=forcing), path, None)
-    'forcing.omega'
-    """
-    forcing = str(data.attrs.get("forcing", ""))
-    # Of several harmonics the number says which.
-    is_only_one = forcing.count("Harmonic(") == 1 and "base=" not in forcing
-    name = path.replace("forcing.harmonics.0.", "forcing.") if is_only_one else path
-    return label_of(name, str(data[path].attrs.get("units", "")), units)
-
-
-def parameter_label(branch: Branch, units: Units) -> str:
-    """Return the label of an axis over the parameter of a branch, with its unit where there is one."""
-    oscillator, forcing = branch.orbits[0].system
-    if units == Units() or "." not in branch.path:
-        return branch.path
-    return f"{branch.path} ({units.of(dimensions_of(branch.path, oscillator, forcing))})"

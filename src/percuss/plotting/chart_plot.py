@@ -16,13 +16,8 @@ from matplotlib.patches import Patch
 from percuss.arrays import Floats
 from percuss.errors import ParameterError
 from percuss.model.units import Units
-from percuss.plotting.cells import (
-    draw_cells,
-    hatch_missing,
-    label_axes,
-    missing_patch,
-    path_label,
-)
+from percuss.plotting.cells import check_table, draw_cells, hatch_missing, missing_patch
+from percuss.plotting.labels import label_axes, path_label, with_unit
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -80,7 +75,7 @@ def plot_chart(
     name = _measure_of(data, measure, 2)
     across, upwards = (str(dim) for dim in data[name].dims)
     values = data[name].transpose(upwards, across).to_numpy().astype(np.float64)
-    scale = _periods(values) if name == "period" else _shades(values)
+    scale = _periods(values) if _is_count(data, name) else _shades(values)
     with picture(ax, labels=(xlabel, ylabel)) as ax:
         x, y = (data[dim].to_numpy() for dim in (across, upwards))
         hatch_missing(ax)
@@ -91,7 +86,7 @@ def plot_chart(
             sticking = np.ma.masked_where(~np.isneginf(values), np.zeros_like(values))
             draw_cells(ax, x, y, sticking, cmap=ListedColormap([MINUS_INFINITY]))
         label_axes(ax, data, across, upwards, units)
-        _add_bar(ax, data, name, scale, shown)
+        _add_bar(ax, _name_of(data, name, units), scale, shown)
         _add_legend(ax, values)
     return ax
 
@@ -126,13 +121,13 @@ def plot_sweep(
     order = np.argsort(data[path].to_numpy(), kind="stable")
     x, y = data[path].to_numpy()[order], data[name].to_numpy()[order]
     with picture(ax, labels=(xlabel, ylabel)) as ax:
-        whole = name == "period" or len(x) < 20
+        whole = _is_count(data, name) or len(x) < 20
         look = {"marker": ".", "linestyle": "none"} if whole else {"linewidth": 1.0}
         ax.plot(x, np.where(np.isfinite(y), y, np.nan), color=BLUE, **look)
         if np.nanmin(np.where(np.isfinite(y), y, np.nan), initial=0.0) < 0.0:
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
         ax.set_xlabel(path_label(data, path, units))
-        ax.set_ylabel(_name_of(data, name))
+        ax.set_ylabel(_name_of(data, name, units))
     return ax
 
 
@@ -158,6 +153,7 @@ class _Scale:
 
 
 def _measure_of(data: xr.Dataset, measure: str | None, n_axes: int) -> str:
+    check_table(data, "percuss.sweep")
     known = [
         str(name)
         for name, values in data.data_vars.items()
@@ -215,17 +211,21 @@ def _add_legend(ax: Axes, values: Floats) -> None:
         legend_above(ax, handles=handles, ncols=2)
 
 
-def _add_bar(ax: Axes, data: xr.Dataset, name: str, scale: _Scale, shown: Any) -> None:
+def _add_bar(ax: Axes, label: str, scale: _Scale, shown: Any) -> None:
     source = shown if scale.labels is None else ScalarMappable(scale.norm, scale.map)
-    bar = colour_bar(ax, source, _name_of(data, name), extend=scale.extend)
+    bar = colour_bar(ax, source, label, extend=scale.extend)
     if scale.ticks is not None and scale.labels is not None:
         bar.set_ticks(scale.ticks, labels=scale.labels)
         bar.ax.tick_params(length=0.0, which="both")
 
 
-def _name_of(data: xr.Dataset, name: str) -> str:
-    dimensions = str(data[name].attrs.get("units", "1"))
-    words = name.replace("_", " ").replace("lyapunov", "Lyapunov")
-    if name == "period":
+def _is_count(data: xr.Dataset, name: str) -> bool:
+    """Return whether a measure is a period in forcing periods, not a time."""
+    return name == "period" and str(data[name].attrs.get("units", "1")) == "1"
+
+
+def _name_of(data: xr.Dataset, name: str, units: Units) -> str:
+    if _is_count(data, name):
         return "forcing periods of the orbit"
-    return words if dimensions == "1" else f"{words} [{dimensions}]"
+    words = name.replace("_", " ").replace("lyapunov", "Lyapunov")
+    return with_unit(words, str(data[name].attrs.get("units", "1")), units)

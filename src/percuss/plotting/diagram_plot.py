@@ -15,7 +15,8 @@ from matplotlib.patches import Patch
 from percuss.arrays import Floats, Integers
 from percuss.errors import ParameterError
 from percuss.model.units import Units
-from percuss.plotting.cells import EVEN, draw_cells, label_of, path_label
+from percuss.plotting.cells import EVEN, check_table, draw_cells
+from percuss.plotting.labels import path_label, with_unit
 from percuss.plotting.style import (
     BLACK,
     BLUE,
@@ -83,6 +84,7 @@ def plot_diagram(
     ParameterError
         If there is no such quantity.
     """
+    check_table(diagram, "percuss.bifurcation_diagram")
     units = units_of(units)
     name = quantity or next(key for key in ("x", "v_after", "v") if key in diagram)
     if name not in diagram or name not in NAMES:
@@ -102,7 +104,7 @@ def plot_diagram(
         draw_cells(ax, columns, middles, _coloured(layers, norm))
         ax.set_xlabel(path_label(diagram, path, units))
         ax.set_ylabel(
-            label_of(_name_of(diagram, name), str(diagram[name].attrs.get("units", "")), units)
+            with_unit(_name_of(diagram, name), str(diagram[name].attrs.get("units", "")), units)
         )
         used = [key for key in COLOURS if key in layers and layers[key].any()]
         if not used:

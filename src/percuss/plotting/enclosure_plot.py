@@ -350,6 +350,7 @@ def draw_certified_points(
         ax.set_subplotspec(parts[0])
         lower = figure.add_subplot(parts[1], sharex=ax)
         plot_branch(branch, ax, units=units)
+        label = ax.get_xlabel()
         ax.set_xlabel("")
         ax.tick_params(labelbottom=False)
         values = np.array([point.value.mid() for point in proven])
@@ -371,7 +372,7 @@ def draw_certified_points(
         if not points:
             lower.text(0.5, 0.5, "no special points", transform=lower.transAxes, ha="center")
             lower.set_yticks([])
-        lower.set_xlabel(branch.path)
+        lower.set_xlabel(label)
         lower.set_ylabel("log$_{10}$ of radius", color=GREEN)
         fix_ticks(lower)
     return ax

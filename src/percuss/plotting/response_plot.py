@@ -17,7 +17,7 @@ from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.responses.response import CLOSED, Response, kinds_of
 from percuss.orbits.responses.velocity_gap import VelocityGap
 from percuss.plotting.branch_plot import MARKERS, between_rows, drawn_as_stable, stretches
-from percuss.plotting.cells import parameter_label
+from percuss.plotting.labels import parameter_label
 from percuss.plotting.style import (
     BLACK,
     COLOUR_CYCLE,
@@ -116,7 +116,7 @@ def plot_response(
             _draw(ax, branch, values, formal=formal)
         _mark(ax, response, columns)
         _dots(ax, response, quantity)
-        ax.set_xlabel(parameter_label(response.branches[0], units))
+        ax.set_xlabel(parameter_label(response.branches[0][0], response.branches[0].path, units))
         ax.set_ylabel(f"{WORDS[quantity]} ({unit})")
         if log_x or (log_x is None and 0.0 < WIDE * response.low < response.high):
             _make_logarithmic(ax)

@@ -8,19 +8,30 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar, cast
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from pydantic import ValidationError as ShapeError
 
 from percuss.errors import ParameterError, StudyError
 from percuss.io.record import load_record
-from percuss.model.faults import Fault, draft, positive_faults, scale_faults, unit_problem
+from percuss.model.exact import as_float
+from percuss.model.expression import Expression
+from percuss.model.faults import (
+    Fault,
+    draft,
+    number_faults,
+    positive_faults,
+    raise_first,
+    scale_faults,
+    unit_problem,
+)
 from percuss.model.faults import faults as model_faults
 from percuss.model.force_record import ForceRecord, Outside, RecordKind
 from percuss.model.forcing import Forcing, FourierTerm, Harmonic
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.restitution import RestitutionTable
+from percuss.model.sea_state import SeaKind, sea_state
 from percuss.model.start import Start
 from percuss.model.units import Units
 from percuss.studies.parameters import with_expressions
@@ -272,6 +283,7 @@ def _read_question(kind: type[Question], document: RawTable, faults: StudyFaults
 def _check_tables(document: RawTable, kind: type[Question] | None, faults: StudyFaults) -> None:
     """Add tables that are unknown, missing or not tables."""
     known = [*_OF_ALL, *(_table_names(kind) if kind is not None else ())]
+    meant: list[str] = []
     of_some_kinds = {*TABLES.values(), *kind_names(), "certify"} - {"motion"}
     for name, table in document.items():
         if name in known or name in ("record", "parameters"):
@@ -282,9 +294,11 @@ def _check_tables(document: RawTable, kind: type[Question] | None, faults: Study
             faults.add((name,), reason)
         elif kind is not None:
             is_meant = difflib.get_close_matches(name.lower(), [*known, "parameters"], n=1)
+            # A table that is there under another name is not missing as well.
+            meant += is_meant
             faults.add((name,), unknown_key(name, is_meant or known))
     for name in ("oscillator", *(kind.needed if kind is not None else ())):
-        if name not in document:
+        if name not in document and name not in meant:
             faults.add((name,), f"missing; a table [{name}] is needed")
 
 
@@ -352,6 +366,15 @@ class _RecordShape(_Shape):
     omega: NumberKey | None = None
 
 
+class _SeaShape(_Shape):
+    hs: NumberKey
+    tp: NumberKey
+    kind: SeaKind = "jonswap"
+    n: int = 40
+    seed: int = 0
+    amplitude: NumberKey = 1
+
+
 class _ForcingShape(_Shape):
     constant: NumberKey = 0.0
     per_mass: bool = False
@@ -361,6 +384,7 @@ class _ForcingShape(_Shape):
     cos: list[NumberKey] = []
     sin: list[NumberKey] = []
     record: _RecordShape | None = None
+    sea_state: _SeaShape | None = None
 
 
 _SHAPES: dict[str, type[_Shape]] = {"oscillator": _OscillatorShape, "forcing": _ForcingShape}
@@ -428,6 +452,8 @@ def _check_shape(name: str, table: RawTable, faults: StudyFaults) -> None:
                 known = _UnitsShape
             elif place[:1] == ("record",) and len(place) > 1:
                 known = _RecordShape
+            elif place[:1] == ("sea_state",) and len(place) > 1:
+                known = _SeaShape
             path = (name, *place)
             if kind == "extra_forbidden":
                 faults.add(path, unknown_key(path[-1], list(known.model_fields)))
@@ -537,10 +563,11 @@ def _forcing(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> F
         record = record_of(table["record"], folder, faults)
     if not given:
         harmonics = tuple(_harmonic(row) for row in _rows(table, "harmonics"))
+        harmonics += _sea(table, faults)
         own = {"harmonics": harmonics, "period": exact_phase(period), "record": record}
         forcing = draft(Forcing, **own, constant=constant, is_per_mass=_is_per_mass(table))
     else:
-        for name in ("harmonics", "period"):
+        for name in ("harmonics", "period", "sea_state"):
             if name in table:
                 reason = f"given together with {given[0]}; omega, cos and sin stand alone"
                 faults.add(("forcing", name), reason)
@@ -549,6 +576,31 @@ def _forcing(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> F
         forcing = _fourier(table, constant, record)
     faults.add_from_model(model_faults(forcing, "forcing"))
     return forcing
+
+
+def _sea(table: RawTable, faults: StudyFaults) -> tuple[Harmonic, ...]:
+    """Return the harmonics of ``[forcing.sea_state]``, none where it has faults; add these."""
+    given = table.get("sea_state")
+    if not isinstance(given, Mapping) or faults.is_wrong("forcing.sea_state"):
+        return ()
+    own = dict(given)
+    factor = own.pop("amplitude", 1)
+    try:
+        sea = sea_state(**own)
+        if not isinstance(factor, Expression):
+            # As doubles: exact products of doubles have many digits, and round to the same.
+            raise_first(number_faults("amplitude", factor))
+            return tuple(
+                Harmonic(as_float(factor) * as_float(part.amplitude), part.omega, part.phase)
+                for part in cast("tuple[Harmonic, ...]", sea.harmonics)
+            )
+        sea = sea * factor
+    except ParameterError as error:
+        name = error.name if error.name in own else "amplitude"
+        faults.add_from_model([Fault(f"forcing.sea_state.{name}", error.value, error.reason)])
+        return ()
+    # Plain harmonics, with neither a base nor a period.
+    return cast("tuple[Harmonic, ...]", sea.harmonics)
 
 
 def _is_per_mass(table: RawTable) -> bool:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
+from itertools import pairwise
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, TypeAlias
 
 from percuss.model.faults import draft
 from percuss.model.force_record import ForceRecord
 from percuss.studies.tables import RawTable, StudyFaults, exact_phase, shown
 
-__all__ = ["record_of"]
+__all__ = ["columns_of", "record_of"]
+
+Samples: TypeAlias = tuple[tuple[Any, ...], tuple[Any, ...]]
 
 PATH = ("forcing", "record")
 # Lines of a table whose faults are told.
@@ -39,9 +43,7 @@ def record_of(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> 
     return draft(ForceRecord, t=samples[0], f=samples[1], **given)
 
 
-def _samples(
-    table: RawTable, folder: FilePath | None, faults: StudyFaults
-) -> tuple[tuple[Any, ...], tuple[Any, ...]] | None:
+def _samples(table: RawTable, folder: FilePath | None, faults: StudyFaults) -> Samples | None:
     if "file" in table:
         for name in ("t", "f"):
             if name in table:
@@ -60,51 +62,90 @@ def _samples(
     return tuple(exact_phase(value) for value in t), tuple(f)
 
 
-def _columns(
-    file: FilePath, table: RawTable, faults: StudyFaults
-) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+def _columns(file: FilePath, table: RawTable, faults: StudyFaults) -> Samples | None:
     """Return the columns of a CSV file that a record names, or add all its faults as one."""
-    names = [table.get("time", "t"), table.get("force", "f")]
+    names = table.get("time", "t"), table.get("force", "f")
     try:
-        with file.open(encoding="utf-8-sig", newline="") as lines:
-            rows = list(csv.reader(lines))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = file.read_bytes().decode("utf-8-sig")
+        return columns_of(text, *map(str, names))
+    except (OSError, UnicodeDecodeError) as error:
         words = getattr(error, "strerror", None) or "not a table in UTF-8"
         faults.add((*PATH, "file"), words.lower(), shown(str(table["file"])))
-        return None
+    except ValueError as error:
+        faults.add((*PATH, "file"), str(error), shown(str(table["file"])))
+    return None
+
+
+def columns_of(text: str, time: str = "t", force: str = "f") -> Samples:
+    r"""Return instants and forces of a record in a table of comma-separated values.
+
+    Parameters
+    ----------
+    text
+        The table: a line of names, then a line for each sample. Lines that begin with # are notes.
+    time, force
+        Names of the columns.
+
+    Returns
+    -------
+    tuple
+        Instants and forces.
+
+    Raises
+    ------
+    ValueError
+        With all faults, in a sentence each with its line.
+
+    Examples
+    --------
+    >>> columns_of("t,f\n0,1.5\n1,2.5\n")
+    ((0.0, 1.0), (1.5, 2.5))
+    """
+    try:
+        rows = [[cell.strip() for cell in row] for row in csv.reader(io.StringIO(text))]
+    except csv.Error as error:
+        raise ValueError(f"not a table of comma-separated values: {error}") from error
+    numbered = [(line, row) for line, row in enumerate(rows, 1)
+                if any(row) and not row[0].startswith("#")]  # fmt: skip
+    head = numbered[0][1] if numbered else []
+    if time not in head or force not in head:
+        raise ValueError(_no_columns([name for name in (time, force) if name not in head], head))
+    at = [head.index(time), head.index(force)]
     wrong = []
     found: list[list[float]] = [[], []]
-    at: list[int] = []
-    for line, row in enumerate(rows, 1):
-        cells = [cell.strip() for cell in row]
-        if not any(cells) or cells[0].startswith("#"):
-            continue
-        if not at:
-            missing = [name for name in names if name not in cells]
-            if missing:
-                listed = ", ".join(shown(name) for name in missing)
-                wrong.append(f"no column {listed}; its columns are {', '.join(cells)}")
-                break
-            at = [cells.index(str(name)) for name in names]
-            continue
-        numbers = [_number(cells[i] if i < len(cells) else "") for i in at]
-        for name, i, number, column in zip(names, at, numbers, found, strict=True):
+    for line, row in numbered[1:]:
+        cells = [row[i] if i < len(row) else "" for i in at]
+        numbers = [_number(cell) for cell in cells]
+        for name, cell, number, column in zip((time, force), cells, numbers, found, strict=True):
             if not math.isfinite(number):
-                cell = cells[i] if i < len(cells) else ""
                 wrong.append(f'line {line}: {name} = "{cell}" is no finite number')
             column.append(number)
         before = found[0][-2] if len(found[0]) > 1 else -math.inf
         if numbers[0] <= before:
             order = "is there twice" if numbers[0] == before else f"comes after {before!r}"
-            wrong.append(f"line {line}: {names[0]} = {numbers[0]!r} {order}; instants must rise")
+            wrong.append(f"line {line}: {time} = {numbers[0]!r} {order}; instants must rise")
     if not wrong and len(found[0]) < 2:
-        wrong.append(f"{len(found[0])} samples; a record needs two at least")
+        count = "1 sample" if found[0] else "no samples"
+        wrong.append(f"{count}; a record needs two at least")
+    if len(found[0]) > 1 and all(after < before for before, after in pairwise(found[0])):
+        wrong = ["the samples are in reverse order, the last one first; turn the lines round"]
     if wrong:
         more = [f"and {len(wrong) - MOST_TOLD} more"] if len(wrong) > MOST_TOLD else []
-        reason = "; ".join([*wrong[:MOST_TOLD], *more])
-        faults.add((*PATH, "file"), reason, shown(str(table["file"])))
-        return None
+        raise ValueError("; ".join([*wrong[:MOST_TOLD], *more]))
     return tuple(found[0]), tuple(found[1])
+
+
+def _no_columns(missing: list[str], head: list[str]) -> str:
+    """Return the sentence about a table that lacks columns, and why that may be."""
+    listed = ", ".join(shown(name) for name in missing)
+    if not head:
+        return f"no column {listed}; it is empty"
+    for name, sign in (("semicolons", ";"), ("tabs", "\t")):
+        if any(sign in cell for cell in head):
+            return f"its columns are separated by {name}; write commas, and points in numbers"
+    if all(math.isfinite(_number(cell)) for cell in head):
+        return f"no column {listed}: its first line holds numbers; write the names above them"
+    return f"no column {listed}; its columns are {', '.join(head)}"
 
 
 def _number(cell: str) -> float:

@@ -15,6 +15,7 @@ from percuss.model.faults import draft
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, Stop
 from percuss.model.start import Start, start_faults
+from percuss.model.units import is_unit
 from percuss.studies.tables import (
     DRAW_ALL,
     MISSING,
@@ -213,6 +214,17 @@ def counted(n: float, thing: str) -> str:
     ('1 impact', '1,200 impacts')
     """
     return f"{int(n):,} {thing}" + ("" if n == 1 else "s")
+
+
+def with_unit(value: float, unit: str, digits: int = 10) -> str:
+    """Return a number with its unit; dimensions are left out.
+
+    Examples
+    --------
+    >>> with_unit(0.5, "m/s"), with_unit(0.5, "length/time")
+    ('0.5 m/s', '0.5')
+    """
+    return f"{value:.{digits}g} {unit}" if is_unit(unit) else f"{value:.{digits}g}"
 
 
 def impacts_in_words(n_impacts: float) -> str:

@@ -187,13 +187,26 @@ def shown(value: object) -> str:
     --------
     >>> shown("0.5"), shown(True), shown(list(range(100)))[-5:]
     ('"0.5"', 'true', '1 ...')
+    >>> shown({"at": 0.3, "direction": "left"})
+    '{at = 0.3, direction = "left"}'
     """
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, exact.Computed):
         number = "" if value.problem() else f" = {float(value):.6g}"
         return _on_one_line(f'"{value}"{number}')
+    if isinstance(value, Mapping):
+        return _on_one_line(_inline(value))
     return _on_one_line(f'"{value}"' if isinstance(value, str) else repr(value))
+
+
+def _inline(value: object) -> str:
+    """Return a table as a file holds it on one line; Python's braces are no TOML."""
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{key} = {_inline(inner)}' for key, inner in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_inline, value))}]"
+    return shown(value)
 
 
 def _on_one_line(text: str) -> str:

@@ -15,7 +15,7 @@ from percuss.kernels import law_columns as at
 from percuss.kernels import record as columns
 from percuss.kernels.law_columns import Law
 from percuss.kernels.shooting import ITINERARY_COLUMNS
-from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.oscillator import Oscillator, Wall, stops_in_words
 from percuss.model.system import System, lines
 
 __all__ = [
@@ -265,7 +265,7 @@ def entry(osc: Oscillator, stop: int) -> Entry:
     Entry(stop=1, bound=2, before=1, after=2, sign=1.0)
     """
     if not 0 <= stop < len(osc.stops):
-        reason = f"the oscillator has {len(osc.stops)} stops, counted from 0"
+        reason = stops_in_words(osc)
         raise ParameterError("stop", stop, reason)
     layout = lines(osc)
     above = osc.stops[stop].side == "above"

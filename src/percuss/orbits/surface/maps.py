@@ -20,7 +20,7 @@ from percuss.kernels.shooting import factor_of_error
 from percuss.model.exact import as_float, real, reals, whole
 from percuss.model.faults import raise_first
 from percuss.model.forcing import Forcing
-from percuss.model.oscillator import Oscillator, Wall
+from percuss.model.oscillator import Oscillator, Wall, stops_in_words
 from percuss.model.start import start_faults
 from percuss.model.system import System
 from percuss.motion.extremes import level_crossings
@@ -417,7 +417,7 @@ def impact_map(osc: Oscillator, force: Forcing, stop: int = 0) -> ImpactMap:
     periodic_system(osc, force, "an impact map")
     stop = whole("stop", stop, 0)
     if stop >= len(osc.stops):
-        reason = f"the oscillator has {len(osc.stops)} stops, counted from 0"
+        reason = stops_in_words(osc)
         raise ParameterError("stop", stop, reason)
     return ImpactMap(osc, force, stop)
 

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, PlainSerializer
 
 from percuss.ensembles import basins
 from percuss.errors import PercussError
@@ -16,12 +16,14 @@ from percuss.model.exact import as_float
 from percuss.model.faults import phase_faults, positive_faults
 from percuss.model.oscillator import Wall
 from percuss.studies.axes import AxisValues, StartAxis, axes_of, over_of
+from percuss.studies.measured import MeasureNames, check_measures
 from percuss.studies.study import (
     Question,
     StudyDraft,
     counted,
     impacts_in_words,
     titled_axes,
+    with_unit,
 )
 from percuss.studies.tables import NumberKey, PhaseKey, Whole, default, table
 
@@ -46,7 +48,7 @@ class Basins(Question):
     ----------
     x0, v0, cycle, v
         The axes: x0 and v0, or cycle and v.
-    stop, t0, periods, escape
+    stop, t0, periods, escape, measures
         As there.
     """
 
@@ -65,10 +67,14 @@ class Basins(Question):
     # Motions are followed forty periods at a time.
     periods: Annotated[Whole, Field(ge=40)] = default(basins, "periods")
     escape: NumberKey = default(basins, "escape")
+    measures: Annotated[MeasureNames, PlainSerializer(lambda names: [*names] or None)] = default(
+        basins, "measures"
+    )
 
     def checked(self, study: StudyDraft) -> Self:
         """Check the period of the forcing and the numbers, and read the axes."""
         study.needs_period("basins need a periodic forcing")
+        check_measures(self.measures, ("basins", "measures"), {}, study)
         given = {name: raw for name in (*STATES, *IMPACTS)
                  if (raw := getattr(self, name)) is not None}  # fmt: skip
         _check_pair(given, study)
@@ -121,6 +127,9 @@ class Basins(Question):
                 count = impacts_in_words(float(attractor.n_impacts))
                 words = f"{count} in {counted(int(attractor.n_periods), 'forcing period')}"
             rows[f"attractor {i}"] = f"{words}: {share:.4%} +- {error:.1%} of the starts"
+            for name in self.measures:
+                unit = str(attractor[name].attrs.get("units", ""))
+                rows[f"attractor {i}, {name}"] = with_unit(float(attractor[name]), unit)
         undecided = float(result.attrs["undecided"])
         return rows | ({"undecided": f"{undecided:.4%}"} if inside < basin.size else {})
 

@@ -7,17 +7,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, PlainSerializer, PlainValidator, TypeAdapter
-from pydantic_core import PydanticCustomError
 
 from percuss.ensembles.diagram import Direction, bifurcation_diagram
-from percuss.errors import ParameterError
 from percuss.execution import Execution
 from percuss.io.study_text import start_table
 from percuss.model.faults import draft
 from percuss.model.oscillator import Oscillator
 from percuss.model.start import Start, start_faults
-from percuss.motion.sections import PoincareSection, section_of
 from percuss.studies.axes import OverAxes, over_of, values_over
+from percuss.studies.measured import MeasureNames, SectionKey, check_measures, check_section
 from percuss.studies.study import (
     AT_REST,
     Question,
@@ -52,24 +50,6 @@ StartRow = Annotated[
 ]
 
 
-def _section(value: object) -> PoincareSection:
-    try:
-        return section_of(value)
-    except ParameterError as error:
-        # Python's braces are no TOML.
-        reason = error.reason.replace("'cycle':", "cycle =").replace("'at':", "at =")
-        reason = reason.replace("'direction': 'up'", 'direction = "up"')
-        name = "" if error.name == "section" else f"{error.name} = {error.value}: "
-        raise PydanticCustomError("section", "{reason}", {"reason": name + reason}) from None
-
-
-SectionKey = Annotated[
-    PoincareSection,
-    PlainValidator(_section),
-    PlainSerializer(lambda section: section_of(section).given),
-]
-
-
 @table
 class Diagram(Question):
     """The points of the attractors over a parameter, as `bifurcation_diagram` takes them."""
@@ -85,10 +65,14 @@ class Diagram(Question):
     follow: tuple[Direction, ...] = default(bifurcation_diagram, "follow")
     transient: Whole = default(bifurcation_diagram, "transient")
     points: Annotated[Whole, Field(ge=2)] = default(bifurcation_diagram, "points")
+    measures: Annotated[MeasureNames, PlainSerializer(lambda names: [*names] or None)] = default(
+        bifurcation_diagram, "measures"
+    )
 
     def checked(self, study: StudyDraft) -> Self:
-        """Check the period of the forcing and the starts, and read the axis."""
-        study.needs_period("a diagram needs a periodic forcing")
+        """Check the period of the forcing, the measures and the starts, and read the axis."""
+        check_section(self.section, "diagram", "a diagram needs a periodic forcing", study)
+        check_measures(self.measures, ("diagram", "measures"), self.over, study)
         self._check_starts(study)
         return replace(self, over=values_over(study, 1, self.starts[0]))
 
@@ -122,8 +106,9 @@ class Diagram(Question):
         reasons: list[str] = []
         for branch in result.branch.values:
             part = result.sel(branch=branch)
-            count = Counter(int(p) for p in part.period.values if p >= 0)
-            words = [f"{p or 'none found'}: {n}" for p, n in count.most_common(8)]
+            # Without a forcing a period is a time.
+            count = Counter(float(f"{p:.6g}") for p in part.period.values if p >= 0)
+            words = [f"{f'{p:g}' if p else 'none found'}: {n}" for p, n in count.most_common(8)]
             rows[f"{branch}, periods"] = ", ".join(words) or "nothing"
             reasons += [str(text) for text in part.reason.values if text]
         return rows | failure_rows(reasons, result.period.size)

@@ -13,10 +13,12 @@ from percuss.model.faults import draft, positive_faults
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator, SoftStop
 from percuss.model.start import end_after_periods, periods_faults, start_faults
-from percuss.studies.study import Question, StudyDraft, known_walls
+from percuss.model.units import FORCE, in_units
+from percuss.studies.study import Question, StudyDraft, known_walls, with_unit
 from percuss.studies.tables import NumberKey, PhaseKey, StartState, shown, table
 
 if TYPE_CHECKING:
+    from percuss.motion.extremes import Extrema
     from percuss.motion.impact_times import ImpactTimes
     from percuss.motion.trajectory import Trajectory
     from percuss.studies.study import Study
@@ -175,17 +177,38 @@ class Motion(Question):
         first = f", the first from t = {contacts.start[0]:.10g}" if len(contacts) else ""
         entries = len(result.crossings) > 0 and len(result.impacts) == 0
         record = {"record": result.beyond_record} if result.beyond_record else {}
-        return record | {
-            "impacts": str(len(result.impacts)),
-            "crossings": str(len(result.crossings)),
-            "contacts": f"{len(contacts)}{first}",
-            "grazes": str(len(result.grazes)),
-            "entry times" if entries else "impact times": impact_times_words(
-                classify_impact_times(result)
-            ),
-            "outcome": str(result.outcome.value),
-            "time": f"t = {result.t0:.10g} to {result.t_end:.10g}",
-        }
+        return (
+            record
+            | _extremes_in_words(result)
+            | {
+                "impacts": str(len(result.impacts)),
+                "crossings": str(len(result.crossings)),
+                "contacts": f"{len(contacts)}{first}",
+                "grazes": str(len(result.grazes)),
+                "entry times" if entries else "impact times": impact_times_words(
+                    classify_impact_times(result)
+                ),
+                "outcome": str(result.outcome.value),
+                "time": f"t = {result.t0:.10g} to {result.t_end:.10g}",
+            }
+        )
+
+
+def _extremes_in_words(run: Trajectory) -> dict[str, str]:
+    """Return the least and the largest displacement, and force of each stop that bears one."""
+    osc = run.oscillator
+    force = FORCE if osc.mass is not None else FORCE.removeprefix("mass ")
+    rows = {"displacement": _ends(run.extremes("displacement"), in_units(osc.units, "length"))}
+    for stop in range(len(osc.stops)):
+        extrema = run.extremes("stop_force", stop=stop)
+        if extrema.peak > 0.0:
+            rows[f"force of stop {stop}"] = _ends(extrema, in_units(osc.units, force))
+    return rows
+
+
+def _ends(extrema: Extrema, unit: str) -> str:
+    low, high = (with_unit(value, unit) for value in (extrema.minimum, extrema.maximum))
+    return f"{low} at t = {extrema.t_minimum:.10g} to {high} at t = {extrema.t_maximum:.10g}"
 
 
 def impact_times_words(times: ImpactTimes) -> str:

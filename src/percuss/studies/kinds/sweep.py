@@ -6,13 +6,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import BeforeValidator
+from pydantic import Field, PlainSerializer
 
 from percuss.ensembles import sweep
 from percuss.ensembles.measures import MEASURES
-from percuss.ensembles.sweep import SAME_NAME
+from percuss.ensembles.sweep import span_of
+from percuss.errors import ParameterError
 from percuss.execution import Execution
+from percuss.model.exact import as_float, phase_problem
+from percuss.motion.sections import section_of
 from percuss.studies.axes import OverAxes, over_of, values_over
+from percuss.studies.measured import MeasureNames, SectionKey, check_measures, check_section
 from percuss.studies.study import (
     AT_REST,
     Picture,
@@ -24,16 +28,14 @@ from percuss.studies.study import (
     titled_axes,
 )
 from percuss.studies.tables import (
-    MISSING,
     Count,
+    PhaseKey,
     StartState,
-    Text,
     Whole,
     default,
     raw_table,
     shown,
     table,
-    unknown_value,
 )
 
 if TYPE_CHECKING:
@@ -43,9 +45,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Sweep"]
 
+IN_PERIODS = "measures count in forcing periods"
 
-def _as_list(value: object) -> object:
-    return [value] if isinstance(value, str) else [] if value is MISSING else value
+
+def _section_unless_strobes(section: Any) -> Any:
+    """Return a section as a file holds it; the default is left out."""
+    given = section_of(section).given
+    return None if given == "stroboscopic" else given
 
 
 @table
@@ -60,7 +66,7 @@ class Sweep(Question):
         The axes by path.
     start
         Where the motions start.
-    transient, periods, max_impacts
+    transient, periods, between, section, max_impacts
         As there; None is the default.
     """
 
@@ -69,34 +75,66 @@ class Sweep(Question):
     needed: ClassVar = ("over", "sweep")
     columns: ClassVar = {"sweep": "table"}
 
-    measure: Annotated[tuple[Text, ...], BeforeValidator(_as_list)]
+    measure: MeasureNames
     over: OverAxes
     start: StartState = AT_REST
     transient: Whole = default(sweep, "transient")
     periods: Count = default(sweep, "periods")
+    between: Annotated[tuple[PhaseKey, ...], Field(min_length=2, max_length=2)] | None = None
+    section: Annotated[SectionKey, PlainSerializer(_section_unless_strobes)] = default(
+        sweep, "section"
+    )
     max_impacts: Count | None = None
 
     def checked(self, study: StudyDraft) -> Self:
         """Check the measures, the period of the forcing and the start, and read the axes."""
-        path, known = ("sweep", "measure"), list(MEASURES)
-        is_one = isinstance(raw_table(study.document, "sweep").get("measure"), str)
-        for index, name in enumerate(self.measure):
-            if name in self.over:
-                study.faults.add(("over", name), SAME_NAME)
-            if name not in MEASURES:
-                place = path if is_one else (*path, index)
-                study.faults.add(place, unknown_value(name, known), shown(name))
+        path = ("sweep", "measure")
+        check_measures(self.measure, path, self.over, study)
         if not self.measure:
             study.faults.add(path, f"none at all; there are {', '.join(MEASURES)}", "[]")
-        study.needs_period("measures count in forcing periods")
+        if self.between is not None:
+            self._check_between(study)
+        elif "between" in raw_table(study.document, "sweep"):
+            # It has a fault already.
+            pass
+        elif any(name in MEASURES and MEASURES[name].needs_strobes for name in self.measure):
+            check_section(self.section, "sweep", IN_PERIODS, study)
+        elif study.forcing is not None and not study.forcing.is_constant:
+            study.needs_period(IN_PERIODS)
         check_start(self.start, study)
         return replace(self, over=values_over(study, None, self.start))
+
+    def tables(self) -> dict[str, object]:
+        """Return the tables of the question; two instants stand in place of whole periods."""
+        tables: dict[str, Any] = Question.tables(self)
+        if self.between is not None:
+            tables["sweep"] = {**tables["sweep"], "transient": None, "periods": None}
+        return tables
+
+    def _check_between(self, study: StudyDraft) -> None:
+        """Add the faults of the two instants, and of what is given together with them."""
+        raw = raw_table(study.document, "sweep")
+        for name in ("transient", "periods"):
+            if name in raw:
+                study.faults.add(("sweep", name), "given together with between; give one")
+        problems = [phase_problem(time) for time in self.between or ()]
+        for index, problem in enumerate(problems):
+            if problem is not None:
+                study.faults.add(("sweep", "between", index), problem, shown(raw["between"][index]))
+        if any(problems) or study.faults.is_wrong("sweep") or study.faults.is_wrong("start"):
+            return
+        try:
+            span_of(self.between, as_float(self.start.t0), self.measure)
+        except ParameterError as error:
+            place = "measure" if error.name == "measure" else "between"
+            study.faults.add(("sweep", place), error.reason, shown(raw.get(place)))
 
     def answer(self, study: Study, execution: Execution) -> Dataset:
         """Return the measures at each point."""
         arguments = self.arguments() | {"over": over_of(self.over)} | execution.keywords()
-        if self.max_impacts is None:
-            del arguments["max_impacts"]
+        for name in ("max_impacts", "between"):
+            if arguments[name] is None:
+                del arguments[name]
         return sweep(osc=study.oscillator, force=study.forcing, **arguments)
 
     def pictures(self, study: Study) -> dict[str, Picture]:  # noqa: ARG002
@@ -111,15 +149,21 @@ class Sweep(Question):
         n_points = int(np.prod([result.sizes[dim] for dim in result[self.measure[0]].dims]))
         rows = {"points": f"{n_points:,}", "over": ends_of(result)}
         for name in self.measure:
-            rows[name] = _range(name, result[name].values.ravel())
+            is_count = name == "period" and study_counts(result)
+            rows[name] = _range(result[name].values.ravel(), is_count=is_count)
         return rows | failure_rows([str(text) for text in result.reason.values], n_points)
 
 
-def _range(measure: str, values: Any) -> str:
+def study_counts(result: Dataset) -> bool:
+    """Return whether periods are numbers of forcing periods, not times."""
+    return str(result["period"].attrs.get("units", "1")) == "1"
+
+
+def _range(values: Any, *, is_count: bool) -> str:
     values = values[~np.isnan(values)]
     if values.size == 0:
         return "no values"
-    if measure == "period":
+    if is_count:
         periods, counts = np.unique(values.astype(int), return_counts=True)
         most = sorted(zip(counts.tolist(), periods.tolist(), strict=True), reverse=True)[:6]
         return ", ".join(f"{period or 'none found'}: {count:,}" for count, period in most)
