@@ -65,14 +65,15 @@ def test_pictures_name_parameters_and_the_phase_of_their_section(
     file_of(PageRequest(1, "diagram", study, DIAGRAM), "png")
     labels = [(it.axes[0].get_xlabel(), it.axes[0].get_ylabel()) for it in seen]
 
-    assert labels[0] == ("omega", "x at whole periods")
-    assert labels[1][1] == "x at $t$ = 0.25 + whole periods"
+    omega = r"forcing frequency $\omega$ (dimensionless)"
+    assert labels[0] == (omega, "x at whole periods (dimensionless)")
+    assert labels[1][1] == "x at $t$ = 0.25 + whole periods (dimensionless)"
 
 
 def test_other_words_stay() -> None:
     assert plain("negative") == "negative"
     assert axis_name("displacement $x$") == "displacement $x$"
-    assert axis_name("forcing.harmonics.1.phase") == "phase of harmonic 2"
+    assert axis_name("forcing phase, harmonic 1") == "forcing phase, harmonic 2"
 
 
 def test_a_diagram_over_the_start_is_the_start(study: dict[str, Any]) -> None:

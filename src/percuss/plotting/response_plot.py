@@ -63,6 +63,11 @@ DENSE, TORN = 2.5, 80.0
 # and to stand at the foot of a curve and not at its top.
 COVERED, FARTHER, WORSE, FOOT = 1.0, 0.4, 3.0, 2.0
 
+# Width and height of a new figure [inch], with the legend beside it or without.
+WIDE_FIGURE, FIGURE = (8.4, 4.0), (6.4, 4.0)
+# Where the legend stands.
+BESIDE = (1.01, 1.0)
+
 
 @shared_docs
 def plot_response(
@@ -111,7 +116,7 @@ def plot_response(
     units = units_of(units, response.branches[0].orbits[0].oscillator)
     unit = units.velocity if quantity == "impact_velocity" else units.displacement
     columns: tuple[Floats, ...] = getattr(response, quantity)
-    with picture(ax, labels=(xlabel, ylabel)) as ax:
+    with picture(ax, WIDE_FIGURE if legend else FIGURE, labels=(xlabel, ylabel)) as ax:
         for branch, values in zip(response.branches, columns, strict=True):
             _draw(ax, branch, values, formal=formal)
         _mark(ax, response, columns)
@@ -248,7 +253,16 @@ def _explain(ax: Axes, response: Response, *, formal: bool) -> None:
             handles.append(Line2D([], [], label=kind.replace("_", " "), **_mark_of(kind)))
     if any(attractor.branch is None for attractor in response.attractors):
         handles.append(Line2D([], [], label="other attractors", **OTHER))
-    ax.legend(handles=handles, loc="best", fontsize=8.5, handlelength=2.4, labelspacing=0.3)
+    # The families fill the plane: beside it the legend hides none of them.
+    ax.legend(
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=BESIDE,
+        borderaxespad=0.0,
+        fontsize=8.5,
+        handlelength=2.4,
+        labelspacing=0.3,
+    )
 
 
 @shared_docs

@@ -20,9 +20,8 @@ _WORDS = (
     ('; write 2.8, or "2.8" for that decimal, "1/3" for that fraction', ", such as 2.8 or 1/3"),
     ("give t_end", "give a duration"),
 )
-# Paths of parameters where a picture names its axes.
-_PATH = re.compile(r"^(?:oscillator|forcing|start)\.(?:(stops|harmonics)\.(\d+)\.)?(\w+)")
-_ROWS = {"stops": "stop", "harmonics": "harmonic"}
+# Stops and harmonics where a picture names its axes; the page counts them from 1.
+_NUMBERED = re.compile(r"(of stop|, harmonic) (\d+)")
 
 
 def plain(sentence: str) -> str:
@@ -39,24 +38,14 @@ def plain(sentence: str) -> str:
 
 
 def axis_name(label: str) -> str:
-    """Return the label of an axis with the name of the parameter in place of its path.
+    """Return the label of an axis with stops and harmonics counted from 1, as on the page.
 
     Examples
     --------
-    >>> axis_name("forcing.omega"), axis_name("start.v0 (m/s)"), axis_name("time t")
-    ('omega', 'v0 at the start (m/s)', 'time t')
-    >>> axis_name("oscillator.stops.1.restitution")
-    'restitution of stop 2'
+    >>> axis_name("restitution $r$ of stop 1 (m/s)"), axis_name("time t")
+    ('restitution $r$ of stop 2 (m/s)', 'time t')
     """
-    match = _PATH.match(label)
-    if match is None:
-        return label
-    rows, number, name = match.groups()
-    if label.startswith("start."):
-        name += " at the start"
-    elif rows:
-        name += f" of {_ROWS[rows]} {int(number) + 1}"
-    return name + label[match.end() :]
+    return _NUMBERED.sub(lambda match: f"{match[1]} {int(match[2]) + 1}", label)
 
 
 def name_axes(figure: Figure, study: Study) -> None:

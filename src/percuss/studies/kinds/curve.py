@@ -91,7 +91,7 @@ class Curve(Question):
         from percuss.plotting import plot_curves
 
         if result:
-            plot_curves(result, titled_axes(study, figure, 7.0, 5.0))
+            plot_curves(result, titled_axes(study, figure, 7.0, 5.0), units=study.draw.units())
         else:
             figure.set_size_inches(7.0, 5.0)
             figure.text(0.5, 0.5, "no such points on the branch", ha="center")
