@@ -109,6 +109,9 @@ if TYPE_CHECKING:
     from percuss.orbits import SingularitySet as SingularitySet
     from percuss.orbits import SpecialPoint as SpecialPoint
     from percuss.orbits import StroboscopicMap as StroboscopicMap
+    from percuss.orbits import StructureBranch as StructureBranch
+    from percuss.orbits import StructureOrbit as StructureOrbit
+    from percuss.orbits import StructureSpecialPoint as StructureSpecialPoint
     from percuss.orbits import VelocityGap as VelocityGap
     from percuss.orbits import continue_curve as continue_curve
     from percuss.orbits import continue_orbit as continue_orbit
@@ -167,6 +170,9 @@ __all__ = [
     "Start",
     "StroboscopicMap",
     "Structure",
+    "StructureBranch",
+    "StructureOrbit",
+    "StructureSpecialPoint",
     "StructureStart",
     "StudyError",
     "SubsetMotion",
@@ -335,6 +341,9 @@ _HOMES = {
         "SingularitySet",
         "SpecialPoint",
         "StroboscopicMap",
+        "StructureBranch",
+        "StructureOrbit",
+        "StructureSpecialPoint",
         "VelocityGap",
         "continue_curve",
         "continue_orbit",

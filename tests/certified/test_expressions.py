@@ -147,12 +147,6 @@ def test_what_a_proof_cannot_take_is_told_in_one_sentence() -> None:
         pc.certify(run, over={"d": ("0.4", "0.6")})
     with pytest.raises(pc.ParameterError, match="tied to w"):
         pc.certify(run, over={"forcing.amplitude": (1, 2)})
-    far = pc.simulate(pc.impact_oscillator("0.8", wall=-d.sqrt()), TABLE, x0=0, v0=1, max_impacts=2)
-    with pytest.raises(pc.ParameterError, match="a proof needs stops at rational places"):
-        pc.certify(far)
-    started = pc.simulate(wall, TABLE, x0=0, v0=d.sqrt(), max_impacts=2)
-    with pytest.raises(pc.ParameterError, match=r"v0 = .*irrational; a proof begins"):
-        pc.certify(started)
     zero = pc.cosine(2, amplitude=pc.expression("sqrt(2)**2 - 2"))
     with pytest.raises(pc.ParameterError, match="not told from 0"):
         pc.certify(pc.simulate(wall, zero, x0=0, v0=1, max_impacts=1))
@@ -168,3 +162,46 @@ def test_stops_that_would_pass_each_other_inside_a_range_are_not_proven() -> Non
         assert system_over(system, "g", Fraction(1, 5), Fraction(3, 10)).moved
         with pytest.raises(Exception, match="order"):
             system_over(system, "g", Fraction(1, 5), Fraction(7, 10))
+
+
+def test_irrational_places_starts_and_ends_are_those_of_their_closed_form() -> None:
+    """x = sqrt(2) cos(t - sqrt(3)) falls from its start to the wall at 1 below it in pi/4."""
+    root = pc.expression("sqrt(2)")
+    osc = pc.impact_oscillator("1/2", wall=1)
+    start = pc.Start(root, 0, pc.expression("sqrt(3)"))
+    run = pc.simulate(osc, start=start, t_end=pc.expression("sqrt(3) + 3*pi/8"))
+    proven = pc.certify(run, digits=30)
+    assert proven.complete
+    with precision(200):
+        t, v = proven.impacts.t[0].arb, proven.impacts.v_before[0].arb
+        assert t.contains(arb(3).sqrt() + arb.pi() / 4)
+        assert v.contains(-1)
+        assert max(float(t.rad()), float(v.rad())) < 1e-29
+        # After the impact x = cos s + sin s/2.
+        x, _ = proven(pc.expression("sqrt(3) + 3*pi/8"))
+        s = arb.pi() / 8
+        assert x[0].arb.contains(s.cos() + s.sin() / 2)
+    # A wall at the irrational place itself, from the middle: after pi/4 at double the amplitude.
+    far = pc.simulate(pc.impact_oscillator("1/2", wall=-root), v0=-2, max_impacts=2)
+    with precision(200):
+        assert pc.certify(far, digits=30).impacts.t[0].arb.contains(arb.pi() / 4)
+    # On the wall by its own expression: at rest on it, under a force into it.
+    held = pc.simulate(pc.impact_oscillator("1/2", wall=root), pc.sine(1), x0=root, v0=0, t_end=1)
+    assert len(pc.certify(held).contacts) == len(held.contacts)
+
+
+def test_a_start_next_to_an_irrational_stop_is_on_one_side_or_refused() -> None:
+    root = pc.expression("sqrt(2)/2")
+    osc = pc.impact_oscillator("0.8", wall=root)
+    run = pc.simulate(osc, pc.cosine(2), x0=root, v0=1, max_impacts=2)
+    assert pc.certify(run).complete
+    other = pc.simulate(osc, pc.cosine(2), x0=pc.expression("1/sqrt(2)"), v0=1, max_impacts=2)
+    with pytest.raises(pc.ParameterError, match=r"x0 = .*not told from sqrt\(2\)/2 by 300 bits"):
+        pc.certify(other)
+    # The float at which `simulate` starts on the stop is the stop's exact place.
+    at = float(root)
+    proven = pc.certify(pc.simulate(osc, pc.cosine(2), x0=at, v0=1, max_impacts=2))
+    assert proven.start.x0 == root
+    nothing = pc.simulate(osc, pc.cosine(2), x0=1, v0=pc.expression("sqrt(2)**2-2"), t_end=1.0)
+    with pytest.raises(pc.ParameterError, match=r"v0 = .*not told from 0 by 4800 bits"):
+        pc.certify(nothing)

@@ -128,7 +128,6 @@ def test_what_is_not_to_be_had_under_a_record_says_so() -> None:
     osc, force = pc.impact_oscillator("0.8"), pc.square_wave(2)
     run = pc.simulate(osc, force, v0=1.0, t_end=3.0)
     for call in (
-        lambda: pc.certify(run, digits=10),
         lambda: pc.find_orbit(osc, force, n_impacts=math.inf),
         lambda: pc.spectrum(run),
         lambda: pc.singularity_set(osc, force),

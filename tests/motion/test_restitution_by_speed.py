@@ -284,11 +284,3 @@ def test_faults_of_a_table_in_a_file_name_its_place(old: str, new: str, fault: s
         parse_study(STUDY.replace(old, new))
 
     assert any(fault in line for line in str(caught.value).split("\n"))
-
-
-def test_a_proof_refuses_a_table_in_one_sentence() -> None:
-    pytest.importorskip("flint")
-    run = pc.simulate(pc.impact_oscillator(STEEL), FORCE, v0=1, t_end=5)
-
-    with pytest.raises(pc.ParameterError, match=r"stops\.0\.restitution = .*: a table over the"):
-        pc.certify(run)

@@ -39,13 +39,13 @@ def problem_of(oscillator: pc.Oscillator, force: pc.Forcing | None = None) -> Pr
         as_fraction(oscillator.damping),
         as_fraction(oscillator.stiffness),
         as_fraction(force.constant),
-        tuple(_harmonic(part, force) for part in force.harmonics),
+        tuple(harmonic_of(part, force) for part in force.harmonics),
         tuple(stops),
-        () if force.record is None else _pieces(force.record),
+        () if force.record is None else pieces_of(force.record),
     )
 
 
-def _pieces(record: ForceRecord) -> tuple[Piece, ...]:
+def pieces_of(record: ForceRecord) -> tuple[Piece, ...]:
     """Return the pieces of a record, a repeated one for so many turns."""
     with mpmath.workdps(DIGITS):
         pace = number(1 if record.omega is None else as_fraction(record.omega))
@@ -70,7 +70,7 @@ def _pieces(record: ForceRecord) -> tuple[Piece, ...]:
     return tuple(pieces)
 
 
-def _harmonic(part: pc.Harmonic | FourierTerm, force: pc.Forcing) -> Harmonic:
+def harmonic_of(part: pc.Harmonic | FourierTerm, force: pc.Forcing) -> Harmonic:
     if isinstance(part, FourierTerm):
         assert force.base is not None
         omega = part.n * as_fraction(force.base)

@@ -223,7 +223,7 @@ class _March:
                 p[0] -= sign * level
                 if multiplicity and level == x0 == self.x:
                     p = p[multiplicity:]
-                root, doubtful = _first_root(p)
+                root, doubtful = first_root(p)
                 if doubtful:
                     self.run.doubts.append(real(self.t + h))
                 if root is not None and (found is None or root < found[0]):
@@ -244,10 +244,10 @@ class _March:
                 return
 
     def _move(self, h: int, u: int, d: list[int], ps: list[list[int]], qs: list[list[int]]) -> None:
-        slope = _value([n * c for n, c in enumerate(d)][1:], u)
-        self.x, self.v = _value(d, u), (slope << BITS) // h
-        self.p = [_value(a, u) for a in ps]
-        self.q = [_value(b, u) for b in qs]
+        slope = value_at([n * c for n, c in enumerate(d)][1:], u)
+        self.x, self.v = value_at(d, u), (slope << BITS) // h
+        self.p = [value_at(a, u) for a in ps]
+        self.q = [value_at(b, u) for b in qs]
         self.t += times(h, u)
         self._note()
 
@@ -314,8 +314,8 @@ class _March:
     def _turn(self, s: int) -> None:
         """Let a short time pass at a wall."""
         _, ps, qs = self._series(s)
-        self.p = [_value(a, ONE) for a in ps]
-        self.q = [_value(b, ONE) for b in qs]
+        self.p = [value_at(a, ONE) for a in ps]
+        self.q = [value_at(b, ONE) for b in qs]
         self.t += s
         self._note()
 
@@ -339,13 +339,13 @@ class _March:
             order = 0
             while first and order < ORDER and abs(force[order]) < TINY:
                 order += 1
-            root, doubtful = _first_root(force[order:]) if order < ORDER else (None, False)
+            root, doubtful = first_root(force[order:]) if order < ORDER else (None, False)
             first = False
             if doubtful:
                 self.run.doubts.append(real(self.t + h))
             u = ONE if root is None else root
-            self.p = [_value(a, u) for a in ps]
-            self.q = [_value(b, u) for b in qs]
+            self.p = [value_at(a, u) for a in ps]
+            self.q = [value_at(b, u) for b in qs]
             self.t += times(h, u)
             self._note()
             if root is not None:
@@ -371,7 +371,7 @@ def _into(stop: Wall | Soft) -> int:
     return -1 if stop.side == "below" else 1
 
 
-def _value(coefficients: list[int], u: int) -> int:
+def value_at(coefficients: list[int], u: int) -> int:
     """Return a polynomial's value, by Horner's scheme."""
     total = 0
     for c in reversed(coefficients):
@@ -379,7 +379,7 @@ def _value(coefficients: list[int], u: int) -> int:
     return total
 
 
-def _first_root(p: list[int]) -> tuple[int | None, bool]:
+def first_root(p: list[int]) -> tuple[int | None, bool]:
     """Return the first root in (0, 1] of a polynomial that is positive at 0, and any doubt."""
     rest = abs(p[-1]) + abs(p[-2]) + (1 << 12)
     if p[0] > sum(abs(c) for c in p[1:]) + rest:
@@ -426,9 +426,9 @@ def _refined(p: list[int], low: int, high: int) -> int:
     slopes = [n * c for n, c in enumerate(p)][1:]
     u = (low + high) // 2
     while high - low > 2:
-        value = _value(p, u)
+        value = value_at(p, u)
         low, high = (u, high) if value > 0 else (low, u)
-        slope = _value(slopes, u)
+        slope = value_at(slopes, u)
         step = -(value << BITS) // slope if slope else 0
         if abs(step) <= 2:
             return u + step

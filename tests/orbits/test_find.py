@@ -343,7 +343,7 @@ def test_what_does_not_fit_is_told_in_a_sentence(
     arguments: tuple[object, ...], keywords: dict[str, object], message: str
 ) -> None:
     with pytest.raises(pc.ParameterError, match=message):
-        pc.find_orbit(*arguments, **keywords)  # type: ignore[arg-type]
+        pc.find_orbit(*arguments, **keywords)  # type: ignore[call-overload]
 
 
 def test_no_convergence_carries_the_last_iterate_and_what_to_try() -> None:

@@ -32,10 +32,18 @@ SLOW = {
     ("eq23", "sign of the wave"),
     ("eq24", "sign of the wave"),
     ("eq27", "restitution 0.999"),
+    ("eq35-constant", "two starts that are nearly one"),
     ("fig9", "0.139 to 0.137"),
+    ("fig10-accuracy", "the soft stop"),
     ("losses-bilinear", "a factor of 1.05"),
+    ("losses-half", "lambda^2/8 to lambda^2/9"),
+    ("losses-peaks", "a factor of 1.05"),
     ("losses-survive", "the half-harmonic among them"),
+    ("resonance-odd", "a gain of a part in a thousand"),
+    ("resonance-order", "V^(2-q) to V^(1-q)"),
+    ("resonance-phase", "q - 2 to q - 1"),
     ("resonance-twist", "V^-6 to V^-4"),
+    ("subharmonic-only", "3, which does not resonate, in place of 4/3"),
 }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from playwright.sync_api import Page, expect
 from tests.web.hands import drawn, limits, set_box, slider_of, wait_for_drawing
 
@@ -65,16 +64,14 @@ def test_a_log_axis_is_drawn_for_every_mantissa_of_its_lower_end(page: Page) -> 
     assert page.evaluate(_DRAWN, 600) == {"n": 600, "says": ""}
 
 
-@pytest.mark.parametrize(
-    "ends", [[0, 1], [1, 1], [2, 1], [-1, 1], [1e-320, 1], [1, float("inf")], [float("nan"), 1]]
-)
-def test_what_is_no_log_axis_gets_no_ticks(page: Page, ends: list[float]) -> None:
-    code = """async ([low, high]) => {
+def test_what_is_no_log_axis_gets_no_ticks(page: Page) -> None:
+    none = [[0, 1], [1, 1], [2, 1], [-1, 1], [1e-320, 1], [1, float("inf")], [float("nan"), 1]]
+    code = """async (all) => {
       const { isAxis, ticksOf } = await import('/static/js/scales.js');
-      return [isAxis([low, high], true), ticksOf(low, high, true).length];
+      return all.map(([low, high]) => [isAxis([low, high], true), ticksOf(low, high, true).length]);
     }"""
 
-    assert page.evaluate(code, ends) == [False, 0]
+    assert page.evaluate(code, none) == [[False, 0]] * len(none)
 
 
 def test_a_slider_dragged_over_its_whole_range_leaves_the_page_alive(page: Page) -> None:

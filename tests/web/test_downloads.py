@@ -94,7 +94,8 @@ def test_files_of_a_diagram_are_those_of_percuss_run(study: dict[str, Any], tmp_
 
 def test_a_response_chart_comes_out_as_files(study: dict[str, Any]) -> None:
     request = request_for("response", study)
-    list(answer_job(request, RunningRequest()))
+    if ANSWERS.get(study_of_view(request)) is None:
+        list(answer_job(request, RunningRequest()))
     rows = rows_of(file_of(request, "csv").data)
 
     assert ANSWERS.get(study_of_view(request)).complete
@@ -211,8 +212,10 @@ def test_of_many_answers_as_many_bytes_are_kept_as_there_is_room_for(
 
 def test_the_size_of_an_answer_is_that_of_its_arrays(study: dict[str, Any]) -> None:
     for kind, options in (("diagram", {"values": 50, "points": 8}), ("response", {})):
-        found = study_of_view(request_for(kind, study, **options))
-        answer = found.question.answer(found, Execution())
+        request = request_for(kind, study, **options)
+        found = study_of_view(request)
+        # The chart is there already, if a test before has asked for it.
+        answer = ANSWERS.get(found) or found.question.answer(found, Execution())
         assert 1_000 < size_of(answer) < 5_000_000
 
 

@@ -4,18 +4,31 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, TypeAlias, cast
+from functools import reduce
+from itertools import pairwise
+from typing import NamedTuple, TypeAlias
 
 from flint import arb, ctx
 
 from percuss.certified.ball_arithmetic import Ball, Undecided
-from percuss.certified.numbers import ball, cos_sin, exact_value, time_ball, upper
+from percuss.certified.numbers import (
+    Number,
+    ball,
+    constant_of,
+    cos_sin,
+    exact_value,
+    in_balls,
+    is_exact,
+    time_ball,
+    upper,
+)
+from percuss.certified.pieces import BallRecord, Moment, Ramp
 from percuss.certified.system import BallSystem, Region, Tone
 from percuss.errors import ParameterError
-from percuss.model.exact import Exact, Phase, angle, as_fraction
+from percuss.model.exact import Exact, Phase, PiTimes, angle, as_fraction
 from percuss.model.expression import Expression
 from percuss.model.paths import long_form, moved_in_law, replace_parameter
 
@@ -23,11 +36,9 @@ __all__ = [
     "BallLaw",
     "Gain",
     "LinearRegion",
-    "Number",
     "Over",
+    "Rebound",
     "coarse_bits",
-    "constant_of",
-    "in_balls",
     "law_of",
     "lost_bits",
     "range_of",
@@ -38,9 +49,6 @@ __all__ = [
 
 # By path: all values of a ball, or all between two numbers.
 Over: TypeAlias = Mapping[str, Ball | tuple[Exact, Exact]]
-# A number, or, cast to this type, an arb_series of two terms: it holds a number and its
-# derivative by a parameter, and has the same operations.
-Number: TypeAlias = arb
 # Real and imaginary part of 1 / (K - omega^2 + 2 i A omega); None exactly at resonance.
 Gain: TypeAlias = tuple[Number, Number] | None
 
@@ -69,6 +77,7 @@ def system_for(system: BallSystem, over: Over | None) -> BallSystem:
     ((name, values),) = over.items()
     path = long_form(name, system.oscillator, system.forcing)
     allowed = ["forcing.constant", *(tone.amplitude for tone in system.tones)]
+    allowed += ["forcing.record.amplitude"] if system.record is not None else []
     moved = moved_in_law(system.oscillator, system.forcing, path).fields
     if path.startswith(("oscillator.", "forcing.")):
         if system.forcing is None or path not in allowed:
@@ -156,6 +165,27 @@ class LinearRegion:
         return self.lost > FEW_BITS
 
 
+class Rebound(NamedTuple):
+    """What an impact makes of a velocity.
+
+    Attributes
+    ----------
+    after
+        The velocity after it.
+    restitution
+        Restitution at this speed.
+    kept
+        Derivative of the speed after by that before.
+    at_knot
+        Whether the speed may be that of a knot of a table: the two are then of both sides.
+    """
+
+    after: Number
+    restitution: Number
+    kept: Number
+    at_knot: bool = False
+
+
 class BallLaw:
     """All numbers of a system at the working precision, one of them replaced where asked for.
 
@@ -183,7 +213,68 @@ class BallLaw:
         self.strength = [upper(constant_of(c)) + upper(constant_of(d)) for _, c, d in self.tones]
         self.paces = [upper(constant_of(omega)) for omega in self.omegas]
         self.places = [self.number(bound.path) for bound in system.bounds]
+        self.record = self._record()
         self.regions = [self._region(region) for region in system.regions]
+
+    def _record(self) -> BallRecord | None:
+        record = self.system.record
+        if record is None:
+            return None
+        amplitude, omega = "forcing.record.amplitude", "forcing.record.omega"
+        return BallRecord(
+            record,
+            self.number(amplitude),
+            None if record.omega is None else self.number(omega),
+            exact_amplitude=amplitude not in self._values,
+            exact_pace=omega not in self._values,
+        )
+
+    def ramp(self, piece: int, moment: Moment) -> Ramp | None:
+        """Return force and slope of a piece of the record at an instant; None without a record."""
+        return None if self.record is None else self.record.ramp(piece, moment)
+
+    def next_knot(self, piece: int) -> Moment | None:
+        """Return the end of a piece of the record, None where there is none."""
+        return None if self.record is None else self.record.next_knot(piece)
+
+    def piece_at(self, moment: Moment) -> int:
+        """Return the number of the record's piece at an instant; 0 without a record."""
+        return 0 if self.record is None else self.record.piece_at(moment)
+
+    def rebound(self, stop: int, v: Number) -> Rebound:
+        """Return what an impact on a wall makes of a velocity."""
+        table = self.system.tables.get(stop)
+        if table is None:
+            path = f"oscillator.stops.{stop}.restitution"
+            # An irrational number is not 0, whatever its ball holds.
+            r = self.number(path) if self.system.numbers[path] else arb(0)
+            return Rebound(-r * v, r, r)
+        speed = v if constant_of(v) > 0 else -v
+        u = constant_of(speed)
+        restitutions, kept = [], []
+        for low, high, slope, base in _lines(table):
+            if (low is None or not u < ball(low)) and (high is None or not u > ball(high)):
+                restitutions.append(ball(base) + ball(slope) * speed if slope else ball(base))
+                kept.append(ball(base) + 2 * ball(slope) * speed if slope else ball(base))
+        if len(kept) == 1:
+            return Rebound(-restitutions[0] * v, restitutions[0], kept[0])
+        r, slopes = (_hull([constant_of(value) for value in some]) for some in (restitutions, kept))
+        return Rebound(-r * v, r, slopes, at_knot=True)
+
+    def slow_restitution(self, stop: int, speed: arb) -> arb:
+        """Return a ball that holds the restitution of all impacts up to a speed."""
+        table = self.system.tables.get(stop)
+        if table is None:
+            return self.number(f"oscillator.stops.{stop}.restitution")
+        fastest = speed.abs_upper()
+        # Linear in between, it is least and largest at the ends and at the knots.
+        values = [ball(r) for u, r in table if not fastest < ball(u)]
+        ends = (self.rebound(stop, fastest).restitution, ball(table[0][1]))
+        return _hull([*ends, *values])
+
+    def is_plastic(self, stop: int) -> bool:
+        """Return whether impacts on a wall leave no velocity, exactly."""
+        return self.system.numbers.get(f"oscillator.stops.{stop}.restitution") == 0
 
     def period(self, n: int) -> Number:
         """Return the length of n periods of the forcing.
@@ -194,6 +285,8 @@ class BallLaw:
             If the period is not known exactly.
         """
         force = self.system.forcing
+        if self.record is not None:
+            return n * self._period_of_record(self.record)
         frequency = None if force is None else force.frequency
         if frequency is None:
             raise Undecided("precision", "the period of the forcing is not known exactly")
@@ -207,6 +300,35 @@ class BallLaw:
             return 2 * n * turns * arb.pi() / self.number(omega)
         return 2 * n * arb.pi() / ball(frequency)
 
+    def _period_of_record(self, record: BallRecord) -> Number:
+        """Return the period of a forcing with a record: one that is exactly one of all its parts."""
+        force = self.system.forcing
+        exact = None if force is None else force.exact_period
+        unknown = Undecided("precision", "the period of the forcing is not known exactly")
+        own = record.record.period
+        if force is None or exact is None or own is None:
+            raise unknown
+        turns = _ratio(angle(exact), angle(own))
+        if turns is None or turns.denominator != 1:
+            raise unknown
+        wave = record.record.omega
+        for tone in self.system.tones:
+            if record.exact_pace and tone.omega not in self._values:
+                times, plus = angle(exact)
+                whole = self.system.frequency(tone) * times / 2
+                if plus or whole.denominator != 1:
+                    raise unknown
+                continue
+            # Both of one and the same number.
+            omega = self.system.irrational.get(tone.omega)
+            times, plus = (turns * part for part in record.length)
+            if wave is None or omega is None or omega != wave or plus:
+                raise unknown
+            if (tone.times * times / 2).denominator != 1:
+                raise unknown
+        length = time_ball(PiTimes(*record.length)) * turns.numerator
+        return length if record.pace is None else length / record.pace
+
     def _mass(self, path: str | None, value: Number | None) -> Number:
         """Return the mass by which forces per unit mass are multiplied; 1 without one."""
         mass = 1 if self.system.oscillator.mass is None else self.system.oscillator.mass
@@ -219,7 +341,13 @@ class BallLaw:
 
     @property
     def has_exact_frequencies(self) -> bool:
-        """Whether all frequencies of the forcing are rational numbers."""
+        """Whether all frequencies of the forcing are rational numbers, and its period is one."""
+        if self.record is not None:
+            try:
+                self._period_of_record(self.record)
+            except Undecided:
+                return False
+            return self.record.exact_pace
         return not any(tone.omega in self._values for tone in self.system.tones)
 
     def number(self, path: str) -> Number:
@@ -230,6 +358,8 @@ class BallLaw:
 
     def phasors_at(self, time: Phase) -> list[tuple[arb, arb]]:
         """Return cosine and sine of omega t for each harmonic at an exact time."""
+        if not is_exact(time):
+            return self.phasors(time_ball(time))
         times, plus = angle(time)
         if self._values:
             return self.phasors(arb.pi() * ball(times) + ball(plus))
@@ -281,7 +411,7 @@ class BallLaw:
             # So little is allowed for in `Flight.bound` anyway.
             growth=growth if growth > 5e-6 * pace else 0.0,
             gains=gains,
-            lost=self._lost(gains, constant, stiffness),
+            lost=self._lost(gains, constant, stiffness, damping),
         )
 
     def _sums(self, region: Region) -> tuple[Number, Number, Number]:
@@ -302,9 +432,16 @@ class BallLaw:
             damping = damping + self.number(f"{path}.damping")
         return stiffness, damping, push
 
-    def _lost(self, gains: tuple[Gain, ...], constant: Number, stiffness: Number) -> int:
+    def _lost(
+        self, gains: tuple[Gain, ...], constant: Number, stiffness: Number, damping: Number
+    ) -> int:
         sizes = [1.0]
         pace = upper(constant_of(stiffness))
+        if self.system.record is not None and pace > TINY:
+            # A ramp under a weak spring: parts of the size of its slope over stiffness squared.
+            drag = 2.0 * upper(constant_of(damping))
+            scale = max([pace, self.system.record.rate**2, drag**2, *(w * w for w in self.paces)])
+            sizes.append((scale / pace) * (scale / pace))
         for gain, omega, strength in zip(gains, self.paces, self.strength, strict=True):
             if gain is not None and strength > TINY:
                 size = upper(constant_of(gain[0])) + upper(constant_of(gain[1]))
@@ -356,34 +493,27 @@ class BallLaw:
         return detuning / size, -(drag / size)
 
 
-class _BallArithmetic:
-    """Balls, or series of them, as what expressions are evaluated in."""
-
-    def number(self, value: Fraction) -> Number:
-        return ball(value)
-
-    def pi(self) -> Number:
-        return arb.pi()
-
-    def sqrt(self, value: Number) -> Number:
-        return value.sqrt()
-
-    def sin(self, value: Number) -> Number:
-        return value.sin()
-
-    def cos(self, value: Number) -> Number:
-        return value.cos()
+def _hull(balls: list[arb]) -> arb:
+    return reduce(arb.union, balls)
 
 
-def in_balls(number: Expression, values: Mapping[str, Number]) -> Number:
-    """Return the value of an expression as a ball, with other values of some parameters."""
-    own = {name: time_ball(value) for name, value in number.parameters}
-    return number.evaluated(_BallArithmetic(), own | dict(values))
+def _ratio(one: tuple[Fraction, Fraction], other: tuple[Fraction, Fraction]) -> Fraction | None:
+    """Return the rational by which a number is another, None if it is no such multiple."""
+    (times, plus), (by, more) = one, other
+    if times * more != plus * by:
+        return None
+    return times / by if by else plus / more
 
 
-def constant_of(value: Any) -> arb:
-    """Return a number, or that of a series, without the derivative."""
-    return value if isinstance(value, arb) else cast("arb", value[0])
+def _lines(
+    table: tuple[tuple[Fraction, Fraction], ...],
+) -> Iterator[tuple[Fraction | None, Fraction | None, Fraction, Fraction]]:
+    """Yield the lines of a table: from and to which speed, slope, and value at zero speed."""
+    yield None, table[0][0], Fraction(0), table[0][1]
+    for (u0, r0), (u1, r1) in pairwise(table):
+        slope = (r1 - r0) / (u1 - u0)
+        yield u0, u1, slope, r0 - slope * u0
+    yield table[-1][0], None, Fraction(0), table[-1][1]
 
 
 def coarse_bits(system: BallSystem) -> int:

@@ -20,7 +20,6 @@ from percuss.certified.special import CertifiedPoint, certify_point
 from percuss.certified.system import system_of
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, as_float, plain, whole
-from percuss.model.expression import Expression
 from percuss.model.faults import raise_first
 from percuss.model.start import Start, start_faults, start_of
 from percuss.motion.trajectory import Outcome, Trajectory
@@ -52,10 +51,6 @@ def certify_run(
     """Prove a run; see `percuss.certify`."""
     system = system_for(system_of(run.oscillator, run.forcing), over)
     given = run.start if start is None else start
-    for name, value in (("x0", given.x0), ("v0", given.v0), ("t0", given.t0), ("t_end", limits[0])):
-        if isinstance(value, Expression) and not value.is_exact:
-            reason = "irrational; a proof begins and ends at rational numbers, or multiples of pi"
-            raise ParameterError(name, value, reason)
     begin = start_used(system, given)
     t_end, number = limits if limits != (None, None) else _limits_of(run)
     finest = Fraction(1, 2 * 10**digits)

@@ -10,10 +10,9 @@ from typing import NamedTuple
 from flint import arb, arb_poly, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
-from percuss.certified.ball_law import constant_of
 from percuss.certified.first_root import Bracket, Level
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.numbers import precision, span, upper
+from percuss.certified.numbers import constant_of, precision, span, upper
 
 __all__ = ["Landing", "Roots", "fourth_around", "interval_newton", "is_narrow", "solve"]
 

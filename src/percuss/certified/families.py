@@ -49,7 +49,7 @@ def returns_reversed(system: BallSystem, region_number: int, bound: int) -> bool
     """Return whether all flights of a region from a bound to it reverse their velocity, exactly."""
     region = system.regions[region_number]
     k, a = system.stiffness(region), system.damping(region)
-    if system.irrational or a != 0 or not k > 0:
+    if system.irrational or system.record is not None or a != 0 or not k > 0:
         return False
     if not system.is_equilibrium(region, system.bounds[bound].at):
         return False
@@ -62,7 +62,7 @@ def is_one_elastic_wall(system: BallSystem) -> bool:
     return (
         len(system.bounds) == 1
         and system.bounds[0].wall is not None
-        and system.numbers["oscillator.stops.0.restitution"] == 1
+        and system.numbers.get("oscillator.stops.0.restitution") == 1
         and returns_reversed(system, 0, 0)
     )
 
@@ -75,7 +75,7 @@ def family_orbit(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
     for event, following in zip(events, [*events[1:], events[0]], strict=True):
         elastic = (
             not following.wall
-            or system.numbers[f"oscillator.stops.{following.stop}.restitution"] == 1
+            or system.numbers.get(f"oscillator.stops.{following.stop}.restitution") == 1
         )
         if not (
             elastic
@@ -155,7 +155,7 @@ def _full_flights(
         k = system.stiffness(system.regions[event.after])
         t = t + arb.pi() / ball(k).sqrt()
         before.append(-v)
-        v = following.velocity_factor(system) * -v
+        v = following.passed(system, -v).after
     return Shooting(system, events, t - start), states, [before[-1], *before[:-1]]
 
 
@@ -205,7 +205,7 @@ class ReflectedMotion:
         off = 1 if self.system.regions[0].lower == 0 else -1
         if not off * self.v > 0:
             raise Undecided("graze", "whether the motion leaves the wall is open")
-        start = Departure(0, self.system.bounds[0].at, Cloud.of(self.t, self.v), 0)
+        start = Departure(0, Cloud.of(self.t, self.v), 0)
         bracket, whole, coarse = first_bracket(self.system, start, 2.0 * float(self.half))
         known = self._known_zero(bracket)
         if known is None:

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple, TypeAlias
 from flint import arb, ctx
 
 from percuss.certified.ball_arithmetic import OpenGraze, Undecided
-from percuss.certified.ball_law import Number, constant_of
 from percuss.certified.flight import SmoothFunction
-from percuss.certified.numbers import upper
+from percuss.certified.numbers import Number, constant_of, upper
 
 __all__ = ["BallStretch", "Bracket", "FloatStretch", "Level", "Search", "Stretch"]
 

@@ -1,7 +1,7 @@
 """The motion between two events in closed form, as balls: values, derivatives, bounds.
 
-x(s) = y(s) + waves(s): y obeys the unforced equation, and each harmonic makes one wave, which
-grows with s exactly at resonance.
+x(s) = y(s) + waves(s) + polynomial(s): y obeys the unforced equation, each harmonic makes one wave,
+which grows with s exactly at resonance, and the constant and a record's ramp make the polynomial.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from typing import NamedTuple, Protocol
 
 from flint import arb
 
-from percuss.certified.ball_law import BallLaw, LinearRegion, Number, constant_of
+from percuss.certified.ball_law import BallLaw, LinearRegion
 from percuss.certified.cloud import BallPair
-from percuss.certified.numbers import power, upper
+from percuss.certified.numbers import Number, constant_of, power, upper
+from percuss.certified.pieces import Ramp
 
 __all__ = ["BallPropagator", "EnclosedFlight", "Push", "SmoothFunction", "Wave", "propagator"]
 
@@ -133,6 +134,8 @@ class EnclosedFlight:
     order
         Order of the first derivative of x at the start that is not zero; those below are so
         exactly.
+    ramp
+        Force and slope of a record at the start, whose piece lasts as long as the flight.
     """
 
     def __init__(
@@ -143,6 +146,7 @@ class EnclosedFlight:
         x0: Number,
         v0: Number,
         order: int = 1,
+        ramp: Ramp | None = None,
     ) -> None:
         self.region = law.regions[region]
         self.x0, self.v0, self.order = x0, v0, order
@@ -150,7 +154,10 @@ class EnclosedFlight:
         self.waves: list[Wave] = []
         self.strengths = list(zip(law.strength, law.paces, strict=True))
         y, z = x0, v0
-        force = self.region.constant
+        constant, self.ramp = self.region.constant, None if ramp is None else ramp.slope
+        if ramp is not None:
+            constant = constant + ramp.force
+        force = constant
         for (omega, at, slope), gain, pace in zip(
             self.drive, self.region.gains, law.paces, strict=True
         ):
@@ -162,14 +169,11 @@ class EnclosedFlight:
                 p, q = at * gain[0] + slope * gain[1], slope * gain[0] - at * gain[1]
                 y, z = y - p, z - omega * q
             self.waves.append(Wave(omega, p, q, _amplitude(p, q), pace, gain is None))
-        self.origin: Number = arb(0)
-        self.slope: Number = arb(0)
-        if self.region.spring:
-            self.origin = self.region.constant / self.region.stiffness
-            y = y - self.origin
-        elif self.region.dashpot:
-            self.slope = self.region.constant / (2 * self.region.damping)
-            z = z - self.slope
+        self.polynomial = _polynomial(self.region, constant, self.ramp)
+        self.origin = self.polynomial.get(0, arb(0))
+        y = y - self.origin
+        if 1 in self.polynomial:
+            z = z - self.polynomial[1]
         self.y0, self.z0 = y, z
         self.force0 = force
         # Not zero even where the order says so: the set holds other starts than the motion's.
@@ -190,17 +194,12 @@ class EnclosedFlight:
         free = self._free(y, z, n + 1)
         out = free if region.cancels else free[: n + 1]
         size = self._size(free, n)
-        if region.spring:
-            out[0] = out[0] + self.origin
-        elif region.dashpot:
-            out[0] = out[0] + self.slope * s
-            out[1] = out[1] + self.slope
-        else:
-            push = region.constant
-            out[0] = out[0] + push * s * s / 2
-            out[1] = out[1] + push * s
-            if n >= 2:
-                out[2] = out[2] + push
+        for power_, value in self.polynomial.items():
+            term = value
+            for order in range(power_, -1, -1):
+                if order < len(out):
+                    out[order] = out[order] + term
+                term = term * s / (power_ - order + 1)
         _waves_at(self.waves, s, out)
         if region.cancels:
             return out[: n + 1], self._size(out, n)
@@ -221,10 +220,11 @@ class EnclosedFlight:
         return math.hypot(self.region.pace * low, high)
 
     def bound(self, n: int, s: float, h: float, size: float) -> float:
-        """Return a bound of the n-th derivative on [s, s + h], from `derivatives` (s, n - 1).
+        """Return a bound of the n-th derivative, n >= 4, on [s, s + h], from `derivatives` (s, n - 1).
 
         The norm (pace^2 y^2 + y'^2)^(1/2) of every derivative of y grows by no more than
-        exp(growth h): not at all for K >= 0, whatever the damping. Where y and the waves nearly
+        exp(growth h): not at all for K >= 0, whatever the damping. The polynomial has no such
+        derivative. Where y and the waves nearly
         cancel, the norm of x is taken, which the force makes grow too.
         """
         if self.region.cancels:
@@ -240,7 +240,7 @@ class EnclosedFlight:
         """Return the Taylor coefficients at the start, by the equation."""
         region = self.region
         series: list[Number] = [self.x0, self.v0]
-        force = _taylor_of_force(self.force0, self.drive, max(0, n - 2))
+        force = _taylor_of_force(self.force0, self.ramp, self.drive, max(0, n - 2))
         for k in range(n - 1):
             if k + 2 < self.order:
                 series.append(arb(0))
@@ -279,7 +279,7 @@ class EnclosedFlight:
 
     def reach(self) -> tuple[float, float] | None:
         """Return the bounds between which x stays for ever, None where it has none."""
-        if not self.region.spring or self.region.growth > 0.0:
+        if not self.region.spring or self.region.growth > 0.0 or self.ramp is not None:
             return None
         if any(wave.secular for wave in self.waves):
             return None
@@ -297,9 +297,18 @@ class Push:
     longest = LONGEST
 
     def __init__(
-        self, law: BallLaw, region: int, phasors: Sequence[BallPair], x: Number, order: int
+        self,
+        law: BallLaw,
+        region: int,
+        phasors: Sequence[BallPair],
+        x: Number,
+        order: int,
+        ramp: Ramp | None = None,
     ) -> None:
         self.rest = law.regions[region].constant - law.regions[region].stiffness * x
+        self.slope = None if ramp is None else ramp.slope
+        if ramp is not None:
+            self.rest = self.rest + ramp.force
         self.order = order
         self.drive = law.drive(phasors)
         self.waves = [
@@ -310,11 +319,15 @@ class Push:
     def derivatives(self, s: arb, n: int) -> tuple[list[Number], float]:
         """Return the derivatives of order 0 to n at s, and the size that `bound` needs."""
         out: list[Number] = [self.rest, *(arb(0) for _ in range(n))]
+        if self.slope is not None:
+            out[0] = out[0] + self.slope * s
+            if n > 0:
+                out[1] = out[1] + self.slope
         _waves_at(self.waves, s, out)
         return out, 0.0
 
     def bound(self, n: int, s: float, h: float, size: float) -> float:  # noqa: ARG002
-        """Return a bound of the n-th derivative on [s, s + h]."""
+        """Return a bound of the n-th derivative on [s, s + h], n >= 2."""
         return SLACK * _waves_bound(self.waves, n, s + h)
 
     def taylor(self, n: int) -> list[Number]:
@@ -322,7 +335,7 @@ class Push:
         total = self.rest
         for _, at, _ in self.drive:
             total = total + at
-        series = _taylor_of_force(total, self.drive, n)
+        series = _taylor_of_force(total, self.slope, self.drive, n)
         return [arb(0) if k < self.order else value for k, value in enumerate(series)]
 
     def size_at_start(self, n: int) -> float:  # noqa: ARG002
@@ -335,11 +348,31 @@ def _amplitude(p: Number, q: Number) -> float:
     return SLACK * math.hypot(upper(constant_of(p)), upper(constant_of(q)))
 
 
+def _polynomial(region: LinearRegion, constant: Number, ramp: Number | None) -> dict[int, Number]:
+    """Return the derivatives at 0, by their order, of a polynomial motion under constant + ramp s."""
+    if region.spring:
+        origin = constant / region.stiffness
+        if ramp is None:
+            return {0: origin}
+        slope = ramp / region.stiffness
+        if region.dashpot:
+            origin = (constant - 2 * region.damping * slope) / region.stiffness
+        return {0: origin, 1: slope}
+    if region.dashpot:
+        drag = 2 * region.damping
+        if ramp is None:
+            return {1: constant / drag}
+        return {1: (constant - ramp / drag) / drag, 2: ramp / drag}
+    return {2: constant} if ramp is None else {2: constant, 3: ramp}
+
+
 def _taylor_of_force(
-    total: Number, drive: Sequence[tuple[Number, Number, Number]], n: int
+    total: Number, ramp: Number | None, drive: Sequence[tuple[Number, Number, Number]], n: int
 ) -> list[Number]:
     """Return the Taylor coefficients up to s^n of a force that is ``total`` at 0."""
     series: list[Number] = [total, *(arb(0) for _ in range(n))]
+    if ramp is not None and n > 0:
+        series[1] = series[1] + ramp
     for omega, at, slope in drive:
         even, odd = slope, -at
         factor: Number = omega

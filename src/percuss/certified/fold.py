@@ -14,10 +14,10 @@ import numpy as np
 from flint import arb, arb_mat, arb_series, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
-from percuss.certified.ball_law import BallLaw, constant_of
+from percuss.certified.ball_law import BallLaw
 from percuss.certified.branch import is_positive, root_of, system_at, system_over
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.numbers import ball, exact_value
+from percuss.certified.numbers import ball, constant_of, exact_value
 from percuss.certified.properties import admissible_of, monodromy_of
 from percuss.certified.shooting import (
     Image,
@@ -106,15 +106,17 @@ class OrbitsAlong:
     ) -> tuple[arb, arb]:
         event, following = equations.events[i], equations.next_event(i)
         t, v = states[i]
-        arrival = equations.arrival(i, states, self.coarse())
+        arrival, _ = equations.arrival(i, states, self.coarse())
         flight = EnclosedFlight(law, event.after, law.phasors(t), law.places[event.bound], v)
         (x1, v1, a1), _ = flight.derivatives(arrival.box[0] - t, 2)
         later = -(_slope(x1) - _slope(law.places[following.bound])) / constant_of(v1)
         faster = _slope(v1) + constant_of(a1) * later
         if not following.wall:
             return later, faster
-        factor = -law.number(f"oscillator.stops.{following.stop}.restitution")
-        return later, constant_of(factor) * faster + _slope(factor) * constant_of(v1)
+        # By the velocity, and by the parameter at the same velocity.
+        kept = -following.passed(equations.system, constant_of(v1)).kept
+        after = law.rebound(following.stop or 0, constant_of(v1)).after
+        return later, kept * faster + _slope(after)
 
     def solution(self, eta: arb, guess: Vector) -> Vector:
         """Return the orbit and the parameter at a value of the coordinate."""
@@ -164,6 +166,9 @@ def fold_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool | No
     And whether the orbits of the stretch are admissible, None where that is open.
     """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
+    if system.record is not None:
+        reason = "derivatives by a parameter across the knots of a record are not enclosed"
+        raise Undecided("kind", reason)
     equations, guess = shooting_of(system, point.orbit)
     w = vector_of(guess)
     along = _null_coordinate(equations, guess)

@@ -15,7 +15,7 @@ import numpy as np
 from flint import arb
 
 from percuss.certified.ball_arithmetic import Undecided
-from percuss.certified.ball_law import constant_of, law_of
+from percuss.certified.ball_law import law_of
 from percuss.certified.branch import (
     ParameterBranch,
     boxed,
@@ -27,7 +27,7 @@ from percuss.certified.branch import (
 )
 from percuss.certified.event_location import fourth_around, interval_newton, is_narrow
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.numbers import ball, span
+from percuss.certified.numbers import ball, constant_of, span
 from percuss.certified.properties import admissible_of
 from percuss.certified.shooting import (
     Shooting,
@@ -174,6 +174,9 @@ def grazing_of(point: SpecialPoint, path: str, digits: int) -> tuple[arb, bool |
     And whether the orbits are admissible apart from that, None where that is open.
     """
     system = system_of(point.orbit.oscillator, point.orbit.forcing)
+    if system.record is not None:
+        reason = "the turning points between the knots of a record are not enclosed along branches"
+        raise Undecided("kind", reason)
     impact = point.detail.startswith("an impact")
     branch = (_without_impact if impact else _with_passage)(system, path, point.orbit)
     value = Fraction(point.value)

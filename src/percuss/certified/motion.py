@@ -13,18 +13,27 @@ from numpy.typing import ArrayLike
 
 from percuss.certified.ball_arithmetic import Balls
 from percuss.certified.ball_law import law_of
-from percuss.certified.cloud import BallPair, applied, hull
+from percuss.certified.cloud import BallPair, hull
 from percuss.certified.contact import Hold, Hops
-from percuss.certified.flight import Push, propagator
+from percuss.certified.flight import Push
 from percuss.certified.march import Ending, MarchRecord
 from percuss.certified.numbers import between, order_of, precision, time_ball
-from percuss.certified.step import Departure, flight_of
+from percuss.certified.pieces import Moment
+from percuss.certified.step import Departure, state_in_flight
 from percuss.certified.system import BallSystem
 from percuss.errors import ParameterError
 from percuss.model.exact import Phase, phase_problem, plain
 from percuss.model.oscillator import SoftStop
 
-__all__ = ["energy_of", "exact_times", "forces_of", "is_proven", "state_at", "states_as_balls"]
+__all__ = [
+    "energy_of",
+    "exact_times",
+    "forces_of",
+    "is_proven",
+    "state_at",
+    "state_in_flight",
+    "states_as_balls",
+]
 
 FLOAT_BITS = 64
 # Up to the very end that was asked for; the others end at an event or before a question.
@@ -73,16 +82,7 @@ def _on_piece(system: BallSystem, what: Departure | Hold | Hops, t: arb) -> Ball
         return what.x, what.v
     if isinstance(what, Hold):
         return law_of(system).places[what.bound], arb(0)
-    start = what.cloud.middle[0] if what.time is None else time_ball(what.time)
-    # By the mean value theorem, with the derivatives of all flights, each from its own start.
-    durations = t - (what.cloud.box()[0] if what.time is None else start)
-    whole, point = flight_of(system, what, whole=True), flight_of(system, what, whole=False)
-    (x, v), _ = point.derivatives(t - start, 1)
-    a11, a12, a21, a22 = propagator(whole.region, durations)
-    v0, a0 = whole.v0, whole.a0
-    by_t = -(a11 * v0 + a12 * a0), -(a21 * v0 + a22 * a0)
-    dt, dv = applied(what.cloud.axes, what.cloud.spread)
-    return x + by_t[0] * dt + a12 * dv, v + by_t[1] * dt + a22 * dv
+    return state_in_flight(system, what, t)
 
 
 def states_as_balls(
@@ -142,6 +142,8 @@ def forces_of(system: BallSystem, record: MarchRecord, time: Phase, state: BallP
     damping = -2 * law.number("oscillator.damping") * v
     push = Push(law, 0, law.phasors_at(time), arb(0), 0)
     driving = sum((at for _, at, _ in push.drive), law.number("forcing.constant"))
+    if law.record is not None:
+        driving = driving + law.record.force_at(Moment.of(time))
     stops = [
         _soft(system, i, x, v) if isinstance(stop, SoftStop) else arb(0)
         for i, stop in enumerate(system.oscillator.stops)

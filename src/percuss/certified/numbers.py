@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from fractions import Fraction
+from typing import Any, TypeAlias, cast
 
 from flint import arb, ctx, fmpq
 
+from percuss.errors import ParameterError
 from percuss.model.exact import Phase, angle
+from percuss.model.expression import Expression
 
 __all__ = [
+    "Number",
     "ball",
     "between",
+    "constant_of",
     "cos_sin",
     "exact_value",
+    "in_balls",
+    "is_exact",
     "lower",
     "order_of",
     "power",
@@ -24,11 +32,17 @@ __all__ = [
     "upper",
 ]
 
+# A number, or, cast to this type, an arb_series of two terms: it holds a number and its
+# derivative by a parameter, and has the same operations.
+Number: TypeAlias = arb
+
 # More than the rounding of a conversion to a float.
 UP, DOWN = 1.0 + 2.0**-50, 1.0 - 2.0**-50
 TINY = 5e-324
 # Arb has one precision for the whole process, so that one thread at a time works with it.
 _LOCK = threading.RLock()
+# Bits by which two irrational times are told apart.
+MOST_BITS = 4096
 
 
 class precision:  # noqa: N801
@@ -79,8 +93,52 @@ def time_ball(value: Phase) -> arb:
     >>> time_ball("pi/2").contains(arb.pi() / 2)
     True
     """
+    if not is_exact(value):
+        return in_balls(value, {})  # type: ignore[arg-type]
     times, plus = angle(value)
     return arb.pi() * ball(times) + ball(plus) if times else ball(plus)
+
+
+def is_exact(value: Phase) -> bool:
+    """Return whether a number is a rational, or a rational multiple of pi and a rational.
+
+    Examples
+    --------
+    >>> import percuss as pc
+    >>> is_exact("pi/3"), is_exact(pc.expression("sqrt(2)"))
+    (True, False)
+    """
+    return not isinstance(value, Expression) or value.is_exact
+
+
+class _BallArithmetic:
+    """Balls, or series of them, as what expressions are evaluated in."""
+
+    def number(self, value: Fraction) -> Number:
+        return ball(value)
+
+    def pi(self) -> Number:
+        return arb.pi()
+
+    def sqrt(self, value: Number) -> Number:
+        return value.sqrt()
+
+    def sin(self, value: Number) -> Number:
+        return value.sin()
+
+    def cos(self, value: Number) -> Number:
+        return value.cos()
+
+
+def in_balls(number: Expression, values: Mapping[str, Number]) -> Number:
+    """Return the value of an expression as a ball, with other values of some parameters."""
+    own = {name: time_ball(value) for name, value in number.parameters}
+    return number.evaluated(_BallArithmetic(), own | dict(values))
+
+
+def constant_of(value: Any) -> arb:
+    """Return a number, or that of a series, without the derivative."""
+    return value if isinstance(value, arb) else cast("arb", value[0])
 
 
 def cos_sin(times: Fraction, plus: Fraction) -> tuple[arb, arb]:
@@ -101,11 +159,18 @@ def cos_sin(times: Fraction, plus: Fraction) -> tuple[arb, arb]:
 def order_of(time: Phase, other: Phase) -> int:
     """Return -1, 0 or 1 for a time before another, the same, or after it; exactly.
 
+    Raises
+    ------
+    ParameterError
+        If irrational expressions are not told apart by 4096 bits.
+
     Examples
     --------
     >>> order_of("pi", 3.141592653589793), order_of("20*pi", "40*pi/2")
     (1, 0)
     """
+    if not (is_exact(time) and is_exact(other)):
+        return _irrational_order(time, other)
     (times, plus), (other_times, other_plus) = angle(time), angle(other)
     times, plus = times - other_times, plus - other_plus
     bits = 128
@@ -117,6 +182,19 @@ def order_of(time: Phase, other: Phase) -> int:
                 return 1 if gap > 0 else -1
         bits *= 2
     return (plus > 0) - (plus < 0)
+
+
+def _irrational_order(time: Phase, other: Phase) -> int:
+    if time == other:
+        return 0
+    bits = 128
+    while bits <= MOST_BITS:
+        with precision(bits):
+            gap = time_ball(time) - time_ball(other)
+            if gap > 0 or gap < 0:
+                return 1 if gap > 0 else -1
+        bits *= 2
+    raise ParameterError("t", time, f"not told from {other} by {MOST_BITS} bits")
 
 
 def upper(value: arb) -> float:

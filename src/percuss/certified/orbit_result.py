@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import reduce
+from itertools import zip_longest
 
 from flint import arb
 from numpy.typing import ArrayLike
@@ -13,12 +14,12 @@ from percuss.certified.ball_law import law_of, range_of
 from percuss.certified.cloud import BallPair, hull
 from percuss.certified.march import ImpactRow
 from percuss.certified.motion import states_as_balls
-from percuss.certified.numbers import ball, precision, time_ball
+from percuss.certified.numbers import precision, time_ball
 from percuss.certified.properties import Monodromy, Proof
 from percuss.certified.results import doubles_of, in_words
 from percuss.certified.shooting import Shooting, States, region_of_row
-from percuss.certified.steady import steady_flight
-from percuss.certified.step import flight_of
+from percuss.certified.steady import steady_flight, steady_pieces
+from percuss.certified.step import Departure, state_in_flight
 from percuss.certified.system import BallSystem
 from percuss.certified.tables import CertifiedImpacts, impacts_of
 from percuss.errors import ParameterError
@@ -44,8 +45,12 @@ class OrbitMotion:
         t = time_ball(time)
         if not states:
             number = region_of_row(system, int(self.orbit.record[1][0, 2]))
-            steady = steady_flight(law_of(system), number, as_fraction(self.orbit.x0))
-            (x, v), _ = steady.derivatives(t, 1)
+            if system.record is not None:
+                t = t - (t / period).mid().floor().mid() * period
+                steady = steady_pieces(system, number, period)
+                return hull(_states_on(system, [start for start, _ in steady], t))
+            flight = steady_flight(law_of(system), number, as_fraction(self.orbit.x0))
+            (x, v), _ = flight.derivatives(t, 1)
             return x, v
         n = len(states)
         t = t - ((t - states[0][0]) / period).mid().floor().mid() * period
@@ -56,10 +61,20 @@ class OrbitMotion:
             end = self.equations.end_of_flight(i, states) + shift * period
             if t < begin or t > end:
                 continue
-            flight = flight_of(system, self.equations.departure(i, states[i]), whole=True)
-            (x, v), _ = flight.derivatives(t - begin, 1)
-            at_time.append((x, v))
+            pieces = [start for start, _ in self.equations.pieces_of_flight(i, states)]
+            at_time += _states_on(system, pieces, t - shift * period)
         return hull(at_time)
+
+
+def _states_on(system: BallSystem, pieces: list[Departure], t: arb) -> list[BallPair]:
+    """Return the states of a flight at an instant, on all pieces that may have begun."""
+    states = []
+    for start, following in zip_longest(pieces, pieces[1:]):
+        if start.moment is not None and start.moment.t > t:
+            break
+        if following is None or following.moment is None or not following.moment.t < t:
+            states.append(state_in_flight(system, start, t))
+    return states
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -224,7 +239,7 @@ def orbit_of_proof(
     with precision(bits):
         impacts = _impacts(system, proof)
         x0, v0, t0 = proof.start or (
-            ball(system.bounds[proof.events[0].bound].at),
+            law_of(system).places[proof.events[0].bound],
             proof.states[0][1],
             proof.states[0][0],
         )

@@ -179,7 +179,7 @@ def _proof_of_contact(
     monodromy = Monodromy.of(((zero, zero), (zero, zero)), zero, conservative=False)
     release = record.contacts[0].release
     assert release is not None
-    place = ball(system.bounds[bounds[record.contacts[0].stop]].at)
+    place = law_of(system).places[bounds[record.contacts[0].stop]]
     period = 2 * orbit.n_periods * arb.pi() / ball(frequency)
     return Proof(
         events=events,

@@ -4,17 +4,35 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
 
 from flint import acb, arb
 
 from percuss.certified.ball_arithmetic import Undecided
 from percuss.certified.ball_law import law_of
-from percuss.certified.cloud import BallMatrix, BallPair
-from percuss.certified.numbers import precision, span
+from percuss.certified.cloud import BallMatrix
+from percuss.certified.numbers import precision, span, upper
 from percuss.certified.shooting import OrbitEvent, Shooting, States, derivative_over
-from percuss.certified.step import first_bracket
+from percuss.certified.step import (
+    Departure,
+    began,
+    beyond,
+    bracket_within,
+    first_bracket,
+    state_in_flight,
+)
+from percuss.certified.system import BallSystem
 
-__all__ = ["Monodromy", "Proof", "admissible_of", "monodromy_of", "multipliers_of", "stability_of"]
+__all__ = [
+    "Monodromy",
+    "Proof",
+    "admissible_of",
+    "is_clear",
+    "monodromy_of",
+    "multipliers_of",
+    "stability_of",
+]
 
 
 @dataclass(frozen=True)
@@ -72,10 +90,9 @@ def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str
     One flight that does not is enough, whatever is open of the others.
     """
     open_ = ""
-    for i, state in enumerate(states):
-        duration = equations.end_of_flight(i, states) - state[0]
+    for i in range(len(states)):
         try:
-            first = _meets_first(equations, i, state, duration)
+            first = _meets_first(equations, i, states)
         except Undecided as question:
             open_ = open_ or f"flight {i}: {question.reason}"
             continue
@@ -84,13 +101,20 @@ def admissible_of(equations: Shooting, states: States) -> tuple[bool | None, str
     return (None, open_) if open_ else (True, "")
 
 
-def _meets_first(equations: Shooting, i: int, state: BallPair, duration: arb) -> bool:
+def _meets_first(equations: Shooting, i: int, states: States) -> bool:
     """Return whether the first event of a flight is the next one of the orbit."""
     system = equations.system
-    start = equations.departure(i, state)
+    pieces = [start for start, _ in equations.pieces_of_flight(i, states)]
+    start = pieces[0]
     off = 1 if system.regions[start.region].lower == start.bound else -1
-    if off * state[1] < 0:
+    if off * states[i][1] < 0:
         return False
+    for piece, following in pairwise(pieces):
+        assert following.moment is not None
+        if not is_clear(system, piece, following.moment.t):
+            return False
+    start = pieces[-1]
+    duration = equations.end_of_flight(i, states) - began(start, whole=True)
     bracket, _, coarse = first_bracket(system, start, 2.0 * float(duration.upper()))
     with precision(coarse):
         place = bracket.place_of(duration)
@@ -99,6 +123,31 @@ def _meets_first(equations: Shooting, i: int, state: BallPair, duration: arb) ->
     if place == 1:
         return False
     raise Undecided("graze", "another event lies within the radius of the orbit's")
+
+
+def is_clear(system: BallSystem, start: Departure, end: arb) -> bool:
+    """Return whether all flights of a departure meet no bound up to an instant.
+
+    Raises
+    ------
+    Undecided
+        If the balls leave it open.
+    """
+    duration = end - began(start, whole=True)
+    longest = upper(duration)
+    bracket, _, coarse = beyond(partial(bracket_within, system, start), longest, knot=True)
+    if bracket is None:
+        return True
+    with precision(coarse):
+        place = bracket.place_of(duration)
+    if place == 0:
+        # The one root in the bracket is after it where the flights have not met the bound yet.
+        x, _ = state_in_flight(system, start, end)
+        gap = bracket.level.sign * (x - law_of(system).places[bracket.level.bound])
+        place = -1 if gap > 0 else 1 if gap < 0 else None
+    if place is None:
+        raise Undecided("graze", "an event lies within the radius of a knot of the record")
+    return place < 0
 
 
 @dataclass(frozen=True)
@@ -138,8 +187,8 @@ class Monodromy:
 def monodromy_of(equations: Shooting, states: States) -> tuple[Monodromy, list[arb]]:
     """Return the derivative over one orbit, and the velocities before the events.
 
-    The determinant is that of the closed form: the product of r^2 over the impacts times
-    exp(-2 integral of the damping).
+    The determinant is that of the closed form: the product of r times the derivative of r v over
+    the impacts, r^2 where r is one number, times exp(-2 integral of the damping).
     """
     matrix, images = derivative_over(equations, states)
     law = law_of(equations.system)
@@ -147,9 +196,10 @@ def monodromy_of(equations: Shooting, states: States) -> tuple[Monodromy, list[a
     factor, decay = arb(1), arb(0)
     for i, event in enumerate(equations.events):
         if event.wall:
-            r = event.velocity_factor(equations.system)
-            factor = factor * r * r
-            conservative = conservative and r == -1
+            # It takes areas of the phase plane times r and times the derivative of r v.
+            _, r, kept, _ = event.passed(equations.system, images[i - 1].v_before)
+            factor = factor * r * kept
+            conservative = conservative and r == 1 and kept == 1
         region = law.regions[event.after]
         if region.dashpot:
             conservative = False
@@ -187,7 +237,7 @@ def multipliers_of(trace: arb, determinant: arb) -> tuple[acb, acb]:
 
 
 def stability_of(trace: arb, determinant: arb, *, conservative: bool) -> str:
-    """Return the stability that trace and determinant prove, for a determinant of at most 1.
+    """Return the stability that trace and determinant prove.
 
     Examples
     --------
@@ -197,7 +247,7 @@ def stability_of(trace: arb, determinant: arb, *, conservative: bool) -> str:
     'undecided'
     """
     edge = 1 + determinant
-    if abs(trace) > edge:
+    if abs(trace) > edge or determinant > 1:
         return "unstable"
     if abs(trace) < edge:
         if conservative:

@@ -37,7 +37,7 @@ from percuss.certified.tables import (
     impacts_of,
 )
 from percuss.errors import ParameterError
-from percuss.model.exact import Phase, as_float, pi_times, whole
+from percuss.model.exact import Phase, PiTimes, as_float, pi_times, whole
 from percuss.model.forcing import Forcing
 from percuss.model.oscillator import Oscillator
 from percuss.model.paths import get_parameter, parameter_paths
@@ -132,8 +132,8 @@ class CertifiedRun:
 
     @property
     def event_times(self) -> Balls:
-        """The instants at which flights and contacts begin, the start among them."""
-        return Balls.of(piece.start for piece in self._record.pieces)
+        """The instants at which flights and contacts begin, the start among them; knots are none."""
+        return Balls.of(piece.start for piece in self._record.pieces if not piece.at_knot)
 
     @property
     def doubles(self) -> tuple[str, ...]:
@@ -283,14 +283,19 @@ class CertifiedRun:
         >>> dict(pc.certify(run).stroboscopic().sizes)
         {'period': 10}
         """
-        frequency = None if self.forcing is None else self.forcing.frequency
-        if frequency is None or not law_of(self.system).has_exact_frequencies:
+        period = None if self.forcing is None else self.forcing.exact_period
+        law = law_of(self.system)
+        if self.forcing is not None and self.forcing.record is None:
+            # A period that was given need not be exactly one of the harmonics.
+            frequency = self.forcing.frequency
+            period = None if frequency is None else pi_times(2 / frequency)
+        if period is None or not law.has_exact_frequencies:
             reason = "a stroboscopic view needs a forcing whose period is known exactly"
             raise ParameterError("forcing.period", None, reason)
         last = self._last_time()
         length = last.mid() - self.start_time.mid()
-        count = int(length * float(frequency) / (2.0 * math.pi) + 1e-9) + 1
-        times = [pi_times(2 * k / frequency) + self.start.t0 for k in range(count)]
+        count = int(length / float(period) + 1e-9) + 1
+        times = [PiTimes(k * period.times, k * period.plus) + self.start.t0 for k in range(count)]
         with precision(self.precision):
             times = [t for t in times if is_proven(self._record, t) and not time_ball(t) > last.arb]
         return self._dataset("period", np.arange(len(times)), times)

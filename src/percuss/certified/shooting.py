@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
 from flint import arb, arb_mat, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
-from percuss.certified.ball_law import law_of
+from percuss.certified.ball_law import Rebound, law_of
 from percuss.certified.cloud import BallMatrix, BallPair, Cloud, times
 from percuss.certified.first_root import Bracket
 from percuss.certified.numbers import precision, span
-from percuss.certified.step import Arrival, Departure, flight_of, landed, levels_of
+from percuss.certified.pieces import Moment
+from percuss.certified.step import (
+    Arrival,
+    Departure,
+    at_moment,
+    flight_of,
+    landed,
+    levels_of,
+)
 from percuss.certified.system import BallSystem
 from percuss.kernels.law_columns import FIRST_HARMONIC, N_HARMONICS
 from percuss.model.system import law, lines
@@ -78,11 +86,22 @@ class OrbitEvent:
     stop: int | None
     wall: bool
 
-    def velocity_factor(self, system: BallSystem) -> arb:
-        """Return the velocity after the event as a part of that before."""
+    def passed(self, system: BallSystem, v: arb) -> Rebound:
+        """Return what the event makes of a velocity; a crossing is the impact of restitution -1.
+
+        Raises
+        ------
+        Undecided
+            If an impact may be at a knot of a table of restitutions, where there is no derivative.
+        """
         if not self.wall:
-            return arb(1)
-        return -law_of(system).number(f"oscillator.stops.{self.stop}.restitution")
+            return Rebound(v, arb(-1), arb(-1))
+        assert self.stop is not None
+        rebound = law_of(system).rebound(self.stop, v)
+        if rebound.at_knot:
+            reason = f"an impact at about {float(abs(v)):.6g} may be at a knot of the table of "
+            raise Undecided("precision", f"{reason}restitutions, where there is no derivative")
+        return rebound
 
 
 def region_of_row(system: BallSystem, row: int) -> int:
@@ -232,6 +251,8 @@ class Image(NamedTuple):
         Duration of the flights, and a ball in which each of them has this root only.
     v_before
         The velocity before the next event.
+    knot
+        The last knot of a record before that event, from which the duration counts; None for none.
     """
 
     state: BallPair
@@ -239,6 +260,7 @@ class Image(NamedTuple):
     duration: arb
     isolating: arb
     v_before: arb
+    knot: arb | None = None
 
 
 class Residual:
@@ -327,12 +349,36 @@ class Shooting:
     def departure(self, i: int, state: BallPair) -> Departure:
         """Return the departure from an event in all states of two balls."""
         event = self.events[i]
-        at = self.system.bounds[event.bound].at
-        return Departure(event.after, at, Cloud.of(*state), event.bound)
+        piece = law_of(self.system).piece_at(Moment(state[0]))
+        return Departure(event.after, Cloud.of(*state), event.bound, piece=piece)
 
-    def arrival(self, i: int, states: States, coarse: int) -> Arrival:
-        """Return where the flight from event i meets the next one, near its instant in the states."""
-        start = self.departure(i, states[i])
+    def pieces_of_flight(self, i: int, states: States) -> list[tuple[Departure, BallMatrix | None]]:
+        """Return the departures into the pieces of a record that the flight from event i passes.
+
+        With the derivative by the state after the event, None for the flight from there itself.
+        """
+        start, end = self.departure(i, states[i]), self.end_of_flight(i, states)
+        pieces: list[tuple[Departure, BallMatrix | None]] = [(start, None)]
+        product: BallMatrix | None = None
+        while (knot := law_of(self.system).next_knot(start.piece)) is not None:
+            if not knot.t.mid() < end.mid():
+                break
+            start, by = at_moment(self.system, start, knot, start.piece + 1)
+            product = by if product is None else times(by, product)
+            pieces.append((start, product))
+        return pieces
+
+    def arrival(self, i: int, states: States, coarse: int) -> tuple[Arrival, arb | None]:
+        """Return where the flight from event i meets the next one, near its instant in the states.
+
+        And the last knot of a record before it, None for none.
+
+        Raises
+        ------
+        Undecided
+            If the balls leave the event open, or on which side of a knot it is.
+        """
+        start, by_state = self.pieces_of_flight(i, states)[-1]
         following = self.next_event(i)
         with precision(coarse):
             whole = flight_of(self.system, start, whole=True)
@@ -341,36 +387,47 @@ class Shooting:
                 for level in levels_of(self.system, following.before)
                 if level.bound == following.bound
             )
-        t, end = states[i][0], self.end_of_flight(i, states)
+        knot = None if start.moment is None else start.moment.t
+        t, end = states[i][0] if knot is None else knot, self.end_of_flight(i, states)
         s = float(end - t.mid())
         if not s > 0.0:
             raise Undecided("precision", "an event does not come after the one before it")
         low, high = s * (1.0 - AROUND), s * (1.0 + AROUND)
-        returns = following.bound == self.events[i].bound
+        returns = following.bound == start.bound
         bracket = Bracket(level, low, high, s, from_start=returns, far=high)
         # So far that it holds the flight of the orbit itself, and of others in its box.
         isolation = (2 * (end - t - s).abs_upper()).max(arb(s * ISOLATION))
-        return landed(self.system, start, whole, bracket, coarse, isolation)
+        found = landed(self.system, start, whole, bracket, coarse, isolation)
+        after = law_of(self.system).next_knot(start.piece)
+        early = knot is not None and not found.box[0] > knot
+        if early or (after is not None and not found.box[0] < after.t):
+            reason = f"whether an event of the orbit at t = {float(end):.12g} is before or after a "
+            raise Undecided("precision", f"{reason}knot of the record is open")
+        if by_state is not None:
+            found = replace(found, derivative=times(found.derivative, by_state))
+        return found, knot
 
     def images(self, states: States, coarse: int) -> list[Image]:
         """Return the images of the states after the events, and their derivatives."""
         images = []
         for i in range(len(states)):
-            arrival = self.arrival(i, states, coarse)
+            arrival, knot = self.arrival(i, states, coarse)
             closes = i + 1 == len(states)
-            factor = self.next_event(i).velocity_factor(self.system)
-            if closes and self.mirrored:
-                factor = -factor
             by_t, by_v = arrival.derivative
             # Of all of the state: a coordinate along a fold is a ball.
             t, v = arrival.box
+            rebound = self.next_event(i).passed(self.system, v)
+            after, factor = rebound.after, -rebound.kept
+            if closes and self.mirrored:
+                after, factor = -after, -factor
             images.append(
                 Image(
-                    state=(t - self.period if closes else t, factor * v),
+                    state=(t - self.period if closes else t, after),
                     derivative=(by_t, (factor * by_v[0], factor * by_v[1])),
                     duration=arrival.duration,
                     isolating=arrival.isolating,
                     v_before=v,
+                    knot=knot,
                 )
             )
         return images
@@ -395,7 +452,8 @@ def derivative_over(equations: Shooting, states: States) -> tuple[BallMatrix, li
     product: BallMatrix | None = None
     images = equations.images(states, ctx.prec)
     for i, image in enumerate(images):
-        if not image.isolating.contains(equations.end_of_flight(i, states) - states[i][0]):
+        begin = states[i][0] if image.knot is None else image.knot
+        if not image.isolating.contains(equations.end_of_flight(i, states) - begin):
             raise Undecided("precision", "a flight's root may be another one than the orbit's")
         product = image.derivative if product is None else times(image.derivative, product)
     assert product is not None

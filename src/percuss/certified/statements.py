@@ -26,6 +26,7 @@ from percuss.certified.contact import first_push_at, rational_terms
 from percuss.certified.families import ReflectedMotion, is_one_elastic_wall
 from percuss.certified.flight import EnclosedFlight
 from percuss.certified.numbers import ball, precision, time_ball
+from percuss.certified.pieces import Moment
 from percuss.certified.step import Departure, first_bracket
 from percuss.certified.system import BallSystem, Tone, system_of
 from percuss.errors import ParameterError
@@ -255,7 +256,7 @@ def _subset_verdict(system: BallSystem, m: int, v0: arb) -> Verdict:
                 reason = f"the flight before {name} flight {k // 2} would end out of the wall"
                 return Verdict(False, math.inf, reason)
             raise Undecided("graze", "an impact has no velocity, within the radius")
-        start = Departure(0, system.bounds[0].at, Cloud.of(t, v), 0)
+        start = Departure(0, Cloud.of(t, v), 0)
         bracket, _, _ = first_bracket(system, start, 1.01 * gap * math.pi)
         place = bracket.place_of(gap * pi)
         if place == 1:
@@ -350,6 +351,8 @@ class _Eigenset:
         self.system, self.v0, self.t0 = system, v0, t0
         if system.irrational:
             raise Undecided("precision", "the closed form is of rational numbers")
+        if system.record is not None:
+            raise Undecided("precision", "the closed form is of harmonics, and there is a record")
         if len(system.bounds) != 1 or system.bounds[0].wall is None:
             raise Undecided("precision", "not one wall alone")
         self.sign = 1 if system.regions[0].lower == 0 else -1
@@ -363,7 +366,7 @@ class _Eigenset:
         k = system.stiffness(region)
         if system.damping(region) != 0 or not k > 0:
             raise Undecided("precision", "not a spring without damping")
-        if system.numbers["oscillator.stops.0.restitution"] != 1:
+        if system.numbers.get("oscillator.stops.0.restitution") != 1:
             raise Undecided("precision", "not an elastic wall")
         if not system.is_equilibrium(region, system.bounds[0].at):
             raise Undecided("precision", "the wall is not at the equilibrium")
@@ -455,13 +458,14 @@ class _Eigenset:
     def _is_clear(self, k: int) -> bool:
         """Return whether a flight meets the wall first after half a natural period."""
         speed, time = self._velocity(k), self._start_of(k)
-        place, t, order = self.system.bounds[0].at, time_ball(time), 1
+        t, order = time_ball(time), 1
         if speed.is_zero():
-            order, direction = first_push_at(self.law, 0, place, t, time)
+            order, direction = first_push_at(self.law, 0, 0, Moment(t, time))
             if direction != self.sign:
                 return False
         half = arb.pi() / ball(self.stiffness).sqrt()
-        start = Departure(0, place, Cloud.of(t.mid(), self.sign * speed), 0, order, time)
+        cloud = Cloud.of(t.mid(), self.sign * speed)
+        start = Departure(0, cloud, 0, order, Moment(t, time))
         bracket, _, _ = first_bracket(self.system, start, 2.0 * float(half))
         position = bracket.place_of(half)
         if position is None or position < 0:

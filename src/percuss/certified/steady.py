@@ -9,17 +9,26 @@ from fractions import Fraction
 from flint import acb, arb, ctx
 
 from percuss.certified.ball_arithmetic import Undecided
-from percuss.certified.ball_law import BallLaw, coarse_bits, constant_of, law_of
+from percuss.certified.ball_law import BallLaw, coarse_bits, law_of
+from percuss.certified.cloud import BallPair, Cloud
 from percuss.certified.flight import EnclosedFlight, propagator
-from percuss.certified.numbers import ball, precision
-from percuss.certified.properties import Monodromy, Proof
+from percuss.certified.numbers import ball, constant_of, precision
+from percuss.certified.pieces import Moment
+from percuss.certified.properties import Monodromy, Proof, is_clear
 from percuss.certified.shooting import region_of_row
-from percuss.certified.step import levels_of, search_along, width_of
+from percuss.certified.step import (
+    Departure,
+    at_moment,
+    levels_of,
+    search_along,
+    state_on,
+    width_of,
+)
 from percuss.certified.system import BallSystem
 from percuss.model.exact import as_fraction
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
-__all__ = ["steady_admissible", "steady_flight", "steady_proof"]
+__all__ = ["steady_admissible", "steady_flight", "steady_pieces", "steady_proof"]
 
 
 def steady_flight(
@@ -54,14 +63,58 @@ def steady_flight(
     return flight
 
 
+def steady_pieces(system: BallSystem, number: int, period: arb) -> list[tuple[Departure, arb]]:
+    """Return the steady motion under a repeated record, as departures into its pieces and their ends.
+
+    From t = 0 to a period later. It returns to its start z there: with the propagator P of a
+    period and the end d of the motion from rest, z = P z + d.
+
+    Raises
+    ------
+    Undecided
+        If it is not alone, as at resonance without damping and without a spring.
+    """
+    by = propagator(law_of(system).regions[number], period)
+    zero = arb(0)
+    *_, (last, end) = _pieces_from(system, number, (zero, zero), period)
+    (dx, dv), _ = state_on(system, last, end)
+    one_minus = (1 - by.a11) * (1 - by.a22) - by.a12 * by.a21
+    if one_minus.contains(0):
+        reason = "whether there is one steady motion alone, without a spring or close to resonance"
+        raise Undecided("precision", f"{reason}, is open")
+    x = ((1 - by.a22) * dx + by.a12 * dv) / one_minus
+    v = ((1 - by.a11) * dv + by.a21 * dx) / one_minus
+    return _pieces_from(system, number, (x, v), period)
+
+
+def _pieces_from(
+    system: BallSystem, number: int, state: BallPair, period: arb
+) -> list[tuple[Departure, arb]]:
+    law, begin = law_of(system), Moment.of(0)
+    start = Departure(number, Cloud.of(*state), None, 1, begin, law.piece_at(begin))
+    pieces: list[tuple[Departure, arb]] = []
+    while True:
+        knot = law.next_knot(start.piece)
+        assert knot is not None
+        # A knot at the very end of the period need not be told from it: nothing is beyond it.
+        if not knot.t < period:
+            return [*pieces, (start, period)]
+        pieces.append((start, knot.t))
+        start, _ = at_moment(system, start, knot, start.piece + 1)
+
+
 def steady_proof(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
     """Return the proof of an orbit without events."""
     number = region_of_row(system, int(orbit.record[1][0, 2]))
     law = law_of(system)
     place = as_fraction(orbit.x0)
-    flight = steady_flight(law, number, place)
     period = law.period(1)
-    by = propagator(flight.region, period)
+    if system.record is None:
+        flight = steady_flight(law, number, place)
+        x, v = flight.x0, flight.v0
+    else:
+        x, v = steady_pieces(system, number, period)[0][0].cloud.box()
+    by = propagator(law.regions[number], period)
     matrix = (by.a11, by.a12), (by.a21, by.a22)
     region = law.regions[number]
     determinant = (-2 * region.damping * period).exp() if region.dashpot else arb(1)
@@ -83,7 +136,7 @@ def steady_proof(system: BallSystem, orbit: PeriodicOrbit) -> Proof:
         isolated=isolated,
         unique_within=math.inf if isolated else 0.0,
         reason=reason,
-        start=(flight.x0, flight.v0, arb(0)),
+        start=(x, v, arb(0)),
     )
 
 
@@ -91,6 +144,8 @@ def steady_admissible(
     system: BallSystem, number: int, period: arb, place: Fraction | None = None
 ) -> tuple[bool | None, str]:
     """Return whether the steady motion stays inside its region for a period."""
+    if system.record is not None:
+        return _stays_inside(system, number, period)
     question = ""
     for coarse in sorted({coarse_bits(system), ctx.prec}):
         with precision(coarse):
@@ -107,3 +162,17 @@ def steady_admissible(
                 continue
         return (True, "") if bracket is None else (False, "it passes through a stop")
     return None, question
+
+
+def _stays_inside(system: BallSystem, number: int, period: arb) -> tuple[bool | None, str]:
+    """Return whether the steady motion under a record stays inside its region, and what is open."""
+    try:
+        pieces = steady_pieces(system, number, period)
+        x, _ = pieces[0][0].cloud.box()
+        if any(level.sign * (x - level.at) < 0 for level in levels_of(system, number)):
+            return False, "it starts beyond a stop"
+        if all(is_clear(system, start, end) for start, end in pieces):
+            return True, ""
+    except Undecided as question:
+        return None, question.reason
+    return False, "it passes through a stop"

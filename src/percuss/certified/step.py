@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
+from typing import TypeVar
 
 from flint import arb, ctx
 
@@ -12,24 +13,33 @@ from percuss.certified.ball_law import coarse_bits, law_of
 from percuss.certified.cloud import BallMatrix, BallPair, Cloud, applied
 from percuss.certified.event_location import solve
 from percuss.certified.first_root import Bracket, Level, Search
-from percuss.certified.flight import BallPropagator, EnclosedFlight, SmoothFunction, propagator
-from percuss.certified.numbers import ball, precision, time_ball, upper
+from percuss.certified.flight import EnclosedFlight, SmoothFunction, propagator
+from percuss.certified.numbers import precision, upper
+from percuss.certified.pieces import Moment
 from percuss.certified.system import BallSystem
-from percuss.model.exact import Phase
 
 __all__ = [
     "Arrival",
     "Departure",
+    "at_moment",
+    "began",
+    "beyond",
+    "bracket_within",
     "event_derivative",
     "first_arrival",
     "first_bracket",
     "flight_of",
     "landed",
     "levels_of",
+    "state_in_flight",
+    "state_on",
 ]
 
 # The shortest stretch, far above the least float.
 LEAST = 1e-120
+# A search up to a knot goes on by this part of its time, so that a root at the knot is inside it.
+BEYOND = 2.0**-10
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,24 +50,24 @@ class Departure:
     ----------
     region
         Number of the region.
-    x
-        The exact position.
     cloud
-        The instants and velocities.
+        From a bound the instants and velocities, else the positions and velocities.
     bound
-        Number of the bound at x, None between bounds.
+        Number of the bound, None between bounds.
     order
         Order of the first derivative of x that is not zero.
-    time
-        The instant, where it is exact; the cloud then has no width in time.
+    moment
+        The instant of all starts, which the cloud then has not; between bounds there is one.
+    piece
+        Number of the record's piece; 0 without a record.
     """
 
     region: int
-    x: Fraction
     cloud: Cloud
     bound: int | None = None
     order: int = 1
-    time: Phase | None = None
+    moment: Moment | None = None
+    piece: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,12 +100,21 @@ class Arrival:
 def flight_of(system: BallSystem, start: Departure, *, whole: bool) -> EnclosedFlight:
     """Return the flight from the middle of a departure's cloud, or those from all of it."""
     law = law_of(system)
-    t, v = start.cloud.box() if whole else start.cloud.middle
-    phasors = law.phasors(t) if start.time is None else law.phasors_at(start.time)
+    first, v = start.cloud.box() if whole else start.cloud.middle
+    moment = start.moment or Moment(first)
+    phasors = law.phasors(moment.t) if moment.time is None else law.phasors_at(moment.time)
     if start.order > 1:
         v = arb(0)
-    x = ball(start.x) if start.bound is None else law.places[start.bound]
-    return EnclosedFlight(law, start.region, phasors, x, v, start.order)
+    x = first if start.bound is None else law.places[start.bound]
+    ramp = law.ramp(start.piece, moment)
+    return EnclosedFlight(law, start.region, phasors, x, v, start.order, ramp)
+
+
+def began(start: Departure, *, whole: bool) -> arb:
+    """Return the instant of the middle of a departure's cloud, or those of all of it."""
+    if start.moment is not None:
+        return start.moment.t
+    return start.cloud.box()[0] if whole else start.cloud.middle[0]
 
 
 def levels_of(system: BallSystem, region: int) -> list[Level]:
@@ -137,8 +156,36 @@ def search_along(
     )
 
 
-def first_arrival(system: BallSystem, start: Departure, end: arb, width: float) -> Arrival | None:
-    """Return where a departure first meets a bound, None if it does not before an instant."""
+def beyond(search: Callable[[float], T], longest: float, *, knot: bool) -> T:
+    """Return what a search finds up to a time; at a knot a little beyond it, if that is decided."""
+    if knot:
+        try:
+            return search(longest * (1.0 + BEYOND))
+        except Undecided:
+            pass
+    return search(longest)
+
+
+def first_arrival(
+    system: BallSystem, start: Departure, end: arb, width: float, *, knot: bool = False
+) -> Arrival | None:
+    """Return where a departure first meets a bound, None if it does not before an instant.
+
+    With ``knot`` that is one, next to which an event is found on either side of it.
+    """
+    if knot:
+        return beyond(
+            lambda later: _first_arrival(system, start, later, width),
+            upper(end - began(start, whole=True)),
+            knot=True,
+        )
+    longest = upper(end - began(start, whole=True)) if end.is_finite() else float("inf")
+    return _first_arrival(system, start, longest, width)
+
+
+def _first_arrival(
+    system: BallSystem, start: Departure, end: float, width: float
+) -> Arrival | None:
     bits = ctx.prec
     coarse = coarse_bits(system)
     try:
@@ -150,7 +197,7 @@ def first_arrival(system: BallSystem, start: Departure, end: arb, width: float) 
 
 
 def _arrival(
-    system: BallSystem, start: Departure, end: arb, width: float, coarse: int
+    system: BallSystem, start: Departure, longest: float, width: float, coarse: int
 ) -> Arrival | None:
     with precision(coarse):
         whole = flight_of(system, start, whole=True)
@@ -158,8 +205,6 @@ def _arrival(
         if not levels or _never_reaches(whole, levels, start):
             return None
         search = search_along(system, whole, levels, start.bound, start.order, width)
-        began = start.cloud.box()[0] if start.time is None else time_ball(start.time)
-        longest = upper(end - began) if end.is_finite() else float("inf")
         bracket = search.first(longest)
     if bracket is None:
         return None
@@ -178,6 +223,16 @@ def first_bracket(
     Undecided
         If the balls leave it open, or the flights meet no bound in this time.
     """
+    bracket, whole, coarse = bracket_within(system, start, longest)
+    if bracket is None:
+        raise Undecided("no_event", f"a flight meets no stop within {longest:.6g}")
+    return bracket, whole, coarse
+
+
+def bracket_within(
+    system: BallSystem, start: Departure, longest: float
+) -> tuple[Bracket | None, EnclosedFlight, int]:
+    """Return what `first_bracket` does; no bracket where the flights meet no bound in a time."""
     bits = sorted({coarse_bits(system), ctx.prec})
     for coarse in bits:
         with precision(coarse):
@@ -185,15 +240,11 @@ def first_bracket(
             levels, width = levels_of(system, start.region), width_of(system, whole)
             search = search_along(system, whole, levels, start.bound, start.order, width)
             try:
-                bracket = search.first(longest)
+                return search.first(longest), whole, coarse
             except Undecided:
                 if coarse == bits[-1]:
                     raise
-                continue
-        if bracket is not None:
-            return bracket, whole, coarse
-        break
-    raise Undecided("no_event", f"a flight meets no stop within {longest:.6g}")
+    raise AssertionError
 
 
 def landed(
@@ -216,30 +267,67 @@ def landed(
     )
     fine = bracket._replace(level=level)
     # The series takes derivatives below the order for zero, which they are not at all starts.
-    summed = start.order <= 2 or start.time is not None
+    summed = start.order <= 2 or start.moment is not None
     first, all_ = solve(point, whole, fine, coarse, summed=summed, isolation=isolation)
     with precision(coarse):
-        by = propagator(whole.region, all_.s)
-        derivative = event_derivative(by, (whole.v0, whole.a0), (all_.v, all_.a))
+        moved = _moved(start, whole, all_.s)
+        derivative = event_derivative(moved, (all_.v, all_.a))
         dt, dv = applied(derivative, applied(start.cloud.axes, start.cloud.spread))
-    began = start.cloud.middle[0] if start.time is None else time_ball(start.time)
-    at = began + first.s, first.v
+    at = began(start, whole=False) + first.s, first.v
     box = at[0] + dt, at[1] + dv
     return Arrival(level.bound, level.sign, at, derivative, box, all_.s, all_.isolating)
 
 
-def event_derivative(by: BallPropagator, before: BallPair, after: BallPair) -> BallMatrix:
-    """Return the derivative of instant and velocity at an event by those at the one before.
+def _moved(start: Departure, whole: EnclosedFlight, s: arb) -> BallMatrix:
+    """Return the derivative of (x, v) at a fixed instant by the coordinates of a departure's cloud.
 
-    A start later by dt is, at a fixed instant, one that is displaced by (-v, -a) dt; and an
-    event comes later by -dx/v. ``before`` and ``after`` are velocity and acceleration at start
-    and end of the flight, ``by`` is its propagator.
+    A start from a bound later by dt is, at a fixed instant, one that is displaced by (-v, -a) dt.
     """
-    (v0, a0), (v1, a1) = before, after
-    a11, a12, a21, a22 = by
-    x_by_t, v_by_t = -(a11 * v0 + a12 * a0), -(a21 * v0 + a22 * a0)
-    t_by_t, t_by_v = -(x_by_t / v1), -(a12 / v1)
-    return (t_by_t, t_by_v), (v_by_t + a1 * t_by_t, a22 + a1 * t_by_v)
+    a11, a12, a21, a22 = propagator(whole.region, s)
+    if start.bound is None:
+        return (a11, a12), (a21, a22)
+    v0, a0 = whole.v0, whole.a0
+    return (-(a11 * v0 + a12 * a0), a12), (-(a21 * v0 + a22 * a0), a22)
+
+
+def event_derivative(moved: BallMatrix, after: BallPair) -> BallMatrix:
+    """Return the derivative of instant and velocity at an event, which comes later by -dx/v.
+
+    ``moved`` is that of (x, v) at a fixed instant, ``after`` velocity and acceleration there.
+    """
+    (x_by_first, x_by_v), (v_by_first, v_by_v) = moved
+    v1, a1 = after
+    t_by_first, t_by_v = -(x_by_first / v1), -(x_by_v / v1)
+    return (t_by_first, t_by_v), (v_by_first + a1 * t_by_first, v_by_v + a1 * t_by_v)
+
+
+def state_on(system: BallSystem, start: Departure, t: arb) -> tuple[BallPair, BallMatrix]:
+    """Return (x, v) of the flight from the middle of a cloud at an instant, and the derivative.
+
+    By the mean value theorem that of all flights, each after the time since its own start.
+    """
+    whole, point = flight_of(system, start, whole=True), flight_of(system, start, whole=False)
+    (x, v), _ = point.derivatives(t - began(start, whole=False), 1)
+    return (x, v), _moved(start, whole, t - began(start, whole=True))
+
+
+def state_in_flight(system: BallSystem, start: Departure, t: arb) -> BallPair:
+    """Return balls of x and v of all flights of a departure at an instant."""
+    (x, v), derivative = state_on(system, start, t)
+    dx, dv = applied(derivative, applied(start.cloud.axes, start.cloud.spread))
+    return x + dx, v + dv
+
+
+def at_moment(
+    system: BallSystem, start: Departure, moment: Moment, piece: int
+) -> tuple[Departure, BallMatrix]:
+    """Return the departure from an instant of a flight into a piece of the record.
+
+    With the derivative by the coordinates of the cloud it came from.
+    """
+    point, derivative = state_on(system, start, moment.t)
+    cloud = start.cloud.image(point, derivative)
+    return Departure(start.region, cloud, None, 1, moment, piece), derivative
 
 
 def _never_reaches(flight: EnclosedFlight, levels: list[Level], start: Departure) -> bool:

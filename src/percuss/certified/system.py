@@ -10,15 +10,19 @@ from functools import lru_cache
 from percuss.errors import ParameterError
 from percuss.model.exact import Exact, angle, as_fraction
 from percuss.model.expression import Expression, parameters_in
-from percuss.model.force_record import refuse_record
+from percuss.model.force_record import ForceRecord
 from percuss.model.forcing import Forcing, FourierTerm
 from percuss.model.oscillator import Oscillator, SoftStop, Wall
-from percuss.model.restitution import RestitutionTable
+from percuss.model.restitution import RestitutionTable, restitution_knots
 from percuss.model.system import System
 
-__all__ = ["BallSystem", "Bound", "Region", "Tone", "system_of"]
+__all__ = ["Angle", "BallSystem", "Bound", "Region", "Tone", "check_told_apart", "system_of"]
 
 Angle = tuple[Fraction, Fraction]
+# (speed, restitution) in order.
+RestitutionKnots = tuple[tuple[Fraction, Fraction], ...]
+# Irrational places nearer than this part of their size are not told apart.
+TOLD_APART = Fraction(1, 2**300)
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,10 @@ class BallSystem:
         depends on it, such as the order of the bounds, is that of ``numbers``.
     irrational
         Expressions that are no rational numbers, by their paths; ``numbers`` are next to them.
+    record
+        The record of the forcing, per unit mass, or None.
+    tables
+        Restitutions over the speed, by the numbers of their walls.
     """
 
     oscillator: Oscillator
@@ -92,6 +100,8 @@ class BallSystem:
     regions: tuple[Region, ...]
     moved: tuple[str, Fraction, Fraction] | None = None
     irrational: dict[str, Expression] = field(default_factory=dict, repr=False)
+    record: ForceRecord | None = None
+    tables: dict[int, RestitutionKnots] = field(default_factory=dict, repr=False)
 
     @property
     def is_exact(self) -> bool:
@@ -136,11 +146,10 @@ def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
     Raises
     ------
     ParameterError
-        If a stop has an irrational place or a table of restitutions, or a number may be zero or
-        not.
+        If irrational places of stops are not told apart, a number may be zero or not, or a sample of
+        a record is an expression.
     """
     parameters_in(osc, force)  # one name has one value
-    refuse_record(force, "a proof")
     unit, push = System(osc, force).of_unit_mass
     numbers = _Numbers(
         {
@@ -149,18 +158,60 @@ def system_of(osc: Oscillator, force: Forcing | None) -> BallSystem:
             "forcing.constant": push.constant if push is not None else 0,
         }
     )
+    tables = {}
     for i, stop in enumerate(unit.stops):
+        names = ["at", "restitution"] if isinstance(stop, Wall) else ["at", "stiffness", "damping"]
         if isinstance(stop, Wall) and isinstance(stop.restitution, RestitutionTable):
-            reason = "a table over the speed; a proof needs one restitution for all impacts"
-            raise ParameterError(f"oscillator.stops.{i}.restitution", stop.restitution, reason)
-        names = ("at", "restitution") if isinstance(stop, Wall) else ("at", "stiffness", "damping")
+            tables[i] = restitution_knots(stop.restitution)
+            names.remove("restitution")
         for name in names:
             numbers.add(f"oscillator.stops.{i}.{name}", getattr(stop, name))
     tones = _tones(push, numbers) if push is not None else ()
+    record = None if push is None else _record(push, numbers)
     exact = numbers.exact
+    _check_places(osc, numbers)
     bounds = _bounds(osc, exact)
     regions = _regions(osc, exact, bounds)
-    return BallSystem(osc, force, exact, tones, bounds, regions, irrational=numbers.irrational)
+    return BallSystem(
+        osc,
+        force,
+        exact,
+        tones,
+        bounds,
+        regions,
+        irrational=numbers.irrational,
+        record=record,
+        tables=tables,
+    )
+
+
+def check_told_apart(name: str, value: Exact, other: Exact) -> None:
+    """Raise a ParameterError where balls cannot tell a place from another, and it is not the same."""
+    x, y = as_fraction(value), as_fraction(other)
+    inexact = any(isinstance(v, Expression) and not v.is_exact for v in (value, other))
+    if inexact and value != other and abs(x - y) <= TOLD_APART * max(abs(x), abs(y)):
+        raise ParameterError(name, value, f"not told from {other} by 300 bits; write both alike")
+
+
+def _check_places(osc: Oscillator, numbers: _Numbers) -> None:
+    if any(path.endswith(".at") for path in numbers.irrational):
+        for (i, stop), (_, other) in itertools.combinations(enumerate(osc.stops), 2):
+            check_told_apart(f"oscillator.stops.{i}.at", stop.at, other.at)
+
+
+def _record(force: Forcing, numbers: _Numbers) -> ForceRecord | None:
+    record = force.record
+    if record is None:
+        return None
+    for name in ("t", "f"):
+        for i, value in enumerate(getattr(record, name)):
+            if isinstance(value, Expression):
+                reason = "an expression; a proof needs samples that are numbers"
+                raise ParameterError(f"forcing.record.{name}.{i}", value, reason)
+    numbers.add("forcing.record.amplitude", record.amplitude)
+    if record.omega is not None:
+        numbers.add("forcing.record.omega", record.omega)
+    return record
 
 
 class _Numbers:
@@ -177,9 +228,6 @@ class _Numbers:
         number = self.exact[path] = as_fraction(value)
         if not isinstance(value, Expression) or (value.is_exact and not value.angle()[0]):
             return
-        if path.endswith(".at"):
-            reason = "irrational; a proof needs stops at rational places"
-            raise ParameterError(path, value, reason)
         if number == 0:
             raise ParameterError(path, value, "not told from 0 by 4800 bits")
         self.irrational[path] = value

@@ -12,10 +12,9 @@ from flint import arb
 from numpy.typing import NDArray
 
 from percuss.arrays import Integers
-from percuss.certified.ball_arithmetic import Balls
+from percuss.certified.ball_arithmetic import Balls, Undecided
 from percuss.certified.ball_law import law_of
 from percuss.certified.march import ContactRow, CrossingRow, GrazeRow, ImpactRow, MarchRecord
-from percuss.certified.numbers import ball
 from percuss.certified.system import BallSystem
 from percuss.model.oscillator import mass_of
 from percuss.model.units import Units
@@ -176,15 +175,11 @@ class CertifiedGrazes(BallTable):
 def impacts_of(system: BallSystem, rows: list[ImpactRow], start: arb) -> CertifiedImpacts:
     """Return impacts as a table, the first interval from an instant on."""
     instants = [row.t for row in rows]
-    force = system.forcing
-    if force is None or force.frequency is None:
+    force, period = system.forcing, _period_of(system)
+    if force is None or period is None:
         cycles = [arb.nan()] * len(rows)
     else:
-        law = law_of(system)
-        if law.has_exact_frequencies:
-            periods = [t * ball(force.frequency) / (2 * arb.pi()) for t in instants]
-        else:
-            periods = [t / law.period(1) for t in instants]
+        periods = [t / period for t in instants]
         cycles = [number - number.mid().floor().mid() for number in periods]
     t, v_before, v_after, stop = _columns_of(ImpactRow, rows)
     intervals = (later - earlier for earlier, later in pairwise([start, *instants]))
@@ -201,6 +196,13 @@ def impacts_of(system: BallSystem, rows: list[ImpactRow], start: arb) -> Certifi
         mass_of(system.oscillator),
         system.oscillator.units,
     )
+
+
+def _period_of(system: BallSystem) -> arb | None:
+    try:
+        return law_of(system).period(1)
+    except Undecided:
+        return None
 
 
 def crossings_of(system: BallSystem, record: MarchRecord) -> CertifiedCrossings:

@@ -33,7 +33,15 @@ from percuss.model.oscillator import Oscillator, SoftStop, Wall
 from percuss.model.structure import Structure
 from percuss.model.system import fill_harmonic, fill_motion, fill_response
 from percuss.model.system import law as law_of
-from percuss.numerics import cholesky, directions, inverse, matmul, mode_pairs, solve_linear
+from percuss.numerics import (
+    ModePairs,
+    cholesky,
+    directions,
+    inverse,
+    matmul,
+    mode_pairs,
+    solve_linear,
+)
 
 __all__ = ["StructureSystem"]
 
@@ -47,6 +55,208 @@ LONGEST_PHASE = 2.0
 GROWING_PHASE = 0.5
 # Without any rate the motion is a cubic, and steps may have any length [time].
 ANY_STEP = 2.0**-8
+
+
+class StructureFrames:
+    """What a structure is in coordinates of unit mass, whatever its loads are.
+
+    Parameters
+    ----------
+    structure
+        The structure.
+    """
+
+    def __init__(self, structure: Structure) -> None:
+        self.structure = structure
+        self._made: dict[int, dict[str, Floats]] = {}
+
+    @cached_property
+    def signs(self) -> Floats:
+        """1 for a stop below, -1 for one above, (n_stops,)."""
+        return np.array([1.0 if stop.side == "below" else -1.0 for stop in self.structure.stops])
+
+    @cached_property
+    def gradients(self) -> Floats:
+        """The gradients of the clearances, (n_stops, n)."""
+        return self.structure.stop_directions * self.signs[:, None]
+
+    @cached_property
+    def effective_masses(self) -> Floats:
+        """1 / (c . M^-1 c) of each stop, (n_stops,) [mass]."""
+        return np.asarray(1.0 / (self._normals * self._normals).sum(axis=-1))
+
+    @cached_property
+    def _factor(self) -> Floats:
+        """L of M = L L^T."""
+        return cholesky(self.structure.mass_matrix)[0]
+
+    @cached_property
+    def inverse_factor(self) -> Floats:
+        return inverse(self._factor)
+
+    @cached_property
+    def walls(self) -> Floats:
+        """Laws that hold one wall each, for its restitution."""
+        laws = []
+        for stop in self.structure.stops:
+            walls = [Wall(0, stop.side, stop.restitution)] if isinstance(stop, Wall) else []
+            laws.append(law_of(Oscillator(stiffness=0, damping=0, stops=tuple(walls)), None))
+        return _stacked(laws)
+
+    @cached_property
+    def stops(self) -> Floats:
+        rows = np.zeros((len(self.structure.stops), at.STOP_COLUMNS))
+        rows[:, at.IS_WALL] = [isinstance(stop, Wall) for stop in self.structure.stops]
+        return rows
+
+    @cached_property
+    def _normals(self) -> Floats:
+        """The gradients of the clearances in coordinates of unit mass, (n_stops, n)."""
+        rows = self.gradients
+        return matmul(rows, self.inverse_factor.T) if len(rows) else rows
+
+    @cached_property
+    def impulses(self) -> Floats:
+        """M^-1 c / (c . M^-1 c) of each stop, along its clearance, (n_stops, n)."""
+        along = matmul(self._normals, self.inverse_factor) if len(self._normals) else self._normals
+        return np.asarray(along * self.effective_masses[:, None])
+
+    @cached_property
+    def _levels(self) -> Floats:
+        """The clearances at x = 0."""
+        return np.array(
+            [
+                -sign * as_float(stop.at)
+                for sign, stop in zip(self.signs, self.structure.stops, strict=True)
+            ]
+        )
+
+    def at(self, key: int) -> dict[str, Floats]:
+        """Return what one set of acting stops is, without the loads: part of the arrays of `Sets`.
+
+        Besides these, the modes from displacements and velocities of unit mass (inward), the
+        constant force there (pull), and what a watch takes of forces directly (direct).
+        """
+        if key not in self._made:
+            self._made[key] = self._make(key)
+        return self._made[key]
+
+    def _make(self, key: int) -> dict[str, Floats]:
+        structure, n = self.structure, self.structure.n
+        back, factor = self.inverse_factor, self._factor
+        stiffness, damping = self._matrices
+        pull = np.zeros(n)
+        held = []
+        for i, stop in enumerate(structure.stops):
+            if not key >> i & 1:
+                continue
+            if isinstance(stop, Wall):
+                held.append(i)
+                continue
+            normal = self._normals[i]
+            spring = as_float(stop.stiffness)
+            stiffness = stiffness + spring * normal[:, None] * normal
+            damping = damping + as_float(stop.damping) * normal[:, None] * normal
+            # The force is -k h along the gradient of the clearance h, which is its level at 0.
+            pull -= spring * self._levels[i] * normal
+        free, offset, reactions = self._constraint(held)
+        pull -= matmul(stiffness, offset)
+        m = len(free)
+        pairs = _pairs_of(
+            matmul(matmul(free, stiffness), free.T), matmul(matmul(free, damping), free.T)
+        )
+        of_u, of_w = np.zeros((n, n)), np.zeros((n, n))
+        of_u[:, :m], of_w[:, :m] = matmul(free.T, pairs.of_u), matmul(free.T, pairs.of_w)
+        inward = np.zeros((n, 2, 2 * n))
+        turned = matmul(pairs.inverse.reshape(2 * m, 2 * m), _twice(free))
+        inward[:m] = turned.reshape(m, 2, 2 * n)
+        modes = np.zeros((n, at.MODE_COLUMNS))
+        modes[:m, at.SPRING], modes[:m, at.DRAG] = pairs.spring, pairs.drag
+        shape = np.zeros((n, n, 2))
+        shape[:, :, 0], shape[:, :, 1] = matmul(back.T, of_u), matmul(back.T, of_w)
+        # Velocities: u' = w, w' = -k u - d w.
+        fast_u, fast_w = -of_w * modes[:, at.SPRING], of_u - of_w * modes[:, at.DRAG]
+        s = len(structure.stops)
+        watch = np.zeros((s, n, at.WATCH_ENTRIES))
+        levels = np.zeros((s, at.LEVEL_COLUMNS))
+        levels[:, at.IS_ON] = 1.0
+        direct = np.zeros((s, n))
+        for i in range(s):
+            normal = self._normals[i]
+            if i in held:
+                row = -reactions[held.index(i)]
+                stiff, damped = matmul(row, stiffness), matmul(row, damping)
+                watch[i, :, at.OF_U] = -matmul(damped, fast_u) - matmul(stiff, of_u)
+                watch[i, :, at.OF_W] = -matmul(damped, fast_w) - matmul(stiff, of_w)
+                levels[i, at.CONSTANT] = float((row * pull).sum())
+                levels[i, at.IS_FED] = 1.0
+                direct[i] = row
+                continue
+            side = -1.0 if key >> i & 1 else 1.0
+            watch[i, :, at.OF_U] = side * matmul(normal, of_u)
+            watch[i, :, at.OF_W] = side * matmul(normal, of_w)
+            levels[i, at.CONSTANT] = side * (self._levels[i] + float((normal * offset).sum()))
+        frame = {
+            "inward": inward,
+            "pull": pull,
+            "direct": direct,
+            "modes": modes,
+            "watch": watch,
+            "levels": levels,
+            "shape": shape,
+            "offset": matmul(back.T, offset),
+            "inverse": matmul(inward.reshape(2 * n, 2 * n), _twice(factor.T)).reshape(n, 2, 2 * n),
+            "kick": self._kicks(inward, free, held),
+        }
+        for i in range(s):
+            levels[i, at.SELF_DRAG] = _self_drag(frame, i)
+        return frame
+
+    @cached_property
+    def _matrices(self) -> tuple[Floats, Floats]:
+        """Stiffness and damping in coordinates of unit mass."""
+        back, structure = self.inverse_factor, self.structure
+        return (
+            matmul(matmul(back, structure.stiffness_matrix), back.T),
+            matmul(matmul(back, structure.damping_matrix), back.T),
+        )
+
+    def _constraint(self, held: Sequence[int]) -> tuple[Floats, Floats, Floats]:
+        """Return an orthonormal basis of what walls leave free, a point they allow, and reactions.
+
+        The reaction of each wall is minus its row times the force that is not the walls'.
+        """
+        n = self.structure.n
+        if not held:
+            return np.eye(n), np.zeros(n), np.zeros((0, n))
+        normals = self._normals[list(held)]
+        sizes, rows = directions(normals)
+        if len(held) > n or sizes[len(held) - 1] <= 1e-10 * sizes[0]:
+            walls = ", ".join(f"stops.{i}" for i in held)
+            raise ConvergenceError(
+                f"the walls {walls} hold one displacement twice",
+                None,
+                float(sizes[-1]),
+                "leave one of them out, or move it a little",
+            )
+        gram = matmul(normals, normals.T)
+        offset = -matmul(normals.T, solve_linear(gram, self._levels[list(held)]))
+        return rows[len(held) :], offset, solve_linear(gram, normals)
+
+    def _kicks(self, inward: Floats, free: Floats, held: Sequence[int]) -> Floats:
+        """Return the jumps of the modes that change the velocity of each clearance by 1."""
+        n = self.structure.n
+        kicks = np.zeros((len(self.structure.stops), n, 2))
+        for i, normal in enumerate(self._normals):
+            if i in held:
+                continue
+            along = matmul(free.T, matmul(free, normal))
+            square = float((along * along).sum())
+            # What held walls leave of a direction may be nothing: such a stop cannot be struck.
+            if square > 1e-20 * float((normal * normal).sum()):
+                for part in range(2):
+                    kicks[i, :, part] = matmul(inward[:, part, n:], along / square)
+        return kicks
 
 
 class StructureSystem:
@@ -72,6 +282,20 @@ class StructureSystem:
 
     def __reduce__(self) -> tuple[object, tuple[Structure, Loads]]:
         return _system, (self.structure, self.loads)
+
+    @cached_property
+    def _frames(self) -> StructureFrames:
+        return _frames_of(self.structure)
+
+    @property
+    def signs(self) -> Floats:
+        """1 for a stop below, -1 for one above, (n_stops,)."""
+        return self._frames.signs
+
+    @property
+    def effective_masses(self) -> Floats:
+        """1 / (c . M^-1 c) of each stop, (n_stops,) [mass]."""
+        return self._frames.effective_masses
 
     @property
     def period(self) -> float | None:
@@ -101,7 +325,8 @@ class StructureSystem:
         arrays = {name: np.stack([one[name] for one in made]) for name in made[0]}
         self._sets = Sets(
             **arrays, keys=np.array(list(self._made), dtype=np.int64),
-            stops=self._stops, walls=self._walls, records=self._records,
+            stops=self._frames.stops, walls=self._frames.walls, records=self._records,
+            normals=self._frames.gradients, impulses=self._frames.impulses,
         )  # fmt: skip
 
     def key_at(self, x: Floats, v: Floats) -> int:
@@ -115,25 +340,6 @@ class StructureSystem:
                 if depth > 0.0 or (depth == 0.0 and inwards > 0.0):
                     key |= 1 << i
         return key
-
-    @cached_property
-    def signs(self) -> Floats:
-        """1 for a stop below, -1 for one above, (n_stops,)."""
-        return np.array([1.0 if stop.side == "below" else -1.0 for stop in self.structure.stops])
-
-    @cached_property
-    def effective_masses(self) -> Floats:
-        """1 / (c . M^-1 c) of each stop, (n_stops,) [mass]."""
-        return np.asarray(1.0 / (self._normals * self._normals).sum(axis=-1))
-
-    @cached_property
-    def _factor(self) -> Floats:
-        """L of M = L L^T."""
-        return cholesky(self.structure.mass_matrix)[0]
-
-    @cached_property
-    def _inverse_factor(self) -> Floats:
-        return inverse(self._factor)
 
     @cached_property
     def _components(self) -> list[tuple[int, Component]]:
@@ -152,7 +358,7 @@ class StructureSystem:
     def _directions(self) -> Floats:
         """L^-1 c of each load, (n_loads, n)."""
         rows = self.loads.directions(self.structure)
-        return matmul(rows, self._inverse_factor.T) if len(rows) else rows
+        return matmul(rows, self._frames.inverse_factor.T) if len(rows) else rows
 
     @cached_property
     def _pushes(self) -> Complexes:
@@ -194,117 +400,28 @@ class StructureSystem:
             ]
         )
 
-    @cached_property
-    def _walls(self) -> Floats:
-        """Laws that hold one wall each, for its restitution."""
-        laws = []
-        for stop in self.structure.stops:
-            walls = [Wall(0, stop.side, stop.restitution)] if isinstance(stop, Wall) else []
-            laws.append(law_of(Oscillator(stiffness=0, damping=0, stops=tuple(walls)), None))
-        return _stacked(laws)
-
-    @cached_property
-    def _stops(self) -> Floats:
-        rows = np.zeros((len(self.structure.stops), at.STOP_COLUMNS))
-        rows[:, at.IS_WALL] = [isinstance(stop, Wall) for stop in self.structure.stops]
-        return rows
-
-    @cached_property
-    def _normals(self) -> Floats:
-        """The gradients of the clearances in coordinates of unit mass, (n_stops, n)."""
-        rows = self.structure.stop_directions * self.signs[:, None]
-        return matmul(rows, self._inverse_factor.T) if len(rows) else rows
-
-    @cached_property
-    def _levels(self) -> Floats:
-        """The clearances at x = 0."""
-        return np.array(
-            [
-                -sign * as_float(stop.at)
-                for sign, stop in zip(self.signs, self.structure.stops, strict=True)
-            ]
-        )
-
     def _make(self, key: int) -> dict[str, Floats]:
         """Return the arrays of one set."""
-        structure, n = self.structure, self.structure.n
-        back = self._inverse_factor
-        stiffness = matmul(matmul(back, structure.stiffness_matrix), back.T)
-        damping = matmul(matmul(back, structure.damping_matrix), back.T)
-        constant = self._constant.copy()
-        held = []
-        for i, stop in enumerate(structure.stops):
-            if not key >> i & 1:
-                continue
-            if isinstance(stop, Wall):
-                held.append(i)
-                continue
-            normal = self._normals[i]
-            spring = as_float(stop.stiffness)
-            stiffness = stiffness + spring * normal[:, None] * normal
-            damping = damping + as_float(stop.damping) * normal[:, None] * normal
-            # The force is -k h along the gradient of the clearance h, which is its level at 0.
-            constant -= spring * self._levels[i] * normal
-        free, offset, reactions = self._constraint(held)
-        inner_stiffness = matmul(matmul(free, stiffness), free.T)
-        inner_damping = matmul(matmul(free, damping), free.T)
-        pairs = mode_pairs(inner_stiffness, inner_damping)
-        m = len(free)
-        of_u, of_w = np.zeros((n, n)), np.zeros((n, n))
-        of_u[:, :m], of_w[:, :m] = matmul(free.T, pairs.of_u), matmul(free.T, pairs.of_w)
-        inward = np.zeros((n, 2, 2 * n))
-        turned = matmul(pairs.inverse.reshape(2 * m, 2 * m), _twice(free)).reshape(m, 2, 2 * n)
-        inward[:m] = turned
-        modes = np.zeros((n, at.MODE_COLUMNS))
-        modes[:m, at.SPRING], modes[:m, at.DRAG] = pairs.spring, pairs.drag
-        pull = constant - matmul(stiffness, offset)
+        frame, n = self._frames.at(key), self.structure.n
+        inward, direct = frame["inward"], frame["direct"]
+        modes, levels, watch = (frame[name].copy() for name in ("modes", "levels", "watch"))
+        pull = frame["pull"] + self._constant
         modes[:, at.FORCE] = matmul(inward[:, 1, n:], pull)
         modes[:, at.RATE] = matmul(inward[:, 0, n:], pull)
-        shape = np.zeros((n, n, 2))
-        shape[:, :, 0], shape[:, :, 1] = matmul(back.T, of_u), matmul(back.T, of_w)
-        # Velocities: u' = w, w' = -k u - d w.
-        fast_u, fast_w = -of_w * modes[:, at.SPRING], of_u - of_w * modes[:, at.DRAG]
-        s = len(structure.stops)
-        watch = np.zeros((s, n, at.WATCH_ENTRIES))
-        levels = np.zeros((s, at.LEVEL_COLUMNS))
-        levels[:, at.IS_ON] = 1.0
-        direct = np.zeros((s, n))
-        for i in range(s):
-            normal = self._normals[i]
-            if i in held:
-                row = -reactions[held.index(i)]
-                stiff, damped = matmul(row, stiffness), matmul(row, damping)
-                watch[i, :, at.OF_U] = -matmul(damped, fast_u) - matmul(stiff, of_u)
-                watch[i, :, at.OF_W] = -matmul(damped, fast_w) - matmul(stiff, of_w)
-                levels[i, at.CONSTANT] = float((row * pull).sum())
-                levels[i, at.IS_FED] = 1.0
-                direct[i] = row
-                continue
-            side = -1.0 if key >> i & 1 else 1.0
-            watch[i, :, at.OF_U] = side * matmul(normal, of_u)
-            watch[i, :, at.OF_W] = side * matmul(normal, of_w)
-            levels[i, at.CONSTANT] = side * (self._levels[i] + float((normal * offset).sum()))
-        factor = self._factor
-        arrays = {
-            "shape": shape,
-            "offset": matmul(back.T, offset),
-            "inverse": matmul(inward.reshape(2 * n, 2 * n), _twice(factor.T)).reshape(n, 2, 2 * n),
-            "kick": self._kicks(inward, held),
-        }
-        r = len(self._record_directions)
-        drive = np.zeros((n, len(self._omegas), at.DRIVE_ENTRIES))
-        for column, part in ((at.FORCE_COS, 1), (at.RATE_COS, 0)):
-            for k, push in enumerate(self._pushes):
+        levels[:, at.CONSTANT] += matmul(direct, self._constant)
+        m, r, s = len(self._omegas), len(self._record_directions), len(levels)
+        drive = np.zeros((n, m, at.DRIVE_ENTRIES))
+        feed = np.zeros((s, m, 2))
+        for k, push in enumerate(self._pushes):
+            for column, part in ((at.FORCE_COS, 1), (at.RATE_COS, 0)):
                 drive[:, k, column] = matmul(inward[:, part, n:], push.real)
                 drive[:, k, column + 1] = -matmul(inward[:, part, n:], push.imag)
+            feed[:, k, 0], feed[:, k, 1] = matmul(direct, push.real), -matmul(direct, push.imag)
         record_drive = np.zeros((n, r, 2))
         for k, push in enumerate(self._record_directions):
             record_drive[:, k, 0] = matmul(inward[:, 1, n:], push)
             record_drive[:, k, 1] = matmul(inward[:, 0, n:], push)
-        feed = np.zeros((s, len(self._omegas), 2))
-        for k, push in enumerate(self._pushes):
-            feed[:, k, 0], feed[:, k, 1] = matmul(direct, push.real), -matmul(direct, push.imag)
-        arrays |= {
+        arrays = {name: frame[name] for name in ("shape", "offset", "inverse", "kick")} | {
             "modes": modes,
             "drive": drive,
             "record_drive": record_drive,
@@ -315,52 +432,12 @@ class StructureSystem:
         }
         law = self._law(modes)
         arrays |= {"law": law, "of_set": self._bounds(law, arrays)}
-        for i in range(s):
-            levels[i, at.SELF_DRAG] = _self_drag(arrays, i)
-        steps = np.zeros(
-            (MOST_DOUBLINGS + 1, n, at.STEP_ENTRIES + at.STEP_HARMONIC * len(self._omegas))
-        )
-        turns = np.zeros((MOST_DOUBLINGS + 1, len(self._omegas), 2))
-        fill_steps(law, modes, float(arrays["of_set"][at.STEP_LENGTH]), steps, turns)
+        steps = np.zeros((MOST_DOUBLINGS + 1, n, at.STEP_ENTRIES + at.STEP_HARMONIC * m))
+        turns = np.zeros((MOST_DOUBLINGS + 1, m, 2))
+        n_levels = int(arrays["of_set"][at.N_LEVELS])
+        shortest = float(arrays["of_set"][at.STEP_LENGTH])
+        fill_steps(law, modes, shortest, steps[:n_levels], turns[:n_levels])
         return arrays | {"steps": steps, "turns": turns}
-
-    def _constraint(self, held: Sequence[int]) -> tuple[Floats, Floats, Floats]:
-        """Return an orthonormal basis of what walls leave free, a point they allow, and reactions.
-
-        The reaction of each wall is minus its row times the force that is not the walls'.
-        """
-        n = self.structure.n
-        if not held:
-            return np.eye(n), np.zeros(n), np.zeros((0, n))
-        normals = self._normals[list(held)]
-        sizes, rows = directions(normals)
-        if len(held) > n or sizes[len(held) - 1] <= 1e-10 * sizes[0]:
-            walls = ", ".join(f"stops.{i}" for i in held)
-            raise ConvergenceError(
-                f"the walls {walls} hold one displacement twice",
-                None,
-                float(sizes[-1]),
-                "leave one of them out, or move it a little",
-            )
-        gram = matmul(normals, normals.T)
-        offset = -matmul(normals.T, solve_linear(gram, self._levels[list(held)]))
-        return rows[len(held) :], offset, solve_linear(gram, normals)
-
-    def _kicks(self, inward: Floats, held: Sequence[int]) -> Floats:
-        """Return the jumps of the modes that change the velocity of each clearance by 1."""
-        n = self.structure.n
-        kicks = np.zeros((len(self.structure.stops), n, 2))
-        free = self._constraint(held)[0]
-        for i, normal in enumerate(self._normals):
-            if i in held:
-                continue
-            along = matmul(free.T, matmul(free, normal))
-            square = float((along * along).sum())
-            # What held walls leave of a direction may be nothing: such a stop cannot be struck.
-            if square > 1e-20 * float((normal * normal).sum()):
-                for part in range(2):
-                    kicks[i, :, part] = matmul(inward[:, part, n:], along / square)
-        return kicks
 
     def _law(self, modes: Floats) -> Law:
         """Return the modes as regions of a law under harmonics of these frequencies."""
@@ -372,7 +449,7 @@ class StructureSystem:
         for j, mode in enumerate(modes):
             row = FIRST_HARMONIC + m + j * (1 + m)
             stiffness, damping = Fraction(mode[at.SPRING]), Fraction(mode[at.DRAG]) / 2
-            fill_motion(law[row], stiffness, damping)
+            law[row] = _motion_row(float(mode[at.SPRING]), float(mode[at.DRAG]))
             for k, omega in enumerate(self._omegas):
                 fill_response(law[row + 1 + k], stiffness, damping, omega)
         return law
@@ -442,6 +519,29 @@ class StructureSystem:
         )
         of_set[at.HAS_RATES] = float(rates_used > 0.0)
         return of_set
+
+
+@lru_cache(maxsize=256)
+def _frames_of(structure: Structure) -> StructureFrames:
+    return StructureFrames(structure)
+
+
+def _pairs_of(stiffness: Floats, damping: Floats) -> ModePairs:
+    """Return the modes of two matrices, kept: another load or place of a stop leaves them."""
+    return _pairs(len(stiffness), stiffness.tobytes(), damping.tobytes())
+
+
+@lru_cache(maxsize=256)
+def _pairs(n: int, stiffness: bytes, damping: bytes) -> ModePairs:
+    both = (np.frombuffer(text).reshape(n, n) for text in (stiffness, damping))
+    return mode_pairs(*both)
+
+
+@lru_cache(maxsize=1024)
+def _motion_row(spring: float, drag: float) -> Floats:
+    row = np.zeros(COLUMNS)
+    fill_motion(row, Fraction(spring), Fraction(drag) / 2)
+    return row
 
 
 @lru_cache(maxsize=256)

@@ -32,7 +32,7 @@ from percuss.progress import RunProgress
 if TYPE_CHECKING:
     from xarray import Dataset
 
-__all__ = ["StructureTrajectory", "follow_structure"]
+__all__ = ["StructureTrajectory", "follow_structure", "followed"]
 
 # Rows for events at first, and searches between two looks at the keyboard.
 FIRST_CAPACITY = 4096
@@ -75,7 +75,8 @@ def follow_structure(
         raise ParameterError("t_end", None, reason)
     limit = most_impacts if max_impacts is None else min(int(max_impacts), 2**62)
     end = as_float(t_end)
-    run, outcome = _followed(system, start, end, limit, RunProgress(progress, begin, end, limit))
+    progress_of_run = RunProgress(progress, begin, end, limit)
+    run, outcome = followed(system, (start.x, start.v, begin), end, limit, progress_of_run)
     if outcome is Outcome.reached_max_impacts and max_impacts is None:
         message = (
             f"the run ended at t = {run.state[columns.T]:.10g} after {limit:,} impacts, the limit "
@@ -85,20 +86,22 @@ def follow_structure(
     return StructureTrajectory.of_run(system, start, run, end, outcome)
 
 
-def _followed(
-    system: StructureSystem, start: StructureStart, end: float, limit: int, progress: RunProgress
+def followed(
+    system: StructureSystem,
+    start: tuple[Floats, Floats, float],
+    end: float,
+    limit: int,
+    progress: RunProgress | None = None,
 ) -> tuple[StructureRun, Outcome]:
-    """March to the limits, making sets of acting stops as they are met."""
-    key = system.key_at(start.x, start.v)
+    """March from (x, v, t) to the limits, making sets of acting stops as they are met."""
+    x, v, t = start
+    key = system.key_at(x, v)
     system.add(key)
     run = new_run(system.sets, min(limit + 8, FIRST_CAPACITY))
-    run.counters[engine.SET] = list(system.sets.keys).index(key)
-    run.state[columns.T] = as_float(start.t0)
+    run.counters[engine.SET] = system.sets.keys.tolist().index(key)
+    run.state[columns.T] = t
     engine.decompose(
-        system.sets,
-        int(run.counters[engine.SET]),
-        np.stack([start.x, start.v], axis=1),
-        run.begin,
+        system.sets, int(run.counters[engine.SET]), np.stack([x, v], axis=1), run.begin
     )
     try:
         while True:
@@ -110,6 +113,8 @@ def _followed(
                 run = run._replace(sets=system.sets)
             elif status == columns.FULL:
                 run = _longer(run)
+            if progress is None:
+                continue
             searched = float(run.free.min(initial=math.inf))
             here = float(run.state[columns.T]) + (searched if searched < math.inf else 0.0)
             if not progress.reach_event(here, int(run.counters[columns.N_IMPACTS])):
@@ -117,7 +122,8 @@ def _followed(
     except KeyboardInterrupt:
         return run, Outcome.interrupted
     finally:
-        progress.close()
+        if progress is not None:
+            progress.close()
 
 
 def _longer(run: StructureRun) -> StructureRun:
@@ -193,6 +199,11 @@ class StructureTrajectory:
             grazes=_grazes(system, run),
             _run=run,
         )
+
+    @property
+    def record(self) -> StructureRun:
+        """Its events, marks and modes as the kernels wrote them."""
+        return self._run
 
     @property
     def system(self) -> StructureSystem:
@@ -434,9 +445,14 @@ def _contacts(system: StructureSystem, run: StructureRun) -> Contacts:
     start = run.events[rows, columns.EVENT_T]
     release = np.full(len(rows), np.nan)
     held = np.array([int(key) for key in run.sets.keys], dtype=np.int64)
+    # Of impacts at one instant only the set after all of them counts.
+    instants = run.events[:, [columns.EVENT_T, columns.EVENT_T_LOW]]
+    is_last = np.append((instants[1:] != instants[:-1]).any(axis=1), True)
+    last = np.flatnonzero(is_last)[np.cumsum(is_last) - is_last]
+    sets = run.marks[last, columns.NEXT_REGION]
     for k, row in enumerate(rows.tolist()):
         # It ends with the first set without it: by its own release, or by an impact elsewhere.
-        free = held[run.marks[row:, columns.NEXT_REGION]] >> stops[k] & 1 == 0
+        free = held[sets[row:]] >> stops[k] & 1 == 0
         if free.any():
             release[k] = run.events[row + int(np.argmax(free)), columns.EVENT_T]
     listed = np.cumsum(run.marks[:, columns.KIND] == columns.IMPACT)[rows]

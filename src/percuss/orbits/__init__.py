@@ -12,6 +12,10 @@ from percuss.orbits.bifurcations.curve import CurvePoint as CurvePoint
 from percuss.orbits.bifurcations.grazing import GrazeAnalysis as GrazeAnalysis
 from percuss.orbits.bifurcations.grazing import analysed_graze as analysed_graze
 from percuss.orbits.bifurcations.special_points import SpecialPoint as SpecialPoint
+from percuss.orbits.bifurcations.structure_branch import StructureBranch as StructureBranch
+from percuss.orbits.bifurcations.structure_branch import (
+    StructureSpecialPoint as StructureSpecialPoint,
+)
 from percuss.orbits.bifurcations.switching import switch_branch as switch_branch
 from percuss.orbits.finding.find import FoundOrbits as FoundOrbits
 from percuss.orbits.finding.find import find_orbit as find_orbit
@@ -21,6 +25,7 @@ from percuss.orbits.finding.single_impact import single_impact as single_impact
 from percuss.orbits.finding.single_impact import single_impact_orbits as single_impact_orbits
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit as PeriodicOrbit
 from percuss.orbits.orbit.stability import Stability as Stability
+from percuss.orbits.orbit.structure_orbit import StructureOrbit as StructureOrbit
 from percuss.orbits.orbit.turning_points import Passages as Passages
 from percuss.orbits.responses.response import FamilyRange as FamilyRange
 from percuss.orbits.responses.response import Response as Response

@@ -63,7 +63,9 @@ class Sets(NamedTuple):
     offset: (b, n_x); inverse: (b, n, 2, 2 n_x); kick: (b, s, n, 2), the jump of the modes that
     changes the velocity of a stop by 1; of_set: (b, SET_COLUMNS); keys: (b,), bits of the stops
     that act; stops: (s, STOP_COLUMNS); walls: (s, rows, COLUMNS), laws that hold one wall each, for
-    its restitution; records: (r, rows, COLUMNS), laws that hold one record each.
+    its restitution; normals and impulses: (s, n_x), the gradient of the clearance to a stop and the
+    change of the velocities by an impulse that changes that of the clearance by 1; records:
+    (r, rows, COLUMNS), laws that hold one record each.
     """
 
     law: Floats
@@ -84,6 +86,8 @@ class Sets(NamedTuple):
     keys: Integers
     stops: Floats
     walls: Floats
+    normals: Floats
+    impulses: Floats
     records: Floats
 
 

@@ -343,7 +343,7 @@ def begin(run: StructureRun) -> int:
                 run.order[i] = 1.0 if speed != 0.0 else 2.0
     note(run, START, -1, 0.0, 0.0)
     if is_at_rest(run):
-        status = hold(run)
+        status = hold(run, 0)
         if status == NEW_SET:
             run.counters[N_EVENTS] = 0
             clear_orders(run)
@@ -484,7 +484,7 @@ def strike(run: StructureRun, b: int, first: int, speed: float, slow: float) -> 
                 break
     last = counters[N_EVENTS] - 1
     if is_at_rest(run):
-        status = hold(run)
+        status = hold(run, held)
         if status == NEW_SET:
             return NEW_SET
         keep(run, last)
@@ -535,10 +535,11 @@ def restitution(sets: Sets, i: int, speed: float) -> float:
 
 
 @kernel
-def hold(run: StructureRun) -> int:
+def hold(run: StructureRun, held: int) -> int:
     """Find the walls that hold the structure, of those that it touches at rest (order 2).
 
     All are tried; that with the largest force away from the structure is left, until none pulls.
+    A contact begins at those that have not held it before; ``held`` are the bits of these.
     """
     sets, counters = run.sets, run.counters
     key = sets.keys[counters[SET]] & ~walls_of(sets)
@@ -576,7 +577,8 @@ def hold(run: StructureRun) -> int:
     for k in range(run.order.shape[0]):
         if run.order[k] == 2.0 and key & (1 << k):
             run.order[k] = 0.0
-            note(run, CONTACT, k, 0.0, 0.0)
+            if not held & (1 << k):
+                note(run, CONTACT, k, 0.0, 0.0)
     return MOVING
 
 

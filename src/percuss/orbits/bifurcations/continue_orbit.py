@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import overload
 
 import numpy as np
 
@@ -13,13 +14,16 @@ from percuss.orbits.bifurcations.branch import Branch, branch_of
 from percuss.orbits.bifurcations.branch_equations import BranchEquations, checked_range
 from percuss.orbits.bifurcations.detector import BranchDetector
 from percuss.orbits.bifurcations.sticking_branch import sticking_branch
+from percuss.orbits.bifurcations.structure_branch import StructureBranch, continue_structure_orbit
 from percuss.orbits.continuation.follow import StepLimits, follow_both_ways
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.progress import Progress, Report
 
 __all__ = ["continue_orbit"]
 
 
+@overload
 def continue_orbit(
     orbit: PeriodicOrbit,
     over: Mapping[str, tuple[Phase, Phase]],
@@ -27,7 +31,24 @@ def continue_orbit(
     max_points: int = 2000,
     largest_step: float = 0.02,
     progress: Report = None,
-) -> Branch:
+) -> Branch: ...
+@overload
+def continue_orbit(
+    orbit: StructureOrbit,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_points: int = 2000,
+    largest_step: float = 0.02,
+    progress: Report = None,
+) -> StructureBranch: ...
+def continue_orbit(
+    orbit: PeriodicOrbit | StructureOrbit,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_points: int = 2000,
+    largest_step: float = 0.02,
+    progress: Report = None,
+) -> Branch | StructureBranch:
     """Follow a periodic orbit along a parameter, both ways, stable or not.
 
     The unknowns are the instants and velocities of the events, and the equations the closed
@@ -41,10 +62,14 @@ def continue_orbit(
     ends where the duration of the contact goes to zero, or where it is never released, and passes
     grazes, at which impacts appear and vanish.
 
+    The orbits of a structure are those that its map over the period brings back: all on the branch
+    exist. They pass the grazes of soft stops; at a wall, whose graze leaves no derivative, the
+    branch may end. A complex pair of multipliers that leaves the unit circle is a "torus" point.
+
     Parameters
     ----------
     orbit
-        Where to begin, isolated.
+        Where to begin, isolated: of an oscillator, or of a structure.
     over
         One parameter by its path, and the range to follow it in; the orbit's own value lies in
         it. The branch goes from its end towards the first value to that towards the second.
@@ -82,6 +107,10 @@ def continue_orbit(
     grazing 0.1
     period_doubling 0.107276459
     """
+    if isinstance(orbit, StructureOrbit):
+        return continue_structure_orbit(
+            orbit, over, max_points=max_points, largest_step=largest_step, progress=progress
+        )
     path, first, last, value = checked_range(orbit, over, may_stick=True)
     steps = StepLimits.checked(max_points, largest_step)
     reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from percuss.arrays import Floats
 from percuss.errors import ConvergenceError, PercussError
 from percuss.numerics import norm
 from percuss.orbits.continuation.problem import P, Point
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Zero", "bracketed", "changes_sign", "locate"]
 
@@ -47,7 +46,7 @@ class Zero:
 
     part: float
     z: Floats
-    orbit: PeriodicOrbit
+    orbit: Any
     ends: tuple[Floats, Floats]
     goes_through: bool
 

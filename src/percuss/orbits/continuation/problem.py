@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Generic, Protocol, Self, TypeVar
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
 from percuss.arrays import Floats
-from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
 
 __all__ = ["Point", "Problem", "along_parameter"]
 
@@ -46,8 +45,8 @@ class Problem(Protocol):
             If the parameters cannot have the values.
         """
 
-    def solution(self, z: Floats) -> PeriodicOrbit:
-        """Return the orbit of a solution."""
+    def solution(self, z: Floats) -> Any:
+        """Return the orbit of a solution: of one displacement, or of a structure."""
 
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
@@ -88,7 +87,7 @@ class Point(Generic[P]):
 
     z: Floats
     tangent: Floats
-    orbit: PeriodicOrbit
+    orbit: Any
     tests: Mapping[str, float]
     problem: P
 

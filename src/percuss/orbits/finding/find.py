@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast, overload
 
 import numpy as np
 
@@ -15,8 +15,10 @@ from percuss.kernels.law_columns import DAMPING
 from percuss.model.exact import as_float, plain, whole
 from percuss.model.force_record import refuse_record
 from percuss.model.forcing import Forcing
+from percuss.model.loads import Loads
 from percuss.model.oscillator import Oscillator, Wall
 from percuss.model.restitution import is_elastic
+from percuss.model.structure import Structure
 from percuss.model.system import System
 from percuss.numerics import log
 from percuss.orbits.finding.refine_guess import (
@@ -43,6 +45,7 @@ from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit, counted
 from percuss.orbits.orbit.signature import are_same
 from percuss.orbits.orbit.steady import free_region, regions, steady_orbit
 from percuss.orbits.orbit.sticking import sticking_orbits
+from percuss.orbits.orbit.structure_orbit import StructureOrbit, find_structure_orbit
 from percuss.progress import Report
 
 __all__ = ["FoundOrbits", "estimate_unseen", "find_orbit", "find_orbits"]
@@ -63,6 +66,7 @@ NO_SPEED = 1e-12
 SAMPLES = 6.0
 
 
+@overload
 def find_orbit(
     osc: Oscillator,
     force: Forcing | None = None,
@@ -74,7 +78,27 @@ def find_orbit(
     seed: int = 0,
     formal: bool = False,
     progress: Report = None,
-) -> PeriodicOrbit:
+) -> PeriodicOrbit: ...
+@overload
+def find_orbit(
+    osc: Structure,
+    force: Loads | Mapping[Any, Forcing] | Forcing,
+    *,
+    n_periods: int = 1,
+    guess: tuple[object, object] | StructureOrbit | None = None,
+) -> StructureOrbit: ...
+def find_orbit(
+    osc: Any,
+    force: Any = None,
+    n_impacts: float = 1,
+    n_periods: int = 1,
+    sequence: Sequence[int] | None = None,
+    guess: Any = None,
+    *,
+    seed: int = 0,
+    formal: bool = False,
+    progress: Report = None,
+) -> Any:
     """Find a periodic orbit with so many impacts in so many forcing periods.
 
     Newton's method solves the closed forms of all flights of the orbit together, for the times
@@ -82,12 +106,16 @@ def find_orbit(
     impact on a wall under one harmonic needs no search, nor do orbits without impacts and with
     sticking.
 
+    An orbit of a structure is found by Newton's method on the map over its period, from the state
+    of a guess, or where a motion from rest is after 200 periods; it takes `n_periods` and `guess`
+    alone, and returns a `StructureOrbit`.
+
     Parameters
     ----------
     osc
-        The oscillator.
+        The oscillator, or a `Structure`.
     force
-        The forcing, with a period; None or a constant for free motion, whose period is found:
+        The forcing, with a period, of a structure its loads; None or a constant for free motion, whose period is found:
         with negative damping, a limit cycle.
     n_impacts
         Impacts on walls and entries into soft stops: 0 for none, `math.inf` with sticking.
@@ -98,7 +126,7 @@ def find_orbit(
     guess
         Where to start: (cycle, v_after) of an impact, a run that settles on the orbit, or an
         orbit of a similar system; by default of a run and of an orbit one with its impacts and
-        periods is found.
+        periods is found. Of a structure: (x0, v0) at t = 0, or an orbit of a similar one.
         Default: a search from random starts.
     seed
         Of the random starts.
@@ -139,7 +167,19 @@ def find_orbit(
 abs(multipliers) 0.5843, 0.5843>
     >>> round(float(orbit.impacts.v_before[0]), 12)
     1.695732937595
+
+    Two masses, of which the first meets a stiff stop (example 03 of NLvib):
+
+    >>> structure = pc.Structure(
+    ...     mass=[1, 1], stiffness=[[1, -1], [-1, 2]], damping=[["0.03", "-0.03"], ["-0.03", "0.06"]],
+    ...     stops=[pc.SoftStop(at=1, side="above", stiffness=100, on=0)],
+    ... )
+    >>> orbit = pc.find_orbit(structure, pc.Loads({1: pc.cosine("0.65", amplitude="0.1")}))
+    >>> orbit.run.crossings.t.round(9), orbit.is_stable
+    (array([0.14800746, 0.44255645]), True)
     """
+    if isinstance(osc, Structure):
+        return find_structure_orbit(osc, force, guess, n_periods)
     n_impacts, n_periods = _counts(n_impacts, n_periods)
     system = System.of(osc, force)
     _check(system, n_impacts, sequence)

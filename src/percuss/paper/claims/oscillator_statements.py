@@ -10,9 +10,9 @@ import sympy
 from flint import arb
 
 from percuss.certified import Ball, CertifiedRun
-from percuss.certified.ball_law import constant_of, law_of
+from percuss.certified.ball_law import law_of
 from percuss.certified.flight import EnclosedFlight
-from percuss.certified.numbers import precision
+from percuss.certified.numbers import constant_of, precision
 from percuss.io.study_text import motion_text
 from percuss.model.forcing import cosine, sine
 from percuss.model.oscillator import Oscillator, bilinear_oscillator, impact_oscillator

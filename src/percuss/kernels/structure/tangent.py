@@ -1,0 +1,212 @@
+"""How neighbouring motions of a structure move: the derivative of a run by its start.
+
+Columns of displacements and velocities are carried flight by flight in the modes, and across each
+event by the jump of a motion that meets it a little earlier or later (Aizerman & Gantmakher 1958;
+the "saltation matrix").
+"""
+
+from __future__ import annotations
+
+from percuss.arrays import Floats
+from percuss.kernels.compile import kernel
+from percuss.kernels.flight import free_response
+from percuss.kernels.law_columns import (
+    FIRST_HARMONIC,
+    LOWER_KIND,
+    N_HARMONICS,
+    NUMBER,
+    WALL,
+)
+from percuss.kernels.record import (
+    BOUND,
+    CONTACT,
+    CROSSING,
+    EVENT_T,
+    EVENT_T_LOW,
+    IMPACT,
+    KIND,
+    NEXT_REGION,
+    RELEASE,
+    SLOW_LANDING,
+    V_BEFORE,
+)
+from percuss.kernels.restitution import kept_of_error
+from percuss.kernels.structure.basis import (
+    DRAG,
+    OF_U,
+    OF_W,
+    SPRING,
+    Basis,
+    Sets,
+    basis_of,
+    row_of,
+)
+from percuss.kernels.structure.flight import ModalFlight, U, W, arrive, inputs
+from percuss.kernels.structure.march import StructureRun
+from percuss.kernels.structure.sample import flight_after
+
+
+@kernel
+def carry(basis: Basis, s: float, columns: Floats) -> None:
+    """Carry derivatives of the modes, (n, 2, c), over a flight of length s."""
+    for j in range(columns.shape[0]):
+        impulse, _, rise = free_response(basis.law, row_of(basis, j), s)
+        spring = basis.modes[j, SPRING]
+        u_of_u = 1.0 - spring * rise
+        w_of_w = u_of_u - basis.modes[j, DRAG] * impulse
+        for c in range(columns.shape[2]):
+            u = columns[j, U, c]
+            w = columns[j, W, c]
+            columns[j, U, c] = u_of_u * u + impulse * w
+            columns[j, W, c] = w_of_w * w - spring * impulse * u
+
+
+@kernel
+def to_modes(sets: Sets, b: int, place: Floats, columns: Floats) -> None:
+    """Write derivatives of the modes of a set, (n, 2, c), from those of the coordinates, (2, n, c)."""
+    n = place.shape[1]
+    for j in range(columns.shape[0]):
+        for part in range(2):
+            for c in range(columns.shape[2]):
+                total = 0.0
+                for i in range(n):
+                    total += sets.inverse[b, j, part, i] * place[0, i, c]
+                    total += sets.inverse[b, j, part, n + i] * place[1, i, c]
+                columns[j, part, c] = total
+
+
+@kernel
+def to_places(sets: Sets, b: int, columns: Floats, place: Floats) -> None:
+    """Write derivatives of the coordinates, (2, n, c), from those of the modes of a set."""
+    for i in range(place.shape[1]):
+        for c in range(place.shape[2]):
+            x = 0.0
+            v = 0.0
+            for j in range(columns.shape[0]):
+                p = sets.shape[b, i, j, 0]
+                q = sets.shape[b, i, j, 1]
+                u = columns[j, U, c]
+                w = columns[j, W, c]
+                x += p * u + q * w
+                v += p * w - q * (sets.modes[b, j, SPRING] * u + sets.modes[b, j, DRAG] * w)
+            place[0, i, c] = x
+            place[1, i, c] = v
+
+
+@kernel
+def pace(
+    sets: Sets, b: int, flight: ModalFlight, modes: Floats, phases: Floats, s: float, out: Floats
+) -> None:
+    """Write the time derivatives of displacements and velocities, (2, n), a time s into a flight."""
+    basis = flight.basis
+    for i in range(out.shape[1]):
+        out[0, i] = 0.0
+        out[1, i] = 0.0
+    for j in range(modes.shape[0]):
+        force, slope, _, rate, rate_slope, _ = inputs(basis, j, phases, flight.pull, s)
+        u1 = modes[j, W] + rate
+        w1 = force - basis.modes[j, SPRING] * modes[j, U] - basis.modes[j, DRAG] * modes[j, W]
+        u2 = w1 + rate_slope
+        w2 = slope - basis.modes[j, SPRING] * u1 - basis.modes[j, DRAG] * w1
+        for i in range(out.shape[1]):
+            p = sets.shape[b, i, j, 0]
+            q = sets.shape[b, i, j, 1]
+            out[0, i] += p * u1 + q * w1
+            out[1, i] += p * u2 + q * w2
+
+
+@kernel
+def carry_run(
+    run: StructureRun, t_end: float, place: Floats, columns: Floats, paces: Floats
+) -> None:
+    """Carry derivatives of the coordinates, (2, n, c), from the start of a record to ``t_end``.
+
+    ``columns`` (n, 2, c) and ``paces`` (2, 2, n) are scratch. A chatter that is summed, and a
+    landing at rest, take the derivative of the motion that the wall holds from there on.
+    """
+    sets = run.sets
+    last = run.events.shape[0] - 1
+    for row in range(last + 1):
+        b = run.marks[row, NEXT_REGION]
+        flight = flight_after(run, row)
+        if row < last:
+            s = run.events[row + 1, EVENT_T] - run.events[row, EVENT_T]
+            s += run.events[row + 1, EVENT_T_LOW] - run.events[row, EVENT_T_LOW]
+        else:
+            s = (t_end - run.events[row, EVENT_T]) - run.events[row, EVENT_T_LOW]
+        to_modes(sets, b, place, columns)
+        is_held = row < last and run.marks[row + 1, KIND] == CONTACT
+        if is_held:
+            # From the last impact listed the wall holds in the mean.
+            b = run.marks[row + 1, NEXT_REGION]
+            to_modes(sets, b, place, columns)
+            carry(basis_of(sets, b), s, columns)
+            to_places(sets, b, columns, place)
+            continue
+        carry(flight.basis, s, columns)
+        if row == last:
+            to_places(sets, b, columns, place)
+            return
+        kind = run.marks[row + 1, KIND]
+        if kind not in (IMPACT, CROSSING, RELEASE, SLOW_LANDING):
+            to_places(sets, b, columns, place)
+            continue
+        stop = run.marks[row + 1, BOUND]
+        modes = run.scratch[1, : run.begin.shape[0]]
+        arrive(flight, s, modes)
+        pace(sets, b, flight, modes, run.arrival, s, paces[0])
+        speed = run.events[row + 1, V_BEFORE]
+        kept = 0.0
+        if kind == IMPACT:
+            kept = kept_of(sets, stop, -speed)
+        c_after = run.marks[row + 1, NEXT_REGION]
+        after = flight_after(run, row + 1)
+        pace(sets, c_after, after, after.begin, after.phases, 0.0, paces[1])
+        # `flight_after` has written over the modes of the flight before: its basis stays.
+        before = sets.watch[b, stop]
+        for c in range(place.shape[2]):
+            fall = 0.0
+            for j in range(columns.shape[0]):
+                fall += before[j, OF_U] * columns[j, U, c] + before[j, OF_W] * columns[j, W, c]
+            delay = 0.0
+            # A release, where the force of the wall is zero, is no jump of anything.
+            if kind in (IMPACT, CROSSING) and speed != 0.0:
+                delay = -fall / speed
+            for i in range(place.shape[1]):
+                x = 0.0
+                v = 0.0
+                for j in range(columns.shape[0]):
+                    p = sets.shape[b, i, j, 0]
+                    q = sets.shape[b, i, j, 1]
+                    u = columns[j, U, c]
+                    w = columns[j, W, c]
+                    x += p * u + q * w
+                    v += p * w - q * (sets.modes[b, j, SPRING] * u + sets.modes[b, j, DRAG] * w)
+                place[0, i, c] = x + paces[0, 0, i] * delay
+                place[1, i, c] = v + paces[0, 1, i] * delay
+            if kind in (IMPACT, SLOW_LANDING):
+                strike_column(sets, stop, kept, place, c)
+            for i in range(place.shape[1]):
+                place[0, i, c] -= paces[1, 0, i] * delay
+                place[1, i, c] -= paces[1, 1, i] * delay
+
+
+@kernel
+def kept_of(sets: Sets, i: int, speed: float) -> float:
+    """Return the derivative of the speed after an impact by that before it."""
+    law = sets.walls[i]
+    region = FIRST_HARMONIC + int(law[0, N_HARMONICS])
+    number = int(law[region, NUMBER])
+    bound = number if law[region, LOWER_KIND] == WALL else number + 1
+    return kept_of_error(law, region, bound, speed)
+
+
+@kernel
+def strike_column(sets: Sets, stop: int, kept: float, place: Floats, c: int) -> None:
+    """Carry a column of the coordinates' derivatives, (2, n, c), across the jump of an impact."""
+    n = place.shape[1]
+    change = 0.0
+    for i in range(n):
+        change += sets.normals[stop, i] * place[1, i, c]
+    for i in range(n):
+        place[1, i, c] -= (1.0 + kept) * change * sets.impulses[stop, i]

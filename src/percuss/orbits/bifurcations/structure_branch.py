@@ -1,0 +1,475 @@
+"""Branches of a structure's periodic orbits along a parameter, with their special points."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Self, cast
+
+import numpy as np
+
+from percuss.arrays import Complexes, Flags, Floats
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.exact import Phase, as_float, real
+from percuss.model.paths import get_parameter, long_form, replace_parameters
+from percuss.motion.html_table import html_table
+from percuss.numerics import determinant, matmul
+from percuss.orbits.bifurcations.branch import counted_kinds
+from percuss.orbits.bifurcations.special_points import SpecialPointKind
+from percuss.orbits.continuation.correct import corrected, tangent_of
+from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
+from percuss.orbits.continuation.locate import changes_sign, locate
+from percuss.orbits.continuation.problem import Point, along_parameter
+from percuss.orbits.orbit.structure_orbit import (
+    PeriodMap,
+    StructureOrbit,
+    closing_error,
+    orbit_of_map,
+    period_map,
+)
+from percuss.progress import Progress, Report
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
+__all__ = ["StructureBranch", "StructureSpecialPoint", "continue_structure_orbit"]
+
+# Part of the range by which a parameter is moved for a difference: its error slows the corrector
+# a little, and no solution feels it.
+DIFFERENCE = 1e-7
+# Newton's steps, and relative residuals that need not become smaller.
+STEPS, ENOUGH = 12, 1e-13
+# Systems that are kept.
+SYSTEMS = 16
+# A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a
+# strong resonance.
+RESONANT = 1e-3
+# A bracket in the parameter that is a location, as a part of it.
+LOCATED = 1e-9
+
+_KINDS: dict[str, SpecialPointKind] = {
+    "multiplier 1": "branch_point",
+    "multiplier -1": "period_doubling",
+    "torus": "torus",
+    "contacts": "grazing",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class StructureSpecialPoint:
+    """A point of a branch at which the orbits change in kind.
+
+    Attributes
+    ----------
+    kind
+        "fold" (two orbits meet and end), "period_doubling" (a multiplier of -1), "torus" (a complex
+        pair of multipliers leaves the unit circle: Neimark-Sacker), "branch_point" (a multiplier of
+        1 otherwise), "grazing" (a stop is touched: there is one contact more or less).
+    path, value
+        The parameter and its value there.
+    status
+        "located" if it is known to 1e-9 of the range, otherwise "bracketed".
+    orbit
+        The orbit there.
+    row
+        Its row in the branch.
+    detail
+        A description of the point.
+    """
+
+    kind: SpecialPointKind
+    path: str
+    value: float
+    status: str
+    orbit: StructureOrbit = field(repr=False)
+    row: int
+    detail: str
+
+    def __repr__(self) -> str:
+        """Return the point in a line."""
+        return (
+            f"<StructureSpecialPoint: {self.kind} at {self.path} = {self.value:.12g}, "
+            f"{self.status}, row {self.row}; {self.detail}>"
+        )
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class StructureBranch:
+    """Periodic orbits of a structure along one parameter, made by `continue_orbit`.
+
+    Attributes
+    ----------
+    path
+        Path of the parameter.
+    values
+        (m,) array, its value in each row; it turns back at a fold.
+    multipliers
+        (m, 2 n) complex array, the largest of each orbit first.
+    is_stable
+        (m,) array, whether neighbours approach each orbit.
+    n_impacts
+        (m,) array, impacts on walls and entries into soft stops in a period.
+    amplitude
+        (m, n) array, half the distance between the least and the largest value of each coordinate,
+        at 257 instants and the events of an orbit [length].
+    orbits
+        The orbits.
+    special_points
+        Those found, in order; each is a row.
+    end_reason
+        Why the branch ends where it does.
+    """
+
+    path: str
+    values: Floats
+    multipliers: Complexes
+    is_stable: Flags
+    n_impacts: Floats
+    amplitude: Floats
+    orbits: tuple[StructureOrbit, ...] = field(repr=False)
+    special_points: tuple[StructureSpecialPoint, ...]
+    end_reason: str
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.values)
+
+    def __getitem__(self, row: int) -> StructureOrbit:
+        """Return the orbit of a row."""
+        return self.orbits[row]
+
+    def __repr__(self) -> str:
+        """Return the branch in a line."""
+        low, high = self.values.min(), self.values.max()
+        return (
+            f"<StructureBranch: {len(self)} orbits, {self.path} from {low:.6g} to {high:.6g}; "
+            f"special points: {counted_kinds(self.special_points)}; {self.end_reason}>"
+        )
+
+    def _repr_html_(self) -> str:
+        points = self.special_points
+        columns = {
+            "special point": np.array([point.kind for point in points], dtype=object),
+            self.path: np.array([point.value for point in points]),
+            "status": np.array([point.status for point in points], dtype=object),
+        }
+        return html_table(repr(self)[1:-1], columns)
+
+    def to_xarray(self) -> Dataset:
+        """Return the table as a dataset along ``point``, for files and for pandas."""
+        import xarray
+
+        special = np.full(len(self), "", dtype="<U20")
+        for point in self.special_points:
+            special[point.row] = point.kind
+        return xarray.Dataset(
+            {
+                "value": ("point", self.values, {"long_name": self.path}),
+                "amplitude": (("point", "coordinate"), self.amplitude),
+                "multiplier_real": (("point", "multiplier"), self.multipliers.real),
+                "multiplier_imag": (("point", "multiplier"), self.multipliers.imag),
+                "is_stable": ("point", self.is_stable),
+                "n_impacts": ("point", self.n_impacts),
+                "special_point": ("point", special),
+            },
+            attrs={"path": self.path, "end_reason": self.end_reason},
+        )
+
+    def to_pandas(self) -> DataFrame:
+        """Return the columns that have one number a row as a pandas.DataFrame."""
+        table = self.to_xarray()
+        return table[["value", "is_stable", "n_impacts", "special_point"]].to_dataframe()
+
+
+class StructureEquations:
+    """The equations of a structure's orbits over one parameter: the period map brings them back.
+
+    The unknowns are the state at t = 0, in units of the first orbit's size, and the parameter,
+    scaled so that its range goes from 0 to 1.
+    """
+
+    noun, order = "branch", 1
+
+    def __init__(self, orbit: StructureOrbit, path: str, low: float, high: float) -> None:
+        self.first, self.low, self.high = orbit, low, high
+        self.paths: tuple[str, ...] = (path,)
+        self.n_periods = orbit.n_periods
+        self.scale = _scale_of(orbit)
+        self.system_at = lru_cache(SYSTEMS)(self._system_at)
+        self.maps = lru_cache(SYSTEMS)(self._map)
+        self.along = np.zeros(len(self.scale))
+        self.last: tuple[Floats, Floats, Floats] | None = None
+
+    def value(self, part: float) -> float:
+        """Return the parameter at a scaled one."""
+        return self.high if part == 1.0 else self.low + part * (self.high - self.low)
+
+    def values(self, z: Floats) -> tuple[float, ...]:
+        """Return the parameter of a point."""
+        return (self.value(float(z[-1])),)
+
+    def _system_at(self, value: float) -> StructureSystem:
+        changes = {self.paths[0]: value}
+        structure, loads, _ = replace_parameters(
+            self.first.structure, self.first.loads, None, changes
+        )
+        return StructureSystem.of(structure, loads)
+
+    def _map(self, z: tuple[float, ...]) -> PeriodMap:
+        state = np.array(z[:-1]) * self.scale
+        return period_map(self.system_at(self.value(z[-1])), state, self.n_periods)
+
+    def residual(self, z: Floats) -> tuple[Floats, Floats]:
+        """Return scaled residuals and their derivative; that by the parameter is the last known."""
+        there = self.maps(tuple(z.tolist()))
+        matrix = np.empty((len(self.scale), len(z)))
+        matrix[:, :-1] = there.derivative * (self.scale[None, :] / self.scale[:, None])
+        matrix[:, :-1] -= np.eye(len(self.scale))
+        residual = there.image / self.scale - z[:-1]
+        if self.last is not None and abs(z[-1] - self.last[0][-1]) > DIFFERENCE:
+            # What the known derivatives leave of the last change is that of the parameter.
+            step = z - self.last[0]
+            mean = 0.5 * (matrix[:, :-1] + self.last[2])
+            self.along = (residual - self.last[1] - matmul(mean, step[:-1])) / step[-1]
+        matrix[:, -1] = self.along
+        self.last = z, residual, matrix[:, :-1]
+        return residual, matrix
+
+    def _by_parameter(self, z: Floats) -> Floats:
+        """Return the derivative of the scaled image by the scaled parameter, as a difference."""
+        state = z[:-1] * self.scale
+        step = DIFFERENCE if z[-1] < 0.5 else -DIFFERENCE
+        images = []
+        for part in (float(z[-1]) + step, float(z[-1])):
+            system = self.system_at(self.value(part))
+            images.append(period_map(system, state, self.n_periods, derivative=False).image)
+        return (images[0] - images[1]) / self.scale / step
+
+    def corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:  # noqa: ARG002
+        """Return the solution in the plane through a guess with this normal."""
+        self.last = None
+        z, error, is_solution = corrected(
+            self.residual, guess, normal, steps=STEPS, enough=ENOUGH, size=_size
+        )
+        if not is_solution:
+            what = f"no orbit at {self.paths[0]} = {self.value(float(guess[-1])):.12g}"
+            raise ConvergenceError(what, z, error, "take a smaller step")
+        return z
+
+    def solution(self, z: Floats) -> StructureOrbit:
+        """Return the orbit of a solution."""
+        there, state = self.maps(tuple(z.tolist())), z[:-1] * self.scale
+        system = self.system_at(self.value(float(z[-1])))
+        return orbit_of_map(system, state, self.n_periods, there, closing_error(there, state))
+
+    def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
+        """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
+        return self._point(z, before.tangent)
+
+    def started(self, orbit: StructureOrbit, value: float) -> Point[Self]:
+        """Return the first point."""
+        state = np.concatenate([orbit.x0, orbit.v0]) / self.scale
+        z = np.append(state, (value - self.low) / (self.high - self.low))
+        return self._point(z, along_parameter(len(z)))
+
+    def _point(self, z: Floats, side: Floats) -> Point[Self]:
+        self.last, self.along = None, self._by_parameter(z)
+        orbit = self.solution(z)
+        tangent = tangent_of(self.residual(z)[1], side)
+        return Point(z, tangent, orbit, tests_of(orbit), self)
+
+    def refined(self, point: Point[Self]) -> Point[Self]:
+        """Return the point: its tangent is the best there is."""
+        return point
+
+    def recentre(self, point: Point[Self]) -> None:
+        """Do nothing: the equations are the same everywhere."""
+
+    def corrector_normal(self, tangent: Floats) -> Floats:
+        """Return the normal of the corrector's plane: the tangent."""
+        return tangent
+
+    def longest_step(self, point: Point[Self], largest: float) -> float:  # noqa: ARG002
+        """Return the largest step."""
+        return largest
+
+
+def _scale_of(orbit: StructureOrbit) -> Floats:
+    """Return units of displacements and velocities, (2 n,): what stops and the orbit reach to."""
+    structure = orbit.structure
+    x, v = orbit.run(np.linspace(0.0, orbit.run.t_end, 65))
+    places = [
+        abs(as_float(stop.at)) / float(np.abs(c).max())
+        for stop, c in zip(structure.stops, structure.stop_directions, strict=True)
+    ]
+    length, speed = float(np.abs(x).max()), float(np.abs(v).max())
+    longer = max([length, *places])
+    speed *= longer / length if length > 0.0 else 1.0
+    return np.repeat([longer or 1.0, speed or 1.0], structure.n)
+
+
+def _size(z: Floats) -> float:
+    return max(1.0, float(np.abs(z).max()))
+
+
+def tests_of(orbit: StructureOrbit) -> Mapping[str, float]:
+    """Return functions that are zero, or jump, at special points, by their names.
+
+    The product of m_i m_j - 1 over all pairs of multipliers is zero at a torus point, and where two
+    real ones are inverse to each other, which is none.
+    """
+    unit = np.eye(len(orbit.monodromy))
+    pairs = 1.0 + 0.0j
+    values = orbit.multipliers.tolist()
+    for i, a in enumerate(values):
+        for b in values[i + 1 :]:
+            pairs *= a * b - 1.0
+    return {
+        "multiplier 1": determinant(orbit.monodromy - unit),
+        "multiplier -1": determinant(orbit.monodromy + unit),
+        "torus": pairs.real,
+        "contacts": float(orbit.n_impacts),
+    }
+
+
+class _Detector:
+    """Finds special points between neighbours."""
+
+    def between(
+        self, here: Point[StructureEquations], new: Point[StructureEquations]
+    ) -> Segment[StructureEquations, StructureSpecialPoint]:
+        """Return the special points between two neighbours, in order."""
+        equations = here.problem
+        found = []
+        turns = here.tangent[-1] * new.tangent[-1] < 0.0
+        for name, kind in _KINDS.items():
+            ends = (here.tests[name], new.tests[name])
+            if name == "contacts":
+                middle = 0.5 * (ends[0] + ends[1])
+                ends = (ends[0] - middle, ends[1] - middle)
+            else:
+                middle = 0.0
+            if not changes_sign(*ends) or (ends[0] == 0.0 == ends[1]):
+                continue
+
+            def test(z: Floats, name: str = name, middle: float = middle) -> float:
+                return tests_of(equations.solution(z))[name] - middle
+
+            zero = locate(here, new, test, ends)
+            if zero is None:
+                continue
+            orbit = cast("StructureOrbit", zero.orbit)
+            is_fold = name == "multiplier 1" and turns
+            detail = _detail("fold" if is_fold else kind, orbit, ends)
+            if detail is None:
+                continue
+            width = abs(zero.ends[0][-1] - zero.ends[1][-1])
+            special = StructureSpecialPoint(
+                "fold" if is_fold else kind,
+                equations.paths[0],
+                equations.value(float(zero.z[-1])),
+                "located" if width <= LOCATED else "bracketed",
+                orbit,
+                -1,
+                detail,
+            )
+            point = Point(zero.z, new.tangent, zero.orbit, tests_of(orbit), equations)
+            found.append((zero.part, point, special))
+        found.sort(key=lambda one: one[0])
+        return Segment([(point, special) for _, point, special in found])
+
+    def stopped(
+        self,
+        here: Point[StructureEquations],  # noqa: ARG002
+        reason: str,
+    ) -> Segment[StructureEquations, StructureSpecialPoint]:
+        """Return that nothing is beyond the last point."""
+        return Segment([], reason)
+
+
+def _detail(kind: SpecialPointKind, orbit: StructureOrbit, ends: tuple[float, float]) -> str | None:
+    """Return a point in words, None where it is none."""
+    values = orbit.multipliers
+    if kind == "grazing":
+        return f"{abs(ends[1] - ends[0]):g} contact {'more' if ends[1] > ends[0] else 'less'}"
+    if kind in ("fold", "branch_point"):
+        return "two orbits meet and end" if kind == "fold" else "a multiplier of 1"
+    if kind == "period_doubling":
+        return "a multiplier of -1"
+    above = values[values.imag > 1e-9]
+    if len(above) == 0:
+        return None
+    sizes = np.abs(np.array([math.hypot(z.real, z.imag) for z in above.tolist()]) - 1.0)
+    z = complex(above[int(np.argmin(sizes))])
+    if float(sizes.min()) > 1e-4:
+        return None
+    for q, cosine in ((3, -0.5), (4, 0.0)):
+        if abs(z.real - cosine) < RESONANT:
+            return f"a pair of multipliers on the unit circle, strong resonance 1:{q}"
+    return f"a pair of multipliers {z.real:.6g} +- {z.imag:.6g} i on the unit circle"
+
+
+def continue_structure_orbit(
+    orbit: StructureOrbit,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_points: int = 2000,
+    largest_step: float = 0.02,
+    progress: Report = None,
+) -> StructureBranch:
+    """Follow a structure's orbit along a parameter, both ways, stable or not.
+
+    The arguments are those of `continue_orbit`. The equations are those of the map over the period:
+    all orbits on the branch are motions that exist. The branch passes the grazes of soft stops; at
+    a wall, whose graze takes the derivative away, it may end there.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such parameter, or the range does not hold the orbit's value.
+    """
+    if len(over) != 1:
+        raise ParameterError("over", dict(over), "not one parameter by its path and range")
+    (given, ends) = next(iter(over.items()))
+    path = long_form(given, orbit.structure, orbit.loads)
+    first, last = (real(f"over[{given!r}]", as_float(end)) for end in ends)
+    value = as_float(get_parameter(orbit.structure, orbit.loads, None, path))
+    if not min(first, last) <= value <= max(first, last) or first == last:
+        reason = f"the orbit's own value {value:.12g} does not lie in it"
+        raise ParameterError(f"over[{given!r}]", (first, last), reason)
+    steps = StepLimits.checked(max_points, largest_step)
+    reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
+    equations = StructureEquations(orbit, path, min(first, last), max(first, last))
+    start = equations.started(orbit, value)
+    towards = math.copysign(1.0, last - first) * math.copysign(1.0, start.tangent[-1])
+    rows, why = follow_both_ways(start, towards, _Detector(), steps, reported)
+    reported.close()
+    orbits = tuple(cast("StructureOrbit", point.orbit) for point, _ in rows)
+    special = tuple(
+        dataclasses.replace(found, row=row)
+        for row, (_, found) in enumerate(rows)
+        if found is not None
+    )
+    return StructureBranch(
+        path=path,
+        values=np.array([equations.values(point.z)[0] for point, _ in rows]),
+        multipliers=np.array([one.multipliers for one in orbits]),
+        is_stable=np.array([one.is_stable for one in orbits]),
+        n_impacts=np.array([one.n_impacts for one in orbits]),
+        amplitude=np.array([_amplitudes(one) for one in orbits]),
+        orbits=orbits,
+        special_points=special,
+        end_reason=why,
+    )
+
+
+def _amplitudes(orbit: StructureOrbit) -> Floats:
+    run = orbit.run
+    times = np.concatenate([np.linspace(0.0, run.t_end, 257), run.impacts.t, run.crossings.t])
+    x, _ = run(times)
+    return np.asarray(0.5 * (x.max(axis=0) - x.min(axis=0)))

@@ -1,0 +1,270 @@
+"""A periodic orbit of a structure, and its search by shooting over whole periods of the loads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from percuss.arrays import Complexes, Floats
+from percuss.errors import ConvergenceError, ParameterError, PercussError
+from percuss.kernels import eigenvalues as kernels
+from percuss.kernels.record import N_EVENTS
+from percuss.kernels.structure.march import StructureRun
+from percuss.kernels.structure.sample import evaluate
+from percuss.kernels.structure.tangent import carry_run
+from percuss.model.acting_sets import StructureSystem
+from percuss.model.exact import whole
+from percuss.model.loads import Loads, loads_of
+from percuss.model.structure import Structure, StructureStart, check_start
+from percuss.motion.structures import StructureTrajectory, followed
+from percuss.motion.trajectory import Outcome
+from percuss.numerics import norm, solve_linear
+
+__all__ = [
+    "PeriodMap",
+    "StructureOrbit",
+    "closing_error",
+    "find_structure_orbit",
+    "multipliers_of_matrix",
+    "orbit_of_map",
+    "period_map",
+    "structure_orbit_at",
+]
+
+# Residuals of an orbit, as a part of its size: rounding of a sequence of flights is some 1e-15.
+SOLVED = 1e-12
+MOST_STEPS = 30
+# Newton's step may be halved so often before it counts as lost.
+HALVINGS = 8
+# Multipliers this near to the unit circle are on it.
+ON_CIRCLE = 1e-9
+# Periods of an orbit after which a motion from rest may have settled.
+SETTLING = 200
+# Events of one period.
+MOST_EVENTS = 100_000
+
+
+class PeriodMap(NamedTuple):
+    """The image of a state after whole periods, its derivative, and the record of the motion."""
+
+    image: Floats
+    derivative: Floats
+    record: StructureRun
+
+
+def period_map(
+    system: StructureSystem, state: Floats, n_periods: int, *, derivative: bool = True
+) -> PeriodMap:
+    """Return the state (x, v), (2 n,), after whole periods of the loads, with its derivative.
+
+    Raises
+    ------
+    ConvergenceError
+        If the motion does not reach the end.
+    """
+    n = system.structure.n
+    end = n_periods * _period_of(system.loads)
+    record, outcome = followed(system, (state[:n], state[n:], 0.0), end, MOST_EVENTS)
+    if outcome is not Outcome.reached_t_end:
+        what = f"the motion does not last {n_periods} periods: {outcome.value}"
+        raise ConvergenceError(what, state, math.nan, "start nearer to an orbit")
+    rows = int(record.counters[N_EVENTS])
+    record = record._replace(
+        events=record.events[:rows], marks=record.marks[:rows], states=record.states[:rows]
+    )
+    place = np.empty((1, n, 2))
+    evaluate(record, np.array([end]), True, place)
+    image = np.concatenate([place[0, :, 0], place[0, :, 1]])
+    matrix = np.full((2 * n, 2 * n), np.nan)
+    if derivative:
+        columns = np.zeros((2, n, 2 * n))
+        columns[0, :, :n], columns[1, :, n:] = np.eye(n), np.eye(n)
+        carry_run(record, end, columns, np.zeros((n, 2, 2 * n)), np.zeros((2, 2, n)))
+        matrix = columns.reshape(2 * n, 2 * n)
+    return PeriodMap(image, matrix, record)
+
+
+def _period_of(loads: Loads) -> float:
+    period = loads.period
+    if period is None:
+        reason = "the loads have no common period; give Loads(..., period=...)"
+        raise ParameterError("loads.period", None, reason)
+    return period
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class StructureOrbit:
+    """A periodic orbit of a structure, made by `find_orbit`.
+
+    Attributes
+    ----------
+    structure, loads
+        What moves.
+    x0, v0
+        (n,) coordinates [length] and velocities [length/time] at t = 0.
+    n_periods
+        Periods of the loads after which it repeats.
+    multipliers
+        (2 n,) complex array, eigenvalues of the derivative of the map over its period, the
+        largest first.
+    residual
+        Largest part by which it fails to close, in units of its size.
+    run
+        The motion over one period of the orbit.
+    """
+
+    structure: Structure
+    loads: Loads
+    x0: Floats
+    v0: Floats
+    n_periods: int
+    multipliers: Complexes
+    residual: float
+    run: StructureTrajectory = field(repr=False)
+    monodromy: Floats = field(repr=False)
+
+    @property
+    def period(self) -> float:
+        """Its period [time]."""
+        return self.n_periods * _period_of(self.loads)
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether neighbours approach it: all multipliers lie inside the unit circle."""
+        return bool((np.abs(self.multipliers) < 1.0 - ON_CIRCLE).all())
+
+    @property
+    def n_impacts(self) -> int:
+        """Impacts on walls and entries into soft stops in a period."""
+        return len(self.run.impacts) + int((self.run.crossings.direction == "in").sum())
+
+    def __repr__(self) -> str:
+        """Return the orbit in a line."""
+        largest = float(np.abs(self.multipliers).max())
+        kind = "stable" if self.is_stable else "unstable"
+        periods = "1 period" if self.n_periods == 1 else f"{self.n_periods} periods"
+        return (
+            f"<StructureOrbit: {self.structure.n} coordinates, {periods} = {self.period:.6g}, "
+            f"{self.n_impacts} impacts; {kind}, largest multiplier {largest:.6g}>"
+        )
+
+
+def find_structure_orbit(
+    structure: Structure, loads: object, guess: object = None, n_periods: int = 1
+) -> StructureOrbit:
+    """Find a periodic orbit of a structure by Newton's method on the map over its period.
+
+    Parameters
+    ----------
+    structure, loads
+        What moves; the loads have a common period.
+    guess
+        (x0, v0), the state at t = 0 near which to look [length, length/time], or an orbit of a
+        similar structure. Default: the motion from rest, after 200 periods of the orbit.
+    n_periods
+        Periods of the loads after which it repeats.
+
+    Returns
+    -------
+    StructureOrbit
+        The orbit, stable or not.
+
+    Raises
+    ------
+    ConvergenceError
+        If Newton's method finds none near.
+    ParameterError
+        If the loads have no common period, or the guess is no state.
+    """
+    loads, n_periods = loads_of(structure, loads), whole("n_periods", n_periods, 1)
+    system = StructureSystem.of(structure, loads)
+    if guess is None:
+        start = check_start(structure)
+        state = period_map(
+            system, np.concatenate([start.x, start.v]), n_periods * SETTLING, derivative=False
+        ).image
+        return structure_orbit_at(system, state, n_periods)
+    if isinstance(guess, StructureOrbit):
+        guess = guess.x0.tolist(), guess.v0.tolist()
+    if not isinstance(guess, tuple | list) or len(guess) != 2:
+        raise ParameterError("guess", guess, "not a state (x0, v0) and no orbit of a structure")
+    start = check_start(structure, guess[0], guess[1])
+    return structure_orbit_at(system, np.concatenate([start.x, start.v]), n_periods)
+
+
+def structure_orbit_at(system: StructureSystem, state: Floats, n_periods: int) -> StructureOrbit:
+    """Return the orbit next to a state (x, v), by Newton's method with halved steps."""
+    here = period_map(system, state, n_periods)
+    unit = np.eye(2 * system.structure.n)
+    error = closing_error(here, state)
+    for _ in range(MOST_STEPS):
+        step = solve_linear(here.derivative - unit, state - here.image)
+        better = None
+        part = 1.0
+        for _ in range(HALVINGS):
+            try:
+                there = period_map(system, state + part * step, n_periods)
+            except PercussError:
+                part *= 0.5
+                continue
+            if closing_error(there, state + part * step) < error or error < SOLVED:
+                better = there
+                break
+            part *= 0.5
+        if better is None:
+            break
+        new_error = closing_error(better, state + part * step)
+        if error < SOLVED and new_error >= 0.5 * error:
+            break
+        state, here, error = state + part * step, better, new_error
+    if not error < SOLVED:
+        raise ConvergenceError(
+            "no periodic orbit found near this start", state, error, "start nearer to it"
+        )
+    return orbit_of_map(system, state, n_periods, here, error)
+
+
+def orbit_of_map(
+    system: StructureSystem, state: Floats, n_periods: int, there: PeriodMap, error: float
+) -> StructureOrbit:
+    """Return the orbit of a state that its period map brings back."""
+    structure, loads, n = system.structure, system.loads, system.structure.n
+    start = StructureStart(state[:n].tolist(), state[n:].tolist())
+    end = n_periods * _period_of(loads)
+    run = StructureTrajectory.of_run(system, start, there.record, end, Outcome.reached_t_end)
+    return StructureOrbit(
+        structure=structure,
+        loads=loads,
+        x0=state[:n],
+        v0=state[n:],
+        n_periods=n_periods,
+        multipliers=multipliers_of_matrix(there.derivative),
+        residual=error,
+        run=run,
+        monodromy=there.derivative,
+    )
+
+
+def closing_error(there: PeriodMap, state: Floats) -> float:
+    """Return by how much a motion fails to close, as a part of its size."""
+    size = max(norm(state), float(np.abs(there.image).max()))
+    return float(np.abs(there.image - state).max()) / size if size > 0.0 else 0.0
+
+
+def multipliers_of_matrix(matrix: Floats) -> Complexes:
+    """Return the eigenvalues of a real matrix, the largest first, pairs side by side."""
+    values = np.empty(len(matrix), dtype=np.complex128)
+    if not kernels.eigenvalues(matrix.astype(np.complex128), values):
+        raise ConvergenceError("no multipliers of an orbit found", None, math.nan, "")
+    sizes = np.sqrt(values.real * values.real + values.imag * values.imag)
+    # Of a real matrix: what is within rounding of the axis is real.
+    small = np.abs(values.imag) <= 1e-12 * sizes.max(initial=0.0)
+    values = np.where(small, values.real + 0j, values)
+    order = sorted(
+        range(len(values)),
+        key=lambda i: (-round(float(sizes[i]), 12), -float(values[i].imag), -float(values[i].real)),
+    )
+    return np.asarray(values[order])

@@ -1,0 +1,173 @@
+"""Periodic orbits of structures and their branches."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import percuss as pc
+from percuss.arrays import Floats
+from percuss.model.acting_sets import StructureSystem
+from percuss.orbits.orbit.structure_orbit import period_map
+
+# Example 03 of NLvib (Krack & Gross), whose parameters alone are taken.
+NLVIB = pc.Structure(
+    mass=[1, 1],
+    stiffness=[[1, -1], [-1, 2]],
+    damping=[["0.03", "-0.03"], ["-0.03", "0.06"]],
+    stops=[pc.SoftStop(at=1, side="above", stiffness=100, on=0)],
+)
+
+
+def nlvib_loads(omega: str) -> pc.Loads:
+    return pc.Loads({1: pc.cosine(omega, amplitude="0.1")})
+
+
+def by_differences(system: StructureSystem, state: Floats, n_periods: int) -> Floats:
+    columns = []
+    for k in range(len(state)):
+        step = np.zeros(len(state))
+        step[k] = 1e-6
+        high, low = (
+            period_map(system, state + sign * step, n_periods, derivative=False).image
+            for sign in (1.0, -1.0)
+        )
+        columns.append((high - low) / 2e-6)
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize(
+    ("omega", "contact", "penetration"),
+    [
+        ("0.65", [0.148007457, 0.442556446], 0.030303),
+        ("0.60", [0.121462407, 0.380362607], 0.009533),
+    ],
+)
+def test_published_parameters_give_the_contact_of_the_exact_motion(
+    omega: str, contact: list[float], penetration: float
+) -> None:
+    orbit = pc.find_orbit(NLVIB, nlvib_loads(omega))
+
+    assert orbit.residual < 1e-12
+    assert orbit.run.crossings.t == pytest.approx(contact, abs=5.1e-10)
+    first, last = orbit.run.crossings.t
+    t = np.linspace(first, last, 2001)
+    assert orbit.run(t)[0][:, 0].max() - 1.0 == pytest.approx(penetration, abs=6e-7)
+
+
+def test_multipliers_of_the_published_case_leave_the_circle_as_a_pair() -> None:
+    orbit = pc.find_orbit(NLVIB, nlvib_loads("0.60"))
+
+    assert orbit.multipliers[:2] == pytest.approx(
+        [complex(-0.26575, 1.36536), complex(-0.26575, -1.36536)], abs=6e-6
+    )
+    assert not orbit.is_stable
+    # Their product is what all dashpots take away in a period: exp(-trace(C) T).
+    assert math.log(np.prod(orbit.multipliers).real) == pytest.approx(-0.09 * orbit.period)
+
+
+def test_a_frequency_response_has_all_its_special_points() -> None:
+    orbit = pc.find_orbit(NLVIB, nlvib_loads("0.8"))
+
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (0.8, 0.5)}, largest_step=0.2)
+
+    kinds = [point.kind for point in branch.special_points]
+    assert kinds == [
+        "grazing", "fold", "fold", "period_doubling", "period_doubling", "torus", "torus", "grazing",
+    ]  # fmt: skip
+    assert all(point.status == "located" for point in branch.special_points)
+    assert max(one.residual for one in branch.orbits) < 1e-12
+    doublings = [point.orbit for point in branch.special_points if "doubling" in point.kind]
+    for one in doublings:
+        assert np.abs(one.multipliers + 1.0).min() < 1e-6
+    for point in branch.special_points:
+        if point.kind == "torus":
+            sizes = np.abs(point.orbit.multipliers[np.abs(point.orbit.multipliers.imag) > 1e-6])
+            assert np.abs(sizes - 1.0).min() < 1e-6
+    # Beyond a doubling neighbours go to a motion of twice the period.
+    first = branch.special_points[4]
+    unstable = branch[first.row - 3]
+    run = pc.simulate(NLVIB, unstable.loads, x0=unstable.x0 + 1e-4, v0=unstable.v0, periods=800)
+    x, v = run(run.t_end)
+    doubled = pc.find_orbit(NLVIB, unstable.loads, guess=(x, v), n_periods=2)
+    assert doubled.is_stable
+    assert np.abs(doubled.run(0.5 * doubled.period)[0] - doubled.x0).max() > 1e-3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_derivative_of_a_run_is_that_of_differences(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    stops: list[pc.Wall | pc.SoftStop] = [
+        pc.Wall(at=0.3, side="above", restitution=float(random.choice([0.5, 0.8])), on=0),
+        pc.Wall(at=-0.2, side="below", restitution=pc.restitution_table([0, 1], [0.9, 0.6]),
+                on=(1, -1, 0)),
+        pc.SoftStop(at=0.02, side="above", stiffness=50, damping=0.3, on=2),
+    ]  # fmt: skip
+    structure = pc.chain(
+        masses=[1, 1, 2], springs=[1, 2, 1, 0.5], dashpots=[0.05, 0.1, 0.02, 0.03], stops=stops
+    )
+    push = pc.cosine(1.3, amplitude=1.0) + pc.Forcing(constant=0.5)
+    loads = pc.Loads({0: push, 2: pc.sine(2.6, amplitude=0.7)}, period=2 * math.pi / 1.3)
+    system = StructureSystem.of(structure, loads)
+    state = np.concatenate([np.zeros(3), random.normal(size=3) * 0.3])
+
+    found = period_map(system, state, 2)
+
+    assert found.derivative == pytest.approx(by_differences(system, state, 2), abs=3e-7, rel=3e-7)
+
+
+def test_one_coordinate_has_the_multipliers_of_the_oscillator() -> None:
+    osc = pc.impact_oscillator("0.8", wall="0.2", side="above", damping="0.05")
+    orbit = pc.find_orbit(osc, pc.cosine("2.0"))
+    structure = pc.Structure(
+        mass=1, stiffness=1, damping="0.1", stops=[pc.Wall("0.2", "above", "0.8")]
+    )
+    run = orbit.trajectory()
+    # At phase 0 of the force: the orbit's own run starts at an impact.
+    t = math.ceil(run.t0 / orbit.period) * orbit.period
+    x, v = run(t)
+
+    found = pc.find_orbit(structure, pc.cosine("2.0"), guess=([float(x)], [float(v)]))
+
+    assert found.n_impacts == orbit.n_impacts
+    assert found.multipliers == pytest.approx(orbit.multipliers, abs=1e-9)
+
+
+def test_a_motion_that_sticks_has_a_multiplier_zero() -> None:
+    structure = pc.Structure(
+        mass=[1, 3], stiffness=[[2, -1], [-1, 2]], damping=[["0.2", 0], [0, "0.2"]],
+        stops=[pc.Wall(at=0, side="below", restitution=0, on=0)],
+    )  # fmt: skip
+
+    orbit = pc.find_orbit(structure, pc.Loads({0: pc.cosine("0.7", amplitude=2)}))
+
+    assert len(orbit.run.contacts) > 0
+    assert np.abs(orbit.multipliers).min() < 1e-12
+    state = np.concatenate([orbit.x0, orbit.v0])
+    differences = by_differences(StructureSystem.of(structure, orbit.loads), state, 1)
+    assert orbit.monodromy == pytest.approx(differences, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("loads", "keywords", "message"),
+    [
+        (pc.Loads({0: pc.cosine(1), 1: pc.cosine(2**0.5)}), {}, "the loads have no common period"),
+        (nlvib_loads("1"), {"guess": 3.0}, "not a state"),
+        (nlvib_loads("1"), {"guess": ([0.0], [0.0])}, "1 numbers for 2 coordinates"),
+        (nlvib_loads("1"), {"n_periods": 0}, "at least 1"),
+    ],
+)
+def test_what_does_not_fit_is_told(
+    loads: pc.Loads, keywords: dict[str, object], message: str
+) -> None:
+    with pytest.raises(pc.ParameterError, match=message):
+        pc.find_orbit(NLVIB, loads, **keywords)  # type: ignore[call-overload]
+
+
+def test_a_range_without_the_own_value_is_refused() -> None:
+    orbit = pc.find_orbit(NLVIB, nlvib_loads("0.65"))
+
+    with pytest.raises(pc.ParameterError, match="does not lie in it"):
+        pc.continue_orbit(orbit, over={"loads.0.omega": (0.8, 0.9)})
