@@ -53,7 +53,7 @@ def test_an_impact_at_the_very_end_is_listed_and_what_is_open_is_told() -> None:
 def test_an_exact_end_is_that_of_the_run_and_the_impact_there_is_listed(
     end: dict[str, str | int],
 ) -> None:
-    run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0="0.51", **end)  # type: ignore[arg-type]
+    run = pc.simulate(pc.impact_oscillator(), pc.sine(3), v0="0.51", **end)  # type: ignore[call-overload]
 
     proven = pc.certify(run)
 

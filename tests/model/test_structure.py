@@ -464,3 +464,10 @@ def test_a_replaced_number_is_checked_and_an_unknown_path_told() -> None:
         replace_parameters(
             structure, None, None, {"structure.mass.0.1": 0, "structure.mass.1.0": 0}
         )
+
+
+def test_nothing_given_is_a_start_at_rest_at_zero() -> None:
+    zeros = StructureStart((0.0, 0.0), (0.0, 0.0))
+
+    assert check_start(TWO) == check_start(TWO, x0=0, v0=0.0) == zeros
+    assert check_start(ONE, x0=0) == StructureStart((0,), (0.0,))

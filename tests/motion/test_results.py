@@ -219,13 +219,13 @@ BAD_CALLS: dict[str, tuple[Callable[[pc.Oscillator], Any], str]] = {
     "end infinite": (lambda osc: pc.simulate(osc, t_end=math.inf), "t_end = inf"),
     "no limit": (pc.simulate, "no limit at all"),
     "no impacts": (lambda osc: pc.simulate(osc, max_impacts=0), "max_impacts = 0"),
-    "half an impact": (lambda osc: pc.simulate(osc, max_impacts=1.5), "max_impacts = 1.5"),  # type: ignore[arg-type]
+    "half an impact": (lambda osc: pc.simulate(osc, max_impacts=1.5), "max_impacts = 1.5"),  # type: ignore[call-overload]
     "force a harmonic": (
-        lambda osc: pc.simulate(osc, pc.Harmonic(1, 2), t_end=1),  # type: ignore[arg-type]
+        lambda osc: pc.simulate(osc, pc.Harmonic(1, 2), t_end=1),  # type: ignore[call-overload]
         "not a Forcing; give Forcing((harmonic,))",
     ),
-    "force a list": (lambda osc: pc.simulate(osc, [1], t_end=1), "force = [1]: not a Forcing"),  # type: ignore[arg-type]
-    "oscillator a text": (lambda _: pc.simulate("x", t_end=1), "osc = 'x': not an Oscillator"),  # type: ignore[arg-type]
+    "force a list": (lambda osc: pc.simulate(osc, [1], t_end=1), "force = [1]: not a Forcing"),  # type: ignore[call-overload]
+    "oscillator a text": (lambda _: pc.simulate("x", t_end=1), "osc = 'x': not an Oscillator"),  # type: ignore[call-overload]
     "periods and end": (
         lambda osc: pc.simulate(osc, pc.sine(1), t_end=1, periods=2),
         "periods = 2: given together with t_end = 1",

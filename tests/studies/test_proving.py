@@ -153,7 +153,8 @@ def test_stopped_study_is_not_proven_but_written(
     def half(_: Motion, study: Study, execution: Execution) -> pc.Trajectory:
         assert callable(execution.progress)
         assert not execution.progress(0.5, 1.0)
-        return pc.simulate(study.oscillator, study.forcing, v0="0.45", max_impacts=2)
+        run: pc.Trajectory = pc.simulate(study.oscillator, study.forcing, v0="0.45", max_impacts=2)
+        return run
 
     monkeypatch.setattr(Motion, "answer", half)
 

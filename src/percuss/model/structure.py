@@ -345,8 +345,8 @@ def check_start(
     structure
         The structure.
     x0, v0
-        (n,) coordinates [length] and velocities [length/time]; numbers for one coordinate, None
-        for zeros.
+        (n,) coordinates [length] and velocities [length/time]; numbers for one coordinate, 0 or
+        None for zeros.
     t0
         Time of the start [time].
 
@@ -375,9 +375,11 @@ def check_start(
     n = structure.n
     both = []
     for name, given in (("x0", x0), ("v0", v0)):
-        value = (0.0,) * n if given is None else plain_on(given)
-        if n == 1 and not isinstance(value, tuple):
+        value = plain_on(given)
+        if n == 1 and not isinstance(value, tuple) and value is not None:
             value = (value,)
+        elif value is None or value == 0:
+            value = (0.0,) * n
         if not isinstance(value, tuple):
             raise_first([Fault(name, value, f"not {n} numbers, one for each coordinate")])
         if len(value) != n:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
-from typing import cast
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 
@@ -35,11 +35,17 @@ from percuss.model.start import (
     start_of,
     wall_faults,
 )
-from percuss.model.structure import Structure
+from percuss.model.structure import Structure, StructureStart
 from percuss.model.system import System, region_rows
 from percuss.motion.reach import free_until
 from percuss.motion.trajectory import Outcome, Trajectory
 from percuss.progress import RunProgress
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from percuss.model.loads import Loads
+    from percuss.motion.structures import StructureTrajectory
 
 __all__ = ["MOST_IMPACTS", "simulate"]
 
@@ -63,6 +69,7 @@ _OUTCOMES = {
 }
 
 
+@overload
 def simulate(
     osc: Oscillator,
     force: Forcing | None = None,
@@ -75,7 +82,34 @@ def simulate(
     periods: Exact | None = None,
     max_impacts: int | None = None,
     progress: bool | Callable[[float, float], bool] | None = None,
-) -> Trajectory:
+) -> Trajectory: ...
+@overload
+def simulate(
+    osc: Structure,
+    force: Loads | Mapping[Any, Forcing] | Forcing | None = None,
+    x0: ArrayLike | Sequence[Exact] | Exact = 0.0,
+    v0: ArrayLike | Sequence[Exact] | Exact = 0.0,
+    t0: Phase = 0.0,
+    *,
+    start: StructureStart | None = None,
+    t_end: Phase | None = None,
+    periods: Exact | None = None,
+    max_impacts: int | None = None,
+    progress: bool | Callable[[float, float], bool] | None = None,
+) -> StructureTrajectory: ...
+def simulate(
+    osc: Oscillator | Structure,
+    force: Any = None,
+    x0: Any = 0.0,
+    v0: Any = 0.0,
+    t0: Phase = 0.0,
+    *,
+    start: Any = None,
+    t_end: Phase | None = None,
+    periods: Exact | None = None,
+    max_impacts: int | None = None,
+    progress: bool | Callable[[float, float], bool] | None = None,
+) -> Trajectory | StructureTrajectory:
     """Follow one motion from event to event, in closed form between them.
 
     No impact is missed: a stretch is passed over only when a bound proves that it holds none
@@ -88,13 +122,15 @@ def simulate(
     Parameters
     ----------
     osc
-        The oscillator.
+        The oscillator, or a `Structure`.
     force
-        The forcing; None for free motion.
+        The forcing; None for free motion. For a structure `Loads`, or a mapping that gives them.
     x0, v0, t0
-        Position [length], velocity [length/time] and time [time] of the start.
+        Position [length], velocity [length/time] and time [time] of the start; for a structure
+        (n,) positions and velocities.
     start
-        The start in place of these: a `Start`, (x0, v0) or (x0, v0, t0), as all functions take it.
+        The start in place of these: a `Start`, (x0, v0) or (x0, v0, t0), as all functions take it;
+        for a structure a `StructureStart`.
     t_end
         Time of the end [time], after t0.
     periods
@@ -109,7 +145,7 @@ def simulate(
 
     Returns
     -------
-    Trajectory
+    Trajectory or StructureTrajectory
         The motion, its events, and in `outcome` how it ended. Growth without bound, chatter and
         rest are outcomes, no errors; Ctrl-C ends a run with what was done. A motion that grows
         beyond 1e150 is kept up to there, at `t_end`.
@@ -140,6 +176,11 @@ def simulate(
     if isinstance(osc, Structure):
         from percuss.motion.structures import follow_structure
 
+        if start is not None:
+            _refuse_both(x0, v0, t0)
+            if not isinstance(start, StructureStart):
+                raise ParameterError("start", start, "not a StructureStart; give x0 and v0")
+            x0, v0, t0 = start.x0, start.v0, start.t0
         return follow_structure(
             osc, force, x0, v0, t0, t_end, periods, max_impacts, MOST_IMPACTS, progress
         )
@@ -177,10 +218,15 @@ def _start(start: object, x0: Exact, v0: Exact, t0: Phase) -> Start:
     """Return the start of a run from either form."""
     if start is None:
         return Start(x0, v0, t0)
-    for name, value in (("x0", x0), ("v0", v0), ("t0", t0)):
+    _refuse_both(x0, v0, t0)
+    return start_of(start)
+
+
+def _refuse_both(*given: object) -> None:
+    """Refuse x0, v0 or t0 beside a start."""
+    for name, value in zip(("x0", "v0", "t0"), given, strict=True):
         if not (isinstance(value, float) and value == 0.0):
             raise ParameterError(name, value, "given together with start; give one")
-    return start_of(start)
 
 
 def _check_times(law: Law, t0: float, t_end: float) -> None:

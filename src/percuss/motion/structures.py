@@ -289,7 +289,7 @@ class StructureTrajectory:
         >>> run = pc.simulate(pair, v0=[1, 0], t_end=10)
         >>> y, _ = run.displacement((1, -1), run.impacts.t)
         >>> abs(y).round(12)
-        array([0.25, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25])
+        array([0.5, 0.5, 0.5, 0.5, 0.5])
         """
         c = self.structure.direction(on)
         x, v = self(t)

@@ -14,11 +14,15 @@ from matplotlib.patheffects import withStroke
 
 from percuss.arrays import Flags, Floats, Integers
 from percuss.errors import ParameterError
+from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 from percuss.model.system import law
 from percuss.model.units import Units
 from percuss.orbits.bifurcations.branch import Branch
 from percuss.orbits.bifurcations.curve import Curve, CurveKind
+from percuss.orbits.bifurcations.structure_branch import StructureBranch
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
 from percuss.orbits.orbit.turning_points import turns_of
 from percuss.plotting.labels import parameter_label
 from percuss.plotting.style import (
@@ -34,7 +38,10 @@ from percuss.plotting.style import (
     units_of,
 )
 
-BranchQuantity: TypeAlias = Literal["impact_velocity", "grazing_margin", "multiplier", "period"]
+BranchQuantity: TypeAlias = Literal[
+    "impact_velocity", "grazing_margin", "multiplier", "period", "amplitude"
+]
+AnyBranch: TypeAlias = Branch | StructureBranch
 
 # A stretch that is not drawn: its ends meet different numbers of stops, or their nearest turning
 # points are not the same one.
@@ -98,10 +105,11 @@ RESONANT = "resonant grazing"
 
 @shared_docs
 def plot_branch(
-    branch: Branch | Sequence[Branch],
+    branch: AnyBranch | Sequence[AnyBranch],
     ax: Axes | None = None,
     *,
     quantity: BranchQuantity | None = None,
+    coordinate: int = 0,
     units: Units | None = None,
     xlabel: str | None = None,
     ylabel: str | None = None,
@@ -118,8 +126,11 @@ def plot_branch(
     quantity
         What to draw over the parameter: "impact_velocity", the least one into a stop;
         "grazing_margin", the least distance of a turning point to a stop; "multiplier", the
-        largest modulus; "period", as of limit cycles. The first two jump where an impact more or less is made: there the line
-        is broken. Default: the first, or where a branch has no impacts the second.
+        largest modulus; "period", as of limit cycles; "amplitude", of a structure's coordinate.
+        The first two jump where an impact more or less is made: there the line is broken. Default:
+        the first, or where a branch has no impacts the second; of a structure the amplitude.
+    coordinate
+        Index of the coordinate of a structure whose amplitude it is.
 
     Returns
     -------
@@ -133,16 +144,19 @@ def plot_branch(
         over one parameter.
     """
     branches = _branches(branch)
-    units = units_of(units, branches[0].orbits[0].oscillator)
-    has_impacts = all(each.impact_velocity.shape[1] > 0 for each in branches)
-    name = quantity or ("impact_velocity" if has_impacts else "grazing_margin")
-    columns = [_values(each, name) for each in branches]
+    units = units_of(units, _owner(branches[0]))
+    name = quantity or _default(branches)
+    columns = [_values(each, name, coordinate) for each in branches]
     with picture(ax, labels=(xlabel, ylabel)) as ax:
         for k, (each, values) in enumerate(zip(branches, columns, strict=True)):
             breaks = _breaks(each, name)
             _draw(ax, each, values, COLOUR_CYCLE[k % len(COLOUR_CYCLE)], breaks)
-        ax.set_xlabel(parameter_label(branches[0][0], branches[0].path, units))
-        ax.set_ylabel(_label(name, units, branches))
+        first = branches[0]
+        over = first.path
+        if isinstance(first, Branch):
+            over = parameter_label(first[0], first.path, units)
+        ax.set_xlabel(over)
+        ax.set_ylabel(_label(name, units, branches, coordinate))
         together = np.concatenate(columns)
         if name != "multiplier" and (together < 0.0).any() and (together > 0.0).any():
             ax.axhline(0.0, color=BLACK, linewidth=0.5, zorder=0.5)
@@ -151,9 +165,24 @@ def plot_branch(
     return ax
 
 
-def _branches(given: Branch | Sequence[Branch]) -> list[Branch]:
-    branches = [given] if isinstance(given, Branch) else list(given)
-    if not branches or not all(isinstance(each, Branch) for each in branches):
+def _owner(branch: AnyBranch) -> Oscillator | Structure:
+    """Return what moves."""
+    first = branch.orbits[0]
+    return first.structure if isinstance(first, StructureOrbit) else first.oscillator
+
+
+def _default(branches: list[AnyBranch]) -> BranchQuantity:
+    if any(isinstance(each, StructureBranch) for each in branches):
+        return "amplitude"
+    has_impacts = all(
+        isinstance(each, Branch) and each.impact_velocity.shape[1] > 0 for each in branches
+    )
+    return "impact_velocity" if has_impacts else "grazing_margin"
+
+
+def _branches(given: AnyBranch | Sequence[AnyBranch]) -> list[AnyBranch]:
+    branches = [given] if isinstance(given, AnyBranch) else list(given)
+    if not branches or not all(isinstance(each, AnyBranch) for each in branches):
         raise ParameterError("branch", given, "neither a branch nor a list of branches")
     paths = sorted({each.path for each in branches})
     if len(paths) > 1:
@@ -162,9 +191,9 @@ def _branches(given: Branch | Sequence[Branch]) -> list[Branch]:
     return branches
 
 
-def _breaks(branch: Branch, name: BranchQuantity) -> Flags:
+def _breaks(branch: AnyBranch, name: BranchQuantity) -> Flags:
     """Return between which neighbouring rows a quantity is discontinuous."""
-    if name in ("multiplier", "period"):
+    if isinstance(branch, StructureBranch) or name in ("multiplier", "period"):
         return np.zeros(len(branch) - 1, dtype=np.bool_)
     met = (~np.isnan(branch.impact_velocity)).sum(axis=1)
     breaks = np.diff(met) != 0
@@ -192,7 +221,7 @@ def _turns(orbit: PeriodicOrbit) -> int:
     return len(turns_of(own_law, *orbit.record, orbit.x0, end).t)
 
 
-def _draw(ax: Axes, branch: Branch, values: Floats, colour: str, breaks: Flags) -> None:
+def _draw(ax: Axes, branch: AnyBranch, values: Floats, colour: str, breaks: Flags) -> None:
     kinds = _kinds(branch)
     kinds[breaks] = GAP
     for rows, kind in stretches(kinds):
@@ -213,7 +242,16 @@ def _explain(ax: Axes, colour: str | None) -> None:
     ax.legend(shown, order, loc="best")
 
 
-def _values(branch: Branch, name: BranchQuantity) -> Floats:
+def _values(branch: AnyBranch, name: BranchQuantity, coordinate: int) -> Floats:
+    if isinstance(branch, StructureBranch):
+        if name == "multiplier":
+            return np.asarray(np.abs(branch.multipliers).max(axis=1))
+        if name != "amplitude":
+            raise ParameterError("quantity", name, "none of amplitude and multiplier")
+        n = branch.amplitude.shape[1]
+        if not 0 <= coordinate < n:
+            raise ParameterError("coordinate", coordinate, f"the coordinates are 0 to {n - 1}")
+        return branch.amplitude[:, coordinate]
     if name == "impact_velocity":
         if branch.impact_velocity.shape[1] == 0:
             raise ParameterError("quantity", name, "the orbits have no impacts")
@@ -232,10 +270,12 @@ def _values(branch: Branch, name: BranchQuantity) -> Floats:
     raise ParameterError("quantity", name, reason)
 
 
-def _label(name: BranchQuantity, units: Units, branches: list[Branch]) -> str:
+def _label(name: BranchQuantity, units: Units, branches: list[AnyBranch], coordinate: int) -> str:
+    if name == "amplitude":
+        return f"amplitude of coordinate {coordinate} ({units.displacement})"
     if name == "impact_velocity":
         # With sticking there is no least one, and a branch holds the largest.
-        sticks = {math.isinf(each[0].n_impacts) for each in branches}
+        sticks = {math.isinf(each.orbits[0].n_impacts) for each in branches}
         which = "" if len(sticks) > 1 else "largest " if True in sticks else "least "
         return f"{which}impact velocity ({units.velocity})"
     if name == "grazing_margin":
@@ -245,19 +285,19 @@ def _label(name: BranchQuantity, units: Units, branches: list[Branch]) -> str:
     return "modulus of the larger multiplier"
 
 
-def _kinds(branch: Branch) -> Integers:
+def _kinds(branch: AnyBranch) -> Integers:
     """Return how the stretch from each row to the next is drawn."""
     physical = between_rows(branch.admissible, branch)
     stable = between_rows(drawn_as_stable(branch), branch)
     return np.where(physical, STABLE, FORMAL_STABLE) + ~stable
 
 
-def drawn_as_stable(branch: Branch) -> Flags:
+def drawn_as_stable(branch: AnyBranch) -> Flags:
     """Return which orbits are drawn as stable: elliptic ones, too."""
     return np.isin(branch.stability, ["asymptotic", "elliptic"])
 
 
-def between_rows(flags: Flags, followed: Branch | Curve) -> Flags:
+def between_rows(flags: Flags, followed: AnyBranch | Curve) -> Flags:
     """Return whether the stretch from each row to the next has a property of the rows.
 
     It has where both rows have. A special point stands between two kinds: there the neighbouring
@@ -278,7 +318,7 @@ def stretches(kinds: Integers | Flags) -> list[tuple[slice, int]]:
     return [(slice(i, j + 1), int(kinds[i])) for i, j in pairwise(cuts)]
 
 
-def _mark(ax: Axes, branches: list[Branch], columns: list[Floats]) -> None:
+def _mark(ax: Axes, branches: list[AnyBranch], columns: list[Floats]) -> None:
     x_all = np.concatenate([branch.values for branch in branches])
     y_all = np.concatenate(columns)
     wide = float(np.ptp(x_all)) or 1.0

@@ -19,6 +19,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from percuss.errors import ParameterError
 from percuss.model.oscillator import Oscillator
+from percuss.model.structure import Structure
 from percuss.model.units import Units
 
 # The palette of Okabe and Ito, which people with any of the colour blindnesses can distinguish.
@@ -97,7 +98,7 @@ def shared_docs(plot: PlotFunction) -> PlotFunction:
     return plot
 
 
-def units_of(units: Units | None, oscillator: Oscillator | None = None) -> Units:
+def units_of(units: Units | None, oscillator: Oscillator | Structure | None = None) -> Units:
     """Return the units of a picture: those given, or those of the oscillator.
 
     In them a dollar is a dollar, not the beginning of mathematics.

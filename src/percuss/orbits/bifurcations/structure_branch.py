@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Self, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from percuss.arrays import Complexes, Flags, Floats
 from percuss.errors import ConvergenceError, ParameterError
@@ -134,6 +135,16 @@ class StructureBranch:
     orbits: tuple[StructureOrbit, ...] = field(repr=False)
     special_points: tuple[StructureSpecialPoint, ...]
     end_reason: str
+
+    @property
+    def stability(self) -> NDArray[np.str_]:
+        """(m,) array of "asymptotic" and "unstable", as branches of one displacement have it."""
+        return np.where(self.is_stable, "asymptotic", "unstable")
+
+    @property
+    def admissible(self) -> Flags:
+        """(m,) array, True: the orbits of a structure are motions."""
+        return np.ones(len(self), dtype=np.bool_)
 
     def __len__(self) -> int:
         """Return the number of rows."""
