@@ -2,7 +2,7 @@
 
 import { button, element } from "./dom.js";
 import { choiceField, checkField } from "./fields.js";
-import { MODELS, equationOf, modelOf, nameFault, newHarmonic, newStop, parametersOf, withModel, withRecord, withoutHarmonic, withoutRecord } from "./models.js";
+import { MODELS, equationOf, modelOf, nameFault, newHarmonic, newStop, parametersOf, valueOf, withModel, withRecord, withoutHarmonic, withoutRecord } from "./models.js";
 import { RecordForm } from "./records.js";
 import { Row } from "./row.js";
 import { get, put } from "./state.js";
@@ -67,13 +67,13 @@ export class Panel {
     }
     this.select.value = modelOf(study);
     const ranges = this.store.value.ranges ?? {};
-    for (const row of this.rows.values()) row.show(get(study, row.path), this.ranges === ranges ? undefined : (ranges[row.path] ?? row.home));
+    for (const row of this.rows.values()) row.show(valueOf(study, row.path), this.ranges === ranges ? undefined : (ranges[row.path] ?? row.home));
     this.ranges = ranges;
   }
 
   /** The server has accepted a study: its values may widen the sliders. */
   accept(study) {
-    for (const row of this.rows.values()) row.accept(get(study, row.path));
+    for (const row of this.rows.values()) row.accept(valueOf(study, row.path));
   }
 
   /** Show faults beside their fields; return those that belong to none. */

@@ -199,6 +199,12 @@ export function nameFault(study, name) {
   return Object.hasOwn(study.parameters ?? {}, name) ? "there is one of this name" : "";
 }
 
+/** Return a number of a study, or its default where it is left out. */
+export function valueOf(study, path) {
+  const isOne = path === "forcing.record.amplitude" || path === "oscillator.stiffness" || path.endsWith(".restitution");
+  return get(study, path) ?? (isOne ? 1 : undefined);
+}
+
 /** Return the names of the axes of the plots of a motion, with their units. */
 export function axesOf(study) {
   const { length, time, velocity, frequency } = unitsOf(study);
