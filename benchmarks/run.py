@@ -22,6 +22,7 @@ NAMES = {
     "w4": "basin",
     "harmonics": "three_harmonics",
     "records": "records",
+    "structures": "structures",
     "long": "long_runs",
     "adversarial": "grazes",
     "sampling": "sampling",
