@@ -13,7 +13,8 @@ PIP = $$($(BIN)/python -c 'import pip' 2>/dev/null && echo $(BIN)/python || echo
 
 STUDIES = examples/n3_above.toml examples/n3_below.toml examples/half_harmonic.toml
 
-.PHONY: paper demo test frozen nightly docs benchmark check doctests numbers lock clean
+.PHONY: paper demo test frozen nightly docs benchmark check doctests lock clean
+.PHONY: numbers numbers-of-motions numbers-of-grids
 .DELETE_ON_ERROR:
 
 paper: .venv/run.stamp
@@ -30,10 +31,12 @@ demo: .venv/run.stamp
 # The tests begin a hundred processes: without its bytecode each would compile the package anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-# As many tests at a time as there are cores; a worker that has done its share takes from another's.
+# Some tests at a time, as tests/conftest.py says; a worker that has done its share takes from
+# another's.
 TESTS = $(BIN)/python -m pytest -n logical --dist worksteal
 
-# The examples of docstrings compile the kernels for all on one core; mypy has another meanwhile.
+# The examples of docstrings compile the kernels for all on one core; mypy has another meanwhile,
+# and then pytest, which keeps all tests compiled for the workers: what is wrong with one these tell.
 test: .venv/dev.stamp
 	$(MAKE) --jobs 2 check doctests
 	$(TESTS) tests
@@ -58,18 +61,26 @@ check: .venv/dev.stamp
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	-@$(BIN)/python -m pytest --collect-only -q tests >/dev/null
 
 doctests: .venv/dev.stamp
 	MPLBACKEND=agg $(BIN)/python -m pytest src
 
 # What hangs on numbers, for a second run as on a machine of another kind: the digests of results,
-# all motions, the edges of orbits and the verdicts on the paper. The rest runs so at night.
-ORBITS = edges ends_of_branches find grazing reference_orbits special_points symmetry
-VERDICTS = cosine family half_harmonic harmonics limits oscillator_statements periodicity \
-	resonance_losses resonances smooth_law
+# motions by closed forms, orbits and verdicts on the paper; they call each kernel. The rest runs so
+# at night. One half compiles the kernels of a motion, the other begins with those of grids.
+MOTIONS = closed_forms edges extremes growth half_harmonic patterns restitution_by_speed sections
+ORBITS = edges grazing manifolds reference_orbits special_points symmetry
+VERDICTS = half_harmonic harmonics oscillator_statements periodicity smooth_law
 numbers: .venv/dev.stamp
-	$(TESTS) tests/reproducible tests/motion $(ORBITS:%=tests/orbits/test_%.py) \
-		$(VERDICTS:%=tests/paper/test_%.py)
+	$(MAKE) --jobs 2 numbers-of-motions numbers-of-grids
+
+numbers-of-motions:
+	$(BIN)/python -m pytest -q $(MOTIONS:%=tests/motion/test_%.py) tests/reproducible/test_settings.py
+
+numbers-of-grids:
+	$(BIN)/python -m pytest -q tests/ensembles/test_reference_cases.py \
+		$(ORBITS:%=tests/orbits/test_%.py) $(VERDICTS:%=tests/paper/test_%.py)
 
 docs: .venv/docs.stamp
 	$(BIN)/python -m sphinx -b html -W --keep-going -q docs docs/_build

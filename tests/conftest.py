@@ -36,6 +36,11 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """One worker more than there are cores: tests wait for browsers, processes and clocks."""
+    return 1 + (os.cpu_count() or 1)
+
+
 # A browser that asks nobody anything.
 ALONE = (
     "--no-sandbox",

@@ -110,6 +110,8 @@ if TYPE_CHECKING:
     from percuss.orbits import SpecialPoint as SpecialPoint
     from percuss.orbits import StroboscopicMap as StroboscopicMap
     from percuss.orbits import StructureBranch as StructureBranch
+    from percuss.orbits import StructureCurve as StructureCurve
+    from percuss.orbits import StructureCurvePoint as StructureCurvePoint
     from percuss.orbits import StructureOrbit as StructureOrbit
     from percuss.orbits import StructureSpecialPoint as StructureSpecialPoint
     from percuss.orbits import VelocityGap as VelocityGap
@@ -171,6 +173,8 @@ __all__ = [
     "StroboscopicMap",
     "Structure",
     "StructureBranch",
+    "StructureCurve",
+    "StructureCurvePoint",
     "StructureOrbit",
     "StructureSpecialPoint",
     "StructureStart",
@@ -342,6 +346,8 @@ _HOMES = {
         "SpecialPoint",
         "StroboscopicMap",
         "StructureBranch",
+        "StructureCurve",
+        "StructureCurvePoint",
         "StructureOrbit",
         "StructureSpecialPoint",
         "VelocityGap",

@@ -78,6 +78,8 @@ def _arrives_without_velocity(run: pc.Trajectory, proven: CertifiedRun) -> bool:
 
 
 def _misses(proven: CertifiedRun, exact: Run) -> list[str]:
+    # Behind an accumulation the oracle has hops that are not listed here.
+    listed = proven.contacts.n_impacts[0] if proven.accumulations else len(proven.impacts)
     with ctx.workprec(600):
         found = []
         for table, columns in (
@@ -87,9 +89,10 @@ def _misses(proven: CertifiedRun, exact: Run) -> list[str]:
         ):
             for column in columns:
                 ours, theirs = (getattr(getattr(r, table), column) for r in (proven, exact))
+                ours = ours[: int(listed)] if table == "impacts" else ours
                 found += [f"{table}.{column} {text}" for text in _outside(ours, theirs)]
             ours, theirs = (list(getattr(r, table).stop) for r in (proven, exact))
-            n = min(len(ours), len(theirs))
+            n = min(len(ours), len(theirs), int(listed) if table == "impacts" else MOST)
             if ours[:n] != theirs[:n]:
                 found.append(f"stops of {table}")
         return found + _motion(proven, exact)

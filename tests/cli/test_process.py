@@ -96,7 +96,7 @@ def test_help_loads_nothing_slow(arguments: list[str], tmp_path: Path) -> None:
     assert done.stdout
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+@pytest.mark.parametrize("encoding", ["cp1252", pytest.param("ascii", marks=pytest.mark.nightly)])
 def test_a_title_that_the_terminal_has_no_letters_for_is_shown_with_marks_in_their_place(
     encoding: str, tmp_path: Path
 ) -> None:

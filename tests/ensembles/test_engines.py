@@ -8,7 +8,10 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,80 +23,112 @@ from percuss.ensembles.engines import EngineError
 OSC, FORCE = pc.impact_oscillator(restitution=0.8), pc.cosine(2.5)
 
 
+@cache
+def chart_of_threads() -> Any:
+    return chart()
+
+
+@pytest.fixture(scope="module")
+def local() -> Iterator[Any]:
+    """A cluster without workers: those of a test are for those after it, too."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=0, threads_per_worker=1, dashboard_address=":0", processes=True
+    ) as cluster:
+        yield cluster
+
+
+@contextlib.contextmanager
+def client_of(cluster: Any, n_workers: int) -> Iterator[Any]:
+    """Give a client of a cluster with so many workers."""
+    distributed = pytest.importorskip("distributed")
+    cluster.scale(n_workers)
+    with distributed.Client(cluster, set_as_default=False) as client:
+        until = time.monotonic() + 120.0
+        while len(client.scheduler_info()["workers"]) != n_workers and time.monotonic() < until:
+            time.sleep(0.02)
+        yield client
+
+
 def test_processes_give_the_bits_of_threads(tmp_path: Path) -> None:
-    threads = chart()
+    threads = chart_of_threads()
 
     processes = chart(str(tmp_path / "a.zarr"), engine="processes")
 
     assert processes.identical(threads)
 
 
-def test_a_cluster_gives_the_same_bits_though_a_worker_dies() -> None:
-    distributed = pytest.importorskip("distributed")
-    over = {"forcing.omega": np.linspace(2.0, 3.0, 160)}
-    expected = pc.sweep(slow_measure, OSC, FORCE, over=over, engine="threads")
-    killed: list[float] = []
+def test_a_cluster_without_workers_is_reported_and_waited_for(
+    local: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    over = {"forcing.omega": [2.4, 2.5]}
+    with client_of(local, 0) as client:
+        joins = threading.Timer(1.0, lambda: local.scale(1))
+        joins.start()
+        found = pc.sweep("period", OSC, FORCE, over=over, transient=5, periods=5, engine=client)
+        joins.join()
 
-    with (
-        distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=":0", processes=True
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):
-
-        def kill_one(done: float, total: float) -> bool:
-            if not killed and done > 0.2 * total:
-                worker = next(iter(cluster.workers.values()))
-                worker.process.process.kill()
-                killed.append(done)
-            return True
-
-        found = pc.sweep(slow_measure, OSC, FORCE, over=over, engine=client, progress=kill_one)
-        by_address = chart(engine=cluster.scheduler_address)
-
-    assert killed
-    assert found.identical(expected)
-    assert by_address.identical(chart())
+    assert found.attrs["complete"] == 1
+    told = f"no workers yet at {local.scheduler_address}; waiting: the run goes on when"
+    assert told in capsys.readouterr().err
 
 
-JOINED = "PERCUSS_TEST_JOINED"
+@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
+def test_workers_that_are_frozen_are_reported_and_the_run_goes_on_when_they_return(
+    local: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("percuss.ensembles.cluster.SILENT", 2.0)
+    monkeypatch.setattr("percuss.ensembles.cluster.AGAIN", 1.0)
+    over = {"forcing.omega": np.linspace(2.0, 3.0, 96)}
+    told: list[str] = []
+    frozen: list[int] = []
+
+    def freeze(done: float, total: float) -> bool:  # noqa: ARG001
+        if not frozen:
+            frozen.append(next(iter(local.workers.values())).process.process.pid)
+            os.kill(frozen[0], signal.SIGSTOP)
+        told.append(capsys.readouterr().err)
+        if "".join(told).count("nothing has been heard of 1 of 1 workers") >= 2:
+            os.kill(frozen[0], signal.SIGCONT)
+        return True
+
+    with client_of(local, 1) as client:
+        found = pc.sweep(whose, OSC, FORCE, over=over, engine=client, progress=freeze)
+
+    assert "waiting: the run goes on when workers answer or join" in "".join(told)
+    assert found.attrs["complete"] == 1
+    assert set(found.whose.values) == {frozen[0]}
 
 
-def whose(osc: pc.Oscillator, force: pc.Forcing) -> float:  # noqa: ARG001
+def whose(osc: pc.Oscillator, force: pc.Forcing, wait_for: str = "") -> float:  # noqa: ARG001
     """Return the process that has been asked, after a while; or once a file is there."""
     time.sleep(0.01)
-    while JOINED in os.environ and not Path(os.environ[JOINED]).exists():
+    while wait_for and not Path(wait_for).exists():
         time.sleep(0.01)
     return float(os.getpid())
 
 
 def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    local: Any, tmp_path: Path
 ) -> None:
-    distributed = pytest.importorskip("distributed")
     # Nothing is done before there are two.
     joined = tmp_path / "joined"
-    monkeypatch.setenv(JOINED, str(joined))
     over = {"forcing.omega": np.linspace(2.0, 3.0, 320)}
     store = tmp_path / "a.zarr"
     grown: list[float] = []
 
-    with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, dashboard_address=":0", processes=True
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):
+    with client_of(local, 1) as client:
 
         def let_join(done: float, total: float) -> bool:  # noqa: ARG001
             if not grown:
-                cluster.scale(2)
+                local.scale(2)
                 grown.append(done)
             if len(client.scheduler_info()["workers"]) == 2:
                 joined.touch()
             return True
 
-        found = pc.sweep(whose, OSC, FORCE, over=over, engine=client, progress=let_join)
+        waiting = partial(whose, wait_for=str(joined))
+        found = pc.sweep(waiting, OSC, FORCE, over=over, engine=client, progress=let_join)
 
         def lose(done: float, total: float) -> bool:  # noqa: ARG001
             client.close()
@@ -102,9 +137,30 @@ def test_a_worker_that_joins_in_mid_run_gets_its_part_and_a_lost_cluster_is_repo
         with pytest.raises(EngineError, match="the Dask cluster has failed"):
             pc.sweep(whose, OSC, FORCE, over=over, engine=client, store=store, progress=lose)
 
-    assert len(np.unique(found.whose)) == 2
+    assert len(np.unique(found.measure)) == 2
     assert grown == [0.0]
     assert 1 <= pc.status_of_store(store)["done"] < 20
+
+
+def test_a_cluster_gives_the_same_bits_though_a_worker_dies(local: Any) -> None:
+    over = {"forcing.omega": np.linspace(2.0, 3.0, 160)}
+    expected = pc.sweep(slow_measure, OSC, FORCE, over=over, engine="threads")
+    killed: list[float] = []
+
+    def kill_one(done: float, total: float) -> bool:
+        if not killed and done > 0.2 * total:
+            worker = next(iter(local.workers.values()))
+            worker.process.process.kill()
+            killed.append(done)
+        return True
+
+    with client_of(local, 2) as client:
+        found = pc.sweep(slow_measure, OSC, FORCE, over=over, engine=client, progress=kill_one)
+        by_address = chart(engine=local.scheduler_address)
+
+    assert killed
+    assert found.identical(expected)
+    assert by_address.identical(chart_of_threads())
 
 
 def test_a_function_that_cannot_be_sent_to_a_worker_is_refused() -> None:
@@ -153,59 +209,6 @@ def test_a_cluster_that_does_not_answer_is_reported(
         chart(str(tmp_path / "a.zarr"), engine="tcp://127.0.0.1:9")
     # Nothing was begun.
     assert not (tmp_path / "a.zarr").exists()
-
-
-def test_a_cluster_without_workers_is_reported_and_waited_for(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    distributed = pytest.importorskip("distributed")
-    over = {"forcing.omega": [2.4, 2.5]}
-    with (
-        distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):
-        joins = threading.Timer(1.0, lambda: cluster.scale(1))
-        joins.start()
-        found = pc.sweep("period", OSC, FORCE, over=over, transient=5, periods=5, engine=client)
-        joins.join()
-
-        assert found.attrs["complete"] == 1
-        told = f"no workers yet at {cluster.scheduler_address}; waiting: the run goes on when"
-        assert told in capsys.readouterr().err
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals are POSIX's")
-def test_workers_that_are_frozen_are_reported_and_the_run_goes_on_when_they_return(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr("percuss.ensembles.cluster.SILENT", 2.0)
-    monkeypatch.setattr("percuss.ensembles.cluster.AGAIN", 1.0)
-    over = {"forcing.omega": np.linspace(2.0, 3.0, 96)}
-    told: list[str] = []
-    frozen: list[int] = []
-
-    with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, dashboard_address=":0", processes=True
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
-    ):
-
-        def freeze(done: float, total: float) -> bool:  # noqa: ARG001
-            if not frozen:
-                frozen.append(next(iter(cluster.workers.values())).process.process.pid)
-                os.kill(frozen[0], signal.SIGSTOP)
-            told.append(capsys.readouterr().err)
-            if "".join(told).count("nothing has been heard of 1 of 1 workers") >= 2:
-                os.kill(frozen[0], signal.SIGCONT)
-            return True
-
-        found = pc.sweep(whose, OSC, FORCE, over=over, engine=client, progress=freeze)
-
-    assert "waiting: the run goes on when workers answer or join" in "".join(told)
-    assert found.attrs["complete"] == 1
-    assert set(found.whose.values) == {frozen[0]}
 
 
 def test_a_scheduler_that_is_gone_ends_the_run_with_a_sentence(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -255,7 +256,7 @@ def test_it_is_the_same_in_another_process() -> None:
         subprocess.run(
             [sys.executable, "-c", program],
             capture_output=True, text=True, check=True, cwd=Path(__file__).parents[2],
-            env={"PYTHONHASHSEED": seed},
+            env={**os.environ, "PYTHONHASHSEED": seed},
         ).stdout
         for seed in ("1", "2")
     ]  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -15,6 +16,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.oracle.event_driven import simulate
 from tests.oracle.from_model import problem_of
+from tests.oracle.random_problems import (
+    Motion,
+    chattering_motion,
+    random_motion,
+    with_record,
+)
 
 import percuss as pc
 from percuss.arrays import Floats
@@ -266,6 +273,49 @@ def test_chatter_meets_knots(kind: RecordKind) -> None:
     assert run.contacts.start[0] == pytest.approx(float(exact.contacts.start[0]), rel=1e-10)
     n = min(len(run.impacts), 12)
     assert np.allclose(run.impacts.t[:n], [float(s) for s in exact.impacts.t[:n]], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "seed"), [(random_motion, 240), (chattering_motion, 1022), (chattering_motion, 1594)]
+)
+def test_a_slope_far_steeper_than_the_harmonics_does_not_stop_the_search(
+    make: Callable[[int], Motion], seed: int
+) -> None:
+    """The time to a release was a difference of nearly equal numbers: no step, for ever."""
+    case = with_record(make(seed + 500_000 if make is random_motion else seed), seed)
+    t_end = case.start[2] + 5.0
+    run = pc.simulate(case.oscillator, case.forcing, *case.start, t_end=t_end)
+    exact = simulate(problem_of(case.oscillator, case.forcing), *case.start, t_end=t_end)
+
+    assert len(run.contacts) >= 2
+    for ours, theirs in zip(run.contacts.release, exact.contacts.release, strict=False):
+        assert math.isnan(ours) == mpmath.isnan(theirs)
+        assert math.isnan(ours) or abs(ours - float(theirs)) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("force", "constant"),
+    [
+        # No force on the mass for half of each period.
+        (pc.square_wave(2, "0.5"), "-0.5"),
+        # Harmonics and record are largest at different instants.
+        (pc.triangle_wave(2, "0.5") + pc.cosine(2, amplitude="0.5"), "-0.8"),
+        (pc.record([0, 1, 2, 3], [-1, -2, -1, -1], repeat=True), "0.5"),
+    ],
+)
+def test_a_mass_held_for_a_period_is_held_for_ever(force: pc.Forcing, constant: str) -> None:
+    force = force + pc.Forcing(constant=constant)
+    osc = pc.impact_oscillator(0.0)
+
+    run = pc.simulate(osc, force, t0=0.25, max_impacts=10)
+    long = pc.simulate(osc, force, t0=0.25, t_end=40.0)
+
+    for ended in (run, long):
+        assert ended.outcome is pc.Outcome.at_rest
+        assert ended.contacts.start.tolist() == [0.25]
+        assert math.isnan(ended.contacts.release[0])
+    lifted = pc.simulate(osc, force + pc.Forcing(constant="0.6"), t0=0.25, t_end=40.0)
+    assert len(lifted.impacts) > 0
 
 
 def test_extremes_and_sections_see_what_lies_between_knots() -> None:

@@ -336,7 +336,7 @@ def test_bad_input_is_named(branch: Branch, mirrored: Branch) -> None:
     with pytest.raises(pc.ParameterError, match="largest_step"):
         follow(fold, PLANE, largest_step=2.0)
     with pytest.raises(pc.ParameterError, match="no special point"):
-        follow(branch[0], PLANE)  # type: ignore[arg-type]
+        follow(branch[0], PLANE)  # type: ignore[call-overload]
     (breaks,) = points(mirrored, "symmetry_breaking")
     with pytest.raises(pc.ParameterError, match="symmetry is lost"):
         follow(breaks, {GAP: (0.2, 0.5), AMPLITUDE: (0.05, 4.0)})

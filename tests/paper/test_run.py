@@ -5,13 +5,12 @@ from __future__ import annotations
 import csv
 import json
 import math
-import os
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 import xarray as xr
+from tests.paper.squares import square
 
 from percuss.errors import OutputError, ParameterError
 from percuss.io import load_record
@@ -158,12 +157,6 @@ def test_a_folder_that_cannot_be_made_is_said_before_any_work(
     assert asked == []
 
 
-def _square(item: Item) -> float:
-    if item.name == "end":
-        os._exit(3)
-    return float(np.square(float(item.name)))
-
-
 def _nan(item: Item, reason: str) -> float:
     assert item.name == "end"
     assert "process" in reason
@@ -179,7 +172,7 @@ def _items(*names: str) -> list[Item]:
 
 
 def test_two_processes_do_everything_once_and_survive_the_end_of_one() -> None:
-    found = list(in_processes(_square, _items("1", "2", "end", "4", "5"), 2, _always, _nan))
+    found = list(in_processes(square, _items("1", "2", "end", "4", "5"), 2, _always, _nan))
 
     assert sorted(value for value in found if not math.isnan(value)) == [1, 4, 16, 25]
     assert len(found) == 5
@@ -189,7 +182,7 @@ def test_a_stopped_run_begins_nothing_new() -> None:
     asked = iter([True, *[False] * 1000])
     stop: Callable[[], bool] = lambda: next(asked)
 
-    found = list(in_processes(_square, _items("1", "2", "3", "4"), 2, stop, _nan))
+    found = list(in_processes(square, _items("1", "2", "3", "4"), 2, stop, _nan))
 
     assert 1 <= len(found) <= 2
 

@@ -171,3 +171,44 @@ def test_a_range_without_the_own_value_is_refused() -> None:
 
     with pytest.raises(pc.ParameterError, match="does not lie in it"):
         pc.continue_orbit(orbit, over={"loads.0.omega": (0.8, 0.9)})
+
+
+def test_curves_of_folds_and_doublings_meet_at_one_orbit() -> None:
+    orbit = pc.find_orbit(NLVIB, nlvib_loads("0.8"))
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (0.8, 0.65)}, largest_step=0.2)
+    ranges = {"loads.0.omega": (0.7, 0.8), "loads.0.amplitude": (0.09, 0.12)}
+
+    places = []
+    for kind, row in (("fold", 1), ("period_doubling", 0)):
+        point = [one for one in branch.special_points if one.kind == kind][row]
+        curve = pc.continue_curve(point, over=ranges, largest_step=0.1)
+        assert max(one.residual for one in curve.orbits) < 1e-11
+        (place,) = (one for one in curve.special_points if one.kind == "fold_doubling")
+        places.append(place.values)
+
+    # Located on either curve, with derivatives that are differences.
+    assert places[0] == pytest.approx(places[1], abs=1e-9)
+
+
+def test_a_curve_of_torus_points_has_its_strong_resonances() -> None:
+    orbit = pc.find_orbit(NLVIB, nlvib_loads("0.60"))
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (0.57, 0.63)}, largest_step=0.2)
+    torus = [point for point in branch.special_points if point.kind == "torus"][-1]
+    ranges = {"loads.0.omega": (0.57, 0.63), "loads.0.amplitude": (0.07, 0.11)}
+
+    curve = pc.continue_curve(torus, over=ranges, largest_step=0.1)
+
+    assert curve.kind == "torus"
+    (resonance,) = (point for point in curve.special_points if point.kind == "resonance_1_4")
+    # A quarter of a turn in each period.
+    assert np.abs(resonance.orbit.multipliers - 1j).min() < 1e-7
+
+
+def test_no_curve_of_a_structure_goes_through_a_graze() -> None:
+    orbit = pc.find_orbit(NLVIB, nlvib_loads("0.56"))
+    branch = pc.continue_orbit(orbit, over={"loads.0.omega": (0.56, 0.6)}, largest_step=0.2)
+    graze = next(point for point in branch.special_points if point.kind == "grazing")
+    ranges = {"loads.0.omega": (0.5, 0.8), "loads.0.amplitude": (0.05, 0.2)}
+
+    with pytest.raises(pc.ParameterError, match="no curve of a structure"):
+        pc.continue_curve(graze, over=ranges)

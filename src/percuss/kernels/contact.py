@@ -304,7 +304,12 @@ def release_time(
         if pressing > doubt:
             # Divided first: the squares of small forces would underflow.
             back = slope / bend
-            s += back + math.sqrt(back * back + 2.0 * (pressing / bend))
+            root = math.sqrt(back * back + 2.0 * (pressing / bend))
+            if slope < 0.0 and law[0, N_KNOTS] > 0.0:
+                # Of a record it may be so steep that the difference would be nothing.
+                s += 2.0 * (pressing / bend) / (root - back)
+            else:
+                s += back + root
             continue
         # The slope keeps its sign to the zero and as far beyond as doubles leave it open.
         back = slope / bend if bend > 0.0 else math.inf

@@ -4,7 +4,8 @@ The rounding of each flight and event is carried along by the exact linear maps 
 events that follow; nonlinear terms are bounded and added, so that the bound is rigorous and not
 of first order only. The possible errors of an event form a zonotope: the sums of *generators*,
 each a pair (error of its instant, of the velocity after it) times a number in [-1, 1]. Motions are
-compared at equal times since their last event, so that a shift in time stays a shift in time. A
+compared at equal times since their last event, so that a shift in time stays a shift in time; at
+a knot of a record, whose instant is its own, the pair is the error of (x, v) at this instant. A
 contact forgets all errors but that of its own instant (docs/theory/error-bounds.md has the proof).
 """
 
@@ -14,7 +15,7 @@ import math
 from typing import TypeAlias
 
 from percuss.arrays import Floats, Integers
-from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, exponential
+from percuss.kernels.arithmetic import ULP, Pair, cubic_minimum, exponential, later
 from percuss.kernels.compile import kernel
 from percuss.kernels.contact import CHATTER_LIMIT, FORCE_ROUNDING
 from percuss.kernels.flight import (
@@ -35,6 +36,7 @@ from percuss.kernels.law_columns import (
     FORCE_BOUND,
     GROWTH,
     LOWER,
+    N_KNOTS,
     NUMBER,
     ORIGIN,
     ORIGIN_FORCE,
@@ -44,6 +46,7 @@ from percuss.kernels.law_columns import (
     UPPER,
     Law,
 )
+from percuss.kernels.pieces import time_to_knot
 from percuss.kernels.record import (
     BOUND,
     CONTACT,
@@ -80,6 +83,8 @@ ADDED = 8
 # Roundings of a landing's last step, relative to v: those of `event_location.is_settled`, and of
 # the sum.
 LANDING = 40 * ULP
+# Rounding of a knot's instant, a sum of two doubles, relative to it.
+KNOT_ROUNDING = 8 * ULP * ULP
 # An error is carried on as long as it moves a velocity by no more than this part of it ...
 PART = 0.25
 # ... and an instant by no more than this part of the quickest motion's own time.
@@ -127,19 +132,28 @@ def contact_errors(
             add(errors, begins[2], 0.0)
             add(errors, 0.0, begins[1])
             doubt = doubt_at_start(record, begins[0])
+            known = is_between_knots(record, row, begins[2])
         elif kind == RELEASE:
             known = known and events[row, EVENT_T] - events[row - 1, EVENT_T] > out[count - 1]
             doubt = release_errors(record, row, phases, errors)
+            if is_at_knot(record, row):
+                # By the jump of the force, at its instant.
+                errors[1][0] = 0
+                doubt = 0.0
+            known = known and is_between_knots(record, row, total(errors, 0))
         elif kind == SLOW_LANDING:
             # The window of the landing holds the rounding of its own flight, and of none before.
             known = known and errors[1][0] == 0 and place == 0.0
-        elif kind == KNOT:
-            # Errors are compared at equal times since an event, and a knot has its own instant.
-            known = False
+        elif kind == KNOT and marks[row - 1, KIND] == RELEASE and is_at_knot(record, row - 1):
+            doubt = 0.0
         elif known:
             known = carry_along_flight(record, row, (place, doubt), phases, arrival, errors)
             place = 0.0
             doubt = 0.0
+            if kind == KNOT:
+                doubt = doubt_at_knot(record, row)
+            else:
+                known = known and is_between_knots(record, row, total(errors, 0))
 
 
 @kernel
@@ -226,6 +240,42 @@ def doubt_at_start(record: MotionRecord, place: float) -> float:
 
 
 @kernel
+def doubt_at_knot(record: MotionRecord, row: int) -> float:
+    """Return the rounding of the constant force of the flight from a knot."""
+    law = record.law
+    region = int(record.marks[row, NEXT_REGION])
+    x = abs(place_of_event(record, row)) + abs(law[region, ORIGIN])
+    return 2.0 * ULP * (abs(law[region, ORIGIN_FORCE]) + abs(law[region, STIFFNESS]) * x)
+
+
+@kernel
+def is_at_knot(record: MotionRecord, row: int) -> bool:
+    """Return whether the row after this one is that of a knot at the same instant."""
+    after = row + 1
+    if after >= record.events.shape[0] or record.marks[after, KIND] != KNOT:
+        return False
+    return time_since_event(record.events, after) == 0.0
+
+
+@kernel
+def is_between_knots(record: MotionRecord, row: int, time_error: float) -> bool:
+    """Return whether no knot lies within twice an error of the instant of a row, if that has one."""
+    law, events = record.law, record.events
+    if law[0, N_KNOTS] == 0.0 or time_error == 0.0:
+        return True
+    t, t_low = events[row, EVENT_T], events[row, EVENT_T_LOW]
+    early = later(t, t_low, -2.0 * time_error)
+    return time_to_knot(law, early[0], early[1]) > 4.0 * time_error
+
+
+@kernel
+def is_one_piece(record: MotionRecord, row: int, time: float) -> bool:
+    """Return whether a row comes by a time, and the rounding of its instant, before the next knot."""
+    t, t_low = record.events[row, EVENT_T], record.events[row, EVENT_T_LOW]
+    return time_to_knot(record.law, t, t_low) > time
+
+
+@kernel
 def release_errors(record: MotionRecord, row: int, phases: Floats, errors: Errors) -> float:
     """Forget all errors at a release but its own; return that of the constant force after it.
 
@@ -258,9 +308,10 @@ def carry_along_flight(
     arrival: Floats,
     errors: Errors,
 ) -> bool:
-    """Carry the errors along the flight to the event of a row; return False if too large.
+    """Carry the errors along the flight to the event or knot of a row; return False if too large.
 
-    ``begins`` are the errors of x and of the constant force at its start.
+    ``begins`` are the errors of x and of the constant force at its start; from a knot those of x
+    are among the generators.
     """
     law, events, marks = record.law, record.events, record.marks
     merge_smaller_half(errors)
@@ -269,20 +320,29 @@ def carry_along_flight(
     region = flight.region
     s = time_since_event(events, row)
     released = marks[row - 1, KIND] == RELEASE
-    v = events[row, V_BEFORE]
+    from_knot = marks[row - 1, KIND] == KNOT
+    to_knot = marks[row, KIND] == KNOT
+    v = events[row, V_AFTER if to_knot else V_BEFORE]
     ends = (v, events[row, EVENT_T], events[row, EVENT_T_LOW])
-    time_error = total(errors, 0)
+    time_error = 0.0 if from_knot else total(errors, 0)
+    far = total(errors, 0) if from_knot else begins[0]
+    if from_knot and (x == law[region, LOWER] or x == law[region, UPPER]) and errors[1][0] > 0:
+        # The motion may not be on the bound.
+        return False
     # A flight that begins later is under another force all the time.
     shift = law[0, FORCE_BOUND + 1] * time_error
-    spread = (begins[0], total(errors, 1), begins[1] + shift)
-    if not keeps_clear(flight, x, released, s, ends, spread):
+    spread = (far, total(errors, 1), begins[1] + shift)
+    if not keeps_clear(flight, x, (released, to_knot), s, ends, spread):
         return False
     matrix = propagator(law, region, s)
     by_time = delayed_start(law, region, phases, s)
     rows, count, moved = errors
     for i in range(count[0]):
-        moved[0, i] = matrix[1] * rows[1, i] + by_time[0] * rows[0, i]
-        rows[1, i] = matrix[3] * rows[1, i] + by_time[1] * rows[0, i]
+        by_first = (matrix[0], matrix[2]) if from_knot else by_time
+        moved[0, i] = matrix[1] * rows[1, i] + by_first[0] * rows[0, i]
+        rows[1, i] = matrix[3] * rows[1, i] + by_first[1] * rows[0, i]
+        if from_knot:
+            rows[0, i] = 0.0
     # From here on a generator is (of the instant at which the flight began, of v, of y) at s.
     move_by(errors, matrix[0] * begins[0], matrix[2] * begins[0])
     growth = growth_of_errors(law, region, s)
@@ -292,6 +352,10 @@ def carry_along_flight(
     size, speed = sizes(flight, s)
     rounding = ROUNDING * growth_of_rounding(law, region, s)
     distance = rounding * size + LANDING * abs(v) * s
+    if to_knot:
+        move_by(errors, distance, 0.0)
+        move_by(errors, 0.0, rounding * speed)
+        return stop_at_knot(flight, record, row, x, shift, errors)
     bound = place(law, region, int(marks[row, BOUND]))
     if bound != x:
         distance += ULP * (abs(bound) + abs(x))
@@ -310,6 +374,49 @@ def carry_along_flight(
         for i in range(count[0]):
             rows[1, i] *= -kept
         add(errors, 0.0, rounding * restitution * abs(v) + bent)
+    return True
+
+
+@kernel
+def stop_at_knot(
+    flight: Flight, record: MotionRecord, row: int, x: float, shift: float, errors: Errors
+) -> bool:
+    """Turn errors at the end of a flight, a time after its start, into those at a knot's instant.
+
+    A flight that begins later by dt has lasted for so much less: it is behind by v dt and a dt.
+    ``shift`` is by how much its force may differ.
+    """
+    law, region, start, _, arrival = flight
+    events = record.events
+    rows, count, moved = errors
+    s = time_since_event(events, row)
+    y, v = move(flight, s)
+    second, _ = acceleration_and_jerk(law, region, start[3], arrival, y, v)
+    far = 0.0
+    for i in range(count[0]):
+        far += abs(moved[0, i])
+    fast = total(errors, 1)
+    time_error = total(errors, 0)
+    if not time_error * law[region, QUICKEST] <= PHASE:
+        return False
+    pull = 2.0 * abs(law[region, DAMPING]) * fast + abs(law[region, STIFFNESS]) * far + shift
+    jerk = jerk_near(law, region, abs(v) + fast, abs(second) + pull, time_error)
+    bend = abs(second) + pull + jerk * time_error
+    for i in range(count[0]):
+        moved[0, i] -= v * rows[0, i]
+        rows[1, i] -= second * rows[0, i]
+        rows[0, i] = moved[0, i]
+    # The instant of the knot, the time up to it, and the place are rounded.
+    late = KNOT_ROUNDING * abs(events[row, EVENT_T]) + 2.0 * ULP * s
+    reached = events[row, V_BEFORE]
+    off = ULP * (abs(x) + abs(reached))
+    if reached == law[region, LOWER] or reached == law[region, UPPER]:
+        # Moved to the bound, by no more than the motion may be off.
+        off += total(errors, 0)
+    off += (fast + 0.5 * bend * time_error) * time_error
+    add(errors, off + 2.0 * late * (abs(v) + late * abs(second)), 0.0)
+    more = (pull + jerk * time_error) * time_error
+    add(errors, 0.0, more + 2.0 * late * (abs(second) + 2.0 * law[0, FORCE_BOUND]))
     return True
 
 
@@ -384,19 +491,21 @@ def jerk_near(law: Law, region: int, speed: float, bend: float, s: float) -> flo
 def keeps_clear(
     flight: Flight,
     x: float,
-    released: bool,
+    kind: tuple[bool, bool],
     s: float,
     ends: tuple[float, float, float],
     spread: tuple[float, float, float],
 ) -> bool:
     """Return whether all motions within the errors of a flight meet nothing before it ends.
 
-    ``ends`` are the velocity and the instant at the end, ``spread`` the errors of x, v and of the
-    constant force at the start. At first a motion goes away from a bound where it began, at last
+    ``kind`` is whether it begins with a release, and whether it ends at a knot; ``ends`` are the
+    velocity and the instant at the end, ``spread`` the errors of x, v and of the constant force at the
+    start. At first a motion goes away from a bound where it began, at last
     towards that where it ends; in between it is bounded on steps as long as possible.
     """
     law, region, start, phases, arrival = flight
     fast = spread[1]
+    released, to_knot = kind
     _, _, v0, force = start
     longest = min(s, law[region, STEP]) if law[region, STEP] > 0.0 else s
     if longest == 0.0:
@@ -409,6 +518,9 @@ def keeps_clear(
         left = time_away(law, region, (v0, second, third), fast, longest)
         if not left > 0.0:
             return False
+    reach = (law[region, LOWER] - x, law[region, UPPER] - x)
+    if to_knot:
+        return is_clear(flight, reach, (left, s), longest, spread)
     set_phases(law, ends[1], ends[2], arrival)
     v1 = ends[0]
     y1 = 0.0
@@ -416,7 +528,6 @@ def keeps_clear(
         y1 = (law[region, UPPER] if v1 > 0.0 else law[region, LOWER]) - x
     last, _ = acceleration_and_jerk(law, region, force, arrival, y1, v1)
     right = s - time_away(law, region, (v1, last, 0.0), 0.0, longest)
-    reach = (law[region, LOWER] - x, law[region, UPPER] - x)
     return is_clear(flight, reach, (left, right), longest, spread)
 
 
@@ -514,8 +625,12 @@ def error_of_contact(
     if marks[row - 1, KIND] == START:
         return start_error + low
     if marks[row - 1, KIND] == SLOW_LANDING:
+        if not is_between_knots(record, row, events[row, V_BEFORE]):
+            return math.inf
         return events[row, V_BEFORE] + low
     before = row - 1
+    if marks[before, KIND] == KNOT:
+        return math.inf
     region = int(marks[before, NEXT_REGION])
     upper = marks[before, BOUND] != law[region, NUMBER]
     set_phases(law, events[before, EVENT_T], events[before, EVENT_T_LOW], phases)
@@ -525,6 +640,9 @@ def error_of_contact(
     pressing = side * (force + harmonic)
     time_error = total(errors, 0)
     whole = time_since_event(events, row)
+    # All of the chatter is under one piece of a record.
+    if law[0, N_KNOTS] > 0.0 and not is_one_piece(record, before, 2.0 * (time_error + whole)):
+        return math.inf
     # The contact is certain only if the force presses at all instants at which it may begin.
     change = abs(slope) + law[0, FORCE_BOUND + 2] * time_error
     doubt = FORCE_ROUNDING * (abs(force) + law[0, FORCE_BOUND])

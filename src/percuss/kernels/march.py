@@ -23,6 +23,7 @@ from percuss.kernels.law_columns import (
     LOWER_FORCE,
     LOWER_KIND,
     NUMBER,
+    PERIOD,
     UPPER,
     UPPER_ENTRY,
     UPPER_FORCE,
@@ -49,6 +50,7 @@ from percuss.kernels.record import (
     GRAZE_ERROR,
     GRAZE_T,
     GRAZE_T_LOW,
+    HELD,
     HUGE,
     IMPACT,
     KIND,
@@ -78,6 +80,8 @@ from percuss.kernels.record import (
 )
 from percuss.kernels.restitution import restitution_at
 
+# More than the rounding of a sum of times between knots, as a factor.
+LONGER = 1.01
 # Harmonic impacts between two checks of the patience.
 PLAIN_AT_ONCE = 10_000
 
@@ -356,8 +360,11 @@ def stay(run: Run, t_end: float) -> int:
         law, float(normal), state[FORCE], instant, state[CONTACT_UNTIL], until, phases
     )
     if to_knot < longest and to_knot <= s < math.inf:
+        state[HELD] += to_knot
         stay_past_knot(run)
-        return MOVING
+        # Under a force that repeats, a wall that has held the mass for a period holds it for ever.
+        period = law[0, PERIOD]
+        return AT_REST if period > 0.0 and state[HELD] > LONGER * period else MOVING
     if s > longest:
         return REACHED_END if s < math.inf else AT_REST
     if not released:
@@ -365,6 +372,7 @@ def stay(run: Run, t_end: float) -> int:
         return AT_REST if s == math.inf else MOVING
     state[T], state[T_LOW] = later(state[T], state[T_LOW], s)
     state[CONTACT_UNTIL] = 0.0
+    state[HELD] = 0.0
     counters[TOUCHED] = 0
     set_phases(law, state[T], state[T_LOW], phases)
     # The force is zero at a release; what rounding has left of it would decide the take-off.
@@ -385,6 +393,7 @@ def stay_past_knot(run: Run) -> None:
     set_phases(law, state[T], state[T_LOW], phases)
     if not normal * push(law, state[FORCE], (state[T], state[T_LOW]), phases) > 0.0:
         return
+    state[HELD] = 0.0
     counters[TOUCHED] = 0
     region = counters[REGION]
     note(run, RELEASE, int(law[region, NUMBER]) + (1 if normal < 0 else 0), 0.0, 0.0)

@@ -28,9 +28,10 @@ IMPACT, CROSSING, CONTACT, RELEASE, START, SLOW_LANDING, KNOT = (
 MOVING, REACHED_END, REACHED_LIMIT, AT_REST, OVERFLOW, NO_MORE, FULL, SPENT = range(8)
 
 # Entries of the state: the last event's instant, place, velocity after it, and constant force;
-# how far the flight, or contact, from it has been searched; the greatest impact speed so far.
-T, T_LOW, X, V, FORCE, FREE_BELOW, FREE_ABOVE, CONTACT_UNTIL, FASTEST = range(9)
-STATE_ENTRIES = 9
+# how far the flight, or contact, from it has been searched; the greatest impact speed so far; for
+# how long a contact has lasted up to the last knot, at which its instant is then.
+T, T_LOW, X, V, FORCE, FREE_BELOW, FREE_ABOVE, CONTACT_UNTIL, FASTEST, HELD = range(10)
+STATE_ENTRIES = 10
 # Entries of the counters: the region's row; the wall touched, as the sign of its normal (0 in
 # flight); and how many events, impacts or entries into soft stops, and grazes there were.
 REGION, TOUCHED, N_EVENTS, N_IMPACTS, N_GRAZES = range(5)

@@ -16,6 +16,10 @@ from percuss.orbits.bifurcations.structure_branch import StructureBranch as Stru
 from percuss.orbits.bifurcations.structure_branch import (
     StructureSpecialPoint as StructureSpecialPoint,
 )
+from percuss.orbits.bifurcations.structure_curve import StructureCurve as StructureCurve
+from percuss.orbits.bifurcations.structure_curve import (
+    StructureCurvePoint as StructureCurvePoint,
+)
 from percuss.orbits.bifurcations.switching import switch_branch as switch_branch
 from percuss.orbits.finding.find import FoundOrbits as FoundOrbits
 from percuss.orbits.finding.find import find_orbit as find_orbit

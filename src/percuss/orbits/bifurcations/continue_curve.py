@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import cast
+from typing import cast, overload
 
 import numpy as np
 
@@ -36,6 +36,8 @@ from percuss.orbits.bifurcations.grazing_curves import (
 )
 from percuss.orbits.bifurcations.multiple_covers import primitive_orbit
 from percuss.orbits.bifurcations.special_points import SpecialPoint
+from percuss.orbits.bifurcations.structure_branch import StructureSpecialPoint
+from percuss.orbits.bifurcations.structure_curve import StructureCurve, continue_structure_curve
 from percuss.orbits.continuation.follow import StepLimits, follow_both_ways
 from percuss.orbits.orbit.itinerary import entries_of
 from percuss.orbits.orbit.periodic_orbit import PeriodicOrbit
@@ -45,6 +47,7 @@ from percuss.progress import Progress, Report
 __all__ = ["KINDS", "continue_curve", "equations_of"]
 
 
+@overload
 def continue_curve(
     point: SpecialPoint,
     over: Mapping[str, tuple[Phase, Phase]],
@@ -52,7 +55,24 @@ def continue_curve(
     max_points: int = 2000,
     largest_step: float = 0.02,
     progress: Report = None,
-) -> Curve:
+) -> Curve: ...
+@overload
+def continue_curve(
+    point: StructureSpecialPoint,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_points: int = 2000,
+    largest_step: float = 0.02,
+    progress: Report = None,
+) -> StructureCurve: ...
+def continue_curve(
+    point: SpecialPoint | StructureSpecialPoint,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_points: int = 2000,
+    largest_step: float = 0.02,
+    progress: Report = None,
+) -> Curve | StructureCurve:
     """Follow a special point of a branch along a curve in two parameters, both ways.
 
     Folds, period doublings and symmetry breakings are followed as the orbits for which the
@@ -61,10 +81,14 @@ def continue_curve(
     in closed form. All equations are smooth where the velocity of an impact goes through zero: a
     curve of folds passes its end on the curve of grazing, and its orbits are formal beyond it.
 
+    Of a structure folds, period doublings and torus points are followed, with the strong
+    resonances of the latter.
+
     Parameters
     ----------
     point
-        A fold, period doubling, symmetry breaking or graze, as `continue_orbit` finds them.
+        A fold, period doubling, symmetry breaking or graze, as `continue_orbit` finds them; of a
+        structure a fold, period doubling or torus point.
     over
         Two parameters by their paths, and the ranges to follow the curve in; the point's own
         values lie in them. The curve begins at its end towards the first value of the first
@@ -109,6 +133,10 @@ def continue_curve(
     ...     print(place.kind, round(place.values[0], 9))
     resonant_grazing 0.998749218
     """
+    if isinstance(point, StructureSpecialPoint):
+        return continue_structure_curve(
+            point, over, max_points=max_points, largest_step=largest_step, progress=progress
+        )
     ranges, sign = _checked(point, over)
     steps = StepLimits.checked(max_points, largest_step)
     equations, guess = equations_of(point, ranges)

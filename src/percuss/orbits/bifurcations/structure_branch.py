@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Self, cast
@@ -18,7 +18,7 @@ from percuss.model.acting_sets import StructureSystem
 from percuss.model.exact import Phase, as_float, real
 from percuss.model.paths import get_parameter, long_form, replace_parameters
 from percuss.motion.html_table import html_table
-from percuss.numerics import determinant, matmul
+from percuss.numerics import determinant, dot, matmul
 from percuss.orbits.bifurcations.branch import counted_kinds
 from percuss.orbits.bifurcations.special_points import SpecialPointKind
 from percuss.orbits.continuation.correct import corrected, tangent_of
@@ -29,6 +29,7 @@ from percuss.orbits.orbit.structure_orbit import (
     PeriodMap,
     StructureOrbit,
     closing_error,
+    multipliers_of_matrix,
     orbit_of_map,
     period_map,
 )
@@ -38,13 +39,21 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-__all__ = ["StructureBranch", "StructureSpecialPoint", "continue_structure_orbit"]
+__all__ = [
+    "StructureBranch",
+    "StructureEquations",
+    "StructureSpecialPoint",
+    "continue_structure_orbit",
+    "tests_of",
+]
 
 # Part of the range by which a parameter is moved for a difference: its error slows the corrector
 # a little, and no solution feels it.
 DIFFERENCE = 1e-7
 # Newton's steps, and relative residuals that need not become smaller.
 STEPS, ENOUGH = 12, 1e-13
+# A condition on multipliers is known less well than the orbit: residuals that are enough with it.
+NEARLY = 1e-9
 # Systems that are kept.
 SYSTEMS = 16
 # A pair of multipliers on the unit circle nearer than this to a root of unity of low order is a
@@ -198,68 +207,106 @@ class StructureBranch:
 
 
 class StructureEquations:
-    """The equations of a structure's orbits over one parameter: the period map brings them back.
+    """The equations of a structure's orbits over parameters: the period map brings them back.
 
-    The unknowns are the state at t = 0, in units of the first orbit's size, and the parameter,
-    scaled so that its range goes from 0 to 1.
+    The unknowns are the state at t = 0, in units of the first orbit's size, and the parameters,
+    scaled so that their ranges go from 0 to 1. With a condition, one of `tests_of` that is to be
+    zero, there is one parameter more.
     """
 
-    noun, order = "branch", 1
+    order = 1
 
-    def __init__(self, orbit: StructureOrbit, path: str, low: float, high: float) -> None:
-        self.first, self.low, self.high = orbit, low, high
-        self.paths: tuple[str, ...] = (path,)
+    def __init__(
+        self,
+        orbit: StructureOrbit,
+        ranges: Mapping[str, tuple[float, float]],
+        condition: str | None = None,
+    ) -> None:
+        self.first, self.condition = orbit, condition
+        self.noun = "branch" if condition is None else "curve"
+        self.paths = tuple(ranges)
+        self.lows, self.highs = zip(*ranges.values(), strict=True)
         self.n_periods = orbit.n_periods
         self.scale = _scale_of(orbit)
+        self.size = len(self.scale)
         self.system_at = lru_cache(SYSTEMS)(self._system_at)
         self.maps = lru_cache(SYSTEMS)(self._map)
-        self.along = np.zeros(len(self.scale))
+        # What is known by differences alone: derivatives by the parameters, and of the condition.
+        n_unknowns = self.size + len(self.paths)
+        self.by_parameters = np.zeros((self.size, len(self.paths)))
+        self.of_condition = np.zeros(n_unknowns)
         self.last: tuple[Floats, Floats, Floats] | None = None
 
-    def value(self, part: float) -> float:
-        """Return the parameter at a scaled one."""
-        return self.high if part == 1.0 else self.low + part * (self.high - self.low)
-
     def values(self, z: Floats) -> tuple[float, ...]:
-        """Return the parameter of a point."""
-        return (self.value(float(z[-1])),)
+        """Return the parameters of a point."""
+        parts = z[self.size :].tolist()
+        return tuple(
+            high if part == 1.0 else low + part * (high - low)
+            for part, low, high in zip(parts, self.lows, self.highs, strict=True)
+        )
 
-    def _system_at(self, value: float) -> StructureSystem:
-        changes = {self.paths[0]: value}
+    def _system_at(self, values: tuple[float, ...]) -> StructureSystem:
+        changes = dict(zip(self.paths, values, strict=True))
         structure, loads, _ = replace_parameters(
             self.first.structure, self.first.loads, None, changes
         )
         return StructureSystem.of(structure, loads)
 
     def _map(self, z: tuple[float, ...]) -> PeriodMap:
-        state = np.array(z[:-1]) * self.scale
-        return period_map(self.system_at(self.value(z[-1])), state, self.n_periods)
+        point = np.array(z)
+        state = point[: self.size] * self.scale
+        return period_map(self.system_at(self.values(point)), state, self.n_periods)
+
+    def image(self, z: Floats) -> Floats:
+        """Return the scaled residuals of a point, without derivatives."""
+        there = self.maps(tuple(z.tolist()))
+        residual = there.image / self.scale - z[: self.size]
+        if self.condition is None:
+            return residual
+        return np.append(residual, tests_of_matrix(there.derivative)[self.condition])
 
     def residual(self, z: Floats) -> tuple[Floats, Floats]:
-        """Return scaled residuals and their derivative; that by the parameter is the last known."""
+        """Return scaled residuals and their derivative, what is not computed as last known.
+
+        That is brought up to date by what the computed derivatives leave of a step (Broyden 1965).
+        """
+        n = self.size
+        residual = self.image(z)
         there = self.maps(tuple(z.tolist()))
-        matrix = np.empty((len(self.scale), len(z)))
-        matrix[:, :-1] = there.derivative * (self.scale[None, :] / self.scale[:, None])
-        matrix[:, :-1] -= np.eye(len(self.scale))
-        residual = there.image / self.scale - z[:-1]
-        if self.last is not None and abs(z[-1] - self.last[0][-1]) > DIFFERENCE:
-            # What the known derivatives leave of the last change is that of the parameter.
+        matrix = np.empty((len(residual), len(z)))
+        matrix[:n, :n] = there.derivative * (self.scale[None, :] / self.scale[:, None])
+        matrix[:n, :n] -= np.eye(n)
+        if self.last is not None:
             step = z - self.last[0]
-            mean = 0.5 * (matrix[:, :-1] + self.last[2])
-            self.along = (residual - self.last[1] - matmul(mean, step[:-1])) / step[-1]
-        matrix[:, -1] = self.along
-        self.last = z, residual, matrix[:, :-1]
+            along = step[n:]
+            mean = 0.5 * (matrix[:n, :n] + self.last[2])
+            if float(np.abs(along).max()) > DIFFERENCE:
+                left = residual[:n] - self.last[1][:n] - matmul(mean, step[:n])
+                left = left - matmul(self.by_parameters, along)
+                self.by_parameters = self.by_parameters + left[:, None] * along / dot(along, along)
+            if self.condition is not None and float(np.abs(step).max()) > DIFFERENCE:
+                rest = residual[n] - self.last[1][n] - dot(self.of_condition, step)
+                self.of_condition = self.of_condition + rest * step / dot(step, step)
+        matrix[:n, n:] = self.by_parameters
+        if self.condition is not None:
+            matrix[n] = self.of_condition
+        self.last = z, residual, matrix[:n, :n]
         return residual, matrix
 
-    def _by_parameter(self, z: Floats) -> Floats:
-        """Return the derivative of the scaled image by the scaled parameter, as a difference."""
-        state = z[:-1] * self.scale
-        step = DIFFERENCE if z[-1] < 0.5 else -DIFFERENCE
-        images = []
-        for part in (float(z[-1]) + step, float(z[-1])):
-            system = self.system_at(self.value(part))
-            images.append(period_map(system, state, self.n_periods, derivative=False).image)
-        return (images[0] - images[1]) / self.scale / step
+    def _take_differences(self, z: Floats) -> None:
+        """Compute anew what is known by differences."""
+        self.last, n = None, self.size
+        here = self.image(z)
+        first = 0 if self.condition is not None else n
+        for k in range(first, len(z)):
+            step = DIFFERENCE if k < n or z[k] < 0.5 else -DIFFERENCE
+            moved = z.copy()
+            moved[k] += step
+            change = (self.image(moved) - here) / step
+            if k >= n:
+                self.by_parameters[:, k - n] = change[:n]
+            if self.condition is not None:
+                self.of_condition[k] = change[n]
 
     def corrected(self, guess: Floats, normal: Floats, *, near_others: bool = False) -> Floats:  # noqa: ARG002
         """Return the solution in the plane through a guess with this normal."""
@@ -267,29 +314,40 @@ class StructureEquations:
         z, error, is_solution = corrected(
             self.residual, guess, normal, steps=STEPS, enough=ENOUGH, size=_size
         )
-        if not is_solution:
-            what = f"no orbit at {self.paths[0]} = {self.value(float(guess[-1])):.12g}"
-            raise ConvergenceError(what, z, error, "take a smaller step")
+        if not is_solution and not (self.condition is not None and error < NEARLY):
+            place = ", ".join(
+                f"{path} = {value:.12g}"
+                for path, value in zip(self.paths, self.values(guess), strict=True)
+            )
+            raise ConvergenceError(f"no orbit at {place}", z, error, "take a smaller step")
         return z
 
     def solution(self, z: Floats) -> StructureOrbit:
         """Return the orbit of a solution."""
-        there, state = self.maps(tuple(z.tolist())), z[:-1] * self.scale
-        system = self.system_at(self.value(float(z[-1])))
+        there, state = self.maps(tuple(z.tolist())), z[: self.size] * self.scale
+        system = self.system_at(self.values(z))
         return orbit_of_map(system, state, self.n_periods, there, closing_error(there, state))
 
     def point(self, z: Floats, before: Point[Self]) -> Point[Self]:
         """Return a solution with its tangent, on the side of an earlier one's, and its tests."""
         return self._point(z, before.tangent)
 
-    def started(self, orbit: StructureOrbit, value: float) -> Point[Self]:
-        """Return the first point."""
+    def started(self, orbit: StructureOrbit, values: Sequence[float]) -> Point[Self]:
+        """Return the first point, of an orbit and the values of the parameters there."""
         state = np.concatenate([orbit.x0, orbit.v0]) / self.scale
-        z = np.append(state, (value - self.low) / (self.high - self.low))
-        return self._point(z, along_parameter(len(z)))
+        parts = [
+            (value - low) / (high - low)
+            for value, low, high in zip(values, self.lows, self.highs, strict=True)
+        ]
+        z = np.concatenate([state, parts])
+        side = along_parameter(len(z))
+        if self.condition is not None:
+            self._take_differences(z)
+            z = self.corrected(z, side)
+        return self._point(z, side)
 
     def _point(self, z: Floats, side: Floats) -> Point[Self]:
-        self.last, self.along = None, self._by_parameter(z)
+        self._take_differences(z)
         orbit = self.solution(z)
         tangent = tangent_of(self.residual(z)[1], side)
         return Point(z, tangent, orbit, tests_of(orbit), self)
@@ -329,26 +387,30 @@ def _size(z: Floats) -> float:
 
 
 def tests_of(orbit: StructureOrbit) -> Mapping[str, float]:
-    """Return functions that are zero, or jump, at special points, by their names.
+    """Return functions that are zero, or jump, at special points, by their names."""
+    return tests_of_matrix(orbit.monodromy) | {"contacts": float(orbit.n_impacts)}
+
+
+def tests_of_matrix(monodromy: Floats) -> dict[str, float]:
+    """Return functions of the derivative of the period map that are zero at special points.
 
     The product of m_i m_j - 1 over all pairs of multipliers is zero at a torus point, and where two
     real ones are inverse to each other, which is none.
     """
-    unit = np.eye(len(orbit.monodromy))
+    unit = np.eye(len(monodromy))
     pairs = 1.0 + 0.0j
-    values = orbit.multipliers.tolist()
+    values = multipliers_of_matrix(monodromy).tolist()
     for i, a in enumerate(values):
         for b in values[i + 1 :]:
             pairs *= a * b - 1.0
     return {
-        "multiplier 1": determinant(orbit.monodromy - unit),
-        "multiplier -1": determinant(orbit.monodromy + unit),
+        "multiplier 1": determinant(monodromy - unit),
+        "multiplier -1": determinant(monodromy + unit),
         "torus": pairs.real,
-        "contacts": float(orbit.n_impacts),
     }
 
 
-class _Detector:
+class _BranchDetector:
     """Finds special points between neighbours."""
 
     def between(
@@ -383,7 +445,7 @@ class _Detector:
             special = StructureSpecialPoint(
                 "fold" if is_fold else kind,
                 equations.paths[0],
-                equations.value(float(zero.z[-1])),
+                equations.values(zero.z)[0],
                 "located" if width <= LOCATED else "bracketed",
                 orbit,
                 -1,
@@ -455,10 +517,10 @@ def continue_structure_orbit(
         raise ParameterError(f"over[{given!r}]", (first, last), reason)
     steps = StepLimits.checked(max_points, largest_step)
     reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
-    equations = StructureEquations(orbit, path, min(first, last), max(first, last))
-    start = equations.started(orbit, value)
+    equations = StructureEquations(orbit, {path: (min(first, last), max(first, last))})
+    start = equations.started(orbit, [value])
     towards = math.copysign(1.0, last - first) * math.copysign(1.0, start.tangent[-1])
-    rows, why = follow_both_ways(start, towards, _Detector(), steps, reported)
+    rows, why = follow_both_ways(start, towards, _BranchDetector(), steps, reported)
     reported.close()
     orbits = tuple(cast("StructureOrbit", point.orbit) for point, _ in rows)
     special = tuple(

@@ -1,0 +1,262 @@
+"""Special points of a structure's orbits along curves in two parameters."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from percuss.arrays import Complexes, Floats
+from percuss.errors import ParameterError
+from percuss.model.exact import Phase, as_float
+from percuss.model.paths import get_parameter, long_form
+from percuss.orbits.bifurcations.branch import counted_kinds
+from percuss.orbits.bifurcations.structure_branch import (
+    StructureEquations,
+    StructureSpecialPoint,
+    tests_of,
+)
+from percuss.orbits.continuation.follow import Segment, StepLimits, follow_both_ways
+from percuss.orbits.continuation.locate import changes_sign, locate
+from percuss.orbits.continuation.problem import Point
+from percuss.orbits.orbit.structure_orbit import StructureOrbit
+from percuss.progress import Progress, Report
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+__all__ = ["StructureCurve", "StructureCurvePoint", "continue_structure_curve"]
+
+# Of the kinds of special points that have curves: the test that is zero along it.
+CONDITIONS = {"fold": "multiplier 1", "period_doubling": "multiplier -1", "torus": "torus"}
+# Cosines of the angle of a pair on the unit circle at strong resonances 1:q.
+RESONANCES = {"resonance_1_1": 1.0, "resonance_1_2": -1.0, "resonance_1_3": -0.5,
+              "resonance_1_4": 0.0}  # fmt: skip
+OTHERS = {"multiplier 1": "fold", "multiplier -1": "doubling", "torus": "torus"}
+
+
+@dataclass(frozen=True, slots=True)
+class StructureCurvePoint:
+    """A point of codimension two on a curve.
+
+    Attributes
+    ----------
+    kind
+        "resonance_1_3", "resonance_1_4" and "resonance_1_2", "resonance_1_1" where the pair of a
+        torus point has that angle; "fold_doubling", "fold_torus" and "doubling_torus" where two
+        conditions hold together.
+    paths, values
+        The two parameters and their values there.
+    orbit
+        The orbit there.
+    row
+        Its row in the curve.
+    """
+
+    kind: str
+    paths: tuple[str, str]
+    values: tuple[float, float]
+    orbit: StructureOrbit = field(repr=False)
+    row: int
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class StructureCurve:
+    """Special points of a structure's orbits along a curve, made by `continue_curve`.
+
+    Between two strong resonances 1:1, or 1:2, the pair on a curve of torus points is real, each the
+    inverse of the other: there it is a curve of neutral saddles, at which no torus is born.
+
+    Attributes
+    ----------
+    kind
+        "fold", "period_doubling" or "torus".
+    paths
+        Paths of the two parameters.
+    values
+        (m, 2) array, their values in each row.
+    multipliers
+        (m, 2 n) complex array, the largest of each orbit first.
+    orbits
+        The orbits.
+    special_points
+        The points of codimension two found, in order; each is a row.
+    end_reason
+        Why the curve ends where it does.
+    """
+
+    kind: str
+    paths: tuple[str, str]
+    values: Floats
+    multipliers: Complexes
+    orbits: tuple[StructureOrbit, ...] = field(repr=False)
+    special_points: tuple[StructureCurvePoint, ...]
+    end_reason: str
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.values)
+
+    def __getitem__(self, row: int) -> StructureOrbit:
+        """Return the orbit of a row."""
+        return self.orbits[row]
+
+    def __repr__(self) -> str:
+        """Return the curve in a line."""
+        ends = [f"({row[0]:.6g}, {row[1]:.6g})" for row in self.values[[0, -1]]]
+        return (
+            f"<StructureCurve of {self.kind}: {len(self)} orbits, ({', '.join(self.paths)}) from "
+            f"{ends[0]} to {ends[1]}; special points: {counted_kinds(self.special_points)}; "
+            f"{self.end_reason}>"
+        )
+
+    def to_xarray(self) -> Dataset:
+        """Return the table as a dataset along ``point``, for files and for pandas."""
+        import xarray
+
+        return xarray.Dataset(
+            {
+                "value": (("point", "parameter"), self.values),
+                "multiplier_real": (("point", "multiplier"), self.multipliers.real),
+                "multiplier_imag": (("point", "multiplier"), self.multipliers.imag),
+            },
+            coords={"parameter": list(self.paths)},
+            attrs={"kind": self.kind, "end_reason": self.end_reason},
+        )
+
+
+class _CurveDetector:
+    """Finds points of codimension two between neighbours on a curve."""
+
+    def __init__(self, condition: str) -> None:
+        self.condition = condition
+
+    def tests(self, orbit: StructureOrbit) -> Mapping[str, float]:
+        """Return functions that are zero at such points: by kind."""
+        tests = tests_of(orbit)
+        own = OTHERS[self.condition]
+        if self.condition == "torus":
+            z = _on_circle(orbit.multipliers)
+            found = {kind: z.real - cosine for kind, cosine in RESONANCES.items()}
+        else:
+            found = {}
+        for name, other in OTHERS.items():
+            if self.condition not in (name, "torus"):
+                # A double root of the other kind is a zero of the torus' test too.
+                pair = sorted((own, other), key=["fold", "doubling", "torus"].index)
+                found["_".join(pair)] = tests[name]
+        return found
+
+    def between(
+        self, here: Point[StructureEquations], new: Point[StructureEquations]
+    ) -> Segment[StructureEquations, StructureCurvePoint]:
+        """Return the points of codimension two between two neighbours, in order."""
+        equations = here.problem
+        before, after = self.tests(here.orbit), self.tests(new.orbit)
+        found = []
+        for kind in before:
+            ends = before[kind], after[kind]
+            if not changes_sign(*ends):
+                continue
+
+            def test(z: Floats, kind: str = kind) -> float:
+                return self.tests(equations.solution(z))[kind]
+
+            zero = locate(here, new, test, ends)
+            if zero is None or not zero.goes_through:
+                continue
+            values = cast("tuple[float, float]", equations.values(zero.z))
+            paths = cast("tuple[str, str]", equations.paths)
+            special = StructureCurvePoint(kind, paths, values, zero.orbit, -1)
+            point = Point(zero.z, new.tangent, zero.orbit, new.tests, equations)
+            found.append((zero.part, point, special))
+        found.sort(key=lambda one: one[0])
+        return Segment([(point, special) for _, point, special in found])
+
+    def stopped(
+        self,
+        here: Point[StructureEquations],  # noqa: ARG002
+        reason: str,
+    ) -> Segment[StructureEquations, StructureCurvePoint]:
+        """Return that nothing is beyond the last point."""
+        return Segment([], reason)
+
+
+def _on_circle(multipliers: Complexes) -> complex:
+    """Return the multiplier nearest to the unit circle whose conjugate or double is one too."""
+    values = multipliers.tolist()
+    pairs = [
+        (abs(abs(a * b) - 1.0) + abs((a * b).imag), a)
+        for i, a in enumerate(values)
+        for b in values[i + 1 :]
+    ]
+    return complex(min(pairs, key=lambda pair: pair[0])[1])
+
+
+def continue_structure_curve(
+    point: StructureSpecialPoint,
+    over: Mapping[str, tuple[Phase, Phase]],
+    *,
+    max_points: int = 2000,
+    largest_step: float = 0.02,
+    progress: Report = None,
+) -> StructureCurve:
+    """Follow a fold, doubling or torus point of a structure in two parameters, both ways.
+
+    The arguments are those of `continue_curve`. The equations are those of the orbit together with
+    the condition on its multipliers, whose derivatives are differences.
+
+    Raises
+    ------
+    ParameterError
+        If no curve goes through points of that kind, there are not two such parameters, or a range
+        does not hold the value at the point.
+    """
+    if point.kind not in CONDITIONS:
+        known = ", ".join(CONDITIONS)
+        raise ParameterError("point", point.kind, f"no curve of a structure: of {known} there is")
+    if len(over) != 2:
+        raise ParameterError("over", dict(over), "not two parameters and their ranges")
+    orbit = point.orbit
+    ranges: dict[str, tuple[float, float]] = {}
+    values, signs = [], []
+    for given, ends in over.items():
+        path = long_form(given, orbit.structure, orbit.loads)
+        first, last = (as_float(end) for end in ends)
+        value = as_float(get_parameter(orbit.structure, orbit.loads, None, path))
+        if first == last or not min(first, last) <= value <= max(first, last):
+            reason = f"no range that holds the point's own value {value:.12g}"
+            raise ParameterError(path, (first, last), reason)
+        ranges[path] = min(first, last), max(first, last)
+        values.append(value)
+        signs.append(math.copysign(1.0, last - first))
+    if len(ranges) != 2:
+        raise ParameterError("over", tuple(over), "twice the same parameter")
+    condition = CONDITIONS[point.kind]
+    steps = StepLimits.checked(max_points, largest_step)
+    reported = Progress(progress, 2 * steps.max_points, "orbits", is_bound=True)
+    equations = StructureEquations(orbit, ranges, condition)
+    start = equations.started(orbit, values)
+    leading = start.tangent[-2] if abs(start.tangent[-2]) > 1e-9 else start.tangent[-1]
+    towards = signs[0] * math.copysign(1.0, leading)
+    rows, why = follow_both_ways(start, towards, _CurveDetector(condition), steps, reported)
+    reported.close()
+    orbits: tuple[Any, ...] = tuple(one.orbit for one, _ in rows)
+    special = tuple(
+        dataclasses.replace(found, row=row)
+        for row, (_, found) in enumerate(rows)
+        if found is not None
+    )
+    return StructureCurve(
+        kind=point.kind,
+        paths=cast("tuple[str, str]", equations.paths),
+        values=np.array([equations.values(one.z) for one, _ in rows]),
+        multipliers=np.array([orbit.multipliers for orbit in orbits]),
+        orbits=orbits,
+        special_points=special,
+        end_reason=why,
+    )
