@@ -88,6 +88,8 @@ COUNTERS = 6
 # Of the state: besides T and T_LOW, the greatest impact speed so far.
 FASTEST = 2
 STATE_ENTRIES = 3
+# Column of the scratch that keeps up to when watches were known to be positive before a search.
+SEARCHED = 4
 # Another reason why `march` comes back: a set of acting stops is met for the first time.
 NEW_SET = 8
 # A speed below this part of the fastest impact is none: two chatters at once end there.
@@ -277,6 +279,8 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
         longest = (t_end - state[T]) - state[T_LOW]
         knot = next_of_all(run.sets, state[T], state[T_LOW])
         to_knot = (knot[0] - state[T]) + (knot[1] - state[T_LOW])
+        for i in range(run.free.shape[0]):
+            run.scratch[7, i, SEARCHED] = run.free[i]
         event = next_event(flight, run.scratch, run.free, min(longest, to_knot))
         if event[0] == PAUSE:
             return SPENT
@@ -297,6 +301,9 @@ def march(run: StructureRun, t_end: float, max_impacts: int, patience: int) -> i
             return OVERFLOW
         status = carry_out(run, flight, event)
         if status == NEW_SET:
+            # The search is repeated as it was: no bit depends on which sets are known.
+            for i in range(run.free.shape[0]):
+                run.free[i] = run.scratch[7, i, SEARCHED]
             return NEW_SET
         flight = flight_of(run)
     return SPENT
@@ -404,7 +411,6 @@ def carry_out(
         kept[j, 1] = run.begin[j, W]
     for k in range(run.order.shape[0]):
         kept[k, 2] = run.order[k]
-        kept[k, 3] = run.free[k]
     slow = 0.0
     if not speed * speed > run.at[1]:
         move(flight, s)
@@ -423,7 +429,6 @@ def carry_out(
             run.begin[j, W] = kept[j, 1]
         for k in range(run.order.shape[0]):
             run.order[k] = kept[k, 2]
-            run.free[k] = kept[k, 3]
     return status
 
 
